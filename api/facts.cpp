@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <functional>
 
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/device/scene_view.h"
 #include "engine/scene/light_types.h"
+#include "engine/scene/material_properties.h"
 #include "engine/scene/scene_size.h"
 #include "engine/tables/shading_tables.h"
 #include "renderer/render.h"
@@ -78,18 +80,18 @@ Json lights(const Scene& scene) {
 }
 
 Json features(const Scene& scene) {
-    const std::pair<const char*, bool (*)(const Material&)> kFeatures[] = {
-        {"alpha_mask", [](const Material& m) { return m.alpha_mode == AlphaMode::mask; }},
-        {"alpha_blend", [](const Material& m) { return m.alpha_mode == AlphaMode::blend; }},
-        {"emission", has_emission},
-        {"normal_map", [](const Material& m) { return static_cast<bool>(m.normal_texture); }},
-        {"clearcoat", [](const Material& m) { return m.clearcoat > 0; }},
-        {"transmission", [](const Material& m) { return m.transmission > 0; }},
-        {"unlit", [](const Material& m) { return m.unlit; }},
-    };
     Json counts = Json::object();
-    for (const auto& [name, has] : kFeatures)
+    const auto add = [&](const std::string& name, const auto& has) {
         if (const auto count = std::ranges::count_if(scene.materials, has)) counts[name] = count;
+    };
+    add("alpha_mask", [](const Material& m) { return m.alpha_mode == AlphaMode::mask; });
+    add("alpha_blend", [](const Material& m) { return m.alpha_mode == AlphaMode::blend; });
+    add("normal_map", [](const Material& m) { return static_cast<bool>(m.normal_texture); });
+    for (const MaterialLobe& lobe : material_lobes()) {
+        std::string name = lobe.define;
+        std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+        add(name, lobe.present);
+    }
     return counts;
 }
 

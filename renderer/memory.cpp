@@ -14,8 +14,6 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
-#include "shaders/shared/surface.h"
 
 namespace halflight {
 namespace {
@@ -54,14 +52,10 @@ void settle_for_most(Estimator& e) {
     if (e.shadow == ShadowRays::automatic) e.shadow = ShadowRays::eight;
 }
 
-std::size_t surface_bytes(const SceneNeeds& n) {
-    return shared::surface_rows(n.glossy, n.transmission, n.clearcoat) * kTexel;
-}
-
 /// Returns the band that software drivers allow. Other drivers may allow larger bands, but have device memory for them.
 Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
     constexpr std::size_t kBlock = 128 * kMiB;
-    std::size_t widest = std::max({surface_bytes(scene), sizeof(shared::PathState), 6 * sizeof(double)});
+    std::size_t widest = std::max({scene.surface_record_bytes(), sizeof(shared::PathState), 6 * sizeof(double)});
     if (needs.reuse) widest = std::max(widest, std::size_t(s.estimator.reuse) * sizeof(shared::Ray));
     if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
     constexpr int kTextureSize = 16384;
@@ -70,14 +64,14 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
 
 /// Returns the bytes per path of the buffers of a band and of its sums. Few of these buffers share memory.
 std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
-    std::size_t bytes = surface_bytes(scene) + kLightSums;
+    std::size_t bytes = scene.surface_record_bytes() + kLightSums;
     for (const FramePart& part : needs.parts())
         if (part) bytes += part.path_bytes;
     // Rays to the sun and their light exist for the first surface and for later vertices of paths.
     if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
     if (scene.light_tree) bytes += sizeof(shared::Receiver);
     // Later vertices have records, which path reuse keeps in the memory of its rays.
-    if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += surface_bytes(scene);
+    if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
     if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);

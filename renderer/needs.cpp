@@ -5,6 +5,7 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/choice.h"
+#include "engine/scene/material_properties.h"
 #include "passes/preview/denoise.h"
 #include "shaders/shared/albedo.h"
 #include "shaders/shared/light.h"
@@ -40,8 +41,8 @@ constexpr std::size_t kListEntry = sizeof(shared::uint);
 constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // bytes of a ray and its result
 
 /// Returns the bytes per path for groups of `group_size` pixels.
-constexpr std::size_t reuse_bytes(int group_size) {
-    return sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) +
+std::size_t reuse_bytes(const SceneNeeds& scene, int group_size) {
+    return scene.reuse_point_bytes() + sizeof(shared::DirectLight) +
            std::size_t(group_size) * (kShadowRay + sizeof(float));
 }
 
@@ -76,16 +77,17 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::vertex_colors, size.vertices * kRow},
         {&N::texture_coordinates, size.vertices * kRow},
         {&N::normal_maps, size.vertices * kRow},
-        {&N::glossy, size.paths * 2 * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kAlbedoTableSize},
-        {&N::transmission, size.paths * kRow},
-        {&N::clearcoat, size.paths * kRow},
+        {&N::glossy, sizeof(vec2) * shared::kAlbedoTableSize * shared::kAlbedoTableSize},
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
         {&N::light_tree, size.paths * sizeof(shared::Receiver)},
     };
+    std::size_t sum = 0;
     for (const auto& [of, count] : bytes)
-        if (of == flag) return count;
-    return 0;
+        if (of == flag) sum += count;
+    for (const MaterialLobe& lobe : material_lobes())
+        if (lobe.need == flag) sum += size.paths * static_cast<std::size_t>(lobe.record_rows) * kRow;
+    return sum;
 }
 
 }  // namespace
@@ -122,7 +124,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                          transport(paths, nullptr)},
         .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
         // Path reuse is a different estimator, so it is kept only together with all parts, not by its name.
-        .reuse = {kReuse, reuse_bytes(options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
+        .reuse = {kReuse, reuse_bytes(scene, options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
                   single                    ? single
                   : options.group_size == 1 ? options.group_size_piloted ? kPiloted : "path reuse is off"
                                             : transport(options.kept.is_everything(), no_diffuse)},

@@ -8,7 +8,6 @@
 #include "renderer/frame_options.h"
 #include "renderer/render_state.h"
 #include "shaders/shared/path.h"
-#include "shaders/shared/reuse.h"
 
 namespace halflight {
 
@@ -46,8 +45,8 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     std::size_t most = SIZE_MAX;
     if (needs().reuse)
         most = most_paths_of_batch(*tracer, rays::RayKind::connection,
-                                   static_cast<std::uint32_t>(settings.estimator.reuse), sizeof(shared::ReusePoint),
-                                   limits);
+                                   static_cast<std::uint32_t>(settings.estimator.reuse),
+                                   scene.buffers().needs().reuse_point_bytes(), limits);
     const auto shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow);
     if (needs().shadow && shadow_rays > 1) {
         const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // rays to lights and one to the sun

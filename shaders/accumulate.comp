@@ -165,7 +165,7 @@ void main() {
 
 #ifdef HALFLIGHT_FEATURES
     Bsdf b = load_bsdf(path);
-    vec3 albedo = guarded(point.is_surface ? b.diffuse + b.transmission + b.specular : vec3(0.0), kCountGBuffer);
+    vec3 albedo = guarded(point.is_surface ? reflectance(b) : vec3(0.0), kCountGBuffer);
     vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), -kLargestFloat, kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
         ADD(feature_sums[path * 6u + i], albedo[i]);

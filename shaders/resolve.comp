@@ -56,7 +56,7 @@ layout(std430) writeonly buffer Points { ReusePoint points[]; };
 #include "shaders/lib/primary_search.glsl"
 #endif
 #include "shaders/lib/finite.glsl"
-#include "shaders/lib/resolve.glsl"
+#include "shaders/lib/material.glsl"
 #ifdef HALFLIGHT_STORE_SURFACE
 #include "shaders/lib/surface_record.glsl"
 #endif
@@ -76,21 +76,14 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     y.distance = t;
     y.direction = ray.direction;
     y.light = vec3(0.0);
-    y.pending = vec3(0.0);
-    vec3 f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular;
-    y.f0 = max(f0.r, max(f0.g, f0.b));
-    y.f90 = m.specular;
-    y.normal = m.normal;
-    y.alpha = b.alpha;
-    y.coat_normal = m.coat_normal;
-    y.coat_alpha = b.coat_alpha;
-    y.coat = m.coat;
     y.reserved0 = 0.0;
+    y.pending = vec3(0.0);
     y.reserved1 = 0.0;
-    y.reserved2 = 0.0;
+    Layers layers = layers_of(m);
+    y.layers = pack_layers(layers);
     // A bent normal makes the diffuse lobe depend on wo. Edge-on or at distance 0, the point has no density per area.
     bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
-    y.share = sharable ? diffuse_share(y, -ray.direction) : 0.0;
+    y.share = sharable ? base_share(layers, -ray.direction) : 0.0;
     return y;
 }
 #endif

@@ -57,7 +57,8 @@ void main() {
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         BsdfValue f = evaluate_bsdf(b, wo, sight.direction);
-        vec3 incoming = given[finder & 255u] * visible(entry) * sight.geometry * diffuse_share(y, -sight.direction);
+        float share = base_share(unpack_layers(y.layers), -sight.direction);
+        vec3 incoming = given[finder & 255u] * visible(entry) * sight.geometry * share;
         bool receives = densities[entry] != 0.0;
         diffuse += receives ? f.diffuse * incoming : vec3(0.0);
         glossy += receives ? f.glossy * incoming : vec3(0.0);

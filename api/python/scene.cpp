@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "api/python/bindings.h"
+#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 
 namespace halflight::python {
@@ -103,8 +104,7 @@ py::dict material(const PyScene& s, std::size_t index) {
 }
 
 py::dict light(const PunctualLight& l) {
-    constexpr const char* kTypes[] = {"point", "spot", "directional"};
-    return py::dict(py::arg("name") = l.name, py::arg("type") = kTypes[static_cast<int>(l.type)],
+    return py::dict(py::arg("name") = l.name, py::arg("type") = row_of(l.type).name,
                     py::arg("intensity") = triple(l.intensity), py::arg("position") = triple(l.position),
                     py::arg("direction") = triple(l.direction));
 }

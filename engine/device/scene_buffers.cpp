@@ -10,7 +10,6 @@
 #include "engine/tables/instance_rows.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
-#include "shaders/shared/surface.h"
 
 namespace halflight {
 namespace {
@@ -110,8 +109,6 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     needs_ = shading.needs;
     defines_ = {};
     for (const auto& [name, value] : shader_defines(needs_)) defines_.set(name, value);
-    defines_.set("HALFLIGHT_SURFACE_ROWS",
-                 std::to_string(shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat)) + "u");
 
     const auto bring = [&](GLuint unit, const auto& values, const auto& known) {
         gpu::replace(std::ranges::find(views_, unit, &View::unit)->buffer, values, known);
@@ -170,10 +167,6 @@ void SceneBuffers::set_draws(const TraceTables& trace) {
     glVertexArrayBindingDivisor(id, 1, 1);
     glEnableVertexArrayAttrib(id, 1);
     glVertexArrayElementBuffer(id, indices_.id());
-}
-
-std::size_t SceneBuffers::surface_record_bytes() const {
-    return shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat) * sizeof(vec4);
 }
 
 std::size_t SceneBuffers::widest_record_bytes() const {

@@ -32,11 +32,11 @@ class SceneBuffers {
     void update(const TraceTables& trace, const ShadingTables& shading, const Content* last);
 
     const SceneNeeds& needs() const { return needs_; }
-    /// Returns the defines that select shader variants for this scene: shader_defines() and HALFLIGHT_SURFACE_ROWS.
+    /// Returns the defines that select shader variants for this scene: shader_defines() and those of banks.
     const gpu::Defines& defines() const { return defines_; }
-    std::size_t surface_record_bytes() const;  ///< Returns bytes per surface record (shaders/shared/surface.h).
-    std::size_t widest_record_bytes() const;   ///< Returns bytes of the widest record that a frame keeps per path.
-    std::size_t bytes() const;                 ///< Returns the size in device memory, bytes.
+    std::size_t surface_record_bytes() const { return needs_.surface_record_bytes(); }
+    std::size_t widest_record_bytes() const;  ///< Returns bytes of the widest record that a frame keeps per path.
+    std::size_t bytes() const;                ///< Returns the size in device memory, bytes.
 
     /// Returns the block instances as shaders/shared/instances.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }

@@ -35,6 +35,22 @@ LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, double alpha) {
 
 }  // namespace
 
+BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const Lookup& lookup) {
+    using enum Encoding;
+    const dvec4 metallic_roughness = lookup(m.metallic_roughness_texture, linear);
+    BsdfParameters p;
+    p.base_color = base_color;
+    p.metallic = m.metallic * metallic_roughness.b;
+    p.roughness = m.roughness * metallic_roughness.g;
+    p.specular = m.specular * lookup(m.specular_texture, linear).a;
+    p.specular_color = dvec3(m.specular_color) * dvec3(lookup(m.specular_color_texture, srgb));
+    p.ior = m.ior;
+    p.clearcoat = m.clearcoat * lookup(m.clearcoat_texture, linear).r;
+    p.clearcoat_roughness = m.clearcoat_roughness * lookup(m.clearcoat_roughness_texture, linear).g;
+    p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
+    return p;
+}
+
 Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k)
     : wo_(wo),
       n_g_(n_g),

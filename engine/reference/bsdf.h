@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "engine/core/math.h"
 #include "engine/reference/albedo.h"
 #include "engine/reference/ggx.h"
+#include "engine/reference/texture.h"
 
 namespace halflight::reference {
 
@@ -24,6 +26,11 @@ struct BsdfParameters {
     double clearcoat_roughness = 0;
     double transmission = 0;
 };
+
+/// Returns a texel, or white where there is no texture, so that factors stand alone.
+using Lookup = std::function<dvec4(const TextureRef&, Encoding)>;
+/// Returns the parameters of a material at a point. `base_color` includes texture and vertex colour.
+BsdfParameters parameters_of(const Material& material, const dvec3& base_color, const Lookup& lookup);
 
 /// Component by which light left a surface (SHADING.md, "Estimator").
 enum class Component : std::uint8_t { diffuse, glossy };

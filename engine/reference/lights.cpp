@@ -50,6 +50,32 @@ double punctual_power(const PunctualLight& light) {
     return strength;
 }
 
+/// Samples a punctual light; `origin` is Tracer::origin().
+std::optional<LightSample> sample_punctual(const PunctualLight& light, const dvec3& origin, const Surface& surface) {
+    LightSample s;
+    s.pdf = 1;
+    s.punctual = true;
+    s.radiance = dvec3(light.intensity);
+    if (light.type == LightType::directional) {
+        s.wi = -normalize(dvec3(light.direction));
+        s.infinite = true;
+        return s;
+    }
+    s.end = light.position - origin;
+    const dvec3 to_light = s.end - surface.position;
+    const double distance2 = dot(to_light, to_light);
+    if (!(distance2 > 0)) return std::nullopt;
+    s.wi = to_light / std::sqrt(distance2);
+    s.radiance /= distance2;
+    if (light.type == LightType::spot) {
+        const double inner = std::cos(double(light.inner_cone)), outer = std::cos(double(light.outer_cone));
+        const double cosine = -dot(s.wi, normalize(dvec3(light.direction)));
+        const double fade = std::clamp((cosine - outer) / std::max(inner - outer, 0.001), 0.0, 1.0);
+        s.radiance *= fade * fade;
+    }
+    return s;
+}
+
 }  // namespace
 
 Lights::Lights(const Tracer& tracer) : tracer_(tracer), environment_(tracer.scene().environment) {
@@ -101,7 +127,7 @@ std::optional<LightSample> Lights::sample(const Surface& surface, Random& random
     if (chosen < emitters_.size()) {
         sample = sample_triangle(emitters_[chosen], surface, random);
     } else if (chosen < emitters_.size() + punctual.size()) {
-        sample = sample_punctual(punctual[chosen - emitters_.size()], surface);
+        sample = sample_punctual(punctual[chosen - emitters_.size()], tracer_.origin(), surface);
     } else {
         sample.emplace();
         const double u1 = random.uniform(), u2 = random.uniform();
@@ -138,31 +164,6 @@ std::optional<LightSample> Lights::sample_triangle(const Emitter& emitter, const
     if (material.alpha_mode != AlphaMode::opaque) {
         const double alpha = coverage(tracer_, emitter.id, b.x, b.y);
         s.radiance *= material.alpha_mode == AlphaMode::blend ? std::min(alpha, 1.0) : alpha >= material.alpha_cutoff;
-    }
-    return s;
-}
-
-std::optional<LightSample> Lights::sample_punctual(const PunctualLight& light, const Surface& surface) const {
-    LightSample s;
-    s.pdf = 1;
-    s.punctual = true;
-    s.radiance = dvec3(light.intensity);
-    if (light.type == LightType::directional) {
-        s.wi = -normalize(dvec3(light.direction));
-        s.infinite = true;
-        return s;
-    }
-    s.end = light.position - tracer_.origin();
-    const dvec3 to_light = s.end - surface.position;
-    const double distance2 = dot(to_light, to_light);
-    if (!(distance2 > 0)) return std::nullopt;
-    s.wi = to_light / std::sqrt(distance2);
-    s.radiance /= distance2;
-    if (light.type == LightType::spot) {
-        const double inner = std::cos(double(light.inner_cone)), outer = std::cos(double(light.outer_cone));
-        const double cosine = -dot(s.wi, normalize(dvec3(light.direction)));
-        const double fade = std::clamp((cosine - outer) / std::max(inner - outer, 0.001), 0.0, 1.0);
-        s.radiance *= fade * fade;
     }
     return s;
 }

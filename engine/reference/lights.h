@@ -42,7 +42,6 @@ class Lights {
 
     void add_emitters(std::vector<double>& powers);
     std::optional<LightSample> sample_triangle(const Emitter& emitter, const Surface& surface, Random& random) const;
-    std::optional<LightSample> sample_punctual(const PunctualLight& light, const Surface& surface) const;
 
     const Tracer& tracer_;
     EnvironmentLight environment_;

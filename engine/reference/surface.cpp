@@ -47,21 +47,6 @@ dvec3 emission(const Scene& scene, const Material& m, const Vertex& vertex) {
     return dvec3(m.emission) * dvec3(lookup(scene, m.emission_texture, vertex, Encoding::srgb));
 }
 
-BsdfParameters look_up_parameters(const Scene& scene, const Material& m, const Vertex& vertex) {
-    const dvec4 metallic_roughness = lookup(scene, m.metallic_roughness_texture, vertex);
-    BsdfParameters p;
-    p.base_color = dvec3(base_color(scene, m, vertex));
-    p.metallic = m.metallic * metallic_roughness.b;
-    p.roughness = m.roughness * metallic_roughness.g;
-    p.specular = m.specular * lookup(scene, m.specular_texture, vertex).a;
-    p.specular_color = dvec3(m.specular_color) * dvec3(lookup(scene, m.specular_color_texture, vertex, Encoding::srgb));
-    p.ior = m.ior;
-    p.clearcoat = m.clearcoat * lookup(scene, m.clearcoat_texture, vertex).r;
-    p.clearcoat_roughness = m.clearcoat_roughness * lookup(scene, m.clearcoat_roughness_texture, vertex).g;
-    p.transmission = m.transmission * lookup(scene, m.transmission_texture, vertex).r;
-    return p;
-}
-
 dvec3 normalize_or(const dvec3& v, const dvec3& otherwise) {
     const double length2 = dot(v, v);
     return length2 > 0 ? v / std::sqrt(length2) : otherwise;
@@ -119,7 +104,10 @@ Surface make_surface(const Tracer& tracer, const ReferenceHit& hit, const dvec3&
     const Vertex vertex(*tracer.placed(hit.instance).mesh, hit.triangle, hit.u, hit.v);
     find_normals(tracer, vertex, s);
     s.unlit = material.unlit;
-    s.parameters = look_up_parameters(tracer.scene(), material, vertex);
+    s.parameters = parameters_of(material, dvec3(base_color(tracer.scene(), material, vertex)),
+                                 [&](const TextureRef& texture, Encoding encoding) {
+                                     return lookup(tracer.scene(), texture, vertex, encoding);
+                                 });
     s.emitted = s.unlit ? s.parameters.base_color : emission(tracer.scene(), material, vertex);
     return s;
 }

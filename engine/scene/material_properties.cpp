@@ -6,6 +6,7 @@
 
 #include "engine/core/error.h"
 #include "shaders/shared/material.h"
+#include "shaders/shared/surface.h"
 
 namespace halflight {
 namespace {
@@ -306,25 +307,57 @@ const std::array kTextures = {
 };
 
 const std::array kLobes = {
-    MaterialLobe{"unlit surfaces", &N::unlit, "UNLIT", "no material is unlit", [](const M& m) { return m.unlit; },
-                 &N::emission},
-    MaterialLobe{"diffuse lobe", &N::diffuse, "DIFFUSE", "no material has a diffuse component",
-                 [](const M& m) { return base(m) && (m.transmission < 1 || m.transmission_texture); }, nullptr},
-    MaterialLobe{"glossy lobe", &N::glossy, "GLOSSY", "no material has a specular, coat or transmission component",
-                 [](const M& m) { return (lit(m) && m.metallic > 0) || specular(m); }, nullptr},
-    MaterialLobe{"clearcoat", &N::clearcoat, "CLEARCOAT", "no material has a coat", coated, &N::glossy},
-    MaterialLobe{"transmission", &N::transmission, "TRANSMISSION", "no material transmits light", transmits,
-                 &N::glossy},
-    MaterialLobe{"specular colour", &N::specular_color, "SPECULAR_COLOR", "every dielectric reflects white",
-                 [](const M& m) { return specular(m) && (m.specular_color != vec3(1) || m.specular_color_texture); },
-                 &N::glossy},
-    MaterialLobe{"emission", &N::emission, "EMISSION", "no surface glows", has_emission, nullptr},
+    MaterialLobe{.label = "unlit surfaces",
+                 .need = &N::unlit,
+                 .define = "UNLIT",
+                 .fact = "no material is unlit",
+                 .present = [](const M& m) { return m.unlit; },
+                 .implies = &N::emission},
+    MaterialLobe{.label = "diffuse lobe",
+                 .need = &N::diffuse,
+                 .define = "DIFFUSE",
+                 .fact = "no material has a diffuse component",
+                 .present = [](const M& m) { return base(m) && (m.transmission < 1 || m.transmission_texture); }},
+    MaterialLobe{.label = "glossy lobe",
+                 .need = &N::glossy,
+                 .define = "GLOSSY",
+                 .fact = "no material has a specular, coat or transmission component",
+                 .present = [](const M& m) { return (lit(m) && m.metallic > 0) || specular(m); },
+                 .record_rows = 2,
+                 .layer_rows = 1},
+    MaterialLobe{.label = "clearcoat",
+                 .need = &N::clearcoat,
+                 .define = "CLEARCOAT",
+                 .fact = "no material has a coat",
+                 .present = coated,
+                 .implies = &N::glossy,
+                 .record_rows = 1,
+                 .layer_rows = 1},
+    MaterialLobe{.label = "transmission",
+                 .need = &N::transmission,
+                 .define = "TRANSMISSION",
+                 .fact = "no material transmits light",
+                 .present = transmits,
+                 .implies = &N::glossy,
+                 .record_rows = 1},
+    MaterialLobe{
+        .label = "specular colour",
+        .need = &N::specular_color,
+        .define = "SPECULAR_COLOR",
+        .fact = "every dielectric reflects white",
+        .present = [](const M& m) { return specular(m) && (m.specular_color != vec3(1) || m.specular_color_texture); },
+        .implies = &N::glossy},
+    MaterialLobe{.label = "emission",
+                 .need = &N::emission,
+                 .define = "EMISSION",
+                 .fact = "no surface glows",
+                 .present = has_emission},
 };
 
-std::string range_text(const PropertyRange& range) {
-    const bool below = std::isinf(range.lowest), above = std::isinf(range.highest);
-    if (!below && !above) return fmt::format("is outside [{}, {}]", range.lowest, range.highest);
-    return below ? "is not finite" : fmt::format("is below {} or not finite", range.lowest);
+int lobe_rows(const N& needs, int MaterialLobe::*rows) {
+    int sum = 0;
+    for (const MaterialLobe& lobe : kLobes) sum += needs.*lobe.need ? lobe.*rows : 0;
+    return sum;
 }
 
 }  // namespace
@@ -353,6 +386,14 @@ int material_rows() {
         return last + 1;
     }();
     return rows;
+}
+
+int record_rows(const MaterialNeeds& needs) {
+    return shared::kLeastSurfaceRows + lobe_rows(needs, &MaterialLobe::record_rows);
+}
+
+int layer_rows(const MaterialNeeds& needs) {
+    return 1 + lobe_rows(needs, &MaterialLobe::layer_rows);  // the first row is the base's
 }
 
 int component_count(const MaterialField& field) {
@@ -392,11 +433,8 @@ vec4 packed_value(const Material& material, const MaterialProperty& property) {
 }
 
 std::string range_error(const MaterialProperty& property, const vec4& value) {
-    for (int i = 0; i < component_count(property.field); ++i) {
-        if (value[i] >= property.range.lowest && value[i] <= property.range.highest && std::isfinite(value[i]))
-            continue;
-        return fmt::format("{} {}", value[i], range_text(property.range));
-    }
+    for (int i = 0; i < component_count(property.field); ++i)
+        if (std::string why = range_error(property.range, value[i]); !why.empty()) return why;
     return {};
 }
 

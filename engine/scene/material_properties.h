@@ -4,7 +4,6 @@
 // tests/unit/scene/test_material_properties.cpp compares with this table, and rewrites on request.
 #pragma once
 
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,17 +12,12 @@
 
 #include "engine/scene/animation.h"
 #include "engine/scene/material.h"
+#include "engine/scene/property_range.h"
 
 namespace halflight {
 
 /// The member of Material that holds a property.
 using MaterialField = std::variant<float Material::*, vec3 Material::*, vec4 Material::*, bool Material::*>;
-
-/// Inclusive range of a property; an infinite bound admits every finite number on its side.
-struct PropertyRange {
-    float lowest = -std::numeric_limits<float>::infinity();
-    float highest = std::numeric_limits<float>::infinity();
-};
 
 /// A component of a material's rows in UNIT_MATERIALS (RGBA32F).
 struct MaterialPacking {
@@ -78,10 +72,12 @@ struct MaterialTexture {
 struct MaterialLobe {
     const char* label;  // name of the need
     bool MaterialNeeds::*need;
-    const char* define;                // name of the macro after HALFLIGHT_
-    const char* fact;                  // statement that is true if the need is false
-    bool (*present)(const Material&);  // returns whether a material has the lobe
-    bool MaterialNeeds::*implies;      // a need that comes with the lobe and implies none itself; null: none
+    const char* define;                      // name of the macro after HALFLIGHT_
+    const char* fact;                        // statement that is true if the need is false
+    bool (*present)(const Material&);        // returns whether a material has the lobe
+    bool MaterialNeeds::*implies = nullptr;  // a need that comes with the lobe and implies none itself; null: none
+    int record_rows = 0;                     // rows of pack_bsdf() in shaders/lib/bsdf.glsl that the lobe adds
+    int layer_rows = 0;                      // rows of pack_layers() there that the lobe adds
 };
 
 std::span<const MaterialProperty> material_properties();
@@ -92,6 +88,10 @@ std::span<const MaterialLobe> material_lobes();
 
 /// Returns the number of rows (RGBA32F texels) per material.
 int material_rows();
+/// Returns the number of rows of a surface record (shaders/shared/surface.h).
+int record_rows(const MaterialNeeds& needs);
+/// Returns the number of rows that a point for path reuse has for its layers (shaders/shared/reuse.h).
+int layer_rows(const MaterialNeeds& needs);
 
 /// Returns the number of components: 1, 3 or 4.
 int component_count(const MaterialField& field);

@@ -56,6 +56,21 @@ struct PunctualLight {
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
 };
 
+/// Lights and choices of lights that a scene needs. Shaders leave out all others (engine/tables/needs.h).
+struct LightNeeds {
+    bool area_lights = false;
+    bool punctual_lights = false;
+    bool spot_lights = false;
+    bool directional_lights = false;
+    bool sun = false;              // a directional light is sampled apart from the others
+    bool light_choice = false;     // the scene has two lights or more
+    bool light_tree = false;       // a light tree chooses among the lights
+    bool environment = false;      // the environment is not black
+    bool environment_map = false;  // the environment is not constant
+
+    bool operator==(const LightNeeds&) const = default;
+};
+
 struct Camera {
     std::string name;
     dmat4 camera_to_world{1};  // orthonormal; looks along -Z, +Y up

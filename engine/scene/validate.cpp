@@ -3,6 +3,7 @@
 
 #include "engine/core/error.h"
 #include "engine/scene/geometry.h"
+#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 #include "engine/scene/scene.h"
 
@@ -125,9 +126,10 @@ void check(const PunctualLight& light, const Element& e) {
         if (!std::isfinite(light.position[axis])) throw Error(e.at("position"), "not finite");
     }
     if (!is_unit(light.direction)) throw Error(e.at("direction"), "not of unit length");
-    // Float32 rounds pi/2 upwards.
-    if (!(light.inner_cone >= 0 && light.inner_cone < light.outer_cone && light.outer_cone <= float(kPi / 2)))
-        throw Error(e.at("outer_cone"), "cones are not 0 <= inner < outer <= pi/2");
+    for (const LightProperty& property : light_properties())
+        if (const std::string why = range_error(property.range, light.*property.field); !why.empty())
+            throw Error(e.at(property.name), why);
+    if (light.inner_cone >= light.outer_cone) throw Error(e.at("outer_cone"), "not greater than the inner cone");
 }
 
 void check(const Camera& camera, const Element& e) {

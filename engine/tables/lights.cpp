@@ -45,6 +45,7 @@ class Builder {
         if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among).build();
         if (!others) return {};
         choose();
+        find_needs();
         if (sun_) add_sun();
         return std::move(tables_);
     }
@@ -163,6 +164,8 @@ class Builder {
     void add_punctual(const PunctualLight& light) {
         const double intensity = luminance_of(dvec3(light.intensity));
         if (intensity == 0) return;
+        const LightTypeRow& type = row_of(light.type);
+        if (type.need && &light != sun_) tables_.needs.*type.need = true;
         const float cos_outer = std::cos(light.outer_cone);
         const float cone = std::max(std::cos(light.inner_cone) - cos_outer, 0.001f);
         const bool directional = light.type == LightType::directional;
@@ -178,7 +181,7 @@ class Builder {
         }
         const double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
-        add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(row_of(light.type).kind)),
+        add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(type.kind)),
              vec4(light.direction, cos_outer), vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
     }
@@ -198,7 +201,7 @@ class Builder {
     void add_sun() {
         add_punctual(*sun_);
         tables_.rows.back().w = 1;
-        tables_.sun = true;
+        tables_.needs.sun = true;
     }
 
     void add_environment() {
@@ -262,6 +265,16 @@ class Builder {
         }
         if (kind_.back() == kEnvironment) write_environment_cells(table.probabilities.back());
         tables_.probabilities = std::move(table.probabilities);
+    }
+
+    void find_needs() {
+        LightNeeds& needs = tables_.needs;
+        needs.area_lights = tables_.triangle_count > 0;
+        needs.punctual_lights = tables_.punctual_count > 0;
+        needs.environment = !tables_.environment.pixels.empty();
+        needs.environment_map = needs.environment && !scene_.environment.map.pixels.empty();
+        needs.light_choice = tables_.probabilities.size() > 1;
+        needs.light_tree = !tables_.tree.empty();
     }
 
     bool uses_tree() const {

@@ -46,7 +46,7 @@ struct LightTables {
     std::vector<double> probabilities;             // probability of each light without the tree; the sun has none
     std::size_t triangle_count = 0;
     std::size_t punctual_count = 0;  // number of punctual lights without the separate sun
-    bool sun = false;                // true: the last row is a separate sun
+    LightNeeds needs;                // `sun`: the last row is a separate sun
 };
 
 /// Sampling of the sun, the strongest directional light, where there are other lights.

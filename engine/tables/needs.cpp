@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
+#include "shaders/shared/reuse.h"
 
 namespace halflight {
 namespace {
@@ -16,19 +18,6 @@ constexpr std::array kGeometry = {
     SceneNeed{"alpha tests", &N::alpha, "ALPHA", "alpha decides no hit"},
     SceneNeed{"double precision for slivers", &N::slivers, "SLIVERS",
               "no triangle is more than 2000 times as long as high"},
-};
-
-constexpr std::array kLights = {
-    SceneNeed{"area lights", &N::area_lights, "AREA_LIGHTS", "no triangle is a light"},
-    SceneNeed{"punctual lights", &N::punctual_lights, "PUNCTUAL_LIGHTS", "there are none to choose from"},
-    SceneNeed{"spot cones", &N::spot_lights, "SPOT_LIGHTS", "there is no spot light"},
-    SceneNeed{"directional lights", &N::directional_lights, "DIRECTIONAL_LIGHTS", "there are none to choose from"},
-    SceneNeed{"sun apart", &N::sun, "SUN",
-              "there is no directional light beside others, or another choice was asked for"},
-    SceneNeed{"choice of a light", &N::light_choice, "LIGHT_CHOICE", "there is one light at most"},
-    SceneNeed{"light tree", &N::light_tree, "LIGHT_TREE", "there are few lights, or another choice was asked for"},
-    SceneNeed{"environment", &N::environment, "ENVIRONMENT", "the environment is black"},
-    SceneNeed{"environment map", &N::environment_map, "ENVIRONMENT_MAP", "the environment is of one colour"},
 };
 
 constexpr std::array kLookups = {
@@ -49,10 +38,8 @@ SceneNeeds completed(SceneNeeds n) {
     }
     n.texture_coordinates |= n.normal_maps;  // tangents have their handedness beside texture coordinates
     n.emission |= n.area_lights;
-    complete(n);
-    n.punctual_lights |= n.spot_lights || n.directional_lights;
-    n.environment |= n.environment_map;
-    n.light_choice |= n.light_tree;
+    complete(static_cast<MaterialNeeds&>(n));
+    complete(static_cast<LightNeeds&>(n));
     return n;
 }
 
@@ -62,7 +49,7 @@ std::span<const SceneNeed> known_scene_needs() {
     static const std::vector<SceneNeed> needs = [] {
         std::vector<SceneNeed> all(kGeometry.begin(), kGeometry.end());
         for (const MaterialLobe& l : material_lobes()) all.push_back({l.label, l.need, l.define, l.fact});
-        all.insert(all.end(), kLights.begin(), kLights.end());
+        for (const LightFeature& l : light_features()) all.push_back({l.label, l.need, l.define, l.fact});
         for (const MaterialTexture& t : material_textures()) all.push_back({t.label, t.need, t.define, t.fact});
         all.insert(all.end(), kLookups.begin(), kLookups.end());
         return all;
@@ -103,6 +90,14 @@ int SceneNeeds::vertex_stride() const {
     return 1 + (texture_coordinates ? 1 : 0) + (normal_maps ? 1 : 0) + (vertex_colors ? 1 : 0);
 }
 
+std::size_t SceneNeeds::surface_record_bytes() const {
+    return static_cast<std::size_t>(record_rows(*this)) * sizeof(vec4);
+}
+
+std::size_t SceneNeeds::reuse_point_bytes() const {
+    return sizeof(shared::ReusePoint) + static_cast<std::size_t>(layer_rows(*this)) * sizeof(vec4);
+}
+
 std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds& needs) {
     std::vector<std::pair<std::string, std::string>> defines;
     const auto define = [&](const char* name, const std::string& value) {
@@ -112,6 +107,8 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
         if (needs.*need.flag) define(need.define, "1");
     if (needs.lights()) define("LIGHTS", "1");
     define("VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
+    define("SURFACE_ROWS", std::to_string(record_rows(needs)) + "u");
+    define("LAYER_ROWS", std::to_string(layer_rows(needs)));
     std::sort(defines.begin(), defines.end());
     return defines;
 }

@@ -1,6 +1,7 @@
 // The features of shaders and tables that a scene needs; all others are left out. This code uses no OpenGL.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <set>
 #include <span>
@@ -9,27 +10,18 @@
 #include <utility>
 #include <vector>
 
-#include "engine/scene/material.h"
+#include "engine/scene/scene.h"
 
 namespace halflight {
 
 /// Features that a scene uses. On a software driver an untaken branch costs as much as a taken one. So shaders are
 /// compiled without unused features (shader_defines), and no table is built for them.
-struct SceneNeeds : MaterialNeeds {
+struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool instances = false;      // some block is not in world space
     bool vertex_colors = false;  // some vertex colour is not white
     bool normal_maps = false;    // some normal map is looked up, on a mesh with tangents
     bool alpha = false;          // alpha decides some hit
     bool slivers = false;        // some triangle is a sliver (is_sliver)
-    bool area_lights = false;
-    bool punctual_lights = false;
-    bool spot_lights = false;
-    bool directional_lights = false;
-    bool light_choice = false;     // the scene has two lights or more
-    bool light_tree = false;       // a light tree chooses among the lights
-    bool sun = false;              // a directional light is sampled apart from the others
-    bool environment = false;      // the environment is not black
-    bool environment_map = false;  // the environment is not constant
 
     bool texture_coordinates = false;  // some texture is looked up
     bool texture_transforms = false;
@@ -44,6 +36,8 @@ struct SceneNeeds : MaterialNeeds {
     bool light() const { return lights() || emission; }
     /// Returns the number of texels per vertex (shaders/shared/vertex.h).
     int vertex_stride() const;
+    std::size_t surface_record_bytes() const;  ///< Returns the bytes of a surface record (shaders/shared/surface.h).
+    std::size_t reuse_point_bytes() const;     ///< Returns the bytes of a ReusePoint with its layers.
     bool operator==(const SceneNeeds&) const = default;
 };
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <future>
 
-#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
 #include "engine/tables/light_tree.h"
@@ -68,7 +67,7 @@ class Builder {
         for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
             if (used[i]) add_material(scene_.materials[i], &tables_.materials[i * rows]);
         }
-        complete(needs);
+        complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
         // The table takes about 15 ms, and nothing below depends on it.
@@ -145,19 +144,7 @@ class Builder {
     void add_lights() {
         LightTables lights = build_lights(scene_, trace_, choice_, sun_);
         SceneNeeds& needs = tables_.needs;
-        needs.area_lights = lights.triangle_count > 0;
-        needs.punctual_lights = lights.punctual_count > 0;
-        needs.environment = !lights.environment.pixels.empty();
-        needs.environment_map = needs.environment && !scene_.environment.map.pixels.empty();
-        needs.light_choice = lights.probabilities.size() > 1;
-        needs.light_tree = !lights.tree.empty();
-        needs.sun = lights.sun;
-        for (std::size_t i = 0; i < lights.punctual_count; ++i) {
-            const vec4& head = lights.rows[(lights.triangle_count + i) * shared::kLightStride];
-            const std::uint32_t kind = shared::light_kind(shared::word_of_float(head.w));
-            for (const LightTypeRow& type : light_types())
-                if (type.kind == kind && type.feature) raise(type.feature);
-        }
+        static_cast<LightNeeds&>(needs) = lights.needs;
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);
@@ -171,12 +158,6 @@ class Builder {
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);
         tables_.environment_cells = std::move(lights.environment_cells);
-    }
-
-    /// Sets the need of a macro.
-    void raise(std::string_view define) {
-        const auto needs = known_scene_needs();
-        tables_.needs.*std::ranges::find_if(needs, [&](const SceneNeed& n) { return n.define == define; })->flag = true;
     }
 
     /// Fills tables of lights that are kept but not in the scene: a light without radiance, no emissive triangles, a

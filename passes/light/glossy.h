@@ -1,4 +1,4 @@
-// Glossy interreflection: the paths that leave the first surface through specular, coat or transmission lobes.
+// Glossy interreflection: the paths that leave the first surface through any lobe but the diffuse one.
 #pragma once
 
 #include "passes/light/scatter.h"

@@ -8,7 +8,6 @@
 #include "engine/rays/tiles.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
 
 namespace halflight {
 namespace {
@@ -79,7 +78,7 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
 }  // namespace
 
 graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& view) {
-    return graph.create_buffer("reuse points", {view.band.paths() * sizeof(shared::ReusePoint)});
+    return graph.create_buffer("reuse points", {view.band.paths() * view.scene.needs().reuse_point_bytes()});
 }
 
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& g, const PathBuffers& paths,

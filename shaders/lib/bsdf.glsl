@@ -1,4 +1,5 @@
-// The BSDF of shaders/SHADING.md at one vertex, for one outgoing direction.
+// The BSDF of shaders/SHADING.md at one vertex, for one outgoing direction. It is packed for surface records and for path
+// reuse, and made from a material if shaders/lib/material.glsl is included before.
 #include "shaders/lib/microfacet.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
@@ -22,8 +23,243 @@ struct Bsdf {
 
 const float kCoatF0 = 0.04;
 
+// --- Rows of surface records ------------------------------------------------------------------------------------------
+
+const uint kBsdfRows = HALFLIGHT_SURFACE_ROWS - 2u;  // rows without those of SurfacePoint
+const int kGlossyRow = 3;
+const int kTransmissionRow = 5;
+#ifdef HALFLIGHT_TRANSMISSION
+const int kCoatRow = kTransmissionRow + 1;
+#else
+const int kCoatRow = kTransmissionRow;
+#endif
+
+vec4[kBsdfRows] pack_bsdf(Bsdf b) {
+    vec4 rows[kBsdfRows];
+    rows[0] = vec4(b.geometric_normal, b.p_diffuse);
+    rows[1] = vec4(b.normal, b.alpha);
+    rows[2] = vec4(b.diffuse, b.p_transmission);
+#ifdef HALFLIGHT_GLOSSY
+    rows[kGlossyRow] = vec4(b.specular, b.p_coat);
+    rows[kGlossyRow + 1] = vec4(b.specular_edge, b.coat_alpha);
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    rows[kTransmissionRow] = vec4(b.transmission, 0.0);
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    rows[kCoatRow] = vec4(b.coat_normal, b.coat);
+#endif
+    return rows;
+}
+
+Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
+    Bsdf b;
+    b.geometric_normal = rows[0].xyz;
+    b.p_diffuse = rows[0].w;
+    b.normal = rows[1].xyz;
+    b.alpha = rows[1].w;
+    b.diffuse = rows[2].rgb;
+    b.p_transmission = rows[2].w;
+    b.specular = vec3(0.0);
+    b.p_coat = 0.0;
+    b.specular_edge = vec3(0.0);
+    b.coat_alpha = 0.0;
+    b.transmission = vec3(0.0);
+    b.coat_normal = b.normal;
+    b.coat = 0.0;
+#ifdef HALFLIGHT_GLOSSY
+    b.specular = rows[kGlossyRow].rgb;
+    b.p_coat = rows[kGlossyRow].w;
+    b.specular_edge = rows[kGlossyRow + 1].rgb;
+    b.coat_alpha = rows[kGlossyRow + 1].w;
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    b.transmission = rows[kTransmissionRow].rgb;
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    b.coat_normal = rows[kCoatRow].xyz;
+    b.coat = rows[kCoatRow].w;
+#endif
+    return b;
+}
+
+// --- Layers above the base ------------------------------------------------------------------------------------------
+
+// Parameters of the layers through which diffuse light leaves a surface.
+struct Layers {
+    vec3 normal;  // n
+    float alpha;  // roughness of the specular lobe
+    float f0;     // largest component of the dielectric's f0
+    float f90;    // f90 of the dielectric
+    float coat;   // strength of the coat; 0: none
+    float coat_alpha;
+    vec3 coat_normal;
+};
+
+vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
+    vec4 rows[HALFLIGHT_LAYER_ROWS];
+    rows[0] = vec4(l.normal, l.alpha);
+#ifdef HALFLIGHT_GLOSSY
+    rows[1] = vec4(l.f0, l.f90, l.coat, l.coat_alpha);
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    rows[2] = vec4(l.coat_normal, 0.0);
+#endif
+    return rows;
+}
+
+Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
+    Layers l;
+    l.normal = rows[0].xyz;
+    l.alpha = rows[0].w;
+#ifdef HALFLIGHT_GLOSSY
+    l.f0 = rows[1].x;
+    l.f90 = rows[1].y;
+    l.coat = rows[1].z;
+    l.coat_alpha = rows[1].w;
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    l.coat_normal = rows[2].xyz;
+#endif
+    return l;
+}
+
+// Returns whether diffuse light leaves in direction wo, on the side of all normals (SHADING.md, Surfaces).
+bool leaves_base(Layers l, vec3 wo) {
+    bool leaves = dot(l.normal, wo) > 0.0;
+#ifdef HALFLIGHT_CLEARCOAT
+    leaves = leaves && (l.coat == 0.0 || dot(l.coat_normal, wo) > 0.0);
+#endif
+    return leaves;
+}
+
+#ifdef HALFLIGHT_GLOSSY
 // Returns the gain M of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16).
+float multiple_scattering_gain(float f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
+
+// Returns the share 1 - E_d of light that the dielectric's specular lobe of a directional albedo leaves to the base.
+float specular_share(Layers l, vec2 albedo) {
+    float gain = multiple_scattering_gain(l.f0, albedo.x + albedo.y);
+    precise float share = 1.0 - min(gain * (l.f0 * albedo.x + l.f90 * albedo.y), 1.0);
+    return share;
+}
+#endif
+
+#ifdef HALFLIGHT_CLEARCOAT
+// Returns the factor k M(0.04) of the coat's lobe, and the coat's albedo k E_k.
+vec2 coat_reflection(Layers l, vec3 wo) {
+    vec2 albedo = ggx_albedo(dot(l.coat_normal, wo), l.coat_alpha);
+    precise float factor = l.coat * multiple_scattering_gain(kCoatF0, albedo.x + albedo.y);
+    precise float reflected = factor * (kCoatF0 * albedo.x + albedo.y);
+    return vec2(factor, reflected);
+}
+#endif
+
+// Returns the share of light that the layers leave to the base. The base's albedo for wo is this share times a constant.
+float base_share(Layers l, vec3 wo) {
+    precise float share = 1.0;
+#ifdef HALFLIGHT_GLOSSY
+    share = specular_share(l, ggx_albedo(dot(l.normal, wo), l.alpha));
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    share *= 1.0 - coat_reflection(l, wo).y;
+#endif
+    return share;
+}
+
+// --- From a material ------------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_MATERIAL
+float average(vec3 c) { return (c.r + c.g + c.b) * (1.0 / 3.0); }
+
+float ggx_alpha(float roughness) {
+    float alpha = roughness * roughness;
+    return alpha < kMirrorAlpha ? 0.0 : alpha;
+}
+
+vec3 dielectric_f0(Material m) { return min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular; }
+
+Layers layers_of(Material m) {
+    vec3 f0 = dielectric_f0(m);
+    Layers l;
+    l.normal = m.normal;
+    l.alpha = 0.0;
+    l.f0 = max(f0.r, max(f0.g, f0.b));
+    l.f90 = m.specular;
+    l.coat = m.coat;
+    l.coat_alpha = 0.0;
+    l.coat_normal = m.coat_normal;
+#ifdef HALFLIGHT_GLOSSY
+    l.alpha = ggx_alpha(m.roughness);
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    l.coat_alpha = ggx_alpha(m.coat_roughness);
+#endif
+    return l;
+}
+
+// Folds the factors that depend on wo alone into the BSDF at a surface.
+Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
+    Layers layers = layers_of(m);
+    precise Bsdf b;  // precise: code of lobes that the material lacks must not change bits of others
+    b.geometric_normal = geometric_normal;
+    b.normal = m.normal;
+    b.coat_normal = m.coat_normal;
+    b.alpha = layers.alpha;
+    b.specular = vec3(0.0);
+    b.specular_edge = vec3(0.0);
+    b.transmission = vec3(0.0);
+    b.coat = 0.0;
+    b.coat_alpha = layers.coat_alpha;
+    b.p_diffuse = 1.0;
+    b.p_transmission = 0.0;
+    b.p_coat = 0.0;
+    b.diffuse = (1.0 - m.metallic) * m.base_color;
+#ifdef HALFLIGHT_GLOSSY
+    vec2 albedo = ggx_albedo(dot(m.normal, wo), b.alpha);
+    float whole = albedo.x + albedo.y;  // E_1
+    vec3 f0 = dielectric_f0(m);
+    vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
+    vec3 metal_gain = m.metallic * multiple_scattering_gain(m.base_color, whole);
+    b.specular = metal_gain * m.base_color + gain * f0;
+    b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
+
+    b.diffuse *= specular_share(layers, albedo);
+    float coat_albedo = 0.0;
+#ifdef HALFLIGHT_CLEARCOAT
+    vec2 coat = coat_reflection(layers, wo);
+    b.coat = coat.x;
+    coat_albedo = coat.y;
+    b.diffuse *= 1.0 - coat_albedo;
+    b.specular *= 1.0 - coat_albedo;
+    b.specular_edge *= 1.0 - coat_albedo;
+#endif
+    float transmission = 0.0;
+#ifdef HALFLIGHT_TRANSMISSION
+    b.transmission = b.diffuse * (m.transmission / whole);
+    b.diffuse *= 1.0 - m.transmission;
+    transmission = average(b.transmission) * whole;
+#endif
+    float diffuse = average(b.diffuse);
+    float specular = average(b.specular * whole + b.specular_edge * albedo.y);
+    float glossy = specular + transmission + coat_albedo;
+    float sum = diffuse + glossy;
+    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // a black surface may pick either component
+    b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
+    b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
+#endif
+#ifndef HALFLIGHT_DIFFUSE
+    b.p_diffuse = 0.0;
+#endif
+    return b;
+}
+#endif
+
+// --- Evaluation and sampling ----------------------------------------------------------------------------------------
+
+// Returns the reflectance below the coat, specular at normal incidence.
+vec3 reflectance(Bsdf b) { return b.diffuse + b.transmission + b.specular; }
 
 // Returns the component that a uniform number selects; a constant where the scene has only one.
 bool picks_diffuse(Bsdf b, float choice) {

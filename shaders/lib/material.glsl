@@ -2,6 +2,8 @@
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/surface.glsl"
 
+#define HALFLIGHT_MATERIAL  // shaders/lib/bsdf.glsl makes a BSDF from a material
+
 // Bends a normal that faces away from wo towards it (SHADING.md, Surfaces).
 vec3 bend_normal(vec3 n, vec3 wo) {
     float cosine = dot(n, wo);

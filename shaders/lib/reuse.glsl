@@ -10,23 +10,6 @@ uint sample_grouping(uint frame_seed, uint sample_index) {
     return hash_combine(hash_combine(frame_seed, sample_index >> 2), 0x72657573u) >> 16;
 }
 
-// Returns the factor of make_bsdf()'s diffuse albedo that depends on wo: the share of light that neither the specular
-// lobe nor the coat reflects. The other factor is a constant of the material. The share is 1 without these lobes.
-float diffuse_share(ReusePoint y, vec3 wo) {
-    precise float share = 1.0;
-#ifdef HALFLIGHT_GLOSSY
-    vec2 albedo = ggx_albedo(dot(y.normal, wo), y.alpha);
-    float gain = multiple_scattering_gain(vec3(y.f0), albedo.x + albedo.y).x;
-    share = 1.0 - min(gain * (y.f0 * albedo.x + y.f90 * albedo.y), 1.0);
-#ifdef HALFLIGHT_CLEARCOAT
-    vec2 e_k = ggx_albedo(dot(y.coat_normal, wo), y.coat_alpha);
-    float coat = y.coat * multiple_scattering_gain(vec3(kCoatF0), e_k.x + e_k.y).x;
-    share *= 1.0 - coat * (kCoatF0 * e_k.x + e_k.y);
-#endif
-#endif
-    return share;
-}
-
 // A point as seen from a first surface.
 struct Sight {
     vec3 direction;  // unit length
@@ -38,11 +21,7 @@ Sight sight_of(ReusePoint y, vec3 from, bool finder) {
     vec3 way = (y.position - from) / y.distance;
     float square = max(dot(way, way), 1e-20);  // relative distance; nearer points have equal weight
     vec3 direction = finder ? y.direction : way * inversesqrt(square);
-    // Diffuse light leaves the point on one side, given by its normals (SHADING.md, Surfaces).
-    bool seen = dot(y.normal, direction) < 0.0;
-#ifdef HALFLIGHT_CLEARCOAT
-    seen = seen && (y.coat == 0.0 || dot(y.coat_normal, direction) < 0.0);
-#endif
+    bool seen = leaves_base(unpack_layers(y.layers), -direction);
     float cosine = max(-dot(y.geometric_normal, direction), 0.0);
     return Sight(direction, seen || finder ? (finder ? cosine : cosine / square) : 0.0);
 }

@@ -28,29 +28,25 @@ HALFLIGHT_SHARED_CONST uint kReusePoint = 1u;
 // the light of the rest of the path is shared, too: the path left that vertex diffusely
 HALFLIGHT_SHARED_CONST uint kReuseRest = 2u;
 
-// The second vertex y of a path and the light that leaves it diffusely, at the path's index.
+// The second vertex y of a path and the light that leaves it diffusely, at the path's index. SceneNeeds has the size
+// with layers.
 struct ReusePoint {
     vec3 position;          // position relative to TraceTables::origin
     float offset;           // Surface::offset of the position
     vec3 geometric_normal;  // normal on the side of the incoming path
     float distance;         // distance from the first vertex, > 0
     vec3 direction;         // direction of the ray that found y: unit length, bit for bit as sampled
-    float share;            // diffuse_share() towards the ray's origin, > 0
-    vec3 normal;            // shading normal, on the side of the geometric one
-    float alpha;            // roughness of the specular lobe
+    float share;            // base_share() towards the ray's origin, > 0
     vec3 light;             // radiance that leaves y diffusely to the ray's origin, without the first surface's BSDF
-    float f0;               // largest component of the dielectric's f0
-    vec3 pending;           // additional radiance if the last light sample is visible
-    float f90;              // f90 of the dielectric
-    vec3 coat_normal;
-    float coat_alpha;
-    float coat;  // Material::coat; 0: none
     float reserved0;
+    vec3 pending;  // additional radiance if the last light sample is visible
     float reserved1;
-    float reserved2;
+#ifdef HALFLIGHT_LAYER_ROWS  // C++ and kernels without the scene's defines do not read layers
+    vec4 layers[HALFLIGHT_LAYER_ROWS];  // pack_layers() in shaders/lib/bsdf.glsl
+#endif
 };
-HALFLIGHT_SHARED_SIZE(ReusePoint, 128)
-HALFLIGHT_SHARED_CONST int kReusePointTexels = 8;  // number of texels of four floats
+HALFLIGHT_SHARED_SIZE(ReusePoint, 80)
+HALFLIGHT_SHARED_CONST int kReusePointTexels = 5;  // number of texels of four floats without layers
 
 HALFLIGHT_SHARED_END
 

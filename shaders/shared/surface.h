@@ -6,10 +6,8 @@
 //   row 2   geometric normal on the camera's side; P_d
 //   row 3   shading normal; alpha
 //   row 4   diffuse albedo; probability of transmission
-//   with HALFLIGHT_GLOSSY        specular, probability of the coat; specular edge, coat alpha
-//   with HALFLIGHT_TRANSMISSION  transmission, 0
-//   with HALFLIGHT_CLEARCOAT     coat normal, coat
-// The names are those of struct Bsdf in shaders/lib/bsdf.glsl.
+//   with HALFLIGHT_GLOSSY and others: pack_bsdf() in shaders/lib/bsdf.glsl
+// The names are those of struct Bsdf. record_rows() in engine/scene/material_properties.h returns the number of rows.
 #ifndef HALFLIGHT_SHARED_SURFACE_H
 #define HALFLIGHT_SHARED_SURFACE_H
 
@@ -17,9 +15,7 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_FUNCTION uint surface_rows(bool glossy, bool transmission, bool clearcoat) {
-    return 5u + (glossy ? 2u : 0u) + (transmission ? 1u : 0u) + (clearcoat ? 1u : 0u);
-}
+HALFLIGHT_SHARED_CONST int kLeastSurfaceRows = 5;  // rows of every record
 
 HALFLIGHT_SHARED_END
 

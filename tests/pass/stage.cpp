@@ -6,7 +6,6 @@
 
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/sobol.h"
-#include "shaders/shared/surface.h"
 
 namespace halflight::test {
 
@@ -76,7 +75,7 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
 }
 
 std::size_t row_count(const SceneNeeds& needs) {
-    return shared::surface_rows(needs.glossy, needs.transmission, needs.clearcoat);
+    return needs.surface_record_bytes() / sizeof(vec4);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/scene/light_types.h"
 #include "engine/settings/settings_table.h"
 #include "tools/view/statistics_panel.h"
 
@@ -183,13 +184,13 @@ void punctual_light(const PunctualLight& light, float diagonal, LightEdit& edit)
     factor(light.name.empty() ? "light" : light.name.c_str(), edit.factor);
     vec3 color = edit.color.value_or(color_of(light).color);
     if (pick_color("Colour", color)) edit.color = color;
-    if (light.type != LightType::directional) {
+    if (row_of(light.type).has_position) {
         dvec3 position = edit.position.value_or(light.position);
         if (ImGui::DragScalarN("Position", ImGuiDataType_Double, &position.x, 3, 0.002f * diagonal, nullptr, nullptr,
                                "%.3f"))
             edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
     }
-    if (light.type != LightType::point) {
+    if (row_of(light.type).has_direction) {
         // The angles point towards the source. The zenith is excluded, because the azimuth would be lost there.
         const dvec3 back = -glm::normalize(edit.direction.value_or(dvec3(light.direction)));
         vec2 angles(glm::degrees(std::atan2(back.x, back.z)), glm::degrees(std::asin(std::clamp(back.y, -1.0, 1.0))));

@@ -3,43 +3,45 @@
 #include <algorithm>
 
 #include "engine/io/gltf/material_keys.h"
+#include "engine/scene/light_types.h"
 
 namespace halflight {
 namespace {
 
 constexpr bool kRequired = true;
 
-GltfRule rule_of(const std::string& name, const GltfMaterialKey& key) {
+/// Returns the rule of a key, without its name.
+GltfRule rule_of(const GltfMaterialKey& key) {
     using Kind = GltfMaterialKey::Kind;
     switch (key.kind) {
         case Kind::number:
-            return {name, GltfKind::number};
+            return {"", GltfKind::number};
         case Kind::numbers:
-            return {name, GltfKind::numbers, "", key.default_value.size()};
+            return {"", GltfKind::numbers, "", key.default_value.size()};
         case Kind::flag:
-            return {name, GltfKind::flag};
+            return {"", GltfKind::flag};
         case Kind::texture:
-            return {name, GltfKind::object, "texture info"};
+            return {"", GltfKind::object, "texture info"};
         case Kind::extension:
             break;
     }
-    return {name, GltfKind::object, "empty"};
+    return {"", GltfKind::object, "empty"};
 }
 
-/// Adds the rules of a key, and of the objects on its path that have none yet.
-void add_material_key(GltfRules& rules, const GltfMaterialKey& key) {
-    std::string type = "material";
+/// Adds the rule of a key at the path from an object of a type, and rules of the objects on the path that have none
+/// yet.
+void add_key(GltfRules& rules, std::string type, const std::string& path, GltfRule rule) {
     std::size_t begin = 1;
-    for (std::size_t end; (end = key.path.find('/', begin)) != std::string::npos; begin = end + 1) {
-        const std::string name = key.path.substr(begin, end - begin);
+    for (std::size_t end; (end = path.find('/', begin)) != std::string::npos; begin = end + 1) {
+        const std::string name = path.substr(begin, end - begin);
         std::vector<GltfRule>& object = rules[type];
         const auto found = std::ranges::find(object, name, &GltfRule::key);
         type = found != object.end() ? found->of : type + "." + name;
         if (found == object.end()) object.push_back({name, GltfKind::object, type});
     }
-    const std::string name = key.path.substr(begin);
+    rule.key = path.substr(begin);
     std::vector<GltfRule>& object = rules[type];
-    if (std::ranges::find(object, name, &GltfRule::key) == object.end()) object.push_back(rule_of(name, key));
+    if (std::ranges::find(object, rule.key, &GltfRule::key) == object.end()) object.push_back(std::move(rule));
 }
 
 GltfRules make_rules() {
@@ -67,13 +69,7 @@ GltfRules make_rules() {
          {{"HALFLIGHT_environment", object, "environment"}, {"KHR_lights_punctual", object, "lights"}}},
         {"environment", {{"color", numbers, "", 3, kRequired}}},
         {"lights", {{"lights", objects, "light", 0, kRequired}}},
-        {"light",
-         {{"type", text, "", 0, kRequired},
-          {"name", text},
-          {"color", numbers, "", 3},
-          {"intensity", number},
-          {"spot", object, "spot"}}},
-        {"spot", {{"innerConeAngle", number}, {"outerConeAngle", number}}},
+        {"light", {{"type", text, "", 0, kRequired}, {"name", text}, {"color", numbers, "", 3}, {"intensity", number}}},
         // check_gltf_animations() checks this list when an animation is to be played.
         {"animations", {{"animations", objects, "animation"}}},
         {"animation",
@@ -176,7 +172,9 @@ GltfRules make_rules() {
     // Textures come first, since their rule covers the whole textureInfo, including the scale of a normal map.
     for (const bool textures : {true, false})
         for (const GltfMaterialKey& key : gltf_material_keys())
-            if ((key.kind == GltfMaterialKey::Kind::texture) == textures) add_material_key(rules, key);
+            if ((key.kind == GltfMaterialKey::Kind::texture) == textures)
+                add_key(rules, "material", key.path, rule_of(key));
+    for (const LightProperty& property : light_properties()) add_key(rules, "light", property.path, {"", number});
     return rules;
 }
 

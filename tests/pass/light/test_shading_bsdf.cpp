@@ -30,7 +30,8 @@ Scene full_scene() {
 }
 
 const char* const kLibrary = R"(
-#include "shaders/lib/resolve.glsl"
+#include "shaders/lib/material.glsl"
+#include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/sobol.glsl"
 vec3 wo_of(uint c) {
     float cosine = inputs[3u * c + 1u].w;

@@ -12,7 +12,8 @@ const char* const kEverything = R"(
 #include "shaders/scene_tables.glsl"
 layout(local_size_x = 64) in;
 layout(std430) writeonly buffer Results { vec4 results[]; };
-#include "shaders/lib/resolve.glsl"
+#include "shaders/lib/material.glsl"
+#include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/lights.glsl"
 void main() {
     uint i = gl_GlobalInvocationID.x;

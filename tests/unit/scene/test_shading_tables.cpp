@@ -51,8 +51,11 @@ bool defines(const ShadingTables& tables, const std::string& name) {
 
 TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
     const ShadingTables tables = tables_of(plain_scene());
-    EXPECT_EQ(shader_defines(tables.needs), (std::vector<std::pair<std::string, std::string>>{
-                                                {"HALFLIGHT_DIFFUSE", "1"}, {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
+    EXPECT_EQ(shader_defines(tables.needs),
+              (std::vector<std::pair<std::string, std::string>>{{"HALFLIGHT_DIFFUSE", "1"},
+                                                                {"HALFLIGHT_LAYER_ROWS", "1"},
+                                                                {"HALFLIGHT_SURFACE_ROWS", "5u"},
+                                                                {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
     EXPECT_TRUE(tables.textures.empty() && tables.color_texels.empty() && tables.data_texels.empty());
     EXPECT_TRUE(tables.lights.empty() && tables.environment.pixels.empty() && tables.albedo.pixels.empty());
     EXPECT_EQ(tables.vertices.size(), 3u);
@@ -192,8 +195,8 @@ TEST(ShadingTables, EveryLightTypeHasARow) {
         const ShadingTables tables = tables_of(scene);
         EXPECT_EQ(shared::light_kind(shared::word_of_float(tables.lights.at(0).w)), row.kind);
         for (const LightTypeRow& other : light_types()) {
-            if (other.feature) {
-                EXPECT_EQ(defines(tables, std::string("HALFLIGHT_") + other.feature), &other == &row) << other.name;
+            if (other.need) {
+                EXPECT_EQ(tables.needs.*other.need, &other == &row) << other.name;
             }
         }
     }

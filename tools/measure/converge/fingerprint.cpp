@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "engine/core/hash.h"
+#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 
 namespace halflight::converge {
@@ -24,7 +25,7 @@ class SceneHash {
         });
         list(scene.lights, [&](const PunctualLight& l) {
             number(l.type), vector(l.intensity), vector(l.position), vector(l.direction);
-            number(l.inner_cone), number(l.outer_cone);
+            for (const LightProperty& p : light_properties()) number(l.*p.field);
         });
         vector(scene.environment.color);
         number(scene.environment.map.width), number(scene.environment.map.height);
