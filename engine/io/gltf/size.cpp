@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/io/gltf/accessor.h"
+#include "engine/io/gltf/instances.h"
 #include "engine/io/gltf/material.h"
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/value.h"
@@ -50,18 +51,6 @@ MeshSize measure(const GltfDocument& document, const tinygltf::Mesh& mesh, const
     return size;
 }
 
-/// Returns the number of instances of a node's mesh.
-std::size_t instances_of(const GltfDocument& document, const tinygltf::Node& node) {
-    const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
-    if (!extension) return 1;
-    const tinygltf::Value& attributes = extension->Get("attributes");
-    for (const char* name : {"TRANSLATION", "ROTATION", "SCALE"}) {
-        const int accessor = attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
-        if (accessor != kNone) return count(GltfAccessors(document), accessor);
-    }
-    return 0;
-}
-
 }  // namespace
 
 SceneSize measure_gltf(GltfDocument& document) {
@@ -78,7 +67,9 @@ SceneSize measure_gltf(GltfDocument& document) {
         const auto [known, is_new] = sizes.try_emplace(node.mesh);
         MeshSize& mesh = known->second;
         if (is_new) mesh = measure(document, document.model.meshes[static_cast<std::size_t>(node.mesh)], materials);
-        const std::size_t instances = instances_of(document, node);
+        const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
+        const std::size_t instances =
+            extension ? count_instances(document, *extension, fmt::format("nodes[{}]", index)) : 1;
         size.drawn += mesh.triangles * instances;
         size.instance_bytes += instances * sizeof(Instance);
         // A mesh is stored once per skin and weights.
