@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "tests/cli/bad_input.h"
+#include "tests/unit/io/compress_gltf.h"
 #include "tests/unit/io/gltf_builder.h"
 
 namespace halflight::test {
@@ -173,7 +174,7 @@ TEST_F(BadScenes, Nodes) {
                return Json{{"mesh", 0}, {"translation", {i, 0, 0}}};
            }));
     GltfBuilder b;
-    for (int i = 0; i < 20000; ++i) {
+    for (int i = 0; i < 2000; ++i) {
         b.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
         b.push("nodes", {{"camera", i}});
     }
@@ -211,8 +212,52 @@ TEST_F(BadScenes, Text) {
         "meshes": [{"primitives": [{"attributes": {"POSITION": 7, "POSITION": 0}}]}], "nodes": [{"mesh": 0}]})";
     loaded("attribute twice: the last one counts, as in JSON.parse", doubled);
     refused("version 3", R"({"asset": {"version": "3.0"}})", {"3.0"});
-    refused("required extension", kAsset + R"(, "extensionsRequired": ["KHR_draco_mesh_compression"]})", {"KHR_draco"});
+    refused("required extension", kAsset + R"(, "extensionsRequired": ["EXT_unknown"]})", {"EXT_unknown"});
     refused("extensions that are a number", kAsset + R"(, "extensionsUsed": 3})", {"extensionsUsed"});
+}
+
+/// Counts of compressed data that the file cannot hold, alone and together with the counts of accessors.
+TEST_F(BadScenes, CompressedBombs) {
+    GltfBuilder meshopt;
+    add_grid(meshopt, 12);
+    compress_by_meshopt(meshopt, 0, "ATTRIBUTES");
+    add_meshopt_buffers(meshopt);
+    loaded("meshopt", meshopt.glb());
+    const Json::json_pointer view("/bufferViews/0"), data("/bufferViews/0/extensions/EXT_meshopt_compression");
+    for (const std::uint64_t count : {1ull << 16, 1ull << 28, 1ull << 40, 1ull << 49}) {
+        GltfBuilder b = meshopt;
+        b.json[data]["count"] = count;
+        b.json[view]["byteLength"] = 12 * count;
+        b.json["accessors"][0]["count"] = count;
+        refused(fmt::format("meshopt of {} vertices", count), b.glb(), {"bufferViews[0]", "compressed data"});
+    }
+    // Many views of the same data: each is small, their sum is not.
+    GltfBuilder many = meshopt;
+    for (int i = 0; i < 2000; ++i) {
+        const int index = many.push("bufferViews", meshopt.json[view]);
+        const int positions = many.push("accessors", meshopt.json["accessors"][0]);
+        many.json["accessors"][positions]["bufferView"] = index;
+        many.json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", positions}}}});
+    }
+    loaded("meshopt with 2000 views of one block", many.glb());
+
+    GltfBuilder draco;
+    compress_by_draco(draco, add_grid(draco, 12));
+    loaded("Draco", draco.glb());
+    for (const std::uint64_t count : {3ull << 16, 3ull << 28, 3ull << 40}) {
+        GltfBuilder b = draco;
+        for (Json& accessor : b.json["accessors"]) accessor["count"] = count;
+        loaded(fmt::format("Draco with accessors of {} elements", count), b.glb());
+    }
+    const Json object = draco.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"];
+    const std::size_t offset = draco.json["bufferViews"][object["bufferView"].get<int>()]["byteOffset"];
+    for (Json& accessor : draco.json["accessors"]) accessor["count"] = 3u << 28;
+    for (const char* number : {"\xff\xff\x3f", "\xff\xff\xff\x7f"}) {
+        std::string glb = draco.glb();
+        const std::size_t counts = glb.size() - (draco.bytes().size() + 3) / 4 * 4 + offset + 12;
+        glb.replace(counts, 2 * std::strlen(number), std::string(number) + number);
+        refused(fmt::format("Draco with {} bytes of count", std::strlen(number)), glb, {"meshes[0].primitives[0]"});
+    }
 }
 
 TEST_F(BadScenes, Truncated) {

@@ -14,6 +14,8 @@ struct Broken : std::logic_error {
 /// Loads arbitrary bytes, like the targets below. Bad input must throw an Error of one line that starts with the file's
 /// name. Loaded data must be valid. Throws Broken otherwise.
 void gltf(std::string_view input);
+void draco(std::string_view input);    ///< Numbers of vertices and indices, 16 bits each, then data of Draco.
+void meshopt(std::string_view input);  ///< Mode, filter and stride, a byte each, count of 16 bits, then meshopt data.
 void environment(std::string_view input);  ///< Loads an OpenEXR or Radiance file.
 void color(std::string_view input);        ///< Loads lines with display, view, look and colour space, then a config.
 void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.

@@ -34,11 +34,17 @@ TEST(FuzzRegressions, Arguments) {
 TEST(FuzzRegressions, Color) {
     run_all("color", color);
 }
+TEST(FuzzRegressions, Draco) {
+    run_all("draco", draco);
+}
 TEST(FuzzRegressions, Environment) {
     run_all("environment", environment);
 }
 TEST(FuzzRegressions, Gltf) {
     run_all("gltf", gltf);
+}
+TEST(FuzzRegressions, Meshopt) {
+    run_all("meshopt", meshopt);
 }
 TEST(FuzzRegressions, Settings) {
     run_all("settings", settings);

@@ -70,7 +70,14 @@ bool is_unsigned(int type) {
 
 }  // namespace
 
+const GltfDecodedAccessor* GltfAccessors::decoded(int accessor) const {
+    if (!decoded_) return nullptr;
+    const auto found = decoded_->find(accessor);
+    return found == decoded_->end() ? nullptr : &found->second;
+}
+
 std::size_t GltfAccessors::count(int accessor) const {
+    if (const GltfDecodedAccessor* elements = decoded(accessor)) return elements->count;
     return document_.model.accessors[static_cast<std::size_t>(accessor)].count;
 }
 
@@ -79,24 +86,32 @@ int GltfAccessors::components(int accessor) const {
     return tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
 }
 
+std::size_t GltfAccessors::element_size(int accessor) const {
+    const int type = document_.model.accessors[static_cast<std::size_t>(accessor)].componentType;
+    const std::size_t size = component_size(type) * static_cast<std::size_t>(components(accessor));
+    if (size == 0) document_.fail(name(accessor), "componentType {} is unknown", type);
+    return size;
+}
+
 GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset, std::uint64_t count,
                                           std::size_t element_size, const std::string& element) const {
-    const ByteSource bytes = document_.view_bytes(buffer_view);
+    const std::uint64_t bytes = document_.view_size(buffer_view);
     const std::size_t given = document_.model.bufferViews[static_cast<std::size_t>(buffer_view)].byteStride;
     const std::size_t stride = given == 0 ? element_size : given;
     if (stride < element_size)
         document_.fail(element, "elements of {} bytes overlap, byteStride is {}", element_size, stride);
     // schema.h limits sizes to 2^53 and tinygltf limits strides to 2^8, so nothing overflows.
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element_size;
-    if (end > bytes.size())
-        document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes.size());
-    return {bytes.part(offset, end - offset), element_size, stride};
+    if (end > bytes)
+        document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes);
+    return {nullptr, buffer_view, offset, end - offset, element_size, stride};
 }
 
 GltfAccessors::View GltfAccessors::view(int accessor) const {
     const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
-    const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
-    if (size == 0) document_.fail(name(accessor), "componentType {} is unknown", a.componentType);
+    const std::size_t size = element_size(accessor);
+    if (const GltfDecodedAccessor* elements = decoded(accessor))
+        return {elements, kNone, 0, elements->bytes.size(), size, size};
     if (a.bufferView != kNone) return packed(a.bufferView, a.byteOffset, a.count, size, name(accessor));
     if (a.count > std::max<std::uint64_t>(kFewZeros, document_.bytes_of_files))
         document_.fail(name(accessor), "{} elements without a bufferView in a scene of {} bytes", a.count,
@@ -105,14 +120,17 @@ GltfAccessors::View GltfAccessors::view(int accessor) const {
 }
 
 template <class Read>
-void GltfAccessors::for_each_in(const View& view, std::size_t first, std::size_t count, Read read) {
+void GltfAccessors::for_each_in(const View& view, std::size_t first, std::size_t count, Read read) const {
+    if (count == 0) return;
+    const ByteSource all = view.decoded ? view.decoded->bytes : document_.view_bytes(view.buffer_view);
+    const ByteSource source = all.part(view.offset, view.size);
     constexpr std::size_t kBlock = std::size_t{1} << 20;  // bytes that are in memory at once
     const std::size_t most = kBlock / view.stride;
     std::string buffer;
     for (std::size_t done = 0; done < count; done += most) {
         const std::size_t now = std::min(most, count - done);
         const std::string_view bytes =
-            view.bytes.read((first + done) * view.stride, (now - 1) * view.stride + view.element_size, buffer);
+            source.read((first + done) * view.stride, (now - 1) * view.stride + view.element_size, buffer);
         for (std::size_t i = 0; i < now; ++i)
             read(done + i, reinterpret_cast<const unsigned char*>(bytes.data()) + i * view.stride);
     }
@@ -123,7 +141,7 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
     const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const View base = view(accessor);
     if (base.stride > 0) for_each_in(base, first, count, read);
-    if (!a.sparse.isSparse) return;
+    if (!a.sparse.isSparse || base.decoded) return;
 
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
     const auto replaced = static_cast<std::uint64_t>(a.sparse.count);

@@ -9,12 +9,23 @@
 
 namespace halflight {
 
+/// Elements that replace those of an accessor: packed, and of the accessor's type.
+struct GltfDecodedAccessor {
+    ByteSource bytes;
+    std::size_t count = 0;
+};
+using GltfDecodedAccessors = std::map<int, GltfDecodedAccessor>;  // by index of the accessor
+
 class GltfAccessors {
   public:
-    explicit GltfAccessors(const GltfDocument& document) : document_(document) {}
+    /// Both arguments must outlive the object; `decoded` may be null.
+    explicit GltfAccessors(const GltfDocument& document, const GltfDecodedAccessors* decoded = nullptr)
+        : document_(document), decoded_(decoded) {}
 
     std::size_t count(int accessor) const;
     int components(int accessor) const;  ///< Returns the number of components per element, 1 to 16.
+    /// Returns the bytes of an element without padding. Throws Error for an unknown type.
+    std::size_t element_size(int accessor) const;
     /// Throws Error where the data is shorter than the count requires.
     void check_data(int accessor) const { view(accessor); }
 
@@ -40,14 +51,18 @@ class GltfAccessors {
                                              std::string_view purpose) const;
 
   private:
-    /// Elements, `stride` bytes apart.
+    /// Elements, `stride` bytes apart, in a buffer view or in `decoded`.
     struct View {
-        ByteSource bytes;
+        const GltfDecodedAccessor* decoded = nullptr;
+        int buffer_view = kNone;
+        std::uint64_t offset = 0;  // bytes from the start of the view
+        std::uint64_t size = 0;    // bytes
         std::size_t element_size = 0;
         std::size_t stride = 0;  // 0: all elements are zero
     };
+    const GltfDecodedAccessor* decoded(int accessor) const;
     template <class Read>
-    static void for_each_in(const View& view, std::size_t first, std::size_t count, Read read);
+    void for_each_in(const View& view, std::size_t first, std::size_t count, Read read) const;
     template <class Read>
     void for_each_element(int accessor, std::size_t first, std::size_t count, Read read) const;
     View view(int accessor) const;
@@ -58,6 +73,7 @@ class GltfAccessors {
     void read_floats(int accessor, std::size_t first, std::size_t count, bool normalize, float* out) const;
 
     const GltfDocument& document_;
+    const GltfDecodedAccessors* decoded_;
 };
 
 }  // namespace halflight

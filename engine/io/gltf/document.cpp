@@ -6,6 +6,7 @@
 
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
+#include "engine/io/gltf/buffers.h"
 #include "engine/io/gltf/extras.h"
 #include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/schema.h"
@@ -107,27 +108,6 @@ fs::path locate(const GltfDocument& document, const std::string& uri, const std:
     return path;
 }
 
-/// Takes the buffers out of the JSON and opens them, so that no path reaches tinygltf. Files may be longer than the
-/// buffer, and the binary chunk is padded.
-void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_chunk) {
-    if (!root.contains("buffers")) return;
-    for (const Json& buffer : root["buffers"]) {
-        const std::size_t i = document.buffers.size();
-        const std::string element = fmt::format("buffers[{}]", i), uri = buffer.value("uri", "");
-        const std::uint64_t length = buffer.at("byteLength");
-        if (length == 0) document.fail(element, "byteLength is 0");
-        ByteSource bytes;
-        if (!uri.empty()) bytes = document.open_uri(uri, element);
-        if (uri.empty() && i == 0) bytes = binary_chunk;
-        // A buffer without bytes is allowed while nothing reads it.
-        const bool missing = uri.empty() && bytes.size() == 0;
-        if (!missing && bytes.size() < length)
-            document.fail(element, "{} bytes, but byteLength is {}", bytes.size(), length);
-        document.buffers.push_back(missing ? bytes : bytes.part(0, length));
-    }
-    root.erase("buffers");
-}
-
 std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& document) {
     std::vector<GltfImageSource> images;
     if (!root.contains("images")) return images;
@@ -219,18 +199,6 @@ void GltfWarnings::write_to(SceneReport& report) const {
         if (!places.first.empty() && places.count > 1) line += fmt::format(" (and {} more)", places.count - 1);
         report.warnings.push_back(std::move(line));
     }
-}
-
-ByteSource GltfDocument::view_bytes(int buffer_view) const {
-    // schema.h limits sizes to 2^53, so their sum does not overflow.
-    const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
-    const ByteSource& buffer = buffers[static_cast<std::size_t>(view.buffer)];
-    if (buffer.size() == 0)
-        fail(fmt::format("buffers[{}]", view.buffer), "has no URI, and there is no binary chunk for it");
-    if (view.byteOffset + view.byteLength > buffer.size())
-        fail(fmt::format("bufferViews[{}]", buffer_view), "ends at byte {} of buffers[{}], which has {}",
-             view.byteOffset + view.byteLength, view.buffer, buffer.size());
-    return buffer.part(view.byteOffset, view.byteLength);
 }
 
 ByteSource GltfDocument::open_uri(const std::string& uri, const std::string& element) {

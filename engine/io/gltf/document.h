@@ -14,8 +14,10 @@
 
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/gltf.h"
+#include "engine/io/gltf/meshopt.h"
 
 namespace halflight {
 
@@ -44,6 +46,12 @@ class GltfWarnings {
     std::map<std::string, Places> places_;
 };
 
+/// Decompressed bytes of a buffer view.
+struct GltfDecodedView {
+    ByteSource bytes;
+    MemoryLedger::Entry memory;
+};
+
 /// The model that tinygltf has parsed. All indices are in range or kNone (schema.h). Buffers and images stay where they
 /// are until they are read, so that a scene needs only the bytes that it uses.
 struct GltfDocument {
@@ -52,7 +60,9 @@ struct GltfDocument {
     GltfOptions options;
     std::uint64_t bytes_of_files = 0;  // bytes of the scene's file, buffers and images opened so far
     tinygltf::Model model;             // without buffers and images
-    std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: neither URI nor binary chunk
+    std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: no data, or a fallback without use
+    std::map<int, GltfMeshoptView> compressed_views;       // by index of the buffer view
+    std::map<int, GltfDecodedView> mutable decoded_views;  // cache of view_bytes(), which is not thread-safe
     std::vector<GltfImageSource> images;
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked; `model` has none
@@ -64,7 +74,10 @@ struct GltfDocument {
     [[noreturn]] void fail(std::string_view element, fmt::format_string<Args...> format, Args&&... args) const {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));
     }
-    /// Returns the bytes of a buffer view. Throws Error where its buffer is too short.
+    /// Returns the number of bytes of a buffer view after decompression. Throws Error where its buffer is too short.
+    std::uint64_t view_size(int buffer_view) const;
+    /// Returns the bytes of a buffer view, decompressed. Throws Error where its buffer is too short, and where its
+    /// compressed data are damaged or do not fit into the memory budget.
     ByteSource view_bytes(int buffer_view) const;
     /// Returns the bytes behind a URI. Throws Error about `element`, which the URI belongs to.
     ByteSource open_uri(const std::string& uri, const std::string& element);

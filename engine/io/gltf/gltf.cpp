@@ -98,6 +98,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     scene.environment = convert_environment(document);
     warn_of_left_out(scene.report, document.warnings);
     document.warnings.write_to(scene.report);
+    if (kept.primitives.empty()) document.decoded_views.clear();  // deforming meshes are read again for the next pose
     return scene;
 }
 

@@ -201,13 +201,11 @@ class Instances {
             return attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
         };
         const int translation = accessor("TRANSLATION"), rotation = accessor("ROTATION"), scale = accessor("SCALE");
-        std::size_t count = 0;
-        for (const int a : {translation, rotation, scale}) {
-            if (a == kNone) continue;
-            if (count != 0 && accessors_.count(a) != count)
-                document_.fail(element, "instance attributes differ in number: {} and {}", count, accessors_.count(a));
-            count = accessors_.count(a);
-        }
+        const std::size_t count = count_instances(document_, extension, element);
+        for (const std::string& name : attributes.Keys())  // names with an underscore are those of an application
+            if (!name.starts_with('_') && name != "TRANSLATION" && name != "ROTATION" && name != "SCALE")
+                document_.warnings.add(fmt::format("instance attribute {} is not supported, it is ignored", name),
+                                       element);
         const auto read = [&]<class V>(int a, const V& otherwise, const char* name, bool normalize) {
             return a == kNone ? std::vector<V>(count, otherwise) : accessors_.read<V>(a, 0, count, name, normalize);
         };
@@ -263,6 +261,22 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
         todo.insert(todo.end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
     }
     return animated;
+}
+
+std::size_t count_instances(const GltfDocument& document, const tinygltf::Value& extension,
+                            const std::string& element) {
+    const GltfAccessors accessors(document);
+    const tinygltf::Value& attributes = extension.Get("attributes");
+    std::optional<std::size_t> count;
+    for (const std::string& name : attributes.Keys()) {
+        const int accessor = integer(attributes, name, kNone);
+        accessors.check_data(accessor);
+        if (!count) count = accessors.count(accessor);
+        if (*count != accessors.count(accessor))
+            document.fail(element, "instance attributes differ in number: {} and {}", *count,
+                          accessors.count(accessor));
+    }
+    return count.value_or(0);
 }
 
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,

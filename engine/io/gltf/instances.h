@@ -54,6 +54,10 @@ struct GltfPoseCache {
 /// Returns the objects that the channels move.
 GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels);
 
+/// Returns the number of instances that EXT_mesh_gpu_instancing gives to a node. Throws Error about `element` where its
+/// attributes differ in number, and where their data is too short.
+std::size_t count_instances(const GltfDocument& document, const tinygltf::Value& extension, const std::string& element);
+
 /// Fills Scene::meshes and Scene::instances. Returns whether some triangle has the default material.
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,
                    Scene& scene);

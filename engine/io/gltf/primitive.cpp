@@ -41,9 +41,10 @@ const TextureRef* normal_map_of(const GltfMaterial* material) {
 GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
                              const GltfMaterial* material, std::uint32_t material_index, bool skinned)
     : document_(document),
-      accessors_(document),
       primitive_(primitive),
       element_(std::move(element)),
+      draco_(decode_draco(document, primitive, element_)),
+      accessors_(document, draco_ ? &draco_->accessors : nullptr),
       has_normals_(attribute("NORMAL") != kNone),
       has_tangents_(has_normals_ && normal_map_of(material) && attribute("TANGENT") != kNone) {
     still.name = element_;
@@ -81,8 +82,13 @@ std::vector<V> GltfPrimitive::read_checked(int accessor, const std::string& name
 void GltfPrimitive::read_triangles() {
     const std::size_t vertices = accessors_.count(attribute("POSITION"));
     const int accessor = primitive_.indices;
+    const int mode = draco_ ? TINYGLTF_MODE_TRIANGLES : primitive_.mode;
     std::vector<std::uint32_t> indices;
-    if (accessor != kNone) {
+    if (draco_) {
+        indices = std::move(draco_->indices);
+        if (draco_->has_other_counts)
+            warnings_.add("its Draco data has fewer triangles or vertices than its accessors", element_);
+    } else if (accessor != kNone) {
         indices = accessors_.read_integers(accessor, 1, 0, accessors_.count(accessor), "indices");
     } else {
         if (vertices > std::numeric_limits<std::uint32_t>::max())
@@ -94,14 +100,15 @@ void GltfPrimitive::read_triangles() {
     if (indices.empty()) return;
     const auto [lowest, highest] = std::ranges::minmax_element(indices);
     if (*highest >= vertices)
-        document_.fail(element_, "index {} at place {} of accessors[{}], but there are {} vertices", *highest,
-                       highest - indices.begin(), accessor, vertices);
+        document_.fail(element_, "index {} at place {} of {}, but there are {} vertices", *highest,
+                       highest - indices.begin(), draco_ ? "its Draco data" : fmt::format("accessors[{}]", accessor),
+                       vertices);
     first_ = *lowest;
     count_ = *highest - first_ + 1;
     for (std::uint32_t& index : indices) index -= static_cast<std::uint32_t>(first_);
-    if (primitive_.mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
+    if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
         warnings_.add("number of indices is not a multiple of 3, the last ones are left out", element_);
-    still.triangles = make_triangles(indices, primitive_.mode);
+    still.triangles = make_triangles(indices, mode);
 }
 
 void GltfPrimitive::read_uvs(const GltfMaterial* material) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/io/gltf/accessor.h"
+#include "engine/io/gltf/draco.h"
 #include "engine/io/gltf/material.h"
 #include "engine/scene/deformer.h"
 
@@ -57,9 +58,10 @@ class GltfPrimitive final : public RestShape {
     void find_joints();
 
     const GltfDocument& document_;
-    const GltfAccessors accessors_;
     const tinygltf::Primitive& primitive_;
     std::string element_;
+    std::optional<GltfDracoMesh> draco_;
+    const GltfAccessors accessors_;
     std::size_t first_ = 0;  // first vertex used by triangles
     std::size_t count_ = 0;
     bool has_normals_;

@@ -22,6 +22,7 @@ enum class GltfKind {
     indices,     // array of such indices
     index_map,   // object whose values are such indices
     index_maps,  // array of such objects
+    naturals,    // object whose values are natural
     object,      // object of type `of`
     objects,     // array of such objects
 };

@@ -97,6 +97,9 @@ class Checker {
             case GltfKind::index_maps:
                 each(value, path, [&](Json& v) { index_map(v, rule.of, path); });
                 break;
+            case GltfKind::naturals:
+                each_value(value, path, [&](Json& v) { natural(v, kMaxNatural, path); });
+                break;
             case GltfKind::object:
                 object(value, rule.of, path);
                 break;
@@ -142,10 +145,15 @@ class Checker {
     }
 
     void index_map(Json& value, const std::string& list, std::string& path) const {
-        if (!value.is_object()) fail(path, "is not an object");
-        for (auto& [key, v] : value.items()) {
+        each_value(value, path, [&](Json& v) { index(v, list, path); });
+    }
+
+    template <class F>
+    void each_value(Json& object, std::string& path, F f) const {
+        if (!object.is_object()) fail(path, "is not an object");
+        for (auto& [key, v] : object.items()) {
             const Descent down(path, "." + key);
-            index(v, list, path);
+            f(v);
         }
     }
 

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "engine/io/gltf/accessor.h"
+#include "engine/io/gltf/draco.h"
+#include "engine/io/gltf/instances.h"
 #include "engine/io/gltf/material.h"
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/value.h"
@@ -18,6 +20,7 @@ namespace {
 struct MeshSize {
     std::size_t bytes = 0;
     std::size_t triangles = 0;
+    std::size_t decoding_bytes = 0;  // working memory of the decoder, largest of the primitives
 };
 
 /// Returns the number of elements of an accessor, all of which the file holds.
@@ -26,17 +29,29 @@ std::size_t count(const GltfAccessors& accessors, int accessor) {
     return accessors.count(accessor);
 }
 
-MeshSize measure(const GltfDocument& document, const tinygltf::Mesh& mesh, const std::vector<GltfMaterial>& materials) {
+/// Returns the numbers of vertices and triangles of a primitive with positions.
+GltfPrimitiveSize measure(const GltfDocument& document, const tinygltf::Primitive& primitive,
+                          const std::string& element) {
+    if (const auto compressed = measure_draco(document, primitive, element)) return *compressed;
     const GltfAccessors accessors(document);
+    GltfPrimitiveSize size;
+    size.vertices = count(accessors, primitive.attributes.at("POSITION"));
+    const std::size_t corners = primitive.indices == kNone ? size.vertices : count(accessors, primitive.indices);
+    size.triangles =
+        primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
+    return size;
+}
+
+MeshSize measure(const GltfDocument& document, int index, const std::vector<GltfMaterial>& materials) {
+    const tinygltf::Mesh& mesh = document.model.meshes[static_cast<std::size_t>(index)];
     MeshSize size;
-    for (const tinygltf::Primitive& primitive : mesh.primitives) {
-        const auto position = primitive.attributes.find("POSITION");
-        if (primitive.mode < TINYGLTF_MODE_TRIANGLES || position == primitive.attributes.end()) continue;
+    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+        const tinygltf::Primitive& primitive = mesh.primitives[i];
         const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
-        std::size_t vertices = count(accessors, position->second);
-        const std::size_t corners = primitive.indices == kNone ? vertices : count(accessors, primitive.indices);
-        const std::size_t triangles =
-            primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
+        if (primitive.mode < TINYGLTF_MODE_TRIANGLES || !has("POSITION")) continue;
+        auto [vertices, triangles, decoding_bytes] =
+            measure(document, primitive, fmt::format("meshes[{}].primitives[{}]", index, i));
+        size.decoding_bytes = std::max(size.decoding_bytes, decoding_bytes);
         if (!has("NORMAL")) vertices = 3 * triangles;  // flat normals need corners of their own
         const Material* material =
             primitive.material == kNone ? nullptr : &materials[static_cast<std::size_t>(primitive.material)].material;
@@ -48,18 +63,6 @@ MeshSize measure(const GltfDocument& document, const tinygltf::Mesh& mesh, const
         size.triangles += triangles;
     }
     return size;
-}
-
-/// Returns the number of instances of a node's mesh.
-std::size_t instances_of(const GltfDocument& document, const tinygltf::Node& node) {
-    const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
-    if (!extension) return 1;
-    const tinygltf::Value& attributes = extension->Get("attributes");
-    for (const char* name : {"TRANSLATION", "ROTATION", "SCALE"}) {
-        const int accessor = attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
-        if (accessor != kNone) return count(GltfAccessors(document), accessor);
-    }
-    return 0;
 }
 
 }  // namespace
@@ -77,8 +80,10 @@ SceneSize measure_gltf(GltfDocument& document) {
         if (node.mesh == kNone) continue;
         const auto [known, is_new] = sizes.try_emplace(node.mesh);
         MeshSize& mesh = known->second;
-        if (is_new) mesh = measure(document, document.model.meshes[static_cast<std::size_t>(node.mesh)], materials);
-        const std::size_t instances = instances_of(document, node);
+        if (is_new) mesh = measure(document, node.mesh, materials);
+        const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
+        const std::size_t instances =
+            extension ? count_instances(document, *extension, fmt::format("nodes[{}]", index)) : 1;
         size.drawn += mesh.triangles * instances;
         size.instance_bytes += instances * sizeof(Instance);
         // A mesh is stored once per skin and weights.
@@ -89,6 +94,8 @@ SceneSize measure_gltf(GltfDocument& document) {
     const ImageSizes images = measure_images(document, materials);
     size.texture_bytes = images.texels;
     size.decoding_bytes = images.largest_decoder * std::max(1u, std::thread::hardware_concurrency());
+    for (const auto& [index, mesh] : sizes) size.decoding_bytes = std::max(size.decoding_bytes, mesh.decoding_bytes);
+    for (const auto& [index, view] : document.compressed_views) size.decoding_bytes += view.size();
     std::tie(document.warnings, document.files, document.bytes_of_files) = before;
     return size;
 }

@@ -60,6 +60,99 @@ TEST_F(GltfAccessor, QuantisedPositionsAreExact) {
     EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 0}, {200, 0, 0}, {0, 100, 0}}));
 }
 
+/// Returns components of a type, as bytes padded to a stride of a multiple of four.
+template <class T>
+std::vector<char> padded(const std::vector<int>& values, std::size_t components) {
+    const std::size_t stride = (components * sizeof(T) + 3) / 4 * 4;
+    std::vector<char> bytes(values.size() / components * stride);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const T value = static_cast<T>(values[i]);
+        std::memcpy(&bytes[i / components * stride + i % components * sizeof(T)], &value, sizeof(T));
+    }
+    return bytes;
+}
+
+/// All component types of KHR_mesh_quantization, in vertices, in morph targets and below instances.
+TEST_F(GltfAccessor, QuantisedAttributesOfEveryType) {
+    const struct {
+        const char* attribute;
+        int type;
+        bool normalized;
+        float most;  // value of 100, or of 1 / most if normalized
+    } cases[] = {{"POSITION", kI8, false, 1},    {"POSITION", kI8, true, 127},     {"POSITION", kU8, false, 1},
+                 {"POSITION", kU8, true, 255},   {"POSITION", kI16, false, 1},     {"POSITION", kI16, true, 32767},
+                 {"POSITION", kU16, false, 1},   {"POSITION", kU16, true, 65535},  {"NORMAL", kI8, true, 127},
+                 {"NORMAL", kI16, true, 32767},  {"TANGENT", kI8, true, 127},      {"TANGENT", kI16, true, 32767},
+                 {"TEXCOORD_0", kI8, false, 1},  {"TEXCOORD_0", kI8, true, 127},   {"TEXCOORD_0", kU8, false, 1},
+                 {"TEXCOORD_0", kU8, true, 255}, {"TEXCOORD_0", kI16, false, 1},   {"TEXCOORD_0", kI16, true, 32767},
+                 {"TEXCOORD_0", kU16, false, 1}, {"TEXCOORD_0", kU16, true, 65535}};
+    for (const auto& [attribute, type, normalized, most] : cases) {
+        const std::string name = attribute;
+        SCOPED_TRACE(fmt::format("{} of type {}, normalized {}", name, type, normalized));
+        const bool uv = name == "TEXCOORD_0", tangent = name == "TANGENT";
+        const std::size_t components = uv ? 2 : tangent ? 4 : 3;
+        const int unit = normalized ? static_cast<int>(most) : 100;
+        std::vector<int> values(3 * components, 0), deltas(9, 0);
+        for (std::size_t i = 0; i < 3; ++i) values[i * components + i % 2] = unit;
+        if (tangent)
+            for (const std::size_t i : {3, 7, 11}) values[i] = unit;
+        deltas[8] = unit;  // the last vertex moves along z
+        const auto add = [&](GltfBuilder& b, const std::vector<int>& from, std::size_t n) {
+            const auto bytes = type == kI8    ? padded<std::int8_t>(from, n)
+                               : type == kU8  ? padded<std::uint8_t>(from, n)
+                               : type == kI16 ? padded<std::int16_t>(from, n)
+                                              : padded<std::uint16_t>(from, n);
+            const int view = b.view(bytes);
+            b.json["bufferViews"].back()["byteStride"] = bytes.size() / 3;
+            return b.push("accessors", {{"bufferView", view},
+                                        {"componentType", type},
+                                        {"count", 3},
+                                        {"normalized", normalized},
+                                        {"type", fmt::format("VEC{}", n)}});
+        };
+        GltfBuilder b;
+        b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
+        Json& primitive = b.add_triangle();
+        primitive["attributes"].update({{"NORMAL", b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1})},
+                                        {"TEXCOORD_0", b.floats("VEC2", {0, 0, 1, 0, 0, 1})},
+                                        {"TANGENT", b.floats("VEC4", {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1})}});
+        primitive["attributes"][name] = add(b, values, components);
+        if (name == "POSITION") {  // a triangle that is not degenerate
+            std::vector<int> corners{0, 0, 0, unit, 0, 0, 0, unit, 0};
+            primitive["attributes"][name] = add(b, corners, 3);
+        }
+        if (!uv) {
+            primitive["targets"] = {{{name, add(b, deltas, 3)}}};
+            b.json["meshes"][0]["weights"] = {0.5};
+        }
+        primitive["material"] = b.push("materials", {{"normalTexture", {{"index", 0}}}});
+        b.push("textures", {{"source", 0}});
+        b.push("images", {{"uri",
+                           "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQe"
+                           "g/AwMjA8P/1Wf//wcAPtIIBqaX8jwAAAAASUVORK5CYII="}});
+        b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+            b.floats("VEC3", {0, 0, 0, 5, 0, 0});
+        const Scene scene = load(b);
+        EXPECT_EQ(scene.instances.size(), 2u);
+        const Mesh& mesh = scene.meshes.at(0);
+        const float one = normalized ? 1 : 100;
+        if (name == "POSITION") {
+            EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 0}, {one, 0, 0}, {0, one, one / 2}}));
+        }
+        if (name == "NORMAL") {
+            EXPECT_EQ(mesh.normals[1], vec3(0, 1, 0));
+            EXPECT_LT(glm::distance(mesh.normals[2], glm::normalize(vec3(1, 0, 0.5f))), 1e-6f);
+        }
+        if (tangent) {
+            EXPECT_EQ(mesh.tangents[1], vec4(0, 1, 0, 1));
+            EXPECT_LT(glm::distance(vec3(mesh.tangents[2]), glm::normalize(vec3(1, 0, 0.5f))), 1e-6f);
+        }
+        if (uv) {
+            EXPECT_EQ(mesh.uvs[0], (std::vector<vec2>{{one, 0}, {0, one}, {one, 0}}));
+        }
+    }
+}
+
 TEST_F(GltfAccessor, InterleavedWithAStride) {
     GltfBuilder b;
     const int view = b.view(std::vector<float>{9, 0, 0, 0, 0.5f, 0.25f, 9, 1, 0, 0, 1, 0, 9, 0, 1, 0, 0, 1});
@@ -267,6 +360,44 @@ TEST_F(GltfNode, GpuInstancing) {
     b.json["accessors"].back()["count"] = 1;
     b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = 4;
     EXPECT_NE(refusal(b).find("nodes[0]: instance attributes differ in number"), std::string::npos);
+}
+
+TEST_F(GltfNode, InstanceAttributesOfEveryType) {
+    const auto instanced = [&](const char* name, const auto& accessor) {
+        GltfBuilder b;
+        b.add_triangle();
+        b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"][name] = accessor(b);
+        return load(b);
+    };
+    const auto expect_turned = [&](const auto& accessor) {
+        const Scene scene = instanced("ROTATION", accessor);
+        ASSERT_EQ(scene.instances.size(), 2u);
+        const dmat3 turned(scene.instances[1].object_to_world);
+        EXPECT_LT(glm::distance(turned[0], dvec3(0, 1, 0)), 1e-4) << "a quarter of a turn around z";
+        EXPECT_NEAR(glm::determinant(turned), 1, 1e-12) << "rotations are normalised";
+    };
+    expect_turned([](GltfBuilder& b) { return b.floats("VEC4", {0, 0, 0, 1, 0, 0, 0.70710678f, 0.70710678f}); });
+    expect_turned([](GltfBuilder& b) {
+        return b.accessor("VEC4", kI8, std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 90, 90}, true);
+    });
+    expect_turned([](GltfBuilder& b) {
+        return b.accessor("VEC4", kI16, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 23170, 23170}, true);
+    });
+    EXPECT_EQ(instanced("_ID",
+                        [](GltfBuilder& b) {
+                            return b.floats("SCALAR", {1, 2, 3});
+                        })
+                  .instances.size(),
+              3u)
+        << "attributes of applications alone give the number";
+    const Scene unknown = instanced("COLOR_0", [](GltfBuilder& b) { return b.floats("VEC3", {1, 0, 0}); });
+    EXPECT_EQ(unknown.report.warnings,
+              (std::vector<std::string>{"nodes[0]: instance attribute COLOR_0 is not supported, it is ignored"}));
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"ROTATION", b.floats("VEC4", {})}, {"TRANSLATION", b.floats("VEC3", {1, 2, 3})}};
+    EXPECT_NE(refusal(b).find("differ in number: 0 and 1"), std::string::npos);
 }
 
 TEST_F(GltfDeformed, MorphTargetsAtTheirDefaultWeights) {

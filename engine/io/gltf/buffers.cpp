@@ -1,0 +1,108 @@
+#include "engine/io/gltf/buffers.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string name(int buffer_view) {
+    return fmt::format("bufferViews[{}]", buffer_view);
+}
+
+/// Opens a buffer. Files may be longer than the buffer, and the binary chunk is padded.
+ByteSource open_buffer(const Json& buffer, std::size_t index, GltfDocument& document, const ByteSource& binary_chunk) {
+    const std::string element = fmt::format("buffers[{}]", index), uri = buffer.value("uri", "");
+    const std::uint64_t length = buffer.at("byteLength");
+    ByteSource bytes;
+    if (!uri.empty()) bytes = document.open_uri(uri, element);
+    if (uri.empty() && index == 0) bytes = binary_chunk;
+    // A buffer without bytes is allowed while nothing reads it.
+    if (uri.empty() && bytes.size() == 0) return bytes;
+    if (bytes.size() < length) document.fail(element, "{} bytes, but byteLength is {}", bytes.size(), length);
+    return bytes.part(0, length);
+}
+
+bool has_range(const ByteSource& buffer, const GltfMeshoptView& view) {
+    // schema.h limits sizes to 2^53, so their sum does not overflow.
+    return view.length > 0 && view.offset + view.length <= buffer.size();
+}
+
+/// Returns what the library cannot decode in a compressed view; empty where it can decode all, and for bad ranges.
+std::string undecodable(const GltfMeshoptView& view, const ByteSource& buffer) {
+    std::string first;
+    if (!has_range(buffer, view)) return "";
+    return view.undecodable(static_cast<unsigned char>(buffer.read(view.offset, 1, first)[0]));
+}
+
+}  // namespace
+
+void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_chunk) {
+    if (!root.contains("buffers")) return;
+    const Json buffers = std::move(root["buffers"]);
+    root.erase("buffers");
+    std::vector<bool> unopened;
+    for (std::size_t i = 0; i < buffers.size(); ++i) {
+        if (buffers[i].at("byteLength") == 0) document.fail(fmt::format("buffers[{}]", i), "byteLength is 0");
+        unopened.push_back(is_meshopt_fallback(buffers[i]));
+        document.buffers.push_back(unopened[i] ? ByteSource() : open_buffer(buffers[i], i, document, binary_chunk));
+    }
+    const Json views = root.value("bufferViews", Json::array());
+    for (int i = 0; i < static_cast<int>(views.size()); ++i) {
+        const Json& view = views[static_cast<std::size_t>(i)];
+        const auto compressed = read_meshopt_view(view, document.file + ": " + name(i));
+        const std::string missing =
+            compressed ? undecodable(*compressed, document.buffers[static_cast<std::size_t>(compressed->buffer)]) : "";
+        const std::size_t own = view.at("buffer");
+        if ((!compressed || !missing.empty()) && unopened[own]) {
+            document.buffers[own] = open_buffer(buffers[own], own, document, binary_chunk);
+            unopened[own] = false;
+        }
+        const bool falls_back = !missing.empty() && document.buffers[own].size() > 0;
+        if (falls_back)
+            document.warnings.add(
+                fmt::format("its compressed data uses {}, which is not supported; its fallback is used", missing),
+                name(i));
+        if (compressed && !falls_back) document.compressed_views[i] = *compressed;
+    }
+}
+
+std::uint64_t GltfDocument::view_size(int buffer_view) const {
+    if (const auto found = compressed_views.find(buffer_view); found != compressed_views.end()) {
+        const GltfMeshoptView& view = found->second;
+        const ByteSource& buffer = buffers[static_cast<std::size_t>(view.buffer)];
+        if (!has_range(buffer, view))
+            fail(name(buffer_view), "its compressed data ends at byte {} of buffers[{}], which has {}",
+                 view.offset + view.length, view.buffer, buffer.size());
+        view.check_length(file + ": " + name(buffer_view));
+        return view.size();
+    }
+    // schema.h limits sizes to 2^53, so their sum does not overflow.
+    const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
+    const ByteSource& buffer = buffers[static_cast<std::size_t>(view.buffer)];
+    if (buffer.size() == 0)
+        fail(fmt::format("buffers[{}]", view.buffer), "has no URI, and there is no binary chunk for it");
+    if (view.byteOffset + view.byteLength > buffer.size())
+        fail(name(buffer_view), "ends at byte {} of buffers[{}], which has {}", view.byteOffset + view.byteLength,
+             view.buffer, buffer.size());
+    return view.byteLength;
+}
+
+ByteSource GltfDocument::view_bytes(int buffer_view) const {
+    const std::uint64_t size = view_size(buffer_view);
+    const auto found = compressed_views.find(buffer_view);
+    if (found == compressed_views.end()) {
+        const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
+        return buffers[static_cast<std::size_t>(view.buffer)].part(view.byteOffset, size);
+    }
+    if (const auto known = decoded_views.find(buffer_view); known != decoded_views.end()) return known->second.bytes;
+    const GltfMeshoptView& view = found->second;
+    MemoryLedger::process().check(size + view.length, file, name(buffer_view));
+    std::string buffer;
+    const std::string_view compressed =
+        buffers[static_cast<std::size_t>(view.buffer)].read(view.offset, view.length, buffer);
+    const ByteSource bytes(view.decode(compressed, file + ": " + name(buffer_view)));
+    decoded_views[buffer_view] = {bytes, {MemoryLedger::process(), MemoryPart::scene, size}};
+    return bytes;
+}
+
+}  // namespace halflight

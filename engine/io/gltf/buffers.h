@@ -1,0 +1,14 @@
+// Buffers of a glTF file, and the compressed contents of its buffer views.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "engine/io/gltf/document.h"
+
+namespace halflight {
+
+/// Takes the buffers out of the JSON and opens them, so that no path reaches tinygltf. Finds the compressed buffer
+/// views; fallback buffers are opened only if a view needs them.
+void take_buffers(nlohmann::json& root, GltfDocument& document, const ByteSource& binary_chunk);
+
+}  // namespace halflight

@@ -1,0 +1,40 @@
+// Buffer views compressed by meshoptimizer: EXT_meshopt_compression, and KHR_meshopt_compression as far as version 0.18
+// of the library reads it.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace halflight {
+
+/// Compressed content of a buffer view. The functions throw Error about `subject`, the file and the view.
+struct GltfMeshoptView {
+    enum class Mode { attributes, triangles, indices };
+    enum class Filter { none, octahedral, quaternion, exponential, color };
+    int buffer = 0;            // index of the buffer with the compressed data
+    std::uint64_t offset = 0;  // bytes from the start of that buffer
+    std::uint64_t length = 0;  // bytes of compressed data
+    std::uint64_t count = 0;   // elements
+    std::size_t stride = 0;    // bytes per element, 2 to 256
+    Mode mode = Mode::attributes;
+    Filter filter = Filter::none;
+
+    /// Returns the bytes after decompression.
+    std::uint64_t size() const { return count * stride; }
+    /// Throws Error where the compressed data are too short for the elements, whatever their values.
+    void check_length(const std::string& subject) const;
+    /// Returns the part of the extensions that the library cannot decode, from the first byte of the data, or nothing.
+    std::string undecodable(unsigned char first_byte) const;
+    std::string decode(std::string_view compressed, const std::string& subject) const;
+};
+
+/// Reads the extension of a buffer view, which the schema has checked. Returns none where the view has none.
+std::optional<GltfMeshoptView> read_meshopt_view(const nlohmann::json& view, const std::string& subject);
+
+/// Returns whether the extension marks a buffer as fallback, which holds what compressed views contain.
+bool is_meshopt_fallback(const nlohmann::json& buffer);
+
+}  // namespace halflight

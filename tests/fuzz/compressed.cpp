@@ -1,0 +1,84 @@
+// Fuzzes the decoders of compressed geometry alone, since most mutations of whole scenes do not reach them.
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "engine/io/gltf/draco.h"
+#include "engine/io/gltf/meshopt.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/targets.h"
+
+namespace halflight::fuzz {
+namespace {
+
+/// Takes an unsigned number from the start of the input; 0 at its end.
+template <class T>
+T take(std::string_view& input) {
+    T value = 0;
+    if (input.size() < sizeof value) return value;
+    std::memcpy(&value, input.data(), sizeof value);
+    input.remove_prefix(sizeof value);
+    return value;
+}
+
+/// Calls f() within a memory budget of 256 MiB; its errors must be about `subject`.
+template <class F>
+void check_errors(const char* subject, F f) {
+    MemoryLedger::process().set_limit(kProgramBytes + (std::size_t{256} << 20));
+    try {
+        f();
+    } catch (const Error& error) {
+        check_message(error, subject);
+    }
+}
+
+}  // namespace
+
+void draco(std::string_view input) {
+    const auto vertices = take<std::uint16_t>(input), indices = take<std::uint16_t>(input);
+    GltfDocument document;
+    document.file = "scene";
+    for (const int type : {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC2, TINYGLTF_TYPE_SCALAR}) {
+        tinygltf::Accessor& accessor = document.model.accessors.emplace_back();
+        accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+        accessor.count = type == TINYGLTF_TYPE_SCALAR ? indices : vertices;
+        accessor.type = type;
+    }
+    tinygltf::BufferView& view = document.model.bufferViews.emplace_back();
+    view.buffer = 0;
+    view.byteLength = input.size();
+    document.buffers.emplace_back(std::string(input));
+    using Object = tinygltf::Value::Object;
+    const Object ids{
+        {"POSITION", tinygltf::Value(6)}, {"NORMAL", tinygltf::Value(7)}, {"TEXCOORD_0", tinygltf::Value(5)}};
+    tinygltf::Primitive primitive;
+    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    primitive.indices = 3;
+    primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}};
+    primitive.extensions["KHR_draco_mesh_compression"] =
+        tinygltf::Value(Object{{"bufferView", tinygltf::Value(0)}, {"attributes", tinygltf::Value(ids)}});
+    check_errors("scene: ", [&] {
+        const auto mesh = decode_draco(document, primitive, "primitive");
+        for (const auto& [accessor, elements] : mesh->accessors)
+            for (const std::uint32_t index : mesh->indices)
+                if (index >= elements.count) throw Broken("an index is out of range");
+    });
+}
+
+void meshopt(std::string_view input) {
+    const char* const modes[] = {"ATTRIBUTES", "TRIANGLES", "INDICES"};
+    const char* const filters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"};
+    const auto mode = take<std::uint8_t>(input) % 3u, filter = take<std::uint8_t>(input) % 5u;
+    const auto stride = take<std::uint8_t>(input);
+    const auto count = take<std::uint16_t>(input);
+    nlohmann::json view{{"byteLength", std::size_t{count} * stride}};
+    view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},          {"byteLength", input.size()},
+                                                     {"byteStride", stride}, {"count", count},
+                                                     {"mode", modes[mode]},  {"filter", filters[filter]}};
+    check_errors("view", [&] {
+        const GltfMeshoptView compressed = *read_meshopt_view(view, "view");
+        compressed.check_length("view");
+        if (compressed.decode(input, "view").size() != compressed.size()) throw Broken("the size is wrong");
+    });
+}
+
+}  // namespace halflight::fuzz

@@ -1,0 +1,334 @@
+// Tests primitives compressed by Draco: they give the uncompressed geometry within the quantisation.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <random>
+#include <utility>
+
+#include "tests/unit/io/compress_gltf.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+using GltfDraco = GltfTest;
+
+constexpr int kSide = 12;  // quads along an edge of the grid
+
+/// Returns the number of a vertex of add_grid(), from its position.
+std::uint32_t place_of(const vec3& position) {
+    return static_cast<std::uint32_t>(std::lround(position.y) * (kSide + 1) + std::lround(position.x));
+}
+
+/// Returns the triangles with the numbers of place_of(), each with its lowest corner first, in sorted order.
+std::vector<std::array<std::uint32_t, 3>> triangles_by_place(const Mesh& mesh) {
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (const uvec3& t : mesh.triangles) {
+        std::array<std::uint32_t, 3> places{};
+        for (int i = 0; i < 3; ++i) places[std::size_t(i)] = place_of(mesh.positions[t[i]]);
+        std::ranges::rotate(places, std::ranges::min_element(places));
+        triangles.push_back(places);
+    }
+    std::ranges::sort(triangles);
+    return triangles;
+}
+
+/// Expects the same triangles, with attributes that differ by at most half a step of quantisation.
+void expect_same(const Mesh& mesh, const Mesh& expected, int bits) {
+    EXPECT_EQ(triangles_by_place(mesh), triangles_by_place(expected));
+    ASSERT_EQ(mesh.positions.size(), expected.positions.size());
+    std::map<std::uint32_t, std::size_t> places;
+    for (std::size_t i = 0; i < expected.positions.size(); ++i) places[place_of(expected.positions[i])] = i;
+    const float step = bits == 0 ? 0 : 1 / float((1 << bits) - 1), rounding = bits == 0 ? 0 : 1e-5f;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        const std::size_t j = places.at(place_of(mesh.positions[i]));
+        const auto near = [&](auto a, auto b, float half) {
+            for (int c = 0; c < a.length(); ++c) EXPECT_NEAR(a[c], b[c], half + rounding) << i;
+        };
+        near(mesh.positions[i], expected.positions[j], kSide * step / 2);
+        near(mesh.normals[i], expected.normals[j], 4 * step);  // two octahedral coordinates from -1 to 1
+        near(mesh.uvs[0][i], expected.uvs[0][j], step / 2);
+        EXPECT_EQ(mesh.colors[i], expected.colors[j]) << i;
+    }
+}
+
+GltfBuilder grid(const DracoEncoding* encoding) {
+    GltfBuilder b;
+    Json& primitive = add_grid(b, kSide);
+    std::vector<std::uint8_t> colors;
+    for (int i = 0; i < (kSide + 1) * (kSide + 1); ++i)
+        for (const int c : {i % 256, 7, 255 - i % 100, 255}) colors.push_back(static_cast<std::uint8_t>(c));
+    primitive["attributes"]["COLOR_0"] = b.accessor("VEC4", kU8, colors, true);
+    if (encoding) compress_by_draco(b, primitive, *encoding);
+    return b;
+}
+
+Json& first_primitive(GltfBuilder& b) {
+    return b.json["meshes"][0]["primitives"][0];
+}
+Json& extension(GltfBuilder& b) {
+    return first_primitive(b)["extensions"]["KHR_draco_mesh_compression"];
+}
+
+/// Returns the range of the compressed data in the bytes of b.glb().
+std::pair<std::size_t, std::size_t> data_range(GltfBuilder& b, const std::string& glb) {
+    const Json& view = b.json["bufferViews"][extension(b)["bufferView"].get<int>()];
+    return {glb.size() - (b.bytes().size() + 3) / 4 * 4 + view["byteOffset"].get<std::size_t>(), view["byteLength"]};
+}
+
+TEST_F(GltfDraco, EveryEncodingGivesTheGeometry) {
+    const Scene plain = load(grid(nullptr));
+    const SceneSize expected = GltfScene(folder_ / "scene.glb").size();
+    for (const bool edgebreaker : {true, false})
+        for (const int speed : {0, 3, 5, 7, 10})
+            for (const int bits : {0, 8, 14, 20}) {
+                SCOPED_TRACE(fmt::format("edgebreaker {} speed {} bits {}", edgebreaker, speed, bits));
+                const DracoEncoding encoding{edgebreaker, speed, bits, speed == 3};
+                const auto path = write("scene.glb", grid(&encoding).glb());
+                const SceneSize size = GltfScene(path).size();
+                EXPECT_EQ(size.geometry_bytes, expected.geometry_bytes);
+                EXPECT_EQ(size.drawn, expected.drawn);
+                EXPECT_GT(size.decoding_bytes, expected.decoding_bytes);
+                const Scene scene = load_gltf(path);
+                EXPECT_TRUE(scene.report.warnings.empty());
+                expect_same(scene.meshes.at(0), plain.meshes.at(0), bits);
+                if (!edgebreaker) {
+                    EXPECT_EQ(scene.meshes[0].triangles, plain.meshes[0].triangles);
+                }
+            }
+}
+
+/// Every triangle of the grid has vertices and texture coordinates of its own.
+TEST_F(GltfDraco, VerticesSplitAtSeams) {
+    const Mesh plain = load(grid(nullptr)).meshes.at(0);
+    GltfBuilder b;
+    std::vector<float> positions, uvs;
+    std::vector<std::uint16_t> corners;
+    for (const uvec3& t : plain.triangles)
+        for (int i = 0; i < 3; ++i) {
+            const vec3& p = plain.positions[t[i]];
+            positions.insert(positions.end(), {p.x, p.y, p.z});
+            uvs.insert(uvs.end(), {static_cast<float>(corners.size() / 3), static_cast<float>(i)});
+            corners.push_back(static_cast<std::uint16_t>(corners.size()));
+        }
+    Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}, {"TEXCOORD_0", b.floats("VEC2", uvs)}});
+    primitive["indices"] = b.accessor("SCALAR", kU16, corners);
+    for (const bool edgebreaker : {true, false}) {
+        GltfBuilder split = b;
+        compress_by_draco(split, first_primitive(split), {.edgebreaker = edgebreaker, .bits = 0, .share = true});
+        const Mesh mesh = load(split).meshes.at(0);
+        ASSERT_EQ(mesh.positions.size(), corners.size());
+        EXPECT_EQ(triangles_by_place(mesh), triangles_by_place(plain));
+        for (std::size_t i = 0; i < mesh.uvs[0].size(); ++i) {
+            const vec2 uv = mesh.uvs[0][i];
+            const uvec3& t = plain.triangles.at(static_cast<std::size_t>(uv.x));
+            EXPECT_EQ(mesh.positions[i], plain.positions[t[static_cast<int>(uv.y)]]);
+        }
+        // Edgebreaker's header has the number before the split.
+        for (const char* name : {"POSITION", "TEXCOORD_0"})
+            split.json["accessors"][first_primitive(split)["attributes"][name].get<int>()]["count"] = 800;
+        const std::string message = refusal(split);
+        EXPECT_NE(message.find("864 vertices, its accessors"), std::string::npos) << message;
+    }
+}
+
+/// Two triangles of a strip, a morph target beside the compressed data, joints, and an attribute that is not
+/// compressed.
+TEST_F(GltfDraco, PartsBesideTheCompressedData) {
+    const DracoEncoding in_order{false, 5, 0, false};
+    GltfBuilder b;
+    Json& primitive = add_grid(b, kSide);
+    constexpr int kVertices = (kSide + 1) * (kSide + 1);
+    std::vector<std::uint16_t> joints(4 * kVertices);
+    std::vector<float> weights(4 * kVertices), lift(3 * kVertices), uvs(2 * kVertices, 0.25f);
+    for (std::size_t i = 0; i < kVertices; ++i) {
+        joints[4 * i] = i % 2;
+        weights[4 * i] = 1;
+        lift[3 * i + 2] = static_cast<float>(i);
+    }
+    primitive["attributes"]["JOINTS_0"] = b.accessor("VEC4", kU16, joints);
+    primitive["attributes"]["WEIGHTS_0"] = b.floats("VEC4", weights);
+    b.json["nodes"][0]["skin"] = b.push("skins", {{"joints", {1, 2}}});
+    b.push("nodes", Json::object());
+    b.push("nodes", {{"translation", {0, 100, 0}}});
+    primitive["targets"] = {{{"POSITION", b.floats("VEC3", lift)}}};
+    b.json["meshes"][0]["weights"] = {0.5};
+    GltfBuilder whole = b;
+    compress_by_draco(b, primitive, in_order);
+    const int beside = b.floats("VEC2", uvs);
+    for (GltfBuilder* builder : {&b, &whole})
+        first_primitive(*builder)["attributes"]["TEXCOORD_1"] = builder == &b ? beside : builder->floats("VEC2", uvs);
+    const Mesh mesh = load(b).meshes.at(0), expected = load(whole).meshes.at(0);
+    EXPECT_EQ(mesh.positions, expected.positions);
+    EXPECT_EQ(mesh.triangles, expected.triangles);
+    EXPECT_EQ(mesh.uvs, expected.uvs);
+    EXPECT_EQ(mesh.positions[1], vec3(1, 100, std::sin(1.0f) + 0.5f));
+
+    // A strip has as many triangles as its indices allow, or fewer where it joins parts by degenerate triangles.
+    b = whole;
+    compress_by_draco(b, first_primitive(b), in_order);
+    first_primitive(b)["mode"] = 5;
+    b.json["accessors"][first_primitive(b)["indices"].get<int>()]["count"] = 2 * kSide * kSide + 2;
+    EXPECT_EQ(load(b).meshes.at(0).triangles, expected.triangles);
+    first_primitive(b)["mode"] = 6;
+    EXPECT_NE(refusal(b).find("primitives[0]: KHR_draco_mesh_compression allows triangles"), std::string::npos);
+}
+
+TEST_F(GltfDraco, CompressedDataReplacesItsFallback) {
+    const DracoEncoding in_order{false, 5, 0, false};
+    GltfBuilder b = grid(&in_order);
+    const Mesh expected = load(b).meshes.at(0);
+    const int position = first_primitive(b)["attributes"]["POSITION"];
+    b.json["accessors"][position]["bufferView"] = b.view(std::vector<float>(3 * expected.positions.size(), 7));
+    b.json.erase("extensionsRequired");
+    EXPECT_EQ(load(b).meshes.at(0).positions, expected.positions);
+    // Integers of the accessor's type are converted from the type of the data.
+    b.json["accessors"][first_primitive(b)["attributes"]["COLOR_0"].get<int>()].update(
+        {{"componentType", kU16}, {"normalized", false}});
+    EXPECT_EQ(load(b).meshes.at(0).positions, expected.positions);
+}
+
+TEST_F(GltfDraco, CountsAndAttributesMustMatch) {
+    const DracoEncoding encoding;
+    const GltfBuilder whole = grid(&encoding);
+    const auto refused = [&](const char* words, const auto& change) {
+        GltfBuilder b = whole;
+        change(b);
+        const std::string message = refusal(b);
+        EXPECT_TRUE(message.starts_with("meshes[0].primitives[0]")) << message;
+        EXPECT_NE(message.find(words), std::string::npos) << message;
+    };
+    const auto accessor = [](GltfBuilder& b, const char* name) -> Json& {
+        return b.json["accessors"][first_primitive(b)["attributes"][name].get<int>()];
+    };
+    refused("288 triangles and 169 vertices, its accessors 287 and 169",
+            [&](GltfBuilder& b) { b.json["accessors"][first_primitive(b)["indices"].get<int>()]["count"] = 287 * 3; });
+    refused("169 vertices, its accessors 288 and 168", [&](GltfBuilder& b) { accessor(b, "POSITION")["count"] = 168; });
+    refused("no attribute 1000 for NORMAL", [&](GltfBuilder& b) { extension(b)["attributes"]["NORMAL"] = 1000; });
+    refused("NORMAL has 3 components", [&](GltfBuilder& b) { accessor(b, "NORMAL")["type"] = "VEC2"; });
+    refused("POSITION in its Draco data does not fit",
+            [&](GltfBuilder& b) { accessor(b, "POSITION")["componentType"] = kU8; });
+    refused("bufferView: 99 is not", [&](GltfBuilder& b) { extension(b)["bufferView"] = 99; });
+    refused("is not a non-negative", [&](GltfBuilder& b) { extension(b)["attributes"]["NORMAL"] = "a"; });
+    refused("has no header", [&](GltfBuilder& b) { extension(b)["bufferView"] = 0; });
+
+    // Fewer elements than the accessors say are usable.
+    GltfBuilder b = whole;
+    for (const char* name : {"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"}) accessor(b, name)["count"] = 200;
+    b.json["accessors"][first_primitive(b)["indices"].get<int>()]["count"] = 1000;
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).positions.size(), 169u);
+    EXPECT_EQ(scene.report.warnings.size(), 1u);
+}
+
+TEST_F(GltfDraco, BombsAreRefusedFromTheHeader) {
+    const DracoEncoding encoding;
+    GltfBuilder b = grid(&encoding);
+    for (Json& accessor : b.json["accessors"]) accessor["count"] = 3u << 28;
+    std::string glb = b.glb();
+    const auto [begin, size] = data_range(b, glb);
+    const auto damaged = [&](std::size_t offset, std::string_view bytes) {
+        std::string copy = glb;
+        copy.replace(begin + offset, bytes.size(), bytes);
+        return without_name(error_message([&] { GltfScene(write("scene.glb", copy)).size(); }));
+    };
+    // After 11 bytes of header: the traversal, vertices and triangles as numbers of 7 bits per byte.
+    const std::string many = "\xff\xff\xff\x7f";
+    EXPECT_NE(damaged(12, many + many).find("cannot have 268435455 triangles"), std::string::npos);
+    EXPECT_NE(damaged(5, "\x01").find("version 1.2"), std::string::npos);
+    EXPECT_NE(damaged(5, "\x03").find("version 3.2"), std::string::npos);
+    EXPECT_NE(damaged(7, std::string(1, '\0')).find("no triangle mesh"), std::string::npos);
+    EXPECT_NE(damaged(8, "\x02").find("no triangle mesh"), std::string::npos);
+    // Metadata: flag, attributes, entries, and 2^32 - 1 children.
+    EXPECT_NE(damaged(10, std::string("\x80\0\0\xff\xff\xff\xff\x0f", 8)).find("damaged header"), std::string::npos);
+    static_cast<void>(size);
+}
+
+TEST_F(GltfDraco, DataBeyondTheBudgetIsRefused) {
+    const DracoEncoding encoding;
+    const fs::path path = write("scene.glb", grid(&encoding).glb());
+    for (const std::size_t left : {100, 10000, 110000}) {
+        const std::string message = without_name(refusal_with_memory(path, left));
+        EXPECT_TRUE(message.starts_with("meshes[0].primitives[0]: needs")) << left << ": " << message;
+    }
+    // Attributes that the primitive does not use stand behind the connectivity.
+    const DracoEncoding unused{.edgebreaker = false, .unused = 100};
+    const fs::path large = write("large.glb", grid(&unused).glb());
+    EXPECT_EQ(load_gltf(large).meshes.at(0).positions.size(), 169u);
+    const std::string message = without_name(refusal_with_memory(large, 700000));
+    EXPECT_NE(message.find("(Draco attributes)"), std::string::npos) << message;
+}
+
+TEST_F(GltfDraco, DamagedDataIsRefusedInOneLineOrLoaded) {
+    for (const DracoEncoding& encoding :
+         {DracoEncoding{true, 0, 14, true}, DracoEncoding{true, 5, 14, false}, DracoEncoding{true, 10, 0, false},
+          DracoEncoding{false, 5, 14, false}, DracoEncoding{false, 10, 11, false}}) {
+        GltfBuilder b = grid(&encoding);
+        const std::string glb = b.glb();
+        const auto [begin, size] = data_range(b, glb);
+        for (std::size_t length = 0; length < size; length += 1 + length / 16) {
+            GltfBuilder truncated = b;
+            truncated.json["bufferViews"][extension(b)["bufferView"].get<int>()]["byteLength"] = length;
+            const std::string message = refusal(truncated);
+            EXPECT_TRUE(message.starts_with("meshes[0].primitives[0]: ")) << length << " bytes: " << message;
+        }
+        std::mt19937 random(1);
+        for (int i = 0; i < 500; ++i) {
+            std::string damaged = glb;
+            for (int flips = 0; flips <= i % 4; ++flips)
+                damaged[begin + random() % size] ^= static_cast<char>(1 << random() % 8);
+            without_name(error_message([&] { load_gltf(write("damaged.glb", damaged)); }));
+        }
+    }
+}
+
+/// The library decodes up to 2^31 orientations of texture coordinates, which take seconds and 256 MiB per attribute.
+/// The number stands behind compressed data, so this test puts it everywhere.
+TEST_F(GltfDraco, HugeNumbersAnywhereTakeNoTime) {
+    const DracoEncoding smallest{true, 0, 10, false};
+    GltfBuilder b = grid(&smallest);
+    const std::string glb = b.glb();
+    const auto [begin, size] = data_range(b, glb);
+    const auto start = std::chrono::steady_clock::now();
+    bool orientations = false;
+    for (std::size_t i = 0; i + 4 <= size; ++i) {
+        std::string damaged = glb;
+        damaged.replace(begin + i, 4, "\xff\xff\xff\x7f");
+        const auto message = without_name(error_message([&] { load_gltf(write("damaged.glb", damaged)); }));
+        orientations |= message.find("texture coordinates") != std::string::npos;
+    }
+    EXPECT_TRUE(orientations) << "the number was not found";
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+}
+
+TEST_F(GltfDraco, FilesOfOthers) {
+    const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "extensions/compressed";
+    if (!fs::exists(folder)) GTEST_SKIP() << "no files in " << folder;
+    const auto corners = [&](const char* file) {
+        const Scene scene = load_gltf(folder / file);
+        std::vector<std::array<float, 6>> values;
+        for (const Instance& instance : scene.instances) {
+            const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+            for (const uvec3& t : mesh.triangles)
+                for (int i = 0; i < 3; ++i) {
+                    const vec3 p(instance.object_to_world * dvec4(mesh.positions[t[i]], 1));
+                    const vec3 n(glm::normalize(dmat3(instance.object_to_world) * dvec3(mesh.normals[t[i]])));
+                    values.push_back({p.x, p.y, p.z, n.x, n.y, n.z});
+                    for (float& x : values.back()) x = std::round(x * 1000) / 1000 + 0.0f;
+                }
+        }
+        std::ranges::sort(values);
+        return values;
+    };
+    const auto draco = corners("BoxDraco.gltf");
+    EXPECT_EQ(draco.size(), 36u);
+    EXPECT_EQ(draco, corners("BoxMeshopt.gltf"));
+    EXPECT_EQ(draco, corners("BoxMeshopt.glb"));
+    EXPECT_EQ(load_gltf(folder / "DracoSparseMesh.gltf").meshes.at(0).triangles.size(), 102u);
+    EXPECT_GT(load_gltf(folder / "heart_draco.glb").meshes.at(0).triangles.size(), 100u);
+}
+
+}  // namespace
+}  // namespace halflight

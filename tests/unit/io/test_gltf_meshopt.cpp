@@ -1,0 +1,282 @@
+// Tests buffer views compressed by meshoptimizer: they give what the uncompressed ones give.
+#include <meshoptimizer.h>
+
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <random>
+
+#include "engine/core/memory_ledger.h"
+#include "tests/unit/io/compress_gltf.h"
+
+namespace halflight {
+namespace {
+
+using GltfMeshopt = GltfTest;
+
+/// Returns triangles that start with their lowest corner: the codec of triangles may rotate them.
+std::vector<uvec3> rotated(std::vector<uvec3> triangles) {
+    for (uvec3& t : triangles)
+        while (t.x > std::min(t.y, t.z)) t = {t.y, t.z, t.x};
+    return triangles;
+}
+
+struct Uses {
+    int position, normal, uv, indices, strip, target, times, values, offsets;
+};
+
+/// Returns a scene whose buffer views have all uses: vertices, indices of triangles and of a strip, a morph target,
+/// animation and instances.
+std::pair<GltfBuilder, Uses> every_use() {
+    GltfBuilder b;
+    Json& grid = add_grid(b, 12);
+    const Json& attributes = grid["attributes"];
+    Uses uses{attributes["POSITION"], attributes["NORMAL"], attributes["TEXCOORD_0"], grid["indices"], 0, 0, 0, 0, 0};
+    std::vector<std::int16_t> deltas;
+    for (std::int16_t i = 0; i < 169; ++i) deltas.insert(deltas.end(), {i, 0, -1, 0});  // the last one is padding
+    b.push("accessors", {{"bufferView", b.view(deltas)}, {"componentType", kI16}, {"count", 169}, {"type", "VEC3"}});
+    uses.target = static_cast<int>(b.json["accessors"].size()) - 1;
+    b.json["bufferViews"].back()["byteStride"] = 8;
+    grid["targets"] = {{{"POSITION", uses.target}}};
+    uses.strip = b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 1, 13, 14, 26, 27});
+    b.json["meshes"][0]["primitives"].push_back(
+        {{"attributes", {{"POSITION", uses.position}, {"NORMAL", uses.normal}}}, {"indices", uses.strip}, {"mode", 5}});
+    b.json["meshes"][0]["weights"] = {0.5};
+    uses.offsets = b.floats("VEC3", {0, 0, 0, 20, 0, 0, 0, 20, 0});
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = uses.offsets;
+    uses.times = b.floats("SCALAR", {0, 1, 2, 3});
+    uses.values = b.floats("VEC3", {0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+    b.push("animations", {{"samplers", {{{"input", uses.times}, {"output", uses.values}}}},
+                          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}});
+    return {b, uses};
+}
+
+GltfBuilder compressed(const char* extension = "EXT_meshopt_compression") {
+    auto [b, uses] = every_use();
+    for (const int accessor : {uses.position, uses.normal, uses.uv, uses.target, uses.times, uses.values, uses.offsets})
+        compress_by_meshopt(b, accessor, "ATTRIBUTES", "", extension);
+    compress_by_meshopt(b, uses.indices, "TRIANGLES", "", extension);
+    compress_by_meshopt(b, uses.strip, "INDICES", "", extension);
+    add_meshopt_buffers(b);
+    if (extension == std::string("KHR_meshopt_compression"))
+        b.json["extensionsRequired"] = b.json["extensionsUsed"] = {extension};
+    return b;
+}
+
+/// Returns the extension's object of the first compressed view, that of the positions.
+Json& first(GltfBuilder& b) {
+    return b.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"];
+}
+
+TEST_F(GltfMeshopt, EveryUseIsDecodedExactly) {
+    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+        const std::size_t all[] = {0};
+        const Scene plain = GltfScene(write("plain.glb", every_use().first.glb())).at(1.5, all);
+        GltfScene file(write("scene.glb", compressed(extension).glb()));
+        const SceneSize size = file.size();
+        EXPECT_GE(size.decoding_bytes, 169 * 32u) << "vertices, normals and texture coordinates";
+        const Scene scene = file.at(1.5, all);
+        ASSERT_EQ(scene.meshes.size(), 1u);
+        const Mesh &mesh = scene.meshes[0], &expected = plain.meshes[0];
+        EXPECT_EQ(mesh.positions, expected.positions);
+        EXPECT_EQ(mesh.normals, expected.normals);
+        EXPECT_EQ(mesh.uvs, expected.uvs);
+        EXPECT_EQ(rotated(mesh.triangles), rotated(expected.triangles));
+        ASSERT_EQ(scene.instances.size(), 3u);
+        for (std::size_t i = 0; i < 3; ++i)
+            EXPECT_EQ(scene.instances[i].object_to_world, plain.instances[i].object_to_world);
+        EXPECT_EQ(scene.report.warnings, plain.report.warnings);
+        EXPECT_EQ(MemoryLedger::process().bytes(MemoryPart::scene), (4 + 12) * sizeof(float))
+            << "keyframes alone are kept";
+    }
+}
+
+TEST_F(GltfMeshopt, FiltersStayWithinTheirQuantisation) {
+    constexpr std::size_t kCount = 64;
+    std::vector<float> directions, rotations, offsets;
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal;
+    for (std::size_t i = 0; i < kCount; ++i) {
+        const vec3 n = glm::normalize(vec3(normal(random), normal(random), normal(random)));
+        directions.insert(directions.end(), {n.x, n.y, n.z, 1});
+        const vec4 q = glm::normalize(vec4(normal(random), normal(random), normal(random), normal(random)));
+        rotations.insert(rotations.end(), {q.x, q.y, q.z, q.w});
+        for (int c = 0; c < 3; ++c) offsets.push_back(100 * normal(random));
+    }
+    for (const bool bytes : {true, false}) {
+        GltfBuilder b;
+        Json& primitive = b.add_mesh({});
+        std::vector<std::uint16_t> order(kCount - kCount % 3);
+        for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint16_t>(i);
+        primitive["indices"] = b.accessor("SCALAR", kU16, order);
+        const int position = b.floats("VEC3", offsets);
+        const int type = bytes ? kI8 : kI16, stride = bytes ? 4 : 8;
+        b.push("accessors", {{"bufferView", b.view(std::vector<char>(kCount * std::size_t(stride)))},
+                             {"componentType", type},
+                             {"count", kCount},
+                             {"normalized", true},
+                             {"type", "VEC3"}});
+        const int direction = static_cast<int>(b.json["accessors"].size()) - 1;
+        b.json["bufferViews"].back()["byteStride"] = stride;
+        const int rotation = b.accessor("VEC4", kI16, std::vector<std::int16_t>(4 * kCount), true);
+        primitive["attributes"] = {{"POSITION", position}, {"NORMAL", direction}};
+        b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["ROTATION"] = rotation;
+
+        std::string data(kCount * std::size_t(stride), '\0');
+        meshopt_encodeFilterOct(data.data(), kCount, std::size_t(stride), bytes ? 8 : 12, directions.data());
+        compress_by_meshopt(b, direction, "ATTRIBUTES", data)["filter"] = "OCTAHEDRAL";
+        data.assign(kCount * 8, '\0');
+        meshopt_encodeFilterQuat(data.data(), kCount, 8, 12, rotations.data());
+        compress_by_meshopt(b, rotation, "ATTRIBUTES", data)["filter"] = "QUATERNION";
+        data.assign(kCount * 12, '\0');
+        meshopt_encodeFilterExp(data.data(), kCount, 12, 15, offsets.data());
+        compress_by_meshopt(b, position, "ATTRIBUTES", data)["filter"] = "EXPONENTIAL";
+        add_meshopt_buffers(b);
+
+        const Scene scene = load(b);
+        const Mesh& mesh = scene.meshes.at(0);
+        ASSERT_EQ(mesh.positions.size(), order.size());
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            const vec3 p(offsets[3 * i], offsets[3 * i + 1], offsets[3 * i + 2]);
+            const vec3 n(directions[4 * i], directions[4 * i + 1], directions[4 * i + 2]);
+            const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+            EXPECT_LE(glm::distance(mesh.positions[i], p), 2 * largest / (1 << 13)) << "15 bits with sign, rounded";
+            EXPECT_LE(glm::distance(mesh.normals[i], n), bytes ? 0.03f : 0.002f) << i;
+        }
+        ASSERT_EQ(scene.instances.size(), kCount);
+        for (std::size_t i = 0; i < kCount; ++i) {
+            const glm::dquat q(rotations[4 * i + 3], rotations[4 * i], rotations[4 * i + 1], rotations[4 * i + 2]);
+            const dmat3 expected = glm::mat3_cast(q), read = dmat3(scene.instances[i].object_to_world);
+            for (int column = 0; column < 3; ++column)
+                EXPECT_LE(glm::distance(read[column], expected[column]), 0.003) << i;
+        }
+    }
+}
+
+TEST_F(GltfMeshopt, FallbacksAreReadOnlyWhenNeeded) {
+    GltfBuilder b;
+    add_grid(b, 4);
+    compress_by_meshopt(b, 0, "ATTRIBUTES");
+    add_meshopt_buffers(b);
+    b.json.erase("extensionsRequired");
+    b.json["buffers"][1]["uri"] = "missing.bin";
+    const std::vector<vec3> positions = load(b).meshes.at(0).positions;
+    EXPECT_EQ(positions.size(), 25u);
+
+    // A view without compressed data needs the fallback, and so does one that the library cannot decode.
+    std::string uncompressed(b.bytes().size(), '\0');
+    std::memcpy(uncompressed.data(), positions.data(), 25 * sizeof(vec3));
+    write("fallback.bin", uncompressed);
+    for (const bool named : {true, false}) {
+        GltfBuilder newer = b;
+        newer.json["buffers"][1]["uri"] = named ? "fallback.bin" : "missing.bin";
+        Json extensions;
+        extensions["KHR_meshopt_compression"] = first(newer);
+        extensions["KHR_meshopt_compression"]["filter"] = "COLOR";
+        extensions["KHR_meshopt_compression"]["byteStride"] = 4;
+        extensions["KHR_meshopt_compression"]["count"] = 75;
+        newer.json["bufferViews"][0]["byteOffset"] = 0;
+        newer.json["bufferViews"][0]["extensions"] = extensions;
+        if (!named) {
+            EXPECT_NE(refusal(newer).find("missing.bin"), std::string::npos);
+            newer.json["buffers"][1].erase("uri");
+            EXPECT_EQ(refusal(newer),
+                      "bufferViews[0]: its compressed data uses the filter COLOR of KHR_meshopt_compression, which is "
+                      "not supported");
+            continue;
+        }
+        const Scene scene = load(newer);
+        EXPECT_EQ(scene.meshes.at(0).positions, positions);
+        ASSERT_EQ(scene.report.warnings.size(), 1u);
+        EXPECT_NE(scene.report.warnings[0].find("its fallback is used"), std::string::npos);
+    }
+    b.json["bufferViews"][0].erase("extensions");
+    EXPECT_NE(refusal(b).find("buffers[1]: "), std::string::npos);
+}
+
+TEST_F(GltfMeshopt, ANewerCodecIsRefusedByName) {
+    GltfBuilder b = compressed();
+    std::string glb = b.glb();
+    const std::size_t binary = glb.size() - (b.bytes().size() + 3) / 4 * 4;
+    glb[binary + first(b)["byteOffset"].get<std::size_t>()] = static_cast<char>(0xa1);
+    const std::string message = error_message([&] { load_gltf(write("scene.glb", glb)); });
+    EXPECT_EQ(without_name(message),
+              "bufferViews[0]: its compressed data uses version 1 of KHR_meshopt_compression, which is not supported");
+}
+
+TEST_F(GltfMeshopt, WrongCountsAreRefused) {
+    const struct {
+        const char* property;
+        Json value;
+        const char* reason;
+    } cases[] = {
+        {"byteLength", 0, "compressed data ends at byte"},
+        {"byteLength", 20, "compressed data, it has 20"},
+        {"byteLength", 1ull << 53, "compressed data ends at byte"},
+        {"byteOffset", 1ull << 53, "compressed data ends at byte"},
+        {"byteOffset", 4, "damaged"},
+        {"byteStride", 0, "byteStride 0"},
+        {"byteStride", 6, "byteStride 6"},
+        {"byteStride", 260, "byteStride 260"},
+        {"byteStride", 1u << 31, "byteStride"},
+        {"byteStride", 16, "byteLength is 2028"},
+        {"count", 168, "byteLength is 2028"},
+        {"count", 1ull << 53, "byteLength is 2028"},
+        {"filter", "QUATERNION", "filter QUATERNION and byteStride 12"},
+        {"filter", "OCTAHEDRAL", "filter OCTAHEDRAL and byteStride 12"},
+        {"filter", "SQUARE", "filter 'SQUARE'"},
+        {"mode", "LINES", "mode 'LINES'"},
+        {"mode", "TRIANGLES", "mode TRIANGLES"},
+        {"buffer", 1, "buffers[1], which has 0"},
+        {"buffer", 2, "is not an index into buffers"},
+    };
+    for (const auto& [property, value, reason] : cases) {
+        GltfBuilder b = compressed();
+        first(b)[property] = value;
+        const std::string message = refusal(b);
+        EXPECT_NE(message.find(reason), std::string::npos) << property << " " << value << ": " << message;
+        EXPECT_TRUE(message.starts_with("bufferViews[0]")) << message;
+    }
+    // A count that would need gigabytes is refused before anything is allocated.
+    GltfBuilder bomb = compressed();
+    first(bomb)["count"] = 1u << 30;
+    bomb.json["bufferViews"][0]["byteLength"] = 12ull << 30;
+    bomb.json["accessors"][0]["count"] = 1u << 30;
+    const auto path = write("scene.glb", bomb.glb());
+    const std::string message = without_name(error_message([&] { GltfScene(path).size(); }));
+    EXPECT_TRUE(message.starts_with("bufferViews[0]: 1073741824 elements of 12 bytes need at least")) << message;
+}
+
+TEST_F(GltfMeshopt, DataBeyondTheBudgetIsRefused) {
+    const std::string message = without_name(refusal_with_memory(write("scene.glb", compressed().glb()), 1024));
+    EXPECT_TRUE(message.starts_with("needs") && message.find("(bufferViews[") != std::string::npos) << message;
+    EXPECT_NE(message.find("--memory"), std::string::npos) << message;
+}
+
+TEST_F(GltfMeshopt, DamagedDataIsRefusedInOneLineOrLoaded) {
+    const GltfBuilder whole = compressed();
+    const std::string glb = whole.glb();
+    const std::size_t binary = glb.size() - (whole.bytes().size() + 3) / 4 * 4;
+    for (const Json& view : whole.json["bufferViews"]) {
+        const Json& object = view["extensions"]["EXT_meshopt_compression"];
+        for (std::size_t length = 0; length < object["byteLength"]; length += 1 + length / 8) {
+            GltfBuilder b = whole;
+            for (Json& v : b.json["bufferViews"])
+                if (v == view) v["extensions"]["EXT_meshopt_compression"]["byteLength"] = length;
+            const std::string message = without_name(error_message([&] {
+                const std::size_t all[] = {0};
+                GltfScene(write("scene.glb", b.glb())).at(0, all);
+            }));
+            EXPECT_TRUE(message.starts_with("bufferViews[")) << length << " bytes: " << message;
+        }
+    }
+    std::mt19937 random(1);
+    for (int i = 0; i < 1000; ++i) {
+        std::string damaged = glb;
+        for (int flips = 0; flips <= i % 4; ++flips)
+            damaged[binary + random() % (glb.size() - binary)] ^= static_cast<char>(1 << random() % 8);
+        without_name(error_message([&] { load_gltf(write("damaged.glb", damaged)); }));
+    }
+}
+
+}  // namespace
+}  // namespace halflight
