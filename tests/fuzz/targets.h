@@ -17,6 +17,8 @@ void gltf(std::string_view input);
 void environment(std::string_view input);  ///< Loads an OpenEXR or Radiance file.
 void color(std::string_view input);        ///< Loads lines with display, view, look and colour space, then a config.
 void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.
+void ktx2(std::string_view input);         ///< Decodes a KTX2 image.
+void webp(std::string_view input);         ///< Decodes a WebP image.
 void settings(std::string_view input);     ///< Parses the contents of a settings file.
 
 }  // namespace halflight::fuzz

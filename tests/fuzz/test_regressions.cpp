@@ -40,6 +40,12 @@ TEST(FuzzRegressions, Environment) {
 TEST(FuzzRegressions, Gltf) {
     run_all("gltf", gltf);
 }
+TEST(FuzzRegressions, Ktx2) {
+    run_all("ktx2", ktx2);
+}
+TEST(FuzzRegressions, Webp) {
+    run_all("webp", webp);
+}
 TEST(FuzzRegressions, Settings) {
     run_all("settings", settings);
 }
