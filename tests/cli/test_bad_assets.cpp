@@ -159,6 +159,12 @@ TEST_F(BadAssets, InstancedMeshesAreRead) {
     EXPECT_GT(shown, 0);
 }
 
+/// Returns whether the scene lies among the unsupported ones, but uses extensions that are supported by now.
+bool is_supported_now(const fs::path& path) {
+    const std::string folder = path.parent_path().filename();
+    return folder == "truck_town_webp_OMI" || folder == "AnisotropyBarnLamp_ktx2";
+}
+
 TEST_F(BadAssets, PointersAndUnsupportedScenes) {
     for (const char* folder : {"lfs-buffers", "lfs-pointer", "unsupported-ext", "truncated"}) {
         int files = 0;
@@ -166,7 +172,7 @@ TEST_F(BadAssets, PointersAndUnsupportedScenes) {
             const fs::path& path = entry.path();
             const std::string name = path.lexically_relative(kBad);
             files += path.extension() == ".glb" || path.extension() == ".gltf" || path.extension() == ".hdr";
-            if (path.extension() == ".glb" || path.extension() == ".gltf")
+            if ((path.extension() == ".glb" || path.extension() == ".gltf") && !is_supported_now(path))
                 expect_refused("scene: " + name, with_scene(path), {path.string() + ": "});
             if (path.extension() == ".hdr")
                 expect_refused("environment: " + name, with_environment(path), {path.string() + ": ", "truncated"});
