@@ -24,9 +24,10 @@ struct LoadedScene::Unedited {
     }
 };
 
-GltfOptions gltf_options(bool allow_outside) {
+GltfOptions gltf_options(bool allow_outside, bool strict_textures) {
     GltfOptions options;
     options.allow_outside_folder = allow_outside;
+    options.strict = strict_textures;
     return options;
 }
 
@@ -58,8 +59,9 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
     }
 }
 
-SceneFile::SceneFile(const std::filesystem::path& path, bool allow_outside, std::size_t picture_bytes, bool moves)
-    : path_(path), file_(path, gltf_options(allow_outside)) {
+SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes,
+                     bool moves)
+    : path_(path), file_(path, options) {
     SceneSize size = file_.size();
     size.moves = moves;
     check_fits(size, path, picture_bytes);
@@ -109,9 +111,10 @@ double SceneFile::end() {
 
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
     : choice_(std::move(choice)), camera_choice_(camera) {
+    const GltfOptions options = gltf_options(choice_.allow_outside, choice_.strict_textures);
     bool lit_later = false;
     if (choice_.animation) {
-        file_.emplace(choice_.scene, choice_.allow_outside, choice_.picture_bytes);
+        file_.emplace(choice_.scene, options, choice_.picture_bytes);
         file_->set_frame_rate(choice_.frame_rate, log);
         file_->play(*choice_.animation, log);
         frame_rate_ = file_->frame_rate();
@@ -123,7 +126,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
         if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
-        SceneFile file(choice_.scene, choice_.allow_outside, choice_.picture_bytes, false);
+        SceneFile file(choice_.scene, options, choice_.picture_bytes, false);
         scene_ = file.gltf().at_rest();
         files_ = file.gltf().files();
     }

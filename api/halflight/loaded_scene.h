@@ -26,8 +26,9 @@ using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::pa
 
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
-    std::filesystem::path scene;  // file, .gltf or .glb
-    bool allow_outside = false;   // lets the scene name files outside its folder
+    std::filesystem::path scene;   // file, .gltf or .glb
+    bool allow_outside = false;    // lets the scene name files outside its folder
+    bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     EnvironmentChoice environment{};
     SceneEdits edits{};
     std::string edits_source{};  // settings file of `edits`, for errors; empty: none
@@ -38,7 +39,7 @@ struct SceneChoice {
     std::size_t picture_bytes = 0;          // memory to leave free for pictures (renderer/memory.h), bytes
 };
 
-GltfOptions gltf_options(bool allow_outside);
+GltfOptions gltf_options(bool allow_outside, bool strict_textures = false);
 
 /// Throws Error about the file where the memory budget (MemoryLedger::process()) has too little left for loading and
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
@@ -52,7 +53,8 @@ class SceneFile {
   public:
     /// Reads the file. Throws Error as GltfScene() and check_fits() do. moves: poses other than at_rest() are wanted,
     /// for which contents of the file are kept.
-    SceneFile(const std::filesystem::path& path, bool allow_outside, std::size_t picture_bytes = 0, bool moves = true);
+    SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes = 0,
+              bool moves = true);
 
     /// Selects animations (SceneChoice::animation). The log names ignored channels and animations that drive the same
     /// properties. Throws Error for damaged animations, and for unknown names (the error lists the names).

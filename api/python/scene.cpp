@@ -38,13 +38,14 @@ EnvironmentChoice environment_of(const Environment3& e) {
 
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& animation, const std::optional<std::string>& fps,
-                              bool allow_outside, py::object log) {
+                              bool allow_outside, bool strict, py::object log) {
     SceneChoice choice;
     choice.scene = path;
     choice.environment = environment_of(environment);
     choice.animation = animation;
     if (fps) choice.frame_rate = parse_frame_rate("fps", *fps);
     choice.allow_outside = allow_outside;
+    choice.strict_textures = strict;
     const Log sink = log_to(std::move(log));
     const py::gil_scoped_release released;
     return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), {}, sink)});

@@ -2,12 +2,21 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
 
 namespace halflight {
 
 struct ImageHeader {
     std::size_t width = 0, height = 0;  // texels
     std::size_t decoding_bytes = 0;     // bytes that decoding takes besides the texels and the file
+    std::optional<bool> srgb{};  // whether the file says that its colours are sRGB-encoded; none: it does not say
 };
+
+/// Checks the size of an image whose format lets a few bytes hold any number of equal texels. Throws Error with
+/// `subject` for sides of 0 texels or more than `max_side`. Images of more than 4096 x 4096 texels are refused, too,
+/// where `file_bytes` hold more texels each than those of the most compressed PNG.
+void check_image_size(const std::string& subject, const ImageHeader& header, std::uint64_t file_bytes, int max_side);
 
 }  // namespace halflight

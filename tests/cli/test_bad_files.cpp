@@ -103,10 +103,14 @@ std::string jpeg_claiming(std::uint16_t side) {
 }
 
 TEST_F(BadFiles, TruncatedImages) {
-    for (const std::string& whole : {small_png(), small_jpeg()}) {
+    const std::pair<const char*, std::string> images[] = {{"PNG", small_png()},
+                                                          {"JPEG", small_jpeg()},
+                                                          {"ETC1S", read_text(kSeeds / "ktx2/etc1s")},
+                                                          {"UASTC", read_text(kSeeds / "ktx2/zstd")},
+                                                          {"WebP", read_text(kSeeds / "webp/lossless-alpha")}};
+    for (const auto& [kind, whole] : images) {
         write("image", whole);
         expect_loaded("image: whole", with_scene(scene("image")));
-        const std::string kind = whole[0] == '\xff' ? "JPEG" : "PNG";
         for (const std::size_t length : prefix_lengths(whole.size()))
             image_refused(fmt::format("{}, {} of {} bytes", kind, length, whole.size()), whole.substr(0, length));
     }
@@ -128,7 +132,14 @@ TEST_F(BadFiles, OversizedImages) {
     image_refused("PNG with a chunk of 2 GiB", png_claiming(8, 8, big_endian(0x7fffffff) + "IDAT"));
     for (const std::uint16_t side : {std::uint16_t{0}, std::uint16_t{16384}, std::uint16_t{65535}})
         image_refused(fmt::format("JPEG of {0} x {0}", side), jpeg_claiming(side));
-    image_refused("none, a GIF", "GIF89a\x1\0\x1\0", {"neither PNG nor JPEG"});
+    for (const char* seed : {"ktx2/etc1s", "ktx2/zstd", "webp/noise"}) {
+        std::string bytes = read_text(kSeeds / seed);
+        const bool ktx2 = std::string_view(seed).starts_with("ktx2");
+        ktx2 ? bytes.replace(20, 8, std::string("\0\x40\0\0\0\x40\0\0", 8)) : bytes.replace(21, 3, "\xff\xff\xff");
+        if (!ktx2) bytes[24] = static_cast<char>(bytes[24] | 0xf);
+        image_refused(std::string(seed) + " of 16384 x 16384", bytes, {"is refused", "claim 16384 x 16384 texels"});
+    }
+    image_refused("none, a GIF", "GIF89a\x1\0\x1\0", {"is a GIF picture"});
     image_refused("Git LFS pointer", kPointer, {"Git LFS pointer"});
 }
 

@@ -184,7 +184,8 @@ TEST_F(BadScenes, Nodes) {
 TEST_F(BadScenes, Text) {
     refused("empty", "", {"empty"});
     refused("one blank", " ", {"neither"});
-    refused("not JSON", "solid cube", {"neither"});
+    refused("not JSON", "a cube", {"neither"});
+    refused("STL", "solid cube", {"is an STL file; export glTF 2.0"});
     refused("open brace", "{", {"parse error"});
     for (const char* bracket : {"[", "{\"a\":"}) {
         std::string deep;

@@ -19,6 +19,8 @@ void meshopt(std::string_view input);  ///< Mode, filter and stride, a byte each
 void environment(std::string_view input);  ///< Loads an OpenEXR or Radiance file.
 void color(std::string_view input);        ///< Loads lines with display, view, look and colour space, then a config.
 void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.
+void ktx2(std::string_view input);         ///< Decodes a KTX2 image.
+void webp(std::string_view input);         ///< Decodes a WebP image.
 void settings(std::string_view input);     ///< Parses the contents of a settings file.
 
 }  // namespace halflight::fuzz

@@ -46,6 +46,12 @@ TEST(FuzzRegressions, Gltf) {
 TEST(FuzzRegressions, Meshopt) {
     run_all("meshopt", meshopt);
 }
+TEST(FuzzRegressions, Ktx2) {
+    run_all("ktx2", ktx2);
+}
+TEST(FuzzRegressions, Webp) {
+    run_all("webp", webp);
+}
 TEST(FuzzRegressions, Settings) {
     run_all("settings", settings);
 }

@@ -45,7 +45,10 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.settings(a.settings);
     options.flag(
         "--keep-all", [&] { a.settings.kept = Kept::everything(); }, "builds all parts that --keep can name");
-    options.flag("--strict", a.strict, "fails if any pass yields a NaN, an infinity or a negative radiance");
+    options.flag(
+        "--strict", [&] { a.strict = a.strict_textures = true; },
+        "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
+        "optional extension of the scene adds");
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",

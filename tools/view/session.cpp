@@ -26,7 +26,7 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 /// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
-    t.file = std::make_shared<SceneFile>(a.scene, a.allow_outside);
+    t.file = std::make_shared<SceneFile>(a.scene, gltf_options(a.allow_outside));
     t.animation = a.animation.value_or("none");
     try {
         t.animations = titles(t.file->gltf().animations());

@@ -91,13 +91,14 @@ def limit_memory(size):
     _native.limit_memory(str(size))
 
 
-def load(path, environment=None, animation=None, fps=None, allow_outside=False):
+def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False):
     """Loads a glTF scene and returns it as a Scene.
 
       environment    None, a constant radiance (r, g, b), or the path of an equirectangular .exr or .hdr
       animation      name or number of the animation that plays, "all", or None: the scene at rest
       fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
       allow_outside  lets the scene name files outside its folder
+      strict         refuses a scene in which an image of an optional extension cannot be read
 
     Warnings go to the logger "halflight". Raises Error.
     """
@@ -105,7 +106,8 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False):
         environment = tuple(map(float, environment))
     return Scene(_call(_native.load, path=path, environment=environment,
                        animation=None if animation is None else str(animation),
-                       fps=None if fps is None else str(fps), allow_outside=allow_outside, log=_log))
+                       fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
+                       log=_log))
 
 
 class Scene:

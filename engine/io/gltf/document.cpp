@@ -5,12 +5,14 @@
 #include <set>
 
 #include "engine/core/memory_ledger.h"
+#include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/buffers.h"
 #include "engine/io/gltf/extras.h"
 #include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/schema.h"
 #include "engine/io/gltf/uri.h"
+#include "engine/io/gltf/value.h"
 
 namespace halflight {
 namespace {
@@ -18,9 +20,12 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-void check_extensions(const Json& root, GltfDocument& document) {
+/// Returns the extensions that the file requires.
+std::set<std::string> check_extensions(const Json& root, GltfDocument& document) {
+    std::set<std::string> required;
     std::string unknown;
     for (const std::string name : root.value("extensionsRequired", Json::array())) {
+        required.insert(name);
         if (gltf_extensions().contains(name)) continue;
         unknown += (unknown.empty() ? "" : ", ") + name;
     }
@@ -31,6 +36,7 @@ void check_extensions(const Json& root, GltfDocument& document) {
         if (!gltf_extensions().contains(name))
             document.warnings.add(fmt::format("extension {} is used but not supported; it is ignored", name));
     }
+    return required;
 }
 
 void check_version(const Json& root, const std::string& file) {
@@ -81,6 +87,17 @@ Chunks split_glb(ByteSource bytes, const std::string& file) {
 std::string first_bytes(const ByteSource& bytes) {
     std::string buffer;
     return std::string(bytes.read(0, std::min<std::uint64_t>(bytes.size(), 64), buffer));
+}
+
+/// Throws Error for files of other programs, which many users take for scenes.
+void check_kind(const ByteSource& bytes, const std::string& file) {
+    constexpr std::uint64_t kStart = 4096;  // bytes in which text formats show what they are
+    std::string buffer;
+    const std::string_view start = bytes.read(0, std::min(bytes.size(), kStart), buffer);
+    const std::size_t first = start.find_first_not_of("\xef\xbb\xbf \t\r\n");
+    if (start.starts_with("glTF") || (first != std::string_view::npos && start[first] == '{')) return;
+    const std::string_view kind = kind_of_file(start, bytes.size());
+    if (!kind.empty()) throw Error(file, "is {}; export glTF 2.0 (.glb) instead", kind);
 }
 
 /// Throws Error where the memory budget has too little left for parsing the JSON. Measured for lists of 10^6 nodes and
@@ -176,6 +193,24 @@ void parse_model(GltfDocument& document, Json& root) {
     throw Error(document.file, "{}", error);
 }
 
+/// Points textures at the images of their extensions. Where an extension is optional, the image that it replaces
+/// becomes the fallback.
+void choose_images(GltfDocument& document, const std::set<std::string>& required) {
+    for (tinygltf::Texture& texture : document.model.textures) {
+        for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {  // the last one is preferred
+            const tinygltf::Value* extension = find_extension(texture.extensions, name);
+            const int source = extension ? integer(*extension, "source", kNone) : kNone;
+            if (source == kNone) continue;
+            if (!required.contains(name)) {
+                GltfImageSource& image = document.images[static_cast<std::size_t>(source)];
+                image.optional = true;
+                if (image.fallback == kNone && texture.source != source) image.fallback = texture.source;
+            }
+            texture.source = source;
+        }
+    }
+}
+
 }  // namespace
 
 void GltfWarnings::add(const std::string& what, const std::string& element) {
@@ -239,6 +274,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.bytes_of_files = bytes.size();
     if (bytes.size() == 0) throw Error(document.file, "is empty");
     const std::string start_of_file = first_bytes(bytes);
+    check_kind(bytes, document.file);
     if (is_lfs_pointer(start_of_file))
         throw Error(document.file, "is a Git LFS pointer, not the file itself (git lfs pull fetches it)");
     const Chunks chunks =
@@ -257,7 +293,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     check_gltf(root, document.file);
     check_version(root, document.file);
-    check_extensions(root, document);
+    const std::set<std::string> required = check_extensions(root, document);
     if (root.contains("animations")) {  // read on demand; tinygltf would refuse a damaged animation at once
         document.animations = std::move(root["animations"]);
         root.erase("animations");
@@ -270,6 +306,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.images = take_images(root, document);
     take_buffers(root, document, chunks.binary);
     parse_model(document, root);
+    choose_images(document, required);
     return document;
 }
 

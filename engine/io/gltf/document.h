@@ -26,6 +26,8 @@ struct GltfImageSource {
     std::string label;  // URI or name of the image, for messages
     std::string uri;    // URI of the image; empty: the image is in `buffer_view`
     int buffer_view = kNone;
+    bool optional = false;  // whether a texture does without the image, which an optional extension names
+    int fallback = kNone;   // the texture's image where this one cannot be read
 };
 
 /// Collection of warnings. Equal warnings about several elements become one line.

@@ -46,11 +46,12 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
 struct MaterialSet {
     std::vector<TextureImage> images;
     std::vector<Material> materials;
+    GltfWarnings warnings;  // warnings about the images
 };
 
 MaterialSet load_material_set(GltfDocument& document, std::vector<GltfMaterial>& materials) {
     MaterialSet material_set;
-    material_set.images = load_images(document, materials);
+    material_set.images = load_images(document, materials, material_set.warnings);
     for (GltfMaterial& m : materials) material_set.materials.push_back(std::move(m.material));
     return material_set;
 }
@@ -58,7 +59,7 @@ MaterialSet load_material_set(GltfDocument& document, std::vector<GltfMaterial>&
 /// Returns a material of another pose, with the images of `known`.
 Material with_images_of(const Material& known, const GltfMaterial& from) {
     Material material = from.material;
-    if (from.glossiness) {  // load_images() does the same
+    if (from.glossiness && known.specular_color_texture) {  // load_images() does the same
         material.metallic_roughness_texture = material.specular_color_texture;
         material.roughness = 1;
     }
@@ -85,12 +86,14 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     }
     if (material_set) {
         if (images) scene.images = (*material_set)->images;
+        document.warnings.add((*material_set)->warnings);
         for (std::size_t i = 0; i < materials.size(); ++i)
             scene.materials.push_back(with_images_of((*material_set)->materials[i], materials[i]));
     } else {
         MaterialSet loaded = load_material_set(document, materials);
         scene.images = std::move(loaded.images);
         scene.materials = std::move(loaded.materials);
+        document.warnings.add(loaded.warnings);
     }
     if (default_material) scene.materials.emplace_back().name = "default";
     scene.cameras = convert_cameras(document, nodes);

@@ -22,6 +22,7 @@ struct GltfOptions {
     std::uint64_t max_json_bytes = 0xffffffffu;  // bytes of the JSON, which is parsed in memory
     int max_image_side = 16384;                  // texels along an edge
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
+    bool strict = false;                         // whether an unreadable image of an optional extension is an error
 };
 
 /// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
+#include "engine/io/file_kind.h"
 #include "engine/io/gltf/material.h"
 #include "engine/io/jpeg.h"
+#include "engine/io/ktx2.h"
 #include "engine/io/png.h"
+#include "engine/io/webp.h"
 
 namespace halflight {
 namespace {
@@ -22,13 +26,32 @@ ByteSource open_encoded(GltfDocument& document, std::size_t image) {
     return document.view_bytes(source.buffer_view);
 }
 
+/// A format of images; content decides which applies, not the media type or the extension that names an image.
+struct ImageFormat {
+    bool (*is)(std::string_view bytes);
+    ImageHeader (*read_header)(const std::string& subject, std::string_view bytes, std::uint64_t file_bytes,
+                               int max_side);
+    void (*read)(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image);
+};
+constexpr ImageFormat kFormats[] = {{is_png, read_png_header, read_png},
+                                    {is_jpeg, read_jpeg_header, read_jpeg},
+                                    {is_webp, read_webp_header, read_webp},
+                                    {is_ktx2, read_ktx2_header, read_ktx2}};
+
+/// Throws Error about `subject` for other formats.
+const ImageFormat& format_of(const std::string& subject, std::string_view bytes) {
+    const auto* format = std::ranges::find_if(kFormats, [&](const ImageFormat& f) { return f.is(bytes); });
+    if (format != std::end(kFormats)) return *format;
+    const std::string_view kind = kind_of_file(bytes, bytes.size());
+    throw Error(subject, "is {}; textures are PNG, JPEG, WebP or KTX2", kind.empty() ? "of an unknown format" : kind);
+}
+
 /// Reads the header of an encoded image. Throws Error where there is none.
 ImageHeader read_header(const ByteSource& encoded, int max_side) {
     const auto read = [&](std::uint64_t count) {
         std::string buffer;
         const std::string_view bytes = encoded.read(0, count, buffer);
-        return is_png(bytes) ? read_png_header("", bytes, encoded.size(), max_side)
-                             : read_jpeg_header("", bytes, encoded.size(), max_side);
+        return format_of("", bytes).read_header("", bytes, encoded.size(), max_side);
     };
     constexpr std::uint64_t kMostHeaders = 1 << 16;  // bytes; only long profiles and previews make longer headers
     if (encoded.size() > kMostHeaders) {
@@ -40,18 +63,89 @@ ImageHeader read_header(const ByteSource& encoded, int max_side) {
     return read(encoded.size());
 }
 
-TextureImage decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded) {
+/// An image of the document, or the reason why it cannot be read.
+struct DecodedImage {
+    TextureImage image;
+    std::optional<bool> srgb;  // ImageHeader::srgb of the file
+    std::string error;         // empty: it has been read
+};
+
+void decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded, DecodedImage& result) {
     std::string buffer;
     const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
-    const std::string element = element_name(document, image);
-    const bool png = is_png(bytes);
-    if (!png && !is_jpeg(bytes)) document.fail(element, "is neither PNG nor JPEG");
-    TextureImage result;
-    result.name = document.images[image].label;
-    const std::string subject = document.file + ": " + element;
+    const std::string subject = document.file + ": " + element_name(document, image);
     const int max_side = document.options.max_image_side;
-    png ? read_png(subject, bytes, max_side, result) : read_jpeg(subject, bytes, max_side, result);
-    return result;
+    const ImageFormat& format = format_of(subject, bytes);
+    result.image.name = document.images[image].label;
+    result.srgb = format.read_header(subject, bytes, bytes.size(), max_side).srgb;
+    format.read(subject, bytes, max_side, result.image);
+}
+
+using DecodedImages = std::map<int, DecodedImage>;  // by glTF image
+
+/// Decodes images, and the fallbacks of those that cannot be read. Throws the error of an image that its textures need.
+DecodedImages decode_all(GltfDocument& document, std::set<int> wanted) {
+    DecodedImages decoded;
+    while (!wanted.empty()) {
+        const std::vector<int> round(wanted.begin(), wanted.end());
+        wanted.clear();
+        std::vector<ByteSource> encoded(round.size());
+        std::vector<DecodedImage> results(round.size());
+        const auto attempt = [&](std::size_t i, auto f) {
+            const auto image = static_cast<std::size_t>(round[i]);
+            try {
+                if (results[i].error.empty()) f(image);
+            } catch (const Error& e) {
+                if (!document.images[image].optional || document.options.strict) throw;
+                results[i].error = e.what();
+            }
+        };
+        for (std::size_t i = 0; i < round.size(); ++i)
+            attempt(i, [&](std::size_t image) { encoded[i] = open_encoded(document, image); });
+        tbb::parallel_for(std::size_t{0}, round.size(), [&](std::size_t i) {
+            attempt(i, [&](std::size_t image) { decode(document, image, encoded[i], results[i]); });
+        });
+        for (std::size_t i = 0; i < round.size(); ++i) {
+            const GltfImageSource& source = document.images[static_cast<std::size_t>(round[i])];
+            if (!results[i].error.empty() && source.fallback != kNone) wanted.insert(source.fallback);
+            decoded[round[i]] = std::move(results[i]);
+        }
+        std::erase_if(wanted, [&](int image) { return decoded.contains(image); });
+    }
+    return decoded;
+}
+
+/// Returns the image, or the first of its fallbacks that has been read; kNone: none.
+int first_readable(const GltfDocument& document, const DecodedImages& decoded, int image) {
+    for (std::size_t i = 0; i < document.images.size() && image != kNone; ++i) {  // fallbacks may form a ring
+        if (decoded.at(image).error.empty()) return image;
+        image = document.images[static_cast<std::size_t>(image)].fallback;
+    }
+    return kNone;
+}
+
+void warn_of_unreadable(const GltfDocument& document, const DecodedImages& decoded, GltfWarnings& warnings) {
+    for (const auto& [image, result] : decoded) {
+        if (result.error.empty()) continue;
+        const std::string element = element_name(document, static_cast<std::size_t>(image));
+        std::string_view reason = result.error;
+        for (const std::string& prefix : {document.file + ": ", element + ": "})
+            if (reason.starts_with(prefix)) reason.remove_prefix(prefix.size());
+        const int other = first_readable(document, decoded, image);
+        warnings.add(other == kNone ? fmt::format("{}; textures do without it (--strict: an error)", reason)
+                                    : fmt::format("{}; textures use {} instead", reason,
+                                                  element_name(document, static_cast<std::size_t>(other))),
+                     element);
+    }
+}
+
+/// KHR_texture_basisu demands that the transfer function fits the use; glTF 2.0 says how texels are read.
+void warn_of_transfer(TextureUse use, const DecodedImage& image, const std::string& element, GltfWarnings& warnings) {
+    const bool color = use == TextureUse::color;
+    if (!image.srgb || *image.srgb == color) return;
+    warnings.add(color ? "is marked as linear, but used as a colour; its texels are read as sRGB"
+                       : "is marked as sRGB, but used as data; its texels are read as linear",
+                 element);
 }
 
 /// Returns a metallic-roughness texture: roughness 1 - factor * A in G, no metalness.
@@ -73,17 +167,20 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
     std::map<int, std::size_t> texels;  // bytes, by glTF image
     ImageSizes sizes;
     const auto measure = [&](int image) {
-        const auto [it, is_new] = texels.try_emplace(image, 0);
-        if (!is_new) return it->second;
-        try {
-            const ImageHeader header =
-                read_header(open_encoded(document, static_cast<std::size_t>(image)), document.options.max_image_side);
-            it->second = 4 * header.width * header.height;
-            sizes.texels += it->second;
-            sizes.largest_decoder = std::max(sizes.largest_decoder, header.decoding_bytes);
-        } catch (const Error&) {
+        for (; image != kNone; image = document.images[static_cast<std::size_t>(image)].fallback) {
+            const auto [it, is_new] = texels.try_emplace(image, 0);
+            if (!is_new) return it->second;
+            try {
+                const ImageHeader header = read_header(open_encoded(document, static_cast<std::size_t>(image)),
+                                                       document.options.max_image_side);
+                it->second = 4 * header.width * header.height;
+                sizes.texels += it->second;
+                sizes.largest_decoder = std::max(sizes.largest_decoder, header.decoding_bytes);
+                return it->second;
+            } catch (const Error&) {
+            }
         }
-        return it->second;
+        return std::size_t{0};
     };
     std::set<std::pair<int, float>> roughness;
     for (const GltfMaterial& m : materials) {
@@ -96,27 +193,39 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
     return sizes;
 }
 
-std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials) {
-    std::map<int, int> place;  // index among the images in use, by glTF image
-    std::vector<std::size_t> used;
-    for (GltfMaterial& m : materials) {
-        for_each_texture(m.material, [&](TextureRef& t) {
-            if (!t) return;
-            const auto [it, is_new] = place.try_emplace(t.image, static_cast<int>(used.size()));
-            if (is_new) used.push_back(static_cast<std::size_t>(t.image));
-            t.image = it->second;
+std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials,
+                                      GltfWarnings& warnings) {
+    std::set<int> used;
+    for (const GltfMaterial& m : materials) {
+        for_each_texture(m.material, [&](const TextureRef& t) {
+            if (t) used.insert(t.image);
         });
     }
+    DecodedImages decoded = decode_all(document, std::move(used));
+    warn_of_unreadable(document, decoded, warnings);
 
-    std::vector<ByteSource> encoded;
-    for (const std::size_t image : used) encoded.push_back(open_encoded(document, image));
-    std::vector<TextureImage> images(used.size());
-    tbb::parallel_for(std::size_t{0}, used.size(),
-                      [&](std::size_t i) { images[i] = decode(document, used[i], encoded[i]); });
+    std::vector<TextureImage> images;
+    std::map<int, int> place;  // index into `images`, by glTF image
+    for (GltfMaterial& m : materials) {
+        for (const MaterialTexture& texture : material_textures()) {
+            TextureRef& t = m.material.*texture.field;
+            if (!t) continue;
+            const int image = first_readable(document, decoded, t.image);
+            if (image == kNone) {
+                t = {};
+                continue;
+            }
+            DecodedImage& source = decoded.at(image);
+            warn_of_transfer(texture.use, source, element_name(document, static_cast<std::size_t>(image)), warnings);
+            const auto [it, is_new] = place.try_emplace(image, static_cast<int>(images.size()));
+            if (is_new) images.push_back(std::move(source.image));
+            t.image = it->second;
+        }
+    }
 
     std::map<std::pair<int, float>, int> roughness;
     for (GltfMaterial& m : materials) {
-        if (!m.glossiness) continue;
+        if (!m.glossiness || !m.material.specular_color_texture) continue;
         TextureRef& t = m.material.metallic_roughness_texture = m.material.specular_color_texture;
         const auto [it, is_new] = roughness.try_emplace({t.image, *m.glossiness}, static_cast<int>(images.size()));
         if (is_new) images.push_back(roughness_from(images[static_cast<std::size_t>(t.image)], *m.glossiness));

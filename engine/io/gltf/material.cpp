@@ -127,7 +127,7 @@ class Converter {
         if (index == kNone) return ref;
         const tinygltf::Texture& from = document_.model.textures[static_cast<std::size_t>(index)];
         if (from.source == kNone) {
-            document_.warnings.add("has no PNG or JPEG image, it is not used", fmt::format("textures[{}]", index));
+            document_.warnings.add("has no image, it is not used", fmt::format("textures[{}]", index));
             return ref;
         }
         ref.image = from.source;

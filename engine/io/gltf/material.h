@@ -35,8 +35,10 @@ struct ImageSizes {
 /// refuses count as empty.
 ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials);
 
-/// Decodes the images that materials refer to (PNG, JPEG) and points the materials at them. Throws Error that names
-/// image and URI where one is missing, cannot be decoded, is too large or has another format.
-std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials);
+/// Decodes the images that materials refer to (PNG, JPEG, WebP, KTX2) and points the materials at them. Throws Error
+/// that names image and URI where one is missing, cannot be decoded, is too large or has another format. Fallbacks
+/// replace images of optional extensions; textures without a readable image are left out, with a warning.
+std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials,
+                                      GltfWarnings& warnings);
 
 }  // namespace halflight

@@ -187,7 +187,13 @@ GltfRules make_rules() {
          {{"inverseBindMatrices", index, "accessors"},
           {"joints", indices, "nodes", 0, kRequired},
           {"skeleton", index, "nodes"}}},
-        {"texture", {{"sampler", index, "samplers"}, {"source", index, "images"}}},
+        {"texture",
+         {{"extensions", object, "texture source extensions"},
+          {"sampler", index, "samplers"},
+          {"source", index, "images"}}},
+        {"texture source extensions",
+         {{"EXT_texture_webp", object, "texture source"}, {"KHR_texture_basisu", object, "texture source"}}},
+        {"texture source", {{"source", index, "images"}}},
     };
     // Textures come first, since their rule covers the whole textureInfo, including the scale of a normal map.
     for (const bool textures : {true, false})

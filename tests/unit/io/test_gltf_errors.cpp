@@ -185,12 +185,37 @@ TEST_F(GltfIndices, NodesMustMakeATree) {
     EXPECT_EQ(refusal(b), "nodes[0]: its transform overflows");
 }
 
+TEST_F(GltfText, FilesOfOtherProgramsAreNamed) {
+    using namespace std::literals;
+    const std::pair<std::string, const char*> cases[] = {
+        {"BLENDER-v300RENDH", "a Blender file"},
+        {"\x28\xb5\x2f\xfd\0\0"s, "a Zstandard file, such as a compressed Blender file"},
+        {"Kaydara FBX Binary  \0\x1a\0"s, "an FBX file"},
+        {"; FBX 7.3.0 project file", "an FBX file"},
+        {"# Blender 4.0\n\nmtllib a.mtl\no Cube\n", "a Wavefront OBJ file"},
+        {"#usda 1.0\n(\n)", "a USD file"},
+        {"PXR-USDC\0\x08"s, "a USD file"},
+        {"PK\3\4\x14\0"s, "a ZIP archive, such as USDZ"},
+        {"<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"\">", "a Collada file"},
+        {std::string(80, ' ') + "\1\0\0\0"s + std::string(50, '\0'), "an STL file"},
+        {"ply\nformat ascii 1.0\n", "a PLY file"},
+        {"Ogawa\xff\0\1"s, "an Alembic file"},
+        {"RIFF\0\0\0\0WEBP"s, "a WebP picture"},
+        {"\0\0\0\x1c"
+         "ftypavif"s,
+         "an AVIF picture"},
+    };
+    for (const auto& [text, kind] : cases)
+        EXPECT_EQ(refusal_of_text(text), std::string("is ") + kind + "; export glTF 2.0 (.glb) instead");
+}
+
 TEST_F(GltfText, OtherFormatsAreRefused) {
     const std::string asset = R"({"asset": {"version": "2.0"})";
     EXPECT_EQ(refusal_of_text(asset + "}"), "");
     EXPECT_EQ(refusal_of_text("\xef\xbb\xbf" + asset + "}"), "") << "a byte order mark";
     EXPECT_EQ(refusal_of_text(""), "is empty");
-    EXPECT_EQ(refusal_of_text("solid cube"), "is neither GLB nor glTF's JSON");
+    EXPECT_EQ(refusal_of_text("solid cube"), "is an STL file; export glTF 2.0 (.glb) instead");
+    EXPECT_EQ(refusal_of_text("a cube"), "is neither GLB nor glTF's JSON");
     EXPECT_EQ(refusal_of_text("{}"), "has no 'asset'");
     EXPECT_TRUE(refusal_of_text(asset).starts_with("parse error at line 1")) << refusal_of_text(asset);
     EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "1.0"}})"), "is glTF 1.0, only 2.0 is supported");
