@@ -121,7 +121,10 @@ struct FrameRenderer::State {
         scene.pose(0);
         load_seconds += clock.lap();
         PrepareOptions options{row_of(settings.culling).needs_cull_tree, settings.kept, settings.estimator};
-        if (frees_scene) options.scene_read = [this] { scene.free_surfaces(); };
+        if (frees_scene) {
+            options.single_pose = true;
+            options.scene_read = [this] { scene.free_surfaces(); };
+        }
         tables_memory = {MemoryLedger::process(), MemoryPart::tables,
                          scene_bytes(scene.size()) - scene.size().contents()};
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
@@ -164,6 +167,7 @@ struct FrameRenderer::State {
             if (at_reference) reference_seconds = 0;  // RenderStats::prepare_seconds is that of the reference
             return;
         }
+        scene.check_surfaces();
         load_seconds += clock.lap();
         at_reference = false;
         guarded([&] {

@@ -1,6 +1,7 @@
 #include "api/halflight/loaded_scene.h"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include "api/animation_choice.h"
@@ -171,6 +172,7 @@ void LoadedScene::edit(SceneEdits edits) {
 }
 
 void LoadedScene::set_camera(const CameraChoice& camera) {
+    check_surfaces();  // a default camera frames them
     camera_ = choose_camera(scene_, camera);
     camera_choice_ = camera;
 }
@@ -187,6 +189,7 @@ void LoadedScene::pose(double seconds) {
 }
 
 void LoadedScene::free_surfaces() {
+    assert(!surfaces_move_);
     for (Mesh& mesh : scene_.meshes) {
         Mesh empty;
         empty.name = std::move(mesh.name);

@@ -143,9 +143,9 @@ void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const Picture
 }  // namespace
 
 std::size_t scene_bytes(const SceneSize& size) {
-    // Measured with scenes/ and cities of 10^6 and 4 10^6 triangles, and rounded up. Per triangle: corners, hierarchy,
+    // Measured with scenes/, cities and triangles without common edges, and rounded up. Per triangle: corners, hierarchy,
     // tables. Hierarchies of scenes that move are kept.
-    const std::size_t per_triangle = size.moves ? 320 : 140;
+    const std::size_t per_triangle = size.moves ? 320 : 200;
     constexpr std::size_t kPools = 4;  // bytes of half floats per byte of an image, in the tables and on the device
     const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
     const std::size_t images = size.moves ? 2 : 1;

@@ -51,7 +51,8 @@ struct RendererOptions {
     Shutter shutter{};
     RayServerFactory ray_server{};  // serves all ray batches in place of RenderSettings::culling; empty: none
     // Frees meshes and images of the scene once they are uploaded (LoadedScene::free_surfaces()), for programs that use
-    // the scene for nothing else. The scene must not be edited. No effect on scenes whose surfaces move.
+    // the scene for nothing else. Pictures after an edit, or after a picture that failed, throw Error. The option is
+    // ignored where surfaces move.
     bool frees_scene = false;
 };
 

@@ -121,8 +121,9 @@ class LoadedScene {
     void pose(double seconds);
     /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);
-    /// Frees the contents of meshes and images, which large scenes need after their upload. Renderers that have
-    /// uploaded the scene go on; others throw Error. Precondition: not surfaces_move().
+    /// Frees the contents of meshes and images, whose memory large scenes need after their upload. Renderers that have
+    /// uploaded the scene go on; other renderers, pictures after edits and set_camera() throw Error. Precondition: not
+    /// surfaces_move().
     void free_surfaces();
     /// Throws Error where free_surfaces() was called.
     void check_surfaces() const;

@@ -1,6 +1,8 @@
 #include "engine/core/release.h"
 
+#ifdef __GLIBC__
 #include <malloc.h>
+#endif
 
 namespace halflight {
 

@@ -84,7 +84,7 @@ std::uint64_t PreparedScene::drawn_triangles() const {
 
 bool PreparedScene::update(const Scene& scene) {
     check_usable();
-    if (options_.scene_read) throw Error("prepared scene", "it was made for one pose only");
+    if (options_.single_pose) throw Error("prepared scene", "it was made for one pose only");
     const Shape before = shape();
     usable_ = false;
     prepare(scene);
@@ -116,18 +116,19 @@ void PreparedScene::prepare(const Scene& scene) {
     tables.alpha_tested |= kept.alpha;
     tables.keep_top_level = kept.instances;
 
-    // Another thread builds the hierarchies while this one packs and uploads the rest. Large scenes have several parts
-    // that are built in parallel, later, when the rest has been freed.
+    // Another thread builds the hierarchies while this one packs and uploads the rest. Large static scenes have several
+    // parts that are built in parallel, later, when the rest has been freed.
     const bool same = trace_ && same_geometry(tables_, tables);
-    const bool keeps = !memory_ && !origin_ && !options_.scene_read && anything_moves(tables);
+    const bool keeps = !memory_ && !origin_ && !options_.single_pose && anything_moves(tables);
     std::optional<rays::Hierarchies> made;
-    const auto launch = tables.triangles.size() > rays::kMostInPart ? std::launch::deferred : std::launch::async;
-    auto packing = std::async(launch, [&]() -> rays::PackedScene {
+    const bool moves = memory_ || keeps;
+    const bool later = !moves && tables.triangles.size() > options_.most_in_part;
+    auto packing = std::async(later ? std::launch::deferred : std::launch::async, [&]() -> rays::PackedScene {
         if (same) return {};
         if (memory_)
             memory_->hierarchies.update(tables_, tables);
         else
-            made.emplace(tables);
+            made.emplace(tables, options_.most_in_part);
         hierarchies_ = (memory_ ? memory_->hierarchies : *made).counts();
         if (memory_ || keeps) return rays::pack_scene(tables, memory_ ? memory_->hierarchies : *made);
         return rays::pack_scene(tables, std::move(*made));
@@ -146,10 +147,9 @@ void PreparedScene::prepare(const Scene& scene) {
     } else {
         buffers_.emplace(tables, shading, options_.bank_shift);
     }
-    const bool moves = memory_ || keeps;
     if (!moves) shading = {};  // hierarchies need the memory
     rays::PackedScene packed = packing.get();
-    if (options_.scene_read) release(tables.positions);
+    if (options_.single_pose) release(tables.positions);
     if (!same && options_.raster_culling) cull_tree_ = rays::build_cull_tree(packed);
     if (same) {
         hierarchies_ = {.kept = hierarchies_.kept + hierarchies_.refitted + hierarchies_.built};

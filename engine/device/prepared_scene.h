@@ -11,6 +11,7 @@
 #include "engine/device/scene_buffers.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
+#include "engine/rays/hierarchies.h"
 #include "engine/rays/raster_tree.h"
 #include "engine/rays/rays.h"
 #include "engine/settings/estimator.h"
@@ -23,8 +24,9 @@ struct PrepareOptions {
     Kept kept{};                 // parts to keep although the scene does not need them (SceneNeeds)
     Estimator estimator{};
     unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
-    // Called by the constructor once it does not read the scene any more, so that the caller can free it while
-    // hierarchies are built. A scene prepared with it keeps nothing for update(), which throws Error.
+    std::size_t most_in_part = rays::kMostInPart;  // see rays::Hierarchies
+    bool single_pose = false;                      // nothing is kept for update(), which throws Error
+    // Called by the constructor once it does not read the scene any more, before hierarchies of large scenes are built.
     std::function<void()> scene_read{};
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -26,6 +27,8 @@ struct BuiltChild {
     const BuiltNode* node;
     Bounds bounds;
 };
+
+static_assert(sizeof(BuiltNode) % alignof(BuiltChild) == 0);
 
 BuiltChild* children_of(void* node) {
     return reinterpret_cast<BuiltChild*>(static_cast<BuiltNode*>(node) + 1);
@@ -71,6 +74,7 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned child_count, void
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
                   void* building) {
+    assert(count <= kMaxLeafPrimitives);
     std::array<std::uint32_t, kMaxLeafPrimitives> ids{};
     for (std::size_t i = 0; i < count; ++i) ids[i] = primitives[i].primID;
     const auto last = ids.begin() + static_cast<std::ptrdiff_t>(count);

@@ -78,6 +78,12 @@ bool same_places(const TraceTables& a, const Part& pa, const TraceTables& b, con
     return std::ranges::equal(ta, tb, same);
 }
 
+std::size_t count_of(const Part& part) {
+    std::size_t count = 0;
+    for (const Part::Span& span : part.spans) count += span.count;
+    return count;
+}
+
 struct Centred {
     vec3 centre;  // twice the centre of the triangle's box
     std::uint32_t triangle;
@@ -109,27 +115,9 @@ void add_cut(std::uint32_t block, std::span<Centred> triangles, std::size_t most
     parts.push_back(std::move(part));
 }
 
-/// Appends a static part, cut where it has more than `most` triangles.
-void add_cut(const TraceTables& tables, Part part, std::size_t most, std::vector<Part>& parts) {
-    std::size_t count = 0;
-    for (const Part::Span& span : part.spans) count += span.count;
-    if (count <= most) {
-        parts.push_back(std::move(part));
-        return;
-    }
-    std::vector<Centred> triangles;
-    triangles.reserve(count);
-    for (const std::uint32_t triangle : triangles_of(part)) {
-        const uvec4& t = tables.triangles[triangle];
-        const vec3 &a = tables.positions[t.x], &b = tables.positions[t.y], &c = tables.positions[t.z];
-        triangles.push_back({glm::min(a, glm::min(b, c)) + glm::max(a, glm::max(b, c)), triangle});
-    }
-    add_cut(part.block, triangles, most, parts);
-}
-
 }  // namespace
 
-std::vector<Part> parts_of(const TraceTables& tables, std::size_t most) {
+std::vector<Part> parts_of(const TraceTables& tables) {
     std::vector<Part> parts;
     auto range = tables.ranges.begin();  // ranges are in the order of blocks
     for (std::uint32_t block = 0; block < tables.blocks.size(); ++block) {
@@ -150,25 +138,45 @@ std::vector<Part> parts_of(const TraceTables& tables, std::size_t most) {
             next = range->first_triangle + range->triangle_count;
         }
         stand_still_until(end);
-        if (!still.spans.empty()) add_cut(tables, std::move(still), most, parts);
+        if (!still.spans.empty()) parts.push_back(std::move(still));
         std::ranges::move(moving, std::back_inserter(parts));
     }
     return parts;
 }
 
+std::vector<Part> cut(const TraceTables& tables, Part part, std::size_t most) {
+    std::vector<Part> parts;
+    if (part.moves || count_of(part) <= most) {
+        parts.push_back(std::move(part));
+        return parts;
+    }
+    std::vector<Centred> triangles;
+    triangles.reserve(count_of(part));
+    for (const std::uint32_t triangle : triangles_of(part)) {
+        const uvec4& t = tables.triangles[triangle];
+        const vec3 &a = tables.positions[t.x], &b = tables.positions[t.y], &c = tables.positions[t.z];
+        triangles.push_back({glm::min(a, glm::min(b, c)) + glm::max(a, glm::max(b, c)), triangle});
+    }
+    add_cut(part.block, triangles, most, parts);
+    return parts;
+}
+
 std::vector<std::uint32_t> triangles_of(const Part& part) {
-    std::size_t count = 0;
-    for (const Part::Span& span : part.spans) count += span.count;
     std::vector<std::uint32_t> triangles;
-    triangles.reserve(count);
+    triangles.reserve(count_of(part));
     for (const Part::Span& span : part.spans)
         for (std::uint32_t i = 0; i < span.count; ++i) triangles.push_back(span.first + i);
     return triangles;
 }
 
 Hierarchies::Hierarchies(const TraceTables& tables, std::size_t most_in_part)
-    : most_in_part_(most_in_part), parts_(parts_of(tables, most_in_part)), trees_(parts_.size()) {
+    : most_in_part_(most_in_part), whole_(parts_of(tables)) {
     const Stopwatch watch;
+    for (const Part& whole : whole_) {
+        std::ranges::move(cut(tables, whole, most_in_part_), std::back_inserter(parts_));
+        ends_.push_back(parts_.size());
+    }
+    trees_.resize(parts_.size());
     tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t i) { trees_[i] = build(tables, parts_[i]); });
     for (std::size_t i = 0; i < parts_.size(); ++i)
         if (parts_[i].moves) shapes_[parts_[i].key] = trees_[i];
@@ -192,21 +200,36 @@ Hierarchies::Fate Hierarchies::bring(const TraceTables& now, const Part& part, P
 
 void Hierarchies::update(const TraceTables& last, const TraceTables& now) {
     const Stopwatch watch;
-    std::vector<Part> parts = parts_of(now, most_in_part_);
-    std::vector<PartTree> trees(parts.size());
-    std::vector<Fate> fates(parts.size(), Fate::built);
-    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-        // Parts come in the same order unless something has appeared or vanished.
-        if (i < parts_.size() && same_places(last, parts_[i], now, parts[i])) {
-            trees[i] = std::move(trees_[i]);
-            fates[i] = Fate::kept;
+    std::vector<Part> whole = parts_of(now), parts;
+    // Parts come in the same order unless something has appeared or vanished.
+    std::vector<char> same(whole.size());
+    tbb::parallel_for(std::size_t{0}, whole.size(), [&](std::size_t i) {
+        same[i] = i < whole_.size() && same_places(last, whole_[i], now, whole[i]);
+    });
+    std::vector<std::size_t> ends;
+    std::vector<PartTree> trees;
+    std::vector<Fate> fates;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        if (same[i]) {
+            for (std::size_t k = i == 0 ? 0 : ends_[i - 1]; k < ends_[i]; ++k) {
+                parts.push_back(std::move(parts_[k]));
+                trees.push_back(std::move(trees_[k]));
+            }
         } else {
-            fates[i] = bring(now, parts[i], trees[i]);
+            std::ranges::move(cut(now, whole[i], most_in_part_), std::back_inserter(parts));
+            trees.resize(parts.size());
         }
+        fates.resize(parts.size(), same[i] ? Fate::kept : Fate::built);
+        ends.push_back(parts.size());
+    }
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+        if (fates[i] != Fate::kept) fates[i] = bring(now, parts[i], trees[i]);
     });
     counts_ = {};
     for (const Fate fate : fates)
         ++(fate == Fate::kept ? counts_.kept : fate == Fate::refitted ? counts_.refitted : counts_.built);
+    whole_ = std::move(whole);
+    ends_ = std::move(ends);
     parts_ = std::move(parts);
     trees_ = std::move(trees);
     seconds_ = watch.seconds();

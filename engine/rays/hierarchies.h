@@ -48,8 +48,10 @@ struct Part {
     std::vector<Span> spans{};  // spans in ascending order
 };
 
-/// Returns the parts in the order of blocks, static parts first.
-std::vector<Part> parts_of(const TraceTables& tables, std::size_t most = kMostInPart);
+/// Returns the parts in the order of blocks, static parts first, one for each block.
+std::vector<Part> parts_of(const TraceTables& tables);
+/// Cuts a static part into parts of at most `most` triangles. Moving parts are not cut.
+std::vector<Part> cut(const TraceTables& tables, Part part, std::size_t most = kMostInPart);
 /// Returns the triangles of a part, indices into TraceTables::triangles.
 std::vector<std::uint32_t> triangles_of(const Part& part);
 
@@ -88,6 +90,8 @@ class Hierarchies {
     Fate bring(const TraceTables& now, const Part& part, PartTree& tree) const;
 
     std::size_t most_in_part_;
+    std::vector<Part> whole_;        // parts_of() the current pose
+    std::vector<std::size_t> ends_;  // per whole part, the end of its parts in parts_
     std::vector<Part> parts_;
     std::vector<PartTree> trees_;
     std::map<std::pair<bool, std::uint32_t>, PartTree> shapes_;  // shapes of the reference pose, by Part::key

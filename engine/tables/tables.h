@@ -90,7 +90,7 @@ inline constexpr double kSliverAspect = 2000;
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
 ///   - a mesh that refers to material 2^24 or above,
-///   - 2^28 triangles or more.
+///   - 2^28 triangles or more, or 2^32 vertices or more.
 ///
 /// `flatten_limit` is the number of triangles up to which shared meshes are merged as well. Meshes with the fewest
 /// triangles in all their instances go first. A scene without a second level is traced 1.2 to 1.4 times as fast (city

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "engine/core/error.h"
@@ -175,28 +176,28 @@ class Builder {
         return words;
     }
 
-    /// Makes room for all meshes. Tables that grow would take twice the memory.
+    /// Makes room for all meshes, since tables that grow would take twice the memory. Throws Error where they are too
+    /// large.
     void reserve() {
         std::vector<char> counted(scene_.meshes.size(), 0);
         std::size_t vertices = 0, triangles = 0;
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             char& once = counted[static_cast<std::size_t>(scene_.instances[i].mesh)];
-            if (shared_[i] && once) continue;
+            if (!has_triangles(scene_.instances[i]) || (shared_[i] && once)) continue;
             once = once || shared_[i];
             vertices += mesh_of(scene_.instances[i]).positions.size();
             triangles += mesh_of(scene_.instances[i]).triangles.size();
         }
+        if (triangles >= kTriangleLimit) throw Error(scene_.name, "2^28 triangles or more");
+        if (vertices > std::numeric_limits<std::uint32_t>::max()) throw Error(scene_.name, "2^32 vertices or more");
         tables_.positions.reserve(vertices);
-        tables_.triangles.reserve(std::min(triangles, kTriangleLimit));
+        tables_.triangles.reserve(triangles);
     }
 
     /// Appends a mesh. `place` transforms its positions to block space in double.
     template <class Place>
     void append(std::size_t instance, bool merged, const Place& place) {
         const Mesh& mesh = mesh_of(scene_.instances[instance]);
-        if (tables_.triangles.size() + mesh.triangles.size() >= kTriangleLimit) {
-            throw Error(scene_.name, "2^28 triangles or more");
-        }
         MeshRange range;
         range.mesh = static_cast<std::uint32_t>(scene_.instances[instance].mesh);
         range.instance = static_cast<std::uint32_t>(instance);

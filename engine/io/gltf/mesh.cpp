@@ -74,7 +74,7 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
 Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
     Mesh mesh;
     mesh.name = from.name;
-    std::size_t most_vertices = 0, most_triangles = 0;  // upper bounds, since bad triangles are dropped
+    std::size_t most_vertices = 0, most_triangles = 0;  // parts without normals may get more vertices
     for (const GltfUnposedMesh::Part& part : from.parts) {
         most_vertices += part.deformation.rest->vertices();
         most_triangles += part.still.triangles.size();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "engine/core/error.h"
@@ -152,6 +153,22 @@ TEST_F(RendererTest, RasterCullingNeedsAPreparedScene) {
     nothing.instances.clear();
     PreparedScene empty(context, nothing, {.raster_culling = false});
     EXPECT_NO_THROW(Renderer(empty, colors, banded(Culling::raster)));
+}
+
+TEST_F(RendererTest, ScenesMayBeCutAndHaveASinglePose) {
+    const RenderSettings settings = banded(Culling::automatic);
+    const RenderResult whole = Renderer(prepared, colors, settings).render();
+    bool read = false;
+    PreparedScene cut(context, scene, {.most_in_part = 8, .single_pose = true, .scene_read = [&] { read = true; }});
+    EXPECT_TRUE(read);
+    EXPECT_GT(cut.hierarchies().built, prepared.hierarchies().built);
+    EXPECT_THROW(cut.update(scene), Error);
+    const RenderResult result = Renderer(cut, colors, settings).render();
+    // Hits may move by a rounding where leaves have other boxes.
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < whole.beauty.pixels.size(); ++i)
+        different += std::abs(result.beauty.pixels[i] - whole.beauty.pixels[i]) > 1e-3f * whole.beauty.pixels[i];
+    EXPECT_LE(different, whole.beauty.pixels.size() / 100);
 }
 
 TEST_F(RendererTest, RenderersShareAScene) {

@@ -180,10 +180,10 @@ TEST(Parts, StaticAndMovingPartsAreSeparate) {
 
 TEST(Parts, LargeStaticPartsAreCut) {
     const TraceTables tables = tables_of(pose(as_it_is));
-    const std::vector<Part> whole = parts_of(tables), cut = parts_of(tables, 50);
+    const Hierarchies kept(tables, 50);
     std::vector<std::uint32_t> all, again;
-    for (const Part& part : whole) std::ranges::copy(triangles_of(part), std::back_inserter(all));
-    for (const Part& part : cut) {
+    for (const Part& part : parts_of(tables)) std::ranges::copy(triangles_of(part), std::back_inserter(all));
+    for (const Part& part : kept.parts()) {
         const std::vector<std::uint32_t> triangles = triangles_of(part);
         if (!part.moves) {
             EXPECT_LE(triangles.size(), 50u);
@@ -191,12 +191,18 @@ TEST(Parts, LargeStaticPartsAreCut) {
         EXPECT_TRUE(std::ranges::is_sorted(triangles));
         std::ranges::copy(triangles, std::back_inserter(again));
     }
-    EXPECT_EQ(cut.size(), 2u + 8u + 2u) << "288 and 72 static triangles, two moving parts";
+    EXPECT_EQ(kept.parts().size(), 2u + 8u + 2u) << "288 and 72 static triangles, two moving parts";
     std::ranges::sort(all), std::ranges::sort(again);
     EXPECT_EQ(all, again);
     EXPECT_TRUE(same(pack_scene(tables, Hierarchies(tables, 50)), pack_scene(tables, Hierarchies(tables, 50))));
-    const Hierarchies kept(tables, 50);
     EXPECT_TRUE(same(pack_scene(tables, kept), pack_scene(tables, Hierarchies(tables, 50)))) << "freed while packed";
+
+    const TraceTables bent = tables_of(pose(lean));
+    Hierarchies h(tables, 50);
+    h.update(tables, bent);
+    EXPECT_EQ(h.counts(), (HierarchyCounts{.kept = 11, .refitted = 1})) << "the sheet";
+    h.update(bent, tables);
+    EXPECT_TRUE(same(pack_scene(tables, h), pack_scene(tables, kept)));
 }
 
 TEST(Hierarchies, AreKeptRefittedOrRebuilt) {
