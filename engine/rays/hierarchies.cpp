@@ -210,15 +210,15 @@ void Hierarchies::update(const TraceTables& last, const TraceTables& now) {
     std::vector<PartTree> trees;
     std::vector<Fate> fates;
     for (std::size_t i = 0; i < whole.size(); ++i) {
-        if (same[i]) {
-            for (std::size_t k = i == 0 ? 0 : ends_[i - 1]; k < ends_[i]; ++k) {
-                parts.push_back(std::move(parts_[k]));
-                trees.push_back(std::move(trees_[k]));
-            }
-        } else {
+        const auto begin = static_cast<std::ptrdiff_t>(i == 0 || !same[i] ? 0 : ends_[i - 1]);
+        const auto end = static_cast<std::ptrdiff_t>(same[i] ? ends_[i] : 0);
+        std::move(trees_.begin() + begin, trees_.begin() + end, std::back_inserter(trees));
+        // The same places are cut at the same planes, but their triangles may have other indices.
+        if (same[i] && whole[i].spans == whole_[i].spans)
+            std::move(parts_.begin() + begin, parts_.begin() + end, std::back_inserter(parts));
+        else
             std::ranges::move(cut(now, whole[i], most_in_part_), std::back_inserter(parts));
-            trees.resize(parts.size());
-        }
+        trees.resize(parts.size());
         fates.resize(parts.size(), same[i] ? Fate::kept : Fate::built);
         ends.push_back(parts.size());
     }

@@ -39,6 +39,7 @@ struct Part {
     struct Span {
         std::uint32_t first = 0;  // index into TraceTables::triangles
         std::uint32_t count = 0;
+        bool operator==(const Span&) const = default;
     };
     std::uint32_t block = 0;
     bool moves = false;

@@ -290,10 +290,13 @@ TEST(Hierarchies, InstancesMayAppearAndDisappear) {
     const TraceTables reference = tables_of(pose(as_it_is)), less = tables_of(without);
     without.instances.erase(without.instances.begin() + 2);
     const TraceTables gone = tables_of(without);
-    Hierarchies h(reference);
+    Hierarchies h(reference), cut(reference, 50);
     h.update(reference, less);
     EXPECT_EQ(h.counts(), (HierarchyCounts{.kept = 3, .built = 1})) << "other triangles than the shape's";
     EXPECT_TRUE(same(pack_scene(less, h), pack_scene(less)));
+    cut.update(reference, less);
+    EXPECT_EQ(cut.counts(), (HierarchyCounts{.kept = 11, .built = 1}));
+    EXPECT_TRUE(same(pack_scene(less, cut), pack_scene(less, Hierarchies(less, 50))));
     h.update(less, gone);
     EXPECT_EQ(h.parts().size(), 3u);
     h.update(gone, reference);
