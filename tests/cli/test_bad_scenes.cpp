@@ -174,7 +174,7 @@ TEST_F(BadScenes, Nodes) {
                return Json{{"mesh", 0}, {"translation", {i, 0, 0}}};
            }));
     GltfBuilder b;
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 20000; ++i) {
         b.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
         b.push("nodes", {{"camera", i}});
     }
