@@ -14,6 +14,7 @@ namespace halflight {
 struct GltfDecodedAccessor {
     ByteSource bytes;
     std::size_t count = 0;
+    MemoryLedger::Entry memory;
 };
 using GltfDecodedAccessors = std::map<int, GltfDecodedAccessor>;  // by index of the accessor
 
