@@ -70,6 +70,14 @@ bool is_unsigned(int type) {
 
 }  // namespace
 
+std::set<int> views_of(const tinygltf::Model& model, int accessor) {
+    const auto& a = model.accessors[static_cast<std::size_t>(accessor)];
+    std::set<int> views{a.bufferView};
+    if (a.sparse.isSparse) views.insert({a.sparse.indices.bufferView, a.sparse.values.bufferView});
+    views.erase(kNone);
+    return views;
+}
+
 const GltfDecodedAccessor* GltfAccessors::decoded(int accessor) const {
     if (!decoded_) return nullptr;
     const auto found = decoded_->find(accessor);

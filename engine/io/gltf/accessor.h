@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -13,8 +14,12 @@ namespace halflight {
 struct GltfDecodedAccessor {
     ByteSource bytes;
     std::size_t count = 0;
+    MemoryLedger::Entry memory;
 };
 using GltfDecodedAccessors = std::map<int, GltfDecodedAccessor>;  // by index of the accessor
+
+/// Returns the buffer views of an accessor and of its sparse elements.
+std::set<int> views_of(const tinygltf::Model& model, int accessor);
 
 class GltfAccessors {
   public:

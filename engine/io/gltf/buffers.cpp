@@ -94,14 +94,15 @@ ByteSource GltfDocument::view_bytes(int buffer_view) const {
         const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
         return buffers[static_cast<std::size_t>(view.buffer)].part(view.byteOffset, size);
     }
-    if (const auto known = decoded_views.find(buffer_view); known != decoded_views.end()) return known->second.bytes;
+    const std::scoped_lock lock(decoded->mutex);
+    if (const auto known = decoded->views.find(buffer_view); known != decoded->views.end()) return known->second.bytes;
     const GltfMeshoptView& view = found->second;
     MemoryLedger::process().check(size + view.length, file, name(buffer_view));
     std::string buffer;
     const std::string_view compressed =
         buffers[static_cast<std::size_t>(view.buffer)].read(view.offset, view.length, buffer);
     const ByteSource bytes(view.decode(compressed, file + ": " + name(buffer_view)));
-    decoded_views[buffer_view] = {bytes, {MemoryLedger::process(), MemoryPart::scene, size}};
+    decoded->views[buffer_view] = {bytes, {MemoryLedger::process(), MemoryPart::scene, size}};
     return bytes;
 }
 

@@ -5,6 +5,8 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -48,10 +50,14 @@ class GltfWarnings {
     std::map<std::string, Places> places_;
 };
 
-/// Decompressed bytes of a buffer view.
-struct GltfDecodedView {
-    ByteSource bytes;
-    MemoryLedger::Entry memory;
+/// Decompressed buffer views, by index.
+struct GltfDecodedViews {
+    struct View {
+        ByteSource bytes;
+        MemoryLedger::Entry memory;
+    };
+    std::mutex mutex;  // held by view_bytes()
+    std::map<int, View> views;
 };
 
 /// The model that tinygltf has parsed. All indices are in range or kNone (schema.h). Buffers and images stay where they
@@ -62,9 +68,9 @@ struct GltfDocument {
     GltfOptions options;
     std::uint64_t bytes_of_files = 0;  // bytes of the scene's file, buffers and images opened so far
     tinygltf::Model model;             // without buffers and images
-    std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: no data, or a fallback without use
-    std::map<int, GltfMeshoptView> compressed_views;       // by index of the buffer view
-    std::map<int, GltfDecodedView> mutable decoded_views;  // cache of view_bytes(), which is not thread-safe
+    std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: no data, or an unused fallback
+    std::map<int, GltfMeshoptView> compressed_views;                                   // by index of the buffer view
+    std::unique_ptr<GltfDecodedViews> decoded = std::make_unique<GltfDecodedViews>();  // cache of view_bytes()
     std::vector<GltfImageSource> images;
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked; `model` has none
@@ -79,7 +85,7 @@ struct GltfDocument {
     /// Returns the number of bytes of a buffer view after decompression. Throws Error where its buffer is too short.
     std::uint64_t view_size(int buffer_view) const;
     /// Returns the bytes of a buffer view, decompressed. Throws Error where its buffer is too short, and where its
-    /// compressed data are damaged or do not fit into the memory budget.
+    /// compressed data are damaged or do not fit into the memory budget. Thread-safe.
     ByteSource view_bytes(int buffer_view) const;
     /// Returns the bytes behind a URI. Throws Error about `element`, which the URI belongs to.
     ByteSource open_uri(const std::string& uri, const std::string& element);

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <new>
+#include <stdexcept>
 
 #include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/value.h"
@@ -18,15 +18,22 @@ namespace {
 // Working memory of the decoder (measured with grids of 10^4 to 10^6 triangles, and rounded up).
 constexpr std::size_t kBytesPerTriangle = 96;
 constexpr std::size_t kBytesPerAttribute = 64;  // per triangle and attribute, or set of attribute seams
+// The tables of the library's entropy decoder are the worst case for the length of the data. A byte stands for up to 64
+// symbols that do not occur, and the library allocates 12 bytes for each of them. The last byte is a copy of the data.
+constexpr std::size_t kBytesPerByte = 64 * 12 + 1;
 // Triangles that a byte may hold. A regular grid needs less than a bit per triangle; only a bomb exceeds this limit.
 constexpr std::size_t kMostTrianglesPerByte = 8192;
 
-constexpr std::size_t kHeaderBytes = 11;  // bytes of draco::DracoHeader without padding
+// Bytes of metadata, headers and attributes without a name in glTF; other data is shorter than what it encodes.
+constexpr std::size_t kMostOtherBytes = std::size_t{1} << 20;
+
+constexpr std::size_t kHeaderBytes = 11;                    // bytes of draco::DracoHeader without padding
+constexpr std::size_t kPrefixBytes = std::size_t{1} << 12;  // bytes that hold the counts unless metadata is long
 
 struct Header {
     bool edgebreaker = false;
     std::uint32_t triangles = 0;
-    std::uint32_t vertices = 0;  // vertices; of Edgebreaker those before they are split at seams
+    std::uint32_t vertices = 0;  // Vertex count; Edgebreaker counts vertices before seams split them.
     std::uint8_t seam_sets = 0;  // sets of attribute seams
 };
 
@@ -93,19 +100,43 @@ std::optional<Header> read_counts(std::string_view bytes, const draco::DracoHead
 
 /// The compressed data of a primitive, whose counts are at most those of the accessors.
 struct Source {
-    std::string bytes;
+    ByteSource data;
     Header header;
     std::size_t triangles = 0;  // triangles that the accessors allow
     std::size_t vertices = 0;   // vertices that the accessors allow
     const tinygltf::Value* attributes = nullptr;
 
+    /// Returns the largest number of vertices after seams have split them.
+    std::size_t most_vertices() const {
+        return header.edgebreaker ? std::min(vertices, std::size_t{header.triangles} * 3) : header.vertices;
+    }
     std::size_t decoding_bytes() const {
-        // Data of attribute headers alone is the worst case for its length.
-        constexpr std::size_t kHeaders = 64;
         const std::size_t sets = std::max<std::size_t>(header.seam_sets, attributes->Size());
-        return header.triangles * (kBytesPerTriangle + kBytesPerAttribute * sets) + kHeaders * bytes.size();
+        return header.triangles * (kBytesPerTriangle + kBytesPerAttribute * sets) + kBytesPerByte * data.size();
     }
 };
+
+/// Reads the header of the data, and what stands before the connectivity. Throws Error for what is not supported.
+Header read_header(const ByteSource& data, const GltfDocument& document, const std::string& element) {
+    std::string read;
+    const auto prefix = [&](std::size_t bytes) { return data.read(0, std::min(data.size(), bytes), read); };
+    draco::DecoderBuffer buffer = buffer_of(prefix(kHeaderBytes));
+    draco::DracoHeader start{};
+    if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &start).ok())
+        document.fail(element, "its Draco data has no header");
+    if (start.version_major != 2 || start.version_minor != 2)
+        document.fail(element, "its Draco data has version {}.{}, only 2.2 is supported", start.version_major,
+                      start.version_minor);
+    if (start.encoder_type != draco::TRIANGULAR_MESH || start.encoder_method > draco::MESH_EDGEBREAKER_ENCODING)
+        document.fail(element, "its Draco data is no triangle mesh");
+    std::optional<Header> header = read_counts(prefix(kPrefixBytes), start);
+    if (!header && data.size() > kPrefixBytes) {
+        MemoryLedger::process().check(data.size(), document.file + ": " + element, "Draco metadata");
+        header = read_counts(prefix(data.size()), start);
+    }
+    if (!header) document.fail(element, "its Draco data has a damaged header");
+    return *header;
+}
 
 std::optional<Source> open_source(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                   const std::string& element) {
@@ -122,28 +153,24 @@ std::optional<Source> open_source(const GltfDocument& document, const tinygltf::
     source.triangles = strip ? corners - std::min<std::size_t>(corners, 2) : corners / 3;
     source.vertices = accessors.count(position);
 
-    const ByteSource view = document.view_bytes(integer(*extension, "bufferView", 0));
-    MemoryLedger::process().check(view.size(), document.file + ": " + element, "Draco data");
-    std::string read;
-    source.bytes = view.read(0, view.size(), read);
-    draco::DecoderBuffer buffer = buffer_of(source.bytes);
-    draco::DracoHeader start{};
-    if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &start).ok())
-        document.fail(element, "its Draco data has no header");
-    if (start.version_major != 2 || start.version_minor != 2)
-        document.fail(element, "its Draco data has version {}.{}, only 2.2 is supported", start.version_major,
-                      start.version_minor);
-    if (start.encoder_type != draco::TRIANGULAR_MESH || start.encoder_method > draco::MESH_EDGEBREAKER_ENCODING)
-        document.fail(element, "its Draco data is no triangle mesh");
-    const std::optional<Header> header = read_counts(source.bytes, start);
-    if (!header) document.fail(element, "its Draco data has a damaged header");
-    source.header = *header;
-    if (header->triangles > source.triangles || header->vertices > source.vertices)
+    source.data = document.view_bytes(integer(*extension, "bufferView", 0));
+    source.header = read_header(source.data, document, element);
+    const Header& header = source.header;
+    if (header.triangles > source.triangles || header.vertices > source.vertices)
         document.fail(element, "its Draco data has {} triangles and {} vertices, its accessors {} and {}",
-                      header->triangles, header->vertices, source.triangles, source.vertices);
-    if (header->triangles / kMostTrianglesPerByte > source.bytes.size())
-        document.fail(element, "its Draco data cannot have {} triangles in {} bytes", header->triangles,
-                      source.bytes.size());
+                      header.triangles, header.vertices, source.triangles, source.vertices);
+    if (header.triangles / kMostTrianglesPerByte > source.data.size())
+        document.fail(element, "its Draco data cannot have {} triangles in {} bytes", header.triangles,
+                      source.data.size());
+    // Twice the bytes of the uncompressed triangles and vertices, since the encoder lengthens random numbers.
+    std::size_t each = 0;  // bytes of a vertex
+    for (const std::string& name : source.attributes->Keys())
+        if (const auto found = primitive.attributes.find(name); found != primitive.attributes.end())
+            each += sizeof(float) * static_cast<std::size_t>(accessors.components(found->second));
+    const std::size_t most = 2 * (std::size_t{header.triangles} * sizeof(uvec3) + source.most_vertices() * each);
+    if (source.data.size() > most + kMostOtherBytes)
+        document.fail(element, "its Draco data has {} bytes, too many for {} triangles and {} vertices",
+                      source.data.size(), header.triangles, source.most_vertices());
     return source;
 }
 
@@ -239,7 +266,8 @@ bool convert(const draco::Mesh& mesh, const draco::PointAttribute& from, int com
 
 template <class Base>
 void decode(const Source& source, const GltfDocument& document, const std::string& element, draco::Mesh& mesh) {
-    draco::DecoderBuffer buffer = buffer_of(source.bytes);
+    std::string read;
+    draco::DecoderBuffer buffer = buffer_of(source.data.read(0, source.data.size(), read));
     const draco::DecoderOptions options;
     Checked<Base> decoder(document, element, source.vertices, buffer);
     try {
@@ -271,17 +299,17 @@ std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, con
                                                const std::string& element) {
     const std::optional<Source> source = open_source(document, primitive, element);
     if (!source) return std::nullopt;
-    const std::size_t corners = std::size_t{source->header.triangles} * 3;
-    const std::size_t vertices =
-        source->header.edgebreaker ? std::min(source->vertices, corners) : source->header.vertices;
-    return GltfPrimitiveSize{vertices, source->header.triangles, source->decoding_bytes()};
+    return GltfPrimitiveSize{source->most_vertices(), source->header.triangles, source->decoding_bytes()};
 }
 
 std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                           const std::string& element) {
     const std::optional<Source> source = open_source(document, primitive, element);
     if (!source) return std::nullopt;
-    MemoryLedger::process().check(source->decoding_bytes(), document.file + ": " + element, "Draco connectivity");
+    MemoryLedger& ledger = MemoryLedger::process();
+    const std::string subject = document.file + ": " + element;
+    ledger.check(source->decoding_bytes(), subject, "Draco connectivity");
+    const MemoryLedger::Entry working(ledger, MemoryPart::scene, source->decoding_bytes());
     draco::Mesh mesh;
     if (source->header.edgebreaker)
         decode<draco::MeshEdgebreakerDecoder>(*source, document, element, mesh);
@@ -299,15 +327,17 @@ std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const ti
         const int id = integer(*source->attributes, name, kNone);
         const draco::PointAttribute* const from = mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
         if (!from) document.fail(element, "its Draco data has no attribute {} for {}", id, name);
-        accessors.element_size(found->second);  // refuses unknown types
+        const std::size_t size = accessors.element_size(found->second) * mesh.num_points();
         if (accessors.components(found->second) != from->num_components())
             document.fail(element, "{} has {} components in its Draco data, and {} in accessors[{}]", name,
                           from->num_components(), accessors.components(found->second), found->second);
+        ledger.check(size, subject, name);
+        MemoryLedger::Entry memory(ledger, MemoryPart::scene, size);
         std::string bytes;
         const int type = document.model.accessors[static_cast<std::size_t>(found->second)].componentType;
         if (!convert(mesh, *from, type, bytes))
             document.fail(element, "{} in its Draco data does not fit into accessors[{}]", name, found->second);
-        decoded.accessors[found->second] = {ByteSource(std::move(bytes)), mesh.num_points()};
+        decoded.accessors[found->second] = {ByteSource(std::move(bytes)), mesh.num_points(), std::move(memory)};
     }
     return decoded;
 }

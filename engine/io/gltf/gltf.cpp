@@ -6,6 +6,7 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -70,6 +71,21 @@ Material with_images_of(const Material& known, const GltfMaterial& from) {
     return material;
 }
 
+/// Frees decompressed buffer views, except those of primitives that are read again for the next pose.
+void free_views(GltfDocument& document, const GltfPrimitives& kept) {
+    if (document.decoded->views.empty()) return;
+    std::set<int> again;
+    const auto add = [&](const std::map<std::string, int>& attributes) {
+        for (const auto& [name, accessor] : attributes) again.merge(views_of(document.model, accessor));
+    };
+    for (const auto& [key, primitive] : kept) {
+        const tinygltf::Primitive& from = document.model.meshes[key.mesh].primitives[key.primitive];
+        add(from.attributes);
+        for (const auto& target : from.targets) add(target);
+    }
+    std::erase_if(document.decoded->views, [&](const auto& view) { return !again.contains(view.first); });
+}
+
 /// Converts the document. `material_set` is a cache of images, filled by the first call, or null. `images` tells
 /// whether the scene gets its images.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPoseCache& kept,
@@ -101,7 +117,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     scene.environment = convert_environment(document);
     warn_of_left_out(scene.report, document.warnings);
     document.warnings.write_to(scene.report);
-    if (kept.primitives.empty()) document.decoded_views.clear();  // deforming meshes are read again for the next pose
+    free_views(document, kept.primitives);
     return scene;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <utility>
 
 namespace halflight {
@@ -49,11 +50,13 @@ GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primi
       has_tangents_(has_normals_ && normal_map_of(material) && attribute("TANGENT") != kNone) {
     still.name = element_;
     read_triangles();
-    if (still.triangles.empty()) return;
-    still.triangle_material.assign(still.triangles.size(), material_index);
-    read_uvs(material);
-    read_colors();
-    if (skinned) find_joints();
+    if (!still.triangles.empty()) {
+        still.triangle_material.assign(still.triangles.size(), material_index);
+        read_uvs(material);
+        read_colors();
+        if (skinned) find_joints();
+    }
+    if (draco_) free_decoded();
 }
 
 int GltfPrimitive::attribute(const std::string& name) const {
@@ -165,6 +168,19 @@ void GltfPrimitive::find_joints() {
         highest_joints_.push_back(std::ranges::max(read_joint_indices(joints)));
     }
     if (highest_joints_.empty()) document_.fail(element_, "is skinned, but has no JOINTS_0 and WEIGHTS_0");
+}
+
+/// Frees the decoded elements that no pose reads.
+void GltfPrimitive::free_decoded() {
+    std::set<int> read{attribute("POSITION"), attribute("NORMAL")};
+    if (has_tangents_) read.insert(attribute("TANGENT"));
+    for (std::size_t set = 0; set < highest_joints_.size(); ++set) {
+        read.insert(attribute(fmt::format("JOINTS_{}", set)));
+        read.insert(attribute(fmt::format("WEIGHTS_{}", set)));
+    }
+    for (const auto& target : primitive_.targets)
+        for (const auto& [name, accessor] : target) read.insert(accessor);
+    std::erase_if(draco_->accessors, [&](const auto& decoded) { return !read.contains(decoded.first); });
 }
 
 void GltfPrimitive::check_joints(std::size_t joints) const {

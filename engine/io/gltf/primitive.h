@@ -56,11 +56,12 @@ class GltfPrimitive final : public RestShape {
     void read_uvs(const GltfMaterial* material);
     void read_colors();
     void find_joints();
+    void free_decoded();
 
     const GltfDocument& document_;
     const tinygltf::Primitive& primitive_;
     std::string element_;
-    std::optional<GltfDracoMesh> draco_;
+    std::optional<GltfDracoMesh> draco_;  // after construction, what poses read
     const GltfAccessors accessors_;
     std::size_t first_ = 0;  // first vertex used by triangles
     std::size_t count_ = 0;

@@ -37,8 +37,8 @@ struct GltfRule {
 
 /// Rules of an object, by its type.
 using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;
-/// Returns the rules of all types (glTF 2.0, section 5, and the extensions' schemas). Those of materials come from
-/// gltf_material_keys(), and those of the numbers of lights from light_properties().
+/// Returns the rules of all types (glTF 2.0, section 5, and the extensions' schemas). The rules of materials come from
+/// gltf_material_keys(), and those of the numeric properties of lights from light_properties().
 const GltfRules& gltf_rules();
 
 /// Returns the names of the supported extensions: those of the objects "extensions" in the rules, and

@@ -1,6 +1,7 @@
 #include "engine/io/gltf/size.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <thread>
@@ -65,6 +66,21 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
     return size;
 }
 
+/// Returns the compressed buffer views to which accessors, images and Draco data refer.
+std::set<int> compressed_views_in_use(const GltfDocument& document) {
+    if (document.compressed_views.empty()) return {};
+    std::set<int> views;
+    for (int i = 0; i < static_cast<int>(document.model.accessors.size()); ++i)
+        views.merge(views_of(document.model, i));
+    for (const GltfImageSource& image : document.images) views.insert(image.buffer_view);
+    for (const tinygltf::Mesh& mesh : document.model.meshes)
+        for (const tinygltf::Primitive& primitive : mesh.primitives)
+            if (const tinygltf::Value* draco = find_extension(primitive.extensions, "KHR_draco_mesh_compression"))
+                views.insert(integer(*draco, "bufferView", kNone));
+    std::erase_if(views, [&](int view) { return !document.compressed_views.contains(view); });
+    return views;
+}
+
 }  // namespace
 
 SceneSize measure_gltf(GltfDocument& document) {
@@ -95,7 +111,14 @@ SceneSize measure_gltf(GltfDocument& document) {
     size.texture_bytes = images.texels;
     size.decoding_bytes = images.largest_decoder * std::max(1u, std::thread::hardware_concurrency());
     for (const auto& [index, mesh] : sizes) size.decoding_bytes = std::max(size.decoding_bytes, mesh.decoding_bytes);
-    for (const auto& [index, view] : document.compressed_views) size.decoding_bytes += view.size();
+    for (const int view : compressed_views_in_use(document)) {
+        // Views that are too short are refused where they are read. The sum leaves room for the scene's contents.
+        constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max() / 2;
+        try {
+            size.decoding_bytes = std::min(size.decoding_bytes + document.view_size(view), kMost);
+        } catch (const Error&) {
+        }
+    }
     std::tie(document.warnings, document.files, document.bytes_of_files) = before;
     return size;
 }

@@ -252,6 +252,62 @@ TEST_F(GltfMeshopt, DataBeyondTheBudgetIsRefused) {
     EXPECT_NE(message.find("--memory"), std::string::npos) << message;
 }
 
+/// Each view of the same data fits into the budget, their sum does not.
+TEST_F(GltfMeshopt, ManyViewsOfOneBlockAreCounted) {
+    constexpr std::size_t kViews = 2000, kBytes = 169 * sizeof(vec3);
+    GltfBuilder b;
+    add_grid(b, 12);
+    compress_by_meshopt(b, 0, "ATTRIBUTES");
+    add_meshopt_buffers(b);
+    const Json view = b.json["bufferViews"][0], accessor = b.json["accessors"][0];
+    for (std::size_t i = 0; i < kViews; ++i) {
+        const int positions = b.push("accessors", accessor);
+        b.json["accessors"][positions]["bufferView"] = b.push("bufferViews", view);
+        b.json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", positions}}}});
+    }
+    const auto path = write("scene.glb", b.glb());
+    EXPECT_GE(GltfScene(path).size().decoding_bytes, kViews * kBytes);
+    EXPECT_EQ(refusal_with_memory(path, kViews * kBytes + (1 << 20)), "");
+    const std::string message = without_name(refusal_with_memory(path, kViews * kBytes / 2));
+    EXPECT_TRUE(message.starts_with("needs") && message.find("(bufferViews[") != std::string::npos) << message;
+}
+
+TEST_F(GltfMeshopt, UnusedViewsAreNotCounted) {
+    const std::size_t expected = GltfScene(write("scene.glb", compressed().glb())).size().decoding_bytes;
+    GltfBuilder b = compressed();
+    Json view = b.json["bufferViews"][0];
+    view["byteLength"] = 1ull << 53;
+    view["extensions"]["EXT_meshopt_compression"].update({{"byteStride", 4}, {"count", 1ull << 51}});
+    // The sizes of the views add up to 2^64. An accessor that no mesh uses does not make them loadable.
+    for (int i = 0; i < 2048; ++i) b.push("bufferViews", view);
+    b.push("accessors", b.json["accessors"][0]);
+    b.json["accessors"].back()["bufferView"] = b.json["bufferViews"].size() - 1;
+    const auto path = write("scene.glb", b.glb());
+    EXPECT_EQ(GltfScene(path).size().decoding_bytes, expected);
+    EXPECT_EQ(load_gltf(path).meshes.size(), 1u);
+}
+
+/// The views of meshes that deform stay decoded from pose to pose; the views of other meshes do not.
+TEST_F(GltfMeshopt, ViewsOfDeformingMeshesAreKept) {
+    GltfBuilder b;
+    Json& grid = add_grid(b, 12);
+    grid["targets"] = {{{"POSITION", grid["attributes"]["NORMAL"]}}};
+    add_grid(b, 20);
+    const int times = b.floats("SCALAR", {0, 1}), weights = b.floats("SCALAR", {0, 1});
+    b.push("animations", {{"samplers", {{{"input", times}, {"output", weights}}}},
+                          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}}});
+    for (const Json& primitive : {b.json["meshes"][0]["primitives"][0], b.json["meshes"][1]["primitives"][0]})
+        for (const char* name : {"POSITION", "NORMAL", "TEXCOORD_0"})
+            compress_by_meshopt(b, primitive["attributes"][name], "ATTRIBUTES");
+    add_meshopt_buffers(b);
+    const std::size_t before = MemoryLedger::process().bytes(MemoryPart::scene), all[] = {0};
+    GltfScene file(write("scene.glb", b.glb()));
+    const std::vector<vec3> first = file.at(0, all).meshes.at(0).positions;
+    EXPECT_EQ(MemoryLedger::process().bytes(MemoryPart::scene) - before, 169 * 32 + 4 * sizeof(float))
+        << "vertices of the small grid, and keyframes";
+    EXPECT_NE(file.at(1, all).meshes.at(0).positions, first);
+}
+
 TEST_F(GltfMeshopt, DamagedDataIsRefusedInOneLineOrLoaded) {
     const GltfBuilder whole = compressed();
     const std::string glb = whole.glb();
