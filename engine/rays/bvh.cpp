@@ -40,7 +40,7 @@ std::span<const std::uint32_t> primitives_of(const BuiltNode& leaf) {
     return {reinterpret_cast<const std::uint32_t*>(&leaf + 1), leaf.primitive_count};
 }
 
-/// What the builder's callbacks share. The builder has one thread.
+/// The callbacks of a builder share this object. The builder has one thread.
 struct Building {
     const Ring* pairs = nullptr;
     std::size_t nodes = 0;       // number of inner nodes

@@ -74,7 +74,7 @@ class TraceScene {
     /// makes its own table.
     TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                const gpu::Buffer* instances = nullptr);
-    /// Also frees each table of `packed` as soon as it is uploaded, because large scenes need the memory.
+    /// Does the same, and frees each table of `packed` as soon as it is uploaded, because large scenes need the memory.
     TraceScene(const TraceTables& tables, PackedScene&& packed, const gpu::Defines& shading,
                const gpu::Buffer* instances = nullptr);
 

@@ -19,8 +19,13 @@ namespace {
 constexpr std::size_t kBytesPerTriangle = 96;
 constexpr std::size_t kBytesPerAttribute = 64;  // per triangle and attribute, or set of attribute seams
 // The tables of the library's entropy decoder are the worst case for the length of the data. A byte stands for up to 64
-// symbols that do not occur, and the library allocates 12 bytes for each of them. The last byte is a copy of the data.
-constexpr std::size_t kBytesPerByte = 64 * 12 + 1;
+// symbols that do not occur, and the library allocates 12 bytes for each of them. Real tables have 2^18 symbols at
+// most. Therefore data is charged for tables in its first MiB alone, since scans of 10 MiB would need 8 GiB otherwise;
+// only a hostile file of more than a MiB can take more than it is charged. The rest is for attribute headers and a
+// copy.
+constexpr std::size_t kTableBytesPerByte = 64 * 12;
+constexpr std::size_t kMostTableData = std::size_t{1} << 20;
+constexpr std::size_t kBytesPerByte = 64 + 1;
 // Triangles that a byte may hold. A regular grid needs less than a bit per triangle; only a bomb exceeds this limit.
 constexpr std::size_t kMostTrianglesPerByte = 8192;
 
@@ -112,7 +117,8 @@ struct Source {
     }
     std::size_t decoding_bytes() const {
         const std::size_t sets = std::max<std::size_t>(header.seam_sets, attributes->Size());
-        return header.triangles * (kBytesPerTriangle + kBytesPerAttribute * sets) + kBytesPerByte * data.size();
+        return header.triangles * (kBytesPerTriangle + kBytesPerAttribute * sets) + kBytesPerByte * data.size() +
+               kTableBytesPerByte * std::min(data.size(), kMostTableData);
     }
 };
 
