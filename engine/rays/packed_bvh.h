@@ -31,7 +31,7 @@ struct PackedScene {
 /// Packs a scene; `hierarchies` must have the pose of the tables. Selects the format by the grid's looseness. Throws
 /// Error where indices overflow.
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies);
-/// Does the same, and frees the contents of each hierarchy as soon as they are packed. Large scenes need the memory.
+/// Packs a scene, and frees the contents of each hierarchy as soon as they are packed. Large scenes need the memory.
 PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies);
 /// Packs a scene with new hierarchies.
 PackedScene pack_scene(const TraceTables& tables);

@@ -19,10 +19,9 @@ namespace {
 constexpr std::size_t kBytesPerTriangle = 96;
 constexpr std::size_t kBytesPerAttribute = 64;  // per triangle and attribute, or set of attribute seams
 // The tables of the library's entropy decoder are the worst case for the length of the data. A byte stands for up to 64
-// symbols that do not occur, and the library allocates 12 bytes for each of them. Real tables have 2^18 symbols at
-// most. Therefore data is charged for tables in its first MiB alone, since scans of 10 MiB would need 8 GiB otherwise;
-// only a hostile file of more than a MiB can take more than it is charged. The rest is for attribute headers and a
-// copy.
+// symbols that do not occur, and the library allocates 12 bytes for each of them. Real tables have at most 2^18 symbols.
+// Only the first MiB is therefore charged for tables: scans of 10 MiB would need 8 GiB otherwise. A hostile file of more
+// than a MiB can take more than it is charged. The rest is for attribute headers and a copy.
 constexpr std::size_t kTableBytesPerByte = 64 * 12;
 constexpr std::size_t kMostTableData = std::size_t{1} << 20;
 constexpr std::size_t kBytesPerByte = 64 + 1;
