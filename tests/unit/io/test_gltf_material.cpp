@@ -76,6 +76,7 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     extension("KHR_materials_specular") = {{"specularFactor", 0.5}, {"specularColorFactor", {1, 2, 0}}};
     extension("KHR_materials_clearcoat") = {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.125}};
     extension("KHR_materials_transmission") = {{"transmissionFactor", 0.875}};
+    extension("KHR_materials_sheen") = {{"sheenColorFactor", {0.5, 0.25, 1}}, {"sheenRoughnessFactor", 0.375}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     EXPECT_EQ(m.name, "all");
@@ -92,6 +93,8 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_EQ(m.clearcoat, 1);
     EXPECT_EQ(m.clearcoat_roughness, 0.125f);
     EXPECT_EQ(m.transmission, 0.875f);
+    EXPECT_EQ(m.sheen_color, vec3(0.5f, 0.25f, 1));
+    EXPECT_EQ(m.sheen_roughness, 0.375f);
     EXPECT_TRUE(scene.report.warnings.empty());
 }
 
@@ -160,6 +163,8 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
                                             {"clearcoatRoughnessTexture", info("coat_roughness.png")},
                                             {"clearcoatNormalTexture", coat_normal}};
     extension("KHR_materials_transmission") = {{"transmissionTexture", info("transmission.png")}};
+    extension("KHR_materials_sheen") = {{"sheenColorTexture", info("sheen_color.png")},
+                                        {"sheenRoughnessTexture", info("sheen_roughness.png")}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     const auto name = [&](const TextureRef& t) { return scene.images.at(static_cast<std::size_t>(t.image)).name; };
@@ -173,9 +178,11 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(name(m.clearcoat_roughness_texture), "coat_roughness.png");
     EXPECT_EQ(name(m.clearcoat_normal_texture), "coat_normal.png");
     EXPECT_EQ(name(m.transmission_texture), "transmission.png");
+    EXPECT_EQ(name(m.sheen_color_texture), "sheen_color.png");
+    EXPECT_EQ(name(m.sheen_roughness_texture), "sheen_roughness.png");
     EXPECT_EQ(m.normal_scale, 0.5f);
     EXPECT_EQ(m.clearcoat_normal_scale, 2);
-    EXPECT_EQ(scene.images.size(), 10u) << "images that nothing uses are not loaded";
+    EXPECT_EQ(scene.images.size(), 12u) << "images that nothing uses are not loaded";
 }
 
 TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
