@@ -185,6 +185,66 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(scene.images.size(), 12u) << "images that nothing uses are not loaded";
 }
 
+/// A file with three triangles, each with a material of its own, and the variants "day" and "night".
+class GltfVariants : public GltfTest {
+  protected:
+    void SetUp() override {
+        GltfTest::SetUp();
+        for (int i = 0; i < 3; ++i) {
+            Json& primitive = b.add_triangle();
+            primitive["material"] = b.push("materials", {{"name", std::to_string(i)}});
+        }
+        b.json["extensions"][kName]["variants"] = {{{"name", "day"}}, {{"name", "night"}}};
+        b.json["extensionsRequired"] = b.json["extensionsUsed"] = {kName};
+        mappings(0) = {{{"material", 2}, {"variants", {0, 1}}}};
+        mappings(1) = {{{"material", 0}, {"variants", Json::array()}}, {{"material", 2}, {"variants", {1}}}};
+    }
+    Json& mappings(std::size_t mesh) {
+        return b.json["meshes"][mesh]["primitives"][0]["extensions"][kName]["mappings"];
+    }
+    /// Returns the names of the materials of all triangles.
+    std::string materials(const std::string& variant) {
+        const Scene scene = load_gltf(write("scene.glb", b.glb()), {.variant = variant});
+        std::string names;
+        for (const Mesh& mesh : scene.meshes)
+            for (const std::uint32_t m : mesh.triangle_material) names += scene.materials[m].name;
+        return names;
+    }
+
+    static constexpr const char* kName = "KHR_materials_variants";
+    GltfBuilder b;
+};
+
+TEST_F(GltfVariants, ChooseMaterials) {
+    EXPECT_EQ(materials(""), "012");
+    EXPECT_EQ(materials("day"), "212");
+    EXPECT_EQ(materials("night"), "222");
+    const GltfScene scene(write("scene.glb", b.glb()));
+    EXPECT_EQ(scene.variants(), (std::vector<std::string>{"day", "night"}));
+}
+
+TEST_F(GltfVariants, UnknownNamesAreRefusedWithTheNamesOfTheFile) {
+    const auto message = [&] { return without_name(error_message([&] { materials("dusk"); })); };
+    EXPECT_EQ(message(), "no material variant 'dusk': there are 'day', 'night'");
+    b.json.erase("extensions");
+    for (Json& mesh : b.json["meshes"]) mesh["primitives"][0].erase("extensions");
+    EXPECT_EQ(message(), "has no material variants, so not 'dusk' either");
+}
+
+TEST_F(GltfVariants, DamagedMappingsAreRefused) {
+    mappings(0)[0]["variants"][1] = 2;
+    EXPECT_NE(refusal(b).find("mappings[0].variants[1]: 2 is not an index into variants, which has 2"),
+              std::string::npos)
+        << refusal(b);
+    mappings(0)[0]["variants"][1] = 1;
+    mappings(0)[0]["material"] = 3;
+    EXPECT_NE(refusal(b).find("material: 3 is not an index into materials, which has 3"), std::string::npos)
+        << refusal(b);
+    mappings(0)[0]["material"] = 0;
+    b.json["extensions"][kName]["variants"][0] = Json::object();
+    EXPECT_EQ(refusal(b), "extensions.KHR_materials_variants.variants[0]: has no 'name'");
+}
+
 TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
     const std::vector<std::uint8_t> rgba{1, 2, 3, 4, 250, 128, 0, 255};
     material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("a b.png", rgba);
