@@ -25,10 +25,11 @@ struct LoadedScene::Unedited {
     }
 };
 
-GltfOptions gltf_options(bool allow_outside, bool strict_textures) {
+GltfOptions gltf_options(const SceneChoice& choice) {
     GltfOptions options;
-    options.allow_outside_folder = allow_outside;
-    options.strict = strict_textures;
+    options.allow_outside_folder = choice.allow_outside;
+    options.strict = choice.strict_textures;
+    options.variant = choice.variant;
     return options;
 }
 
@@ -112,7 +113,7 @@ double SceneFile::end() {
 
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
     : choice_(std::move(choice)), camera_choice_(camera) {
-    const GltfOptions options = gltf_options(choice_.allow_outside, choice_.strict_textures);
+    const GltfOptions options = gltf_options(choice_);
     bool lit_later = false;
     if (choice_.animation) {
         file_.emplace(choice_.scene, options, choice_.picture_bytes);
@@ -124,12 +125,14 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
         surfaces_move_ = file_->surfaces_move();
         scene_ = file_->at(0);
         files_ = file_->gltf().files();
+        variants_ = file_->gltf().variants();
         if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
         SceneFile file(choice_.scene, options, choice_.picture_bytes, false);
         scene_ = file.gltf().at_rest();
         files_ = file.gltf().files();
+        variants_ = file.gltf().variants();
     }
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
     const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);

@@ -152,6 +152,14 @@ TEST_F(Refusal, UnreadableFiles) {
     expect({"info", folder / "none\n.glb"}, 1, ".*none[ ?].glb: cannot read: .*");
 }
 
+TEST_F(Refusal, UnknownVariants) {
+    const std::string out = folder / "out.exr";
+    expect({"render", scene, out, "--variant", "red"}, 1, ".*room.gltf: has no material variants, so not 'red' either");
+    expect({"info", scene, "--variant", "red"}, 1, ".*room.gltf: has no material variants, so not 'red' either");
+    expect({"info", "--variant", "red", "--device"}, 2, "--variant: needs a SCENE");
+    expect_render({"--variant", ""}, 2, "--variant: expects the name of a variant");
+}
+
 TEST_F(Refusal, UnknownColourNames) {
     const std::string png = folder / "out.png";
     expect_render({"--ocio", folder / "none.ocio"}, 1, ".*none.ocio.*");

@@ -1,4 +1,5 @@
 """Tests of the Python module. PYTHONPATH leads to the module, HALFLIGHT_PROGRAM to the program."""
+import json
 import logging
 import os
 import pathlib
@@ -40,6 +41,20 @@ class Pictures(InFolder):
         np.testing.assert_allclose(parts, picture["beauty"][..., :3], rtol=1e-4, atol=1e-6)
         with self.assertRaises(KeyError):
             picture["colour"]
+
+    def test_variants(self):
+        self.assertEqual(hl.load(CORNELL).variants, [])
+        with self.assertRaisesRegex(hl.Error, "cornell.glb: has no material variants, so not 'red' either"):
+            hl.load(CORNELL, variant="red")
+        triangle = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                    "materials": [{"name": "own"}, {"name": "red"}],
+                    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0, "extensions": {
+                        "KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}]}}}]}],
+                    "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+                    "extensions": {"KHR_materials_variants": {"variants": [{"name": "red"}]}}}
+        path = self.folder / "variants.gltf"
+        path.write_text(json.dumps(triangle))
+        self.assertEqual(hl.load(path, variant="red").variants, ["red"])
 
     def test_memory_is_limited(self):
         scene = hl.load(CORNELL)

@@ -118,6 +118,15 @@ void add_environment_option(Options& options, EnvironmentChoice& environment) {
                   });
 }
 
+void add_variant_option(Options& options, std::string& variant) {
+    options.group("Materials");
+    options.value("--variant", "NAME", "material variant of the scene; `halflight info SCENE` lists variants",
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "expects the name of a variant");
+                      variant = text;
+                  });
+}
+
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings) {
     options.group("Colour");
     options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", ocio);

@@ -69,6 +69,8 @@ class Options {
 
 void add_camera_options(Options& options, ViewArguments& arguments);
 void add_environment_option(Options& options, EnvironmentChoice& environment);
+/// Declares --variant.
+void add_variant_option(Options& options, std::string& variant);
 /// Declares --ocio and the settings of the view transform.
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
 /// Declares --device, --gl-debug, --allow-outside, --memory and --quiet.

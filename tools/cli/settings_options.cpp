@@ -44,6 +44,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
             copy_setting(setting, s.settings, a.settings);
     }
     if (s.size) take_size(*s.size, given, a);
+    if (!given("--variant")) a.variant = s.variant;
     if (!given("--env")) a.environment = s.environment;
     a.edits = s.edits;
     a.edits_source = file.string();

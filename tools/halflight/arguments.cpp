@@ -31,6 +31,7 @@ void add_light_options(Options& options, ViewArguments& a) {
     options.group("Light");
     options.settings(a.settings);
     add_environment_option(options, a.environment);
+    add_variant_option(options, a.variant);
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
@@ -120,7 +121,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
     std::vector<std::string> names = {"--settings", "--camera",  "--look-from", "--look-at", "--up",
-                                      "--vfov",     "--shutter", "--env",       "--png"};
+                                      "--vfov",     "--shutter", "--env",       "--variant", "--png"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;
@@ -215,7 +216,8 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--list-settings", settings_page,
                       "prints the tables of all render settings and layers in Markdown");
     info_app.add_flag("--json", info.json, "prints JSON");
-    info_app.add_flag("--allow-outside", info.allow_outside, "allows the scene to name files outside its folder");
+    info_app.add_flag("--allow-outside", info.picture.allow_outside,
+                      "allows the scene to name files outside its folder");
     info_app.footer(
         "The options for picture, camera, sequence, light and run are those of `halflight render`. They describe the "
         "picture whose memory is estimated.");

@@ -35,7 +35,6 @@ struct InfoArguments {
     RenderArguments picture;  // picture whose memory is estimated: size, camera, layers, ...; without files
     bool png = false;         // the picture is written as a .png, too
     bool json = false;
-    bool allow_outside = false;
 };
 
 using bench::BenchArguments;      // `halflight bench`

@@ -139,13 +139,14 @@ Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
 
 /// Reads the scene as it will be rendered, and returns the facts of its file.
 Json file_facts(const InfoArguments& a, Scene& scene) {
-    GltfScene file(*a.scene, gltf_options(a.allow_outside));
+    GltfScene file(*a.scene, gltf_options(a.picture));
     check_fits(file.size(), *a.scene);
     scene = file.at_rest();
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
     facts.update(facts_of(a, scene, !motion.at("animations").empty()));
     facts.update(motion);
+    facts["variants"] = file.variants();
     return facts;
 }
 

@@ -261,6 +261,10 @@ const std::optional<FrameRate>& GltfScene::frame_rate() const {
     return state_->document.frame_rate;
 }
 
+const std::vector<std::string>& GltfScene::variants() const {
+    return state_->document.variants;
+}
+
 GltfDeformers GltfScene::deformers() const {
     const tinygltf::Model& model = state_->document.model;
     GltfDeformers deformers;

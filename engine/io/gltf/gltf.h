@@ -23,6 +23,7 @@ struct GltfOptions {
     int max_image_side = 16384;                  // texels along an edge
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
     bool strict = false;                         // whether an unreadable image of an optional extension is an error
+    std::string variant;                         // variant of KHR_materials_variants; empty: the file's own materials
 };
 
 /// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives
@@ -71,6 +72,8 @@ class GltfScene {
     /// Returns the frame rate for which the file was made, from its extras: "fps" or "frame_rate" of its scene, else of
     /// its asset.
     const std::optional<FrameRate>& frame_rate() const;
+    /// Returns the names of the material variants (GltfOptions::variant).
+    const std::vector<std::string>& variants() const;
     GltfDeformers deformers() const;
     /// Returns the size that at_rest() will have, from headers alone (engine/io/gltf/size.h).
     SceneSize size();

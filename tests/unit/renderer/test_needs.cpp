@@ -167,7 +167,7 @@ TEST(LeftOut, ListsWhatCanBeKept) {
 
 TEST(LeftOut, ListsFactsAndBytes) {
     const auto plain = facts(plain_scene());
-    EXPECT_EQ(plain.at("glossy"), "no material has a specular, coat or transmission component");
+    EXPECT_EQ(plain.at("glossy"), "no material has a specular, coat, sheen or transmission component");
     EXPECT_EQ(plain.at("alpha tests"), "alpha decides no hit");
     EXPECT_FALSE(plain.contains("shadow") || plain.contains("area lights"));
     const auto all = left_out(plain_scene(), {}, {10, 20, 256, 200});
