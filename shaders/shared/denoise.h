@@ -1,0 +1,22 @@
+// Constants of the final denoiser (passes/picture/denoise.h).
+#ifndef HALFLIGHT_SHARED_DENOISE_H
+#define HALFLIGHT_SHARED_DENOISE_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+// Number of doubles per path in Accumulated::halves.
+HALFLIGHT_SHARED_CONST uint kHalfSums = 13u;
+// Depths along the camera's axis count as at least this value, world units, because their logarithm is averaged.
+HALFLIGHT_SHARED_CONST float kLeastDepth = 1e-20f;
+// Light is filtered divided by the albedo, which counts as at least this value.
+HALFLIGHT_SHARED_CONST float kLeastFilteredAlbedo = 0.01f;
+// Largest light over albedo that is filtered. Sums of such values are finite.
+HALFLIGHT_SHARED_CONST float kMostFilteredLight = 1e36f;
+// Largest value that is squared. Sums of such squares are finite.
+HALFLIGHT_SHARED_CONST float kMostSquared = 1e15f;
+
+HALFLIGHT_SHARED_END
+
+#endif
