@@ -17,16 +17,16 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
       executor_(programs) {
     executor_.measure(settings.measure);
     if (settings.want_view) view_ = colors.view(settings.view);
-    const bool indirect = needs.continuation && settings.bounces > 1;
-    const bool present[] = {scene.diffuse, scene.diffuse && indirect, scene.glossy};
+    const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && settings.bounces > 1;
+    const bool present[] = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
     for (const FilteredLight component : kFilteredLights) {
         const auto index = static_cast<std::size_t>(component);
-        if (needs.halves && present[index]) light_[index].emplace(desc_);
+        if (present[index]) light_[index].emplace(desc_);
     }
 }
 
 void DenoiseStage::begin() {
-    has_halves_ = false;
+    has_halves_ = denoised_ = false;
     executor_.reset_times();
 }
 
@@ -41,7 +41,6 @@ DenoiserPixels DenoiseStage::import_pixels(graph::Graph& graph) {
 
 void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                             const SampleHalves& samples) {
-    if (!sums.halves) return;
     const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, samples, import_pixels(graph));
     for (const graph::TextureHandle h :
          {filled.mean, filled.guide, filled.reflectance, filled.diffuse_albedo, filled.glossy_albedo})
@@ -52,11 +51,11 @@ void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumul
 }
 
 void DenoiseStage::apply(Film& film) {
-    film.keep_noisy();
     if (!has_halves_) return;
     graph::Graph graph;
     const DenoisedPicture made = add_denoiser(graph, import_pixels(graph));
-    if (!made.weights) return;
+    denoised_ = bool(made.weights);
+    if (!denoised_) return;
     graph.output(made.picture), graph.output(made.weights);
     const graph::CompiledGraph compiled = graph::compile(graph);
     transient_bytes_ = compiled.slot_bytes;
@@ -71,7 +70,7 @@ void DenoiseStage::fill_stats(RenderStats& stats) const {
     const std::size_t each = gpu::texture_bytes(desc_);
     stats.gpu_bytes += 5 * each + transient_bytes_;
     for (const std::optional<Halves>& light : light_) stats.gpu_bytes += light ? 2 * each : 0;
-    if (has_halves_) stats.biases.emplace_back("denoised: noise of reflected light filtered by non-local means");
+    if (denoised_) stats.biases.emplace_back("denoised: noise of reflected light filtered by non-local means");
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
 }
 

@@ -45,6 +45,7 @@ class DenoiseStage {
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;
     bool has_halves_ = false;  // a band has samples in both halves
+    bool denoised_ = false;    // the last apply() has replaced the picture
 };
 
 }  // namespace halflight

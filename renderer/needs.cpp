@@ -151,8 +151,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was requested")},
         .features = {kFeatures, 6 * sizeof(double),
                      asked(options.want_features, kFeatures, "neither albedo nor normal was requested")},
-        .halves = {kHalves, shared::kHalfSums * sizeof(double),
-                   transport(kept(kHalves), options.denoise ? nullptr : kNoDenoise)},
+        .halves = {kHalves, shared::kHalfSums * sizeof(double), asked(options.denoise, kHalves, kNoDenoise)},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }

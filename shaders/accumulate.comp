@@ -180,6 +180,10 @@ void main() {
 #endif
 
 #ifdef HALFLIGHT_HALVES
+#ifndef HALFLIGHT_DIRECT
+    dvec3 diffuse = dvec3(0.0);
+    dvec3 glossy = dvec3(0.0);
+#endif
 #ifdef HALFLIGHT_INDIRECT
     glossy += later_glossy;
 #else

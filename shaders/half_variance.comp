@@ -20,6 +20,6 @@ void main() {
     vec4 two = texelFetch(second, pixel, 0);
     vec4 sums = texelFetch(noise, pixel, 0);
     float mean = squarable_luminance(mean_of(one, two));
-    float variance = sums.r / max(sums.a, 1e-6) + kLeastVariance + kLeastRelativeVariance * mean * mean;
+    float variance = sums.r / max(sums.a, kLeastReach) + kLeastVariance + kLeastRelativeVariance * mean * mean;
     imageStore(light, pixel, vec4(squarable_luminance(one.rgb), squarable_luminance(two.rgb), variance, one.a));
 }

@@ -68,11 +68,9 @@ constexpr std::array kLayers = {
     AovInfo{"cryptomaterial", "CryptoMaterial", "", matte, Merge::coverage, materials,
             "Cryptomatte of the materials: ids and coverage of 6 ranks"},
     AovInfo{"noisy", "noisy.", "R,G,B", color, Merge::mean, LayerSource::noisy,
-            "picture before denoising: the mean of the samples; needs --denoise"},
-    AovInfo{
-        "denoiser", "denoiser.", "direct_diffuse,indirect_diffuse,glossy", data, Merge::mean, LayerSource::denoiser,
-        "share of filtered light in each component of the picture, 0 to 1; the rest is the mean of the samples; needs "
-        "--denoise"},
+            "picture before denoising and preview filters: the mean of the samples"},
+    AovInfo{"denoiser", "denoiser.", "direct_diffuse,indirect_diffuse,glossy", data, Merge::mean, LayerSource::denoiser,
+            "share of filtered light in each component of the denoised picture, 0 to 1; the rest is the mean"},
     AovInfo{"nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
             "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling", 0, nullptr,
             [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
@@ -146,7 +144,7 @@ const char* pass_of(LayerSource source) {
 
 bool AovInfo::at_any_time() const {
     return source == LayerSource::emission || source == LayerSource::direct || source == LayerSource::indirect ||
-           source == LayerSource::count;
+           source == LayerSource::noisy || source == LayerSource::count;
 }
 
 std::vector<std::string> AovInfo::channel_names() const {

@@ -50,17 +50,31 @@ TextureHandle add_triangle(graph::Graph& graph, TextureHandle texture, int radiu
     return texture;
 }
 
+/// Inputs of a component that depend on surfaces alone.
+struct Surroundings {
+    TextureHandle picture;  // rgb: smoothed mean
+    TextureHandle albedo;   // rgb: albedo by which the light is divided
+    TextureHandle reach;    // rgb: weighted sum of the albedo of the pixels over which the light of fireflies is spread
+};
+
 /// Adds the share of a component to the picture that earlier components have left.
 DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels, FilteredLight component,
-                              TextureHandle reach, const DenoisedPicture& before) {
+                              const Surroundings& surroundings, const DenoisedPicture& before) {
     const LightHalves& own = pixels.light[static_cast<std::size_t>(component)];
     const auto [mean] = add_kernel<1>(graph, "denoiser mean", "shaders/half_mean.comp",
                                       {{"first", own.first}, {"second", own.second}}, {"mean"});
     const TextureHandle around = add_triangle(graph, mean, kAroundRadius);
-    const auto [first, second, excess] =
-        add_kernel<3>(graph, "denoiser fireflies", "shaders/half_fireflies.comp",
-                      {{"first", own.first}, {"second", own.second}, {"around", around}, {"reach", reach}},
-                      {"calm_first", "calm_second", "excess"});
+    const auto [outliers] =
+        add_kernel<1>(graph, "denoiser outliers", "shaders/half_outliers.comp",
+                      {{"first", own.first}, {"second", own.second}, {"around", around}}, {"outliers"});
+    const auto [first, second, excess] = add_kernel<3>(graph, "denoiser fireflies", "shaders/half_fireflies.comp",
+                                                       {{"first", own.first},
+                                                        {"second", own.second},
+                                                        {"outliers", outliers},
+                                                        {"pooled", add_triangle(graph, outliers, kNoiseRadius)},
+                                                        {"albedo", surroundings.albedo},
+                                                        {"reach", surroundings.reach}},
+                                                       {"calm_first", "calm_second", "excess"});
     const TextureHandle spread = add_triangle(graph, excess, kSpreadRadius);
     const auto [noise] = add_kernel<1>(graph, "denoiser noise", "shaders/half_noise.comp",
                                        {{"first", first}, {"second", second}}, {"noise"});
@@ -75,24 +89,26 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                                                   {"reflectance", pixels.reflectance}},
                                                                  {"filtered_first", "filtered_second"}, kTile);
     const auto [terms] = add_kernel<1>(graph, "denoiser errors", "shaders/half_errors.comp",
-                                       {{"first", own.first},
-                                        {"second", own.second},
+                                       {{"first", first},
+                                        {"second", second},
                                         {"filtered_first", filtered_first},
                                         {"filtered_second", filtered_second},
-                                        {"spread", spread}},
+                                        {"albedo", surroundings.albedo},
+                                        {"surroundings", surroundings.picture}},
                                        {"terms"});
-    const TextureHandle albedo = component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
     const TextureHandle errors = add_triangle(graph, terms, kErrorRadius);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
     graph::Pass pass = graph.add_pass("denoiser blend");
     const std::pair<const char*, TextureHandle> reads[] = {{"first", own.first},
                                                            {"second", own.second},
+                                                           {"calm_first", first},
+                                                           {"calm_second", second},
                                                            {"filtered_first", filtered_first},
                                                            {"filtered_second", filtered_second},
                                                            {"spread", spread},
                                                            {"errors", errors},
-                                                           {"albedo", albedo},
+                                                           {"albedo", surroundings.albedo},
                                                            {"picture_before", before.picture}};
     for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
     gpu::Defines defines;
@@ -157,16 +173,18 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
 
 DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels) {
     DenoisedPicture out{pixels.mean, {}};
-    TextureHandle reach;
+    Surroundings around{add_triangle(graph, pixels.mean, kAroundRadius), {}, {}};
     for (const FilteredLight component : kFilteredLights) {
         const LightHalves& own = pixels.light[static_cast<std::size_t>(component)];
         if (!own.first) continue;
-        if (!reach) {
-            const auto [valid] = add_kernel<1>(graph, "denoiser reach", "shaders/half_mean.comp",
-                                               {{"first", own.first}, {"second", own.second}}, {"mean"});
-            reach = add_triangle(graph, valid, kSpreadRadius);
+        const TextureHandle albedo = component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
+        if (around.albedo != albedo) {
+            around.albedo = albedo;
+            const auto [reflected] = add_kernel<1>(graph, "denoiser albedo", "shaders/half_albedo.comp",
+                                                   {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
+            around.reach = add_triangle(graph, reflected, kSpreadRadius);
         }
-        out = add_component(graph, pixels, component, reach, out);
+        out = add_component(graph, pixels, component, around, out);
     }
     return out;
 }

@@ -14,6 +14,10 @@ HALFLIGHT_SHARED_CONST float kLeastDepth = 1e-20f;
 HALFLIGHT_SHARED_CONST float kLeastFilteredAlbedo = 0.01f;
 // Largest light over albedo that is filtered. Sums of such values are finite.
 HALFLIGHT_SHARED_CONST float kMostFilteredLight = 1e36f;
+// Lower bound of sums of weights, which keeps quotients finite.
+HALFLIGHT_SHARED_CONST float kLeastReach = 1e-6f;
+// Light over albedo that counts as dark.
+HALFLIGHT_SHARED_CONST float kLeastLight = 1e-20f;
 // Largest value that is squared. Sums of such squares are finite.
 HALFLIGHT_SHARED_CONST float kMostSquared = 1e15f;
 
