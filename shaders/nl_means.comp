@@ -9,7 +9,10 @@ const int kPatch = 3;     // radius of patches, pixels
 const int kWindow = 7;    // radius of the window, pixels
 const int kOwn = 4;       // number of pixels in a row that an invocation filters
 const int kWide = kTile + 2 * kPatch;
-const float kStrength = 0.5;   // larger values blur more
+const float kStrength = 0.4;   // k of equation 2; larger values blur more
+// Share of the variance of a noisier pixel that explains differences from it. With 0, as in equation 2, bright pixels give
+// light to dark ones that do not take it; with 1, dark pixels take too much. In between, the light is kept to 1 %.
+const float kBrighter = 0.4;
 const float kMostApart = 1e4;  // largest difference of two pixels, in variances
 
 layout(local_size_x = kTile / kOwn, local_size_y = kTile) in;
@@ -33,7 +36,7 @@ vec2 difference(ivec2 p, ivec2 q, ivec2 size) {
     vec2 between = own.rg - other.rg;
     // Half the squared difference of the halves is the variance of either if they have as many samples.
     vec2 parts = 2.0 * vec2(1.0 - own.a, own.a);
-    vec2 noise = parts * (own.b + min(own.b, other.b));
+    vec2 noise = parts * (own.b + mix(min(own.b, other.b), other.b, kBrighter));
     vec2 scale = parts * (own.b + other.b) * kStrength * kStrength;
     bool both = own.a > 0.0 && other.a > 0.0;
     return both ? min((between * between - noise) / scale, vec2(kMostApart)) : vec2(0.0);

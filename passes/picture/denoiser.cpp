@@ -10,7 +10,7 @@ using graph::TextureHandle;
 
 constexpr int kTile = 32;  // width and height of the tile of a work group of shaders/nl_means.comp, pixels
 // Radii of triangle filters, pixels: two boxes of 2 r + 1 pixels are a triangle of radius 2 r.
-constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 8;
+constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14;
 
 void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int tile = 8) {
     program.dispatch(static_cast<std::uint32_t>((picture.width + tile - 1) / tile),
