@@ -103,6 +103,7 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
         "primary {}",
         scene.choice().scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame,
         text(s.filter), environment_name(scene.scene().environment), text(stats.estimator), name(stats.primary));
+    if (s.denoise) line += ", denoised";
     if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
@@ -176,6 +177,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"kept", s.kept.text()},
           {"estimator", text(stats.estimator)},
           {"asked_estimator", text(s.estimator)},
+          {"denoise", s.denoise},
           {"preview", text(s.preview)},
           {"seed", s.seed},
           {"frame", s.frame},

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "renderer/frame_constants.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/pixel_order.h"
@@ -59,6 +60,8 @@ void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Su
         case LayerSource::objects:
         case LayerSource::materials:
         case LayerSource::record:
+        case LayerSource::noisy:
+        case LayerSource::denoiser:
         case LayerSource::debug:
             return;
     }
@@ -130,6 +133,16 @@ void Film::add_pictures(const Band& band, const std::vector<float>& beauty, cons
 void Film::replace_pictures(Image beauty, const ViewProcessor* view) {
     beauty_ = std::move(beauty);
     if (view) view_ = view->apply(beauty_);
+}
+
+void Film::keep_noisy() {
+    if (Image* noisy = plane("noisy")) *noisy = rgb(beauty_);
+}
+
+void Film::add_denoiser_weights(const std::vector<float>& weights) {
+    Image all(settings_.width, settings_.height, 4);
+    all.pixels = weights;
+    if (Image* own = plane("denoiser")) *own = rgb(all);
 }
 
 void Film::add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage) {

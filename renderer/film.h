@@ -43,6 +43,10 @@ class Film {
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
     /// Replaces the colour, and the view if there is a processor.
     void replace_pictures(Image beauty, const ViewProcessor* view);
+    /// Fills the layer "noisy" with the colour so far.
+    void keep_noisy();
+    /// Fills the layer "denoiser". weights: RGBA, DenoisedPicture::weights.
+    void add_denoiser_weights(const std::vector<float>& weights);
     /// Adds a matte; coverage is by path index.
     void add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage);
     /// Adds the layers of LayerSource::record.

@@ -85,6 +85,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     s.tracer->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
+    if (s.denoiser) s.denoiser->begin();
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;
@@ -105,7 +106,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 Film own(s.settings, s.scene.tables());
                 own.choose(aovs);
                 s.develop(frame, done, own);
-                s.apply_preview(frame, done, own);
+                s.apply_to_picture(frame, done, own);
                 s.finish(so_far, own, frame, done, watch, compiled_before);
                 return so_far;
             };
@@ -135,7 +136,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
             s.develop(frame, where, with, of_band, film);
         }
     }
-    s.apply_preview(frame, done, film);
+    s.apply_to_picture(frame, done, film);
     s.scene.context().check("rendering");
     s.finish(result, film, frame, done, watch, compiled_before);
     s.hierarchies_reported = true;

@@ -52,6 +52,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // rays to lights and one to the sun
         most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
     }
+    if (needs().halves) most = std::min(most, limits.storage_block_bytes / needs().halves.path_bytes);
     band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
     in_flight.emplace(band.paths());
@@ -59,6 +60,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
     if (settings.measure) tracer->count();
     if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
+    if (settings.denoise) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
     executor.measure(settings.measure);
     places.resize(1);
     compiled(0);

@@ -18,6 +18,7 @@
 #include "passes/light/radiance_cache.h"
 #include "passes/picture/composite.h"
 #include "renderer/cryptomatte.h"
+#include "renderer/denoise_stage.h"
 #include "renderer/film.h"
 #include "renderer/frame.h"
 #include "renderer/frame_constants.h"
@@ -34,7 +35,8 @@ struct CompiledSample {
     graph::Graph graph;
     Frame frame;
     graph::CompiledGraph compiled;
-    SumBuffers sums;  // sums; set by the first sample
+    SumBuffers sums;     // sums; set by the first sample
+    int first_half = 0;  // number of samples of the first half
 };
 
 /// The graphs of a band, or of several bands that are rendered one after the other.
@@ -61,6 +63,7 @@ struct Renderer::State {
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
+    std::optional<DenoiseStage> denoiser;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for directly visible light
     std::shared_ptr<RadianceCache> cache;     // radiance cache; null: not used
@@ -125,8 +128,8 @@ struct Renderer::State {
 
     /// Adds the picture of a band's first `done` samples to the film.
     void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done, Film& film);
-    /// Applies preview modes after all bands were developed.
-    void apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film);
+    /// Applies preview modes and the denoiser after all bands were developed.
+    void apply_to_picture(const FrameSettings& frame, std::span<const int> samples, Film& film);
     /// Develops all bands whose sums are there. samples: number of samples of each band.
     void develop(const FrameSettings& frame, std::span<const int> samples, Film& film);
     /// Moves the pictures of the film to the result and fills in its statistics.

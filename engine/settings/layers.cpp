@@ -67,6 +67,10 @@ constexpr std::array kLayers = {
             "Cryptomatte of the objects: ids and coverage of 6 ranks"},
     AovInfo{"cryptomaterial", "CryptoMaterial", "", matte, Merge::coverage, materials,
             "Cryptomatte of the materials: ids and coverage of 6 ranks"},
+    AovInfo{"noisy", "noisy.", "R,G,B", color, Merge::mean, LayerSource::noisy,
+            "picture before denoising and preview filters: the mean of the samples"},
+    AovInfo{"denoiser", "denoiser.", "direct_diffuse,indirect_diffuse,glossy", data, Merge::mean, LayerSource::denoiser,
+            "share of filtered light in each component of the denoised picture, 0 to 1; the rest is the mean"},
     AovInfo{"nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
             "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling", 0, nullptr,
             [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
@@ -126,6 +130,10 @@ const char* pass_of(LayerSource source) {
             return "gbuffer";
         case record:
             return "aov";
+        case LayerSource::noisy:
+            return "composite";
+        case LayerSource::denoiser:
+            return "denoiser blend";
         case LayerSource::debug:
             return "debug aov";
     }
@@ -136,7 +144,7 @@ const char* pass_of(LayerSource source) {
 
 bool AovInfo::at_any_time() const {
     return source == LayerSource::emission || source == LayerSource::direct || source == LayerSource::indirect ||
-           source == LayerSource::count;
+           source == LayerSource::noisy || source == LayerSource::count;
 }
 
 std::vector<std::string> AovInfo::channel_names() const {
@@ -166,7 +174,7 @@ std::string layers_markdown() {
         const std::string channels = a.is_matte() ? fmt::format("{} ... {}", names.front(), names.back())
                                                   : fmt::format("{}", fmt::join(names, ", "));
         text += fmt::format("| `{}` | {} | {} | {} | {} | {}{} |\n", a.name, channels, name(a.storage), name(a.merge),
-                            pass_of(a.source), a.description, a.debug() ? " (not part of `all`)" : "");
+                            pass_of(a.source), a.description, a.in_all() ? "" : " (not part of `all`)");
     }
     return text;
 }

@@ -30,6 +30,9 @@ struct PictureSettings {
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
     // are scaled down. Clamping is a bias, which RenderStats names.
     float clamp = 0;
+    // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names. Needs two
+    // samples. Layers and error targets refer to the mean of the samples. Preview modes exclude it.
+    bool denoise = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // true: the picture through `view` is made, too

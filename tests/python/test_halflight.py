@@ -34,7 +34,7 @@ class Pictures(InFolder):
         self.assertEqual(picture["albedo"].shape, (16, 24, 3))
         self.assertEqual(picture["depth"].shape, (16, 24))
         self.assertEqual(picture["ids"].dtype, np.uint32)
-        self.assertEqual(set(picture), {"beauty", "view"} | {layer.name for layer in hl.layers() if not layer.debug})
+        self.assertEqual(set(picture), {"beauty", "view"} | {layer.name for layer in hl.layers() if layer.in_all})
         self.assertTrue(0 <= picture["view"].min() and picture["view"].max() <= 1)
         parts = sum(picture[name] for name in picture if name in
                     ("emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy"))

@@ -100,6 +100,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
+    exclude(app, "--denoise", "--preview");
+    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
     check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");
@@ -149,6 +151,8 @@ void check(const InfoArguments& a, const CLI::App& app) {
     exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");
+    exclude(app, "--denoise", "--preview");
+    exclude(app, "--denoise", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }

@@ -29,7 +29,7 @@ Progress.__doc__ = """Progress of a picture: samples per pixel that are done, ex
 since its start."""
 
 Setting = _namedtuple("Setting", "name values description")
-Layer = _namedtuple("Layer", "name channels description debug")
+Layer = _namedtuple("Layer", "name channels description debug in_all")
 Device = _namedtuple("Device", "name taken reason")
 
 
@@ -265,7 +265,7 @@ class Renderer:
 
     Renderer(scene, layers="all", measure=False, pictures=0, **settings)
 
-      layers    names of layers(), "all" (without those for debugging), or []
+      layers    names of layers(), "all" (those whose in_all is True), or []
       measure   times each pass, which makes rendering slower
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
