@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "api/halflight/settings_file.h"
 #include "tools/cli/options.h"
@@ -44,8 +45,10 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
             copy_setting(setting, s.settings, a.settings);
     }
     if (s.size) take_size(*s.size, given, a);
-    if (!given("--env")) a.environment = s.environment;
-    a.edits = s.edits;
+    if (!given("--env") && !given("--sky")) a.environment = s.environment;
+    const SceneEdits of_options = std::exchange(a.edits, s.edits);
+    if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;
+    if (given("--env-intensity")) a.edits.environment_intensity = of_options.environment_intensity;
     a.edits_source = file.string();
     if (s.moment) {
         if (!given("--animation")) a.animation = s.moment->animation;
