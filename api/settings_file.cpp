@@ -1,6 +1,7 @@
 #include "api/halflight/settings_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -161,7 +162,9 @@ void read_setting(const Element& e, const Setting& setting, SavedSettings& s) {
     else if (setting.type == Setting::Type::whole)
         text = fmt::format("{}", e.whole(static_cast<int>(setting.lower), static_cast<int>(setting.upper)));
     else if (setting.type == Setting::Type::number)
-        text = fmt::format("{}", e.number(setting.zero ? 0 : setting.lower, setting.upper));
+        text = e.is_string() && !setting.values.empty()
+                   ? e.text()
+                   : fmt::format("{}", e.number(setting.zero ? 0 : setting.lower, setting.upper));
     else
         text = e.text();
     if (const std::string problem = setting.set(s.settings, text); !problem.empty()) e.fail("{}", problem);
@@ -173,7 +176,7 @@ void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
     if (text.empty()) return;
     if (setting.type == Setting::Type::flag)
         json[setting.name] = text == "yes";
-    else if (setting.type == Setting::Type::text)
+    else if (setting.type == Setting::Type::text || std::isalpha(static_cast<unsigned char>(text[0])))
         json[setting.name] = text;
     else
         json[setting.name] = Json::parse(text);

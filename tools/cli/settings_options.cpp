@@ -25,8 +25,9 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},  {"samples", "--time"},
-                                   {"samples", "--error"}, {"preview", "--error"}, {"preview", "--shutter"}};
+constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},           {"samples", "--time"},
+                                   {"samples", "--error"}, {"preview", "--error"},          {"preview", "--shutter"},
+                                   {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}};
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>

@@ -114,7 +114,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     for (const char* option : {"--aov", "--half", "--working-space"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
     const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
-    for (const char* option : {"--display", "--view", "--look", "--exposure"})
+    for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed", "--fstop"})
         if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
 }
 
