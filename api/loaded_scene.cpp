@@ -65,10 +65,10 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         scene.environment = load_environment(*file, scene.report, limits);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
     } else if (needs_sky(scene)) {
+        const bool lit = has_light(scene);
         scene.environment = default_sky();
         log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)",
-                 has_light(scene) ? "the scene's own light reaches little of what its cameras see"
-                                  : "the scene has no light");
+                 lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
     }
 }
 

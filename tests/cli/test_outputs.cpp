@@ -246,7 +246,7 @@ TEST_F(Output, TimeLimitDecides) {
 
 TEST_F(Output, SceneWithoutLightGetsASky) {
     scene = copy_room(folder.path, false);
-    EXPECT_NE(render({file("a.exr")}).err.find("a neutral sky is added"), std::string::npos);
+    EXPECT_NE(render({file("a.exr")}).err.find("the scene has no light: a neutral sky is added"), std::string::npos);
     EXPECT_EQ(render({file("b.exr"), "--env", "0,0,0"}).err.find("sky"), std::string::npos);
     const Image dark = read_exr(file("b.exr")).image({"R", "G", "B"});
     EXPECT_TRUE(std::ranges::all_of(dark.pixels, [](float v) { return v == 0; }));
