@@ -60,6 +60,8 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
 void add_environment(Fingerprint& print, const SceneChoice& a) {
     if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) print.text("map").file(*map);
+    if (const auto* preset = std::get_if<SkyPreset>(&a.environment)) print.text("preset").text(name(*preset));
+    if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));
 }
 
 void add_edits(Fingerprint& print, const SceneEdits& edits) {

@@ -12,6 +12,7 @@
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
 #include "renderer/memory.h"
+#include "renderer/metering.h"
 #include "renderer/pilot.h"
 #include "renderer/preview_picture.h"
 #include "renderer/render.h"
@@ -34,6 +35,12 @@ std::string shutter_text(const Shutter& shutter, const RenderSettings& settings)
 
 gpu::ContextOptions default_device(std::string device) {
     return {.device = std::move(device), .binaries_folder = gpu::default_binaries_folder()};
+}
+
+void note_exposure(const ViewTransform& requested, const ViewTransform& used, const Log& log) {
+    if (requested.metered() && !used.metered() && used.stops() != 0)
+        log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)",
+                 used.stops());
 }
 
 struct FrameRenderer::State {
@@ -285,8 +292,20 @@ std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(
     return s.found;
 }
 
+std::optional<float> FrameRenderer::find_exposure(const std::function<bool(double)>& progress) {
+    State& s = *state_;
+    if (!s.settings.want_view || !s.settings.view.metered()) return s.settings.view.stops();
+    s.begin();
+    s.prepare();
+    const std::optional<float> stops = s.guarded(
+        [&] { return halflight::find_exposure(*s.prepared, s.colors, s.renderer_settings(s.settings), progress); });
+    if (stops) s.settings.view.exposure = *stops;
+    return stops;
+}
+
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     State& s = *state_;
+    find_exposure();
     s.begin();
     s.load_seconds = 0;
     if (s.deformer) s.deformer->take_statistics();  // discards the counts of a frame that has failed

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/animation_choice.h"
+#include "api/default_light.h"
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/io/environment.h"
@@ -43,8 +44,17 @@ void check_fits(const SceneSize& size, const std::filesystem::path& file, std::s
 }
 
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log) {
+    std::erase_if(scene.lights, &PunctualLight::of_environment);
+    const auto take = [&](Sky sky) {
+        scene.environment = std::move(sky.environment);
+        if (sky.sun) scene.lights.push_back(*sky.sun);
+    };
     if (const auto* color = std::get_if<vec3>(&choice)) {
         scene.environment = {"constant", *color, {}};
+    } else if (const auto* preset = std::get_if<SkyPreset>(&choice)) {
+        take(preset_sky(*preset));
+    } else if (const auto* clear = std::get_if<ClearSky>(&choice)) {
+        take(clear_sky(*clear));
     } else if (const auto* file = std::get_if<std::filesystem::path>(&choice)) {
         const std::size_t warned = scene.report.warnings.size();
         // A map has 12 bytes per texel, and as many in its table and in the buffers of both.
@@ -55,10 +65,16 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         }
         scene.environment = load_environment(*file, scene.report, limits);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
-    } else if (!has_light(scene)) {
+    } else if (needs_sky(scene)) {
+        const bool lit = has_light(scene);
         scene.environment = default_sky();
-        log.note("the scene has no light: a neutral sky is added (--env replaces it; --env 0,0,0: none)");
+        log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)",
+                 lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
     }
+}
+
+void take_sun(Scene& pose, const Scene& from) {
+    std::ranges::copy_if(from.lights, std::back_inserter(pose.lights), &PunctualLight::of_environment);
 }
 
 SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes,
@@ -137,6 +153,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
     const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
     if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
+    std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     apply_edits();
     camera_ = choose_camera(scene_, camera);
     size_ = size_of(scene_);
@@ -183,6 +200,7 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
     file_->pose(scene_, seconds);
+    scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());
     if (unedited_) unedited_->take_surfaces(scene_);
     Environment edited = std::exchange(scene_.environment, {});
     apply(choice_.edits, scene_, choice_.edits_source);

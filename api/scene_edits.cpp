@@ -102,6 +102,13 @@ void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
     scene.environment.color *= edits.environment_intensity * edits.environment_tint;
     if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);
     for (Material& material : scene.materials) material.emission *= edits.emission;
+    for (PunctualLight& sun : scene.lights) {
+        if (!sun.of_environment) continue;
+        sun.intensity *= edits.environment_intensity * edits.environment_tint;
+        const double angle = edits.environment_rotation / 360 * 2 * kPi;  // about +Y, as the map turns
+        const double c = std::cos(angle), s = std::sin(angle), x = double(sun.direction.x), z = double(sun.direction.z);
+        if (angle != 0) sun.direction = glm::normalize(vec3(c * x - s * z, double(sun.direction.y), s * x + c * z));
+    }
     for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
         PunctualLight& light = scene.lights[i];
         const LightEdit& edit = edits.lights[i];

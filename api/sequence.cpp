@@ -131,6 +131,7 @@ class FrameMaker {
           events_(events),
           log_(log),
           fingerprint_(std::move(fingerprint)),
+          requested_view_(settings.view),
           renderer_(scene, settings, renderer) {
         log_.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, scene.chosen_camera().origin,
                   renderer_.context().renderer());
@@ -141,7 +142,9 @@ class FrameMaker {
         Stopwatch clock;
         StepTimes times;
         const auto go_on = [&](double) { return !events_.go_on || events_.go_on(); };
-        if (!renderer_.find_estimator(go_on)) throw Stopped();
+        if (!renderer_.find_estimator(go_on) || !renderer_.find_exposure(go_on)) throw Stopped();
+        if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings().view, log_);
+        exposure_noted_ = true;
         const RenderResult result = renderer_.render(frame, [&](const RenderProgress& progress) {
             return !events_.progress || events_.progress(frame, progress);
         });
@@ -177,6 +180,8 @@ class FrameMaker {
     const SequenceEvents& events_;
     const Log& log_;
     std::string fingerprint_;
+    ViewTransform requested_view_;
+    bool exposure_noted_ = false;
     FrameRenderer renderer_;
     std::vector<std::string> logged_biases_;  // biases of the previous frame
 };

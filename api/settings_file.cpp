@@ -1,6 +1,7 @@
 #include "api/halflight/settings_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -161,7 +162,9 @@ void read_setting(const Element& e, const Setting& setting, SavedSettings& s) {
     else if (setting.type == Setting::Type::whole)
         text = fmt::format("{}", e.whole(static_cast<int>(setting.lower), static_cast<int>(setting.upper)));
     else if (setting.type == Setting::Type::number)
-        text = fmt::format("{}", e.number(setting.zero ? 0 : setting.lower, setting.upper));
+        text = e.is_string() && !setting.values.empty()
+                   ? e.text()
+                   : fmt::format("{}", e.number(setting.zero ? 0 : setting.lower, setting.upper));
     else
         text = e.text();
     if (const std::string problem = setting.set(s.settings, text); !problem.empty()) e.fail("{}", problem);
@@ -173,7 +176,7 @@ void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
     if (text.empty()) return;
     if (setting.type == Setting::Type::flag)
         json[setting.name] = text == "yes";
-    else if (setting.type == Setting::Type::text)
+    else if (setting.type == Setting::Type::text || std::isalpha(static_cast<unsigned char>(text[0])))
         json[setting.name] = text;
     else
         json[setting.name] = Json::parse(text);
@@ -192,14 +195,34 @@ Json pose_json(const CameraPose& pose) {
 }
 
 void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
-    e.check_keys({"map", "color", "rotation", "intensity", "tint"});
-    if (e.find("map") && e.find("color")) e.fail("has both a map and a colour");
+    e.check_keys({"map", "color", "preset", "sky", "rotation", "intensity", "tint"});
+    std::string found;
+    for (const char* kind : {"map", "color", "preset", "sky"}) {
+        if (!e.find(kind)) continue;
+        if (!found.empty()) e.fail("has both '{}' and '{}'", found, kind);
+        found = kind;
+    }
     with(e, "map", [&](const Element& v) {
         const std::string name = v.text();
         if (name.empty() || name.find('\0') != std::string::npos) v.fail("is no name of a file");
         s.environment = folder / name;
     });
     with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, kFar)); });
+    with(e, "preset", [&](const Element& v) {
+        const auto presets = sky_presets();
+        const auto preset =
+            std::ranges::find_if(presets, [wanted = v.text()](SkyPreset p) { return wanted == name(p); });
+        if (preset == presets.end()) v.fail("is none of studio, sky, overcast");
+        s.environment = *preset;
+    });
+    with(e, "sky", [&](const Element& v) {
+        v.check_keys({"elevation", "azimuth", "turbidity"});
+        ClearSky sky;
+        with(v, "elevation", [&](const Element& n) { sky.elevation = n.number(0, 90); });
+        with(v, "azimuth", [&](const Element& n) { sky.azimuth = n.number(-360, 360); });
+        with(v, "turbidity", [&](const Element& n) { sky.turbidity = n.number(kLeastTurbidity, kMostTurbidity); });
+        s.environment = sky;
+    });
     with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(kEditRotation); });
     with(e, "intensity",
          [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(kEditFactor)); });
@@ -282,6 +305,9 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
         json["map"] = (none ? fs::absolute(*map) : near).string();
     }
     if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(dvec3(*color));
+    if (const auto* preset = std::get_if<SkyPreset>(&s.environment)) json["preset"] = name(*preset);
+    if (const auto* sky = std::get_if<ClearSky>(&s.environment))
+        json["sky"] = {{"elevation", sky->elevation}, {"azimuth", sky->azimuth}, {"turbidity", sky->turbidity}};
     json["rotation"] = s.edits.environment_rotation;
     json["intensity"] = s.edits.environment_intensity;
     if (s.edits.environment_tint != vec3(1)) json["tint"] = list(dvec3(s.edits.environment_tint));

@@ -167,6 +167,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"height", s.height},
           {"camera", s.camera.name},
           {"bounces", s.bounces},
+          {"exposure", s.want_view ? Json(s.view.stops()) : Json()},
           {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
           {"shutter", shutter.open > 0
                           ? Json{{"open", shutter.open}, {"times", shutter_count(shutter, s.aovs, s.samples)}}

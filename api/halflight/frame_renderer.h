@@ -9,6 +9,7 @@
 #include <string>
 
 #include "api/halflight/loaded_scene.h"
+#include "api/halflight/log.h"
 #include "engine/color/color.h"
 #include "engine/gpu/context.h"
 #include "engine/settings/render_settings.h"
@@ -59,6 +60,9 @@ struct RendererOptions {
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.
 gpu::ContextOptions default_device(std::string device = "");
 
+/// Logs the exposure that metering has found for a requested view, unless it changes nothing.
+void note_exposure(const ViewTransform& requested, const ViewTransform& used, const Log& log);
+
 /// Renders pictures of a scene with one device, bringing it from pose to pose. A picture is a function of scene,
 /// settings and frame number, whatever was rendered before (preview mode `temporal` apart). Settings that are left to a
 /// pilot (`estimator auto`) have to be settled by find_estimator() before the first picture.
@@ -78,6 +82,12 @@ class FrameRenderer {
     /// Returns the estimator, or none where `progress` has cancelled. Calls `progress` with the share of the work that
     /// is done, [0,1]; false cancels. Does nothing where nothing is left open. Throws Error as render() does.
     std::optional<Estimator> find_estimator(const std::function<bool(double share)>& progress = {});
+
+    /// Settles an automatic exposure of RenderSettings::view, by a small picture of the scene at 0 s
+    /// (renderer/metering.h). Returns the exposure in stops, or none where `progress` has cancelled. Does nothing where
+    /// no view is wanted or its exposure is fixed. render() calls it for the first picture. Throws Error as render()
+    /// does.
+    std::optional<float> find_exposure(const std::function<bool(double share)>& progress = {});
 
     /// Renders a frame at its own time; with motion blur the mean of times up to open / 2 frames before and after.
     /// `progress` is called after each sample; false stops and sets RenderStats::interrupted. Throws Error where the

@@ -7,10 +7,10 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "api/halflight/camera.h"
+#include "api/halflight/environment_choice.h"
 #include "api/halflight/log.h"
 #include "api/halflight/scene_edits.h"
 #include "engine/core/frames.h"
@@ -19,10 +19,6 @@
 #include "engine/scene/scene.h"
 
 namespace halflight {
-
-/// Requested environment: unspecified, a constant radiance (linear Rec.709), or the file of a map (.exr, .hdr). If
-/// unspecified, a scene without any light gets a neutral sky.
-using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
@@ -47,8 +43,11 @@ GltfOptions gltf_options(const SceneChoice& choice);
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes = 0);
 
-/// Sets the environment of `choice`. A scene without any light gets a neutral sky, which the log notes.
+/// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene whose own light is
+/// negligible for what its cameras see gets a neutral sky, which the log notes.
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log);
+/// Appends the sun of the environment, which `from` has, to a pose of the same file.
+void take_sun(Scene& pose, const Scene& from);
 
 /// A glTF file, its playing animations and its frame rate. It poses scenes; it holds none itself.
 class SceneFile {
@@ -160,6 +159,7 @@ class LoadedScene {
     MemoryLedger::Entry memory_;
     std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
+    std::vector<PunctualLight> suns_;  // sun of the environment before edits; empty: none
     bool surfaces_move_ = false;
     bool freed_ = false;  // free_surfaces() was called
     Deformer* deformer_ = nullptr;

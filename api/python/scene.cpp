@@ -15,7 +15,7 @@ namespace {
 
 using Triple = std::array<double, 3>;
 using Matrix = std::array<std::array<double, 4>, 4>;  // four rows
-using Environment3 = std::variant<std::monostate, Triple, std::filesystem::path>;
+using Environment3 = std::variant<std::monostate, Triple, std::string, std::filesystem::path>;
 
 dvec3 vec(const Triple& t) {
     return {t[0], t[1], t[2]};
@@ -32,17 +32,21 @@ std::optional<dvec3> vec(const std::optional<Triple>& t) {
 
 EnvironmentChoice environment_of(const Environment3& e) {
     if (const auto* color = std::get_if<Triple>(&e)) return vec3(vec(*color));
+    if (const auto* name = std::get_if<std::string>(&e)) return parse_environment("environment", *name);
     if (const auto* map = std::get_if<std::filesystem::path>(&e)) return *map;
     return std::monostate();
 }
 
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
-                              const std::optional<std::string>& animation, const std::optional<std::string>& fps,
-                              bool allow_outside, bool strict, const std::optional<std::string>& variant,
-                              py::object log) {
+                              const std::optional<std::string>& sky, const std::optional<std::string>& animation,
+                              const std::optional<std::string>& fps, bool allow_outside, bool strict,
+                              const std::optional<std::string>& variant, py::object log) {
     SceneChoice choice;
     choice.scene = path;
     choice.environment = environment_of(environment);
+    if (sky && !std::holds_alternative<std::monostate>(choice.environment))
+        throw Error("sky", "cannot be given together with environment");
+    if (sky) choice.environment = parse_clear_sky("sky", *sky);
     choice.animation = animation;
     if (fps) choice.frame_rate = parse_frame_rate("fps", *fps);
     choice.allow_outside = allow_outside;

@@ -171,8 +171,8 @@ std::string ColorConfig::default_view(const std::string& display) const {
 
 ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
     auto data = std::make_shared<ViewProcessor::Data>();
-    if (!std::isfinite(wanted.exposure)) throw Error("exposure", "{} is not a number of stops", wanted.exposure);
-    data->exposure_scale = std::exp2(wanted.exposure);
+    if (!std::isfinite(wanted.stops())) throw Error("exposure", "{} is not a number of stops", wanted.stops());
+    data->exposure_scale = std::exp2(wanted.stops());
     data->display =
         wanted.display.empty() ? default_display() : resolve(wanted.display, displays(), data_->source, "display");
     data->view = wanted.view.empty()

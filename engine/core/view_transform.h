@@ -5,13 +5,47 @@
 
 namespace halflight {
 
+/// Exposure of a display image: fixed, or found by metering (renderer/metering.h).
+struct Exposure {
+    Exposure() = default;
+    Exposure(float fixed) : stops(fixed), automatic(false) {}  // NOLINT: a number is a fixed exposure
+    float stops = 0;                                           // radiance is first multiplied by 2^stops
+    bool automatic = true;  // metering replaces it by a fixed exposure; until then `stops` applies
+    bool operator==(const Exposure&) const = default;
+};
+
+struct ExposureTime {
+    float seconds = 0;
+    bool operator==(const ExposureTime&) const = default;
+};
+
+/// Settings of a camera that decide the exposure. Members that are 0 have the usual value if another one is set.
+struct PhysicalCamera {
+    float iso = 0;                 // sensitivity; usual 100
+    ExposureTime shutter_speed{};  // exposure time; usual 1/125 s
+    float fstop = 0;               // f-number, focal length over aperture diameter; usual 16
+
+    bool given() const { return iso > 0 || shutter_speed.seconds > 0 || fstop > 0; }
+    /// Returns the exposure in stops: -log2(1.2 x 2^EV100) with EV100 = log2(fstop^2 / shutter_speed x 100 / iso). A
+    /// luminance of 1.2 x 2^EV100 nits saturates the sensor (ISO 12232) and becomes a radiance of 1 (Lagarde, de
+    /// Rousiers 2014, Moving Frostbite to Physically Based Rendering, section 5.1).
+    float stops() const;
+    bool operator==(const PhysicalCamera&) const = default;
+};
+
 /// A requested view transform. Names are those of the config, case-insensitive; a display's trailing " - Display" may
 /// be omitted.
 struct ViewTransform {
     std::string display;  // name of the display; empty: the config's default
     std::string view;     // name of the view; empty: the display's default
     std::string look;     // looks; empty: the view's own; otherwise replaces them ("a, -b": a, then the inverse of b)
-    float exposure = 0;   // stops; radiance is first multiplied by 2^exposure
+    Exposure exposure{};
+    PhysicalCamera camera{};  // where it is given, `exposure` corrects its exposure and is not found by metering
+
+    /// Returns whether the exposure is to be found by metering.
+    bool metered() const { return exposure.automatic && !camera.given(); }
+    /// Returns the whole exposure, stops.
+    float stops() const { return camera.given() ? camera.stops() + exposure.stops : exposure.stops; }
     bool operator==(const ViewTransform&) const = default;
 };
 

@@ -54,6 +54,7 @@ struct PunctualLight {
     vec3 direction{0, 0, -1};          // unit, direction of travel of the light (spot, directional)
     float inner_cone = 0;              // radians, 0 <= inner_cone < outer_cone
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
+    bool of_environment = false;       // sun of a generated sky: turns, dims and is replaced with the environment
 };
 
 /// Lights and choices of lights that a scene needs. Shaders leave out all others (engine/tables/needs.h).

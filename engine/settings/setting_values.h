@@ -20,6 +20,7 @@
 namespace halflight::setting_values {
 
 inline constexpr const char* kNone = "none";
+inline constexpr const char* kAuto = "auto";
 inline constexpr PrimaryVisibility kPrimaries[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
                                                    PrimaryVisibility::traced};
 
@@ -61,6 +62,44 @@ requires(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) struct Value<T> {
             return fmt::format("expects {}a {} from {} to {}, not '{}'", s.zero ? "0 or " : "",
                                type == Setting::Type::whole ? "whole number" : "number", s.lower, s.upper, text);
         value = static_cast<T>(parsed);
+        return "";
+    }
+};
+
+/// An exposure: "auto", or a number of stops.
+template <>
+struct Value<Exposure> {
+    static constexpr Setting::Type type = Setting::Type::number;
+    static std::string names() { return "auto, or a number from -64 to 64"; }
+    static std::string text(const Exposure& exposure) {
+        return exposure.automatic ? kAuto : Value<float>::text(exposure.stops);
+    }
+    static std::string parse(const Setting& s, const std::string& text, Exposure& exposure) {
+        if (text == kAuto) return exposure = Exposure(), "";
+        float stops = 0;
+        std::string problem = Value<float>::parse(s, text, stops);
+        if (!problem.empty())
+            return fmt::format("expects auto or a number from {} to {}, not '{}'", s.lower, s.upper, text);
+        exposure = stops;
+        return problem;
+    }
+};
+
+/// A duration in seconds: a number, or a fraction such as "1/250".
+template <>
+struct Value<ExposureTime> {
+    static constexpr Setting::Type type = Setting::Type::number;
+    static std::string names() { return ""; }
+    static std::string text(const ExposureTime& duration) { return Value<float>::text(duration.seconds); }
+    static std::string parse(const Setting& s, const std::string& text, ExposureTime& duration) {
+        if (!text.starts_with("1/")) return Value<float>::parse(s, text, duration.seconds);
+        double below = 0;
+        const char* const end = text.data() + text.size();
+        const auto [at, error] = std::from_chars(text.data() + 2, end, below);
+        const double seconds = 1 / below;
+        if (error != std::errc() || at != end || !(seconds >= s.lower && seconds <= s.upper))
+            return fmt::format("expects 0, a number from {} to {} or 1/N, not '{}'", s.lower, s.upper, text);
+        duration.seconds = static_cast<float>(seconds);
         return "";
     }
 };

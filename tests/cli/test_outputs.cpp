@@ -246,10 +246,37 @@ TEST_F(Output, TimeLimitDecides) {
 
 TEST_F(Output, SceneWithoutLightGetsASky) {
     scene = copy_room(folder.path, false);
-    EXPECT_NE(render({file("a.exr")}).err.find("a neutral sky is added"), std::string::npos);
+    EXPECT_NE(render({file("a.exr")}).err.find("the scene has no light: a neutral sky is added"), std::string::npos);
     EXPECT_EQ(render({file("b.exr"), "--env", "0,0,0"}).err.find("sky"), std::string::npos);
     const Image dark = read_exr(file("b.exr")).image({"R", "G", "B"});
     EXPECT_TRUE(std::ranges::all_of(dark.pixels, [](float v) { return v == 0; }));
+}
+
+TEST_F(Output, EnvironmentsAreGeneratedTurnedAndScaled) {
+    scene = copy_room(folder.path, false);
+    const auto mean = [&](const Strings& options) {
+        Strings arguments = {file("a.exr"), "--reproducible"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const Outcome outcome = render(arguments);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err.find("neutral sky"), std::string::npos) << outcome.err;
+        double sum = 0;
+        const Image picture = read_exr(file("a.exr")).image({"R", "G", "B"});
+        for (const float v : picture.pixels) sum += double(v);
+        return sum / double(picture.pixels.size());
+    };
+    EXPECT_EQ(mean({"--env", "none"}), 0);
+    const double studio = mean({"--env", "studio"});
+    EXPECT_GT(studio, 0.01);
+    EXPECT_LT(studio, 10);
+    EXPECT_NEAR(mean({"--env", "studio", "--env-intensity", "0.5"}), studio / 2, 1e-4 * studio);
+    EXPECT_NE(mean({"--env", "studio", "--env-rotation", "90"}), studio);
+    EXPECT_GT(mean({"--sky", "60,180"}), 100) << "nits";
+    const double sky = mean({"--env", "sky"});
+    test::write_text(file("settings.json"), R"({"halflight_settings": 1, "environment": {"preset": "sky"}})");
+    EXPECT_EQ(mean({"--settings", file("settings.json")}), sky);
+    EXPECT_EQ(mean({"--settings", file("settings.json"), "--env", "none"}), 0) << "options come first";
+    EXPECT_NEAR(mean({"--settings", file("settings.json"), "--env-intensity", "2"}), 2 * sky, 1e-3 * sky);
 }
 
 TEST_F(Output, DebugLayersOnlyIfNamed) {

@@ -56,6 +56,15 @@ class Pictures(InFolder):
         path.write_text(json.dumps(triangle))
         self.assertEqual(hl.load(path, variant="red").variants, ["red"])
 
+    def test_environments_have_names(self):
+        lit = hl.render(hl.load(CORNELL, environment="white"), layers=[], **SMALL)["beauty"].mean()
+        self.assertGreater(lit, hl.render(hl.load(CORNELL, environment=None), layers=[], **SMALL)["beauty"].mean())
+        self.assertGreater(hl.render(hl.load(CORNELL, sky="60,180"), layers=[], **SMALL)["beauty"].mean(), 100)
+        with self.assertRaisesRegex(hl.Error, "environment: expects #rgb or #rrggbb, not '#1'"):
+            hl.load(CORNELL, environment="#1")
+        with self.assertRaisesRegex(hl.Error, "sky: cannot be given together with environment"):
+            hl.load(CORNELL, environment="white", sky="60,180")
+
     def test_memory_is_limited(self):
         scene = hl.load(CORNELL)
         self.addCleanup(hl.limit_memory, "1024GiB")

@@ -102,20 +102,31 @@ void add_camera_options(Options& options, ViewArguments& a) {
                   [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
 }
 
-void add_environment_option(Options& options, EnvironmentChoice& environment) {
-    options.value("--env", "FILE|R,G,B", "environment: an equirectangular .exr or .hdr, or a constant radiance",
+void add_environment_options(Options& options, SceneChoice& choice) {
+    options.value(
+        "--env", "FILE|COLOUR|NAME|none",
+        "environment: an equirectangular .exr or .hdr; a constant radiance as R,G,B, #rrggbb or white; studio, "
+        "sky or overcast; none. By default a scene gets a neutral sky if its own light reaches little of what "
+        "its cameras see",
+        [&](const auto& name, const auto& text) { choice.environment = parsed(parse_environment, name, text); });
+    options.value(
+        "--sky", "ELEVATION,AZIMUTH[,TURBIDITY]",
+        "clear sky in nits with its sun: degrees above the horizon, degrees clockwise from north (-Z), haze "
+        "from 2 to 10 (default 3)",
+        [&](const auto& name, const auto& text) { choice.environment = parsed(parse_clear_sky, name, text); });
+    options.value("--env-rotation", "DEGREES", "turns the environment to the right, seen from inside (default 0)",
                   [&](const auto& name, const auto& text) {
-                      if (text.empty()) throw UsageError(name, "expects the name of a file or R,G,B");
-                      const auto color = triple(text);
-                      if (!color && text.find_first_not_of("0123456789+-.,eE ") == std::string::npos)
-                          throw UsageError(name, "expects the name of a file or R,G,B, not '{}'", text);
-                      if (color && glm::any(glm::lessThan(*color, dvec3(0))))
-                          throw UsageError(name, "expects no negative radiance, not '{}'", text);
-                      if (color)
-                          environment = vec3(*color);
-                      else
-                          environment = std::filesystem::path(text);
+                      choice.edits.environment_rotation = real(name, text, kEditRotation.lower, kEditRotation.upper);
                   });
+    options.value("--env-intensity", "FACTOR", "factor of the environment's radiance (default 1)",
+                  [&](const auto& name, const auto& text) {
+                      choice.edits.environment_intensity =
+                          static_cast<float>(real(name, text, kEditFactor.lower, kEditFactor.upper));
+                  });
+}
+
+void check_environment_options(const CLI::App& app) {
+    exclude(app, "--sky", "--env");
 }
 
 void add_variant_option(Options& options, std::string& variant) {

@@ -34,6 +34,17 @@ inline double real(const std::string& option, const std::string& text, double lo
     return number<double>(option, text, lower, upper, "a number");
 }
 
+/// Calls f(option, text) and turns its Error into a UsageError.
+template <class F>
+auto parsed(F f, const std::string& option, const std::string& text) {
+    try {
+        return f(option, text);
+    } catch (const Error& error) {
+        const std::string what = error.what();
+        throw UsageError(option, "{}", what.substr(option.size() + 2));
+    }
+}
+
 /// Parses the value of an option. Throws UsageError where it is malformed.
 Estimator estimator(const std::string& option, const std::string& list);
 Preview preview(const std::string& option, const std::string& list);
@@ -68,7 +79,10 @@ class Options {
 };
 
 void add_camera_options(Options& options, ViewArguments& arguments);
-void add_environment_option(Options& options, EnvironmentChoice& environment);
+/// Declares --env, --sky, --env-rotation and --env-intensity.
+void add_environment_options(Options& options, SceneChoice& choice);
+/// Throws UsageError for environment options that contradict each other.
+void check_environment_options(const CLI::App& app);
 /// Declares --variant.
 void add_variant_option(Options& options, std::string& variant);
 /// Declares --ocio and the settings of the view transform.

@@ -50,7 +50,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.setting(setting("frame"), a.settings);
     options.group("Light");
     options.settings(a.settings, &Setting::saved);
-    add_environment_option(options, a.environment);
+    add_environment_options(options, a);
     add_variant_option(options, a.variant);
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
@@ -64,6 +64,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
 void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_leftovers(app, "halflight view");
     check_camera_options(app, a);
+    check_environment_options(app);
     use_settings(app, a);
     check_preview_options(app, a);
 }

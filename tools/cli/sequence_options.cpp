@@ -9,17 +9,6 @@
 namespace halflight {
 namespace {
 
-/// Calls f(option, text) and turns its Error into a UsageError.
-template <class F>
-auto parsed(F f, const std::string& option, const std::string& text) {
-    try {
-        return f(option, text);
-    } catch (const Error& error) {
-        const std::string what = error.what();
-        throw UsageError(option, "{}", what.substr(option.size() + 2));
-    }
-}
-
 void check_shutter(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--shutter-times") > 0 && a.shutter.open == 0) throw UsageError("--shutter-times", "needs --shutter");
     if (a.shutter.open == 0) return;

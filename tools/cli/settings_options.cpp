@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "api/halflight/settings_file.h"
 #include "tools/cli/options.h"
@@ -24,8 +25,9 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},  {"samples", "--time"},
-                                   {"samples", "--error"}, {"preview", "--error"}, {"preview", "--shutter"}};
+constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},           {"samples", "--time"},
+                                   {"samples", "--error"}, {"preview", "--error"},          {"preview", "--shutter"},
+                                   {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}};
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>
@@ -45,8 +47,10 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     }
     if (s.size) take_size(*s.size, given, a);
     if (!given("--variant")) a.variant = s.variant;
-    if (!given("--env")) a.environment = s.environment;
-    a.edits = s.edits;
+    if (!given("--env") && !given("--sky")) a.environment = s.environment;
+    const SceneEdits of_options = std::exchange(a.edits, s.edits);
+    if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;
+    if (given("--env-intensity")) a.edits.environment_intensity = of_options.environment_intensity;
     a.edits_source = file.string();
     if (s.moment) {
         if (!given("--animation")) a.animation = s.moment->animation;

@@ -30,7 +30,7 @@ void add_picture_options(Options& options, RenderArguments& a) {
 void add_light_options(Options& options, ViewArguments& a) {
     options.group("Light");
     options.settings(a.settings);
-    add_environment_option(options, a.environment);
+    add_environment_options(options, a);
     add_variant_option(options, a.variant);
 }
 
@@ -102,7 +102,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_preview_options(app, a);
     exclude(app, "--denoise", "--preview");
     exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
-    check_files(a);  // includes the files that settings name
+    check_files(a);                          // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");
     if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
@@ -112,18 +112,20 @@ void check(const RenderArguments& a, const CLI::App& app) {
     if (const std::string problem = kept_problem(a.settings.kept); !problem.empty())
         throw UsageError("--keep", problem);
     check_camera_options(app, a);
+    check_environment_options(app);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     for (const char* option : {"--aov", "--half", "--working-space"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
     const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
-    for (const char* option : {"--display", "--view", "--look", "--exposure"})
+    for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed", "--fstop"})
         if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
 }
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
-    std::vector<std::string> names = {"--settings", "--camera",  "--look-from", "--look-at", "--up",
-                                      "--vfov",     "--shutter", "--env",       "--variant", "--png"};
+    std::vector<std::string> names = {"--settings",      "--camera",  "--look-from", "--look-at", "--up",
+                                      "--vfov",          "--shutter", "--env",       "--sky",     "--env-rotation",
+                                      "--env-intensity", "--variant", "--png"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;
@@ -148,6 +150,7 @@ void check(const InfoArguments& a, const CLI::App& app) {
     for (const std::string& option : memory_options())
         if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
     check_camera_options(app, a.picture);
+    check_environment_options(app);
     exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");

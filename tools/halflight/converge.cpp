@@ -88,6 +88,7 @@ void run_converge(const ConvergeArguments& a) {
     Scene scene = SceneFile(a.scene, gltf_options(a), 0, false).gltf().at_rest();
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
     set_environment(scene, a.environment, console);
+    apply(a.edits, scene);
     const auto [camera, index, origin] = choose_camera(scene, a);
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     Subject subject{.program = "halflight " HALFLIGHT_VERSION,

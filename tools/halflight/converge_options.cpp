@@ -158,7 +158,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     for (const char* name : {"width", "height", "filter", "filter-radius"}) options.setting(setting(name), a.settings);
     options.group("Light");
     options.settings(a.settings);
-    add_environment_option(options, a.environment);
+    add_environment_options(options, a);
     add_variant_option(options, a.variant);
     add_device_options(options, a);
 }
@@ -184,6 +184,7 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
         throw UsageError("--require-agreement", "needs --external and at least two --seeds");
     exclude(app, "--samples", "--seconds");
     check_camera_options(app, a);
+    check_environment_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {
         exclude(app, "--reference-samples", "--reference");
         exclude(app, "--cache", "--reference");

@@ -62,6 +62,8 @@ void render_picture(const RenderArguments& a) {
         ProgressDisplay display(stderr, a.quiet, settings.time_limit);
         if (!renderer.find_estimator([](double) { return stop_signal() == 0; }))
             stop_point(a.outputs[0], "before rendering");
+        if (!renderer.find_exposure([](double) { return stop_signal() == 0; }))
+            stop_point(a.outputs[0], "before rendering");
         result = renderer.render([&](const RenderProgress& progress) {
             display.show(progress);
             samples_done = progress.samples_done;
@@ -86,6 +88,7 @@ void render_picture(const RenderArguments& a) {
                                          .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
                                      "\n");
     }
+    note_exposure(a.settings.view, settings.view, console);
     if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
     for (const auto& path : a.outputs)
         console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples, times.total);

@@ -150,7 +150,9 @@ void modes_panel(PreviewModes& modes) {
 
 void color_panel(Session& session, const ColorConfig& colors) {
     ViewTransform& t = session.transform;
-    slider("Exposure", "exposure", t.exposure, "%.2f stops", kClamp);
+    float stops = t.exposure.stops;
+    slider("Exposure", "exposure", stops, "%.2f stops", kClamp);
+    if (stops != t.exposure.stops) t.exposure = stops;
     std::string display = t.display.empty() ? colors.default_display() : t.display;
     if (choose("Display", display, colors.displays())) {
         t.display = display;

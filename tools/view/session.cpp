@@ -53,7 +53,7 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     Scene scene = t.file->at(0, images.images);
     const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
     if (chosen && o.reference)
-        scene.environment = o.reference->environment;  // avoids reading its file again
+        scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
     else if (chosen || !t.file->drives_light())
         set_environment(scene, o.arguments.environment, console);
     check_edits(o.arguments.edits, scene, o.arguments.edits_source);
@@ -76,6 +76,7 @@ void take_frame(Session::Opened& o, std::uint32_t frame) {
         if (t.file->surfaces_move()) {
             Scene scene = t.file->at(seconds, o.reference->images);
             scene.environment = o.reference->environment;
+            take_sun(scene, *o.reference);
             take_transforms(o.arguments, scene);
             o.scene = std::make_shared<const Scene>(std::move(scene));
         }

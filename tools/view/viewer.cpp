@@ -15,6 +15,7 @@
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "renderer/metering.h"
 #include "tools/cli/signals.h"
 #include "tools/view/clock.h"
 
@@ -99,6 +100,7 @@ void Viewer::update_picture() {
     if (!std::ranges::all_of(required_aovs(session_.layer_view), there)) return;
     if (newest != picture_) history_.add(*newest);
     picture_ = newest;
+    if (session_.transform.metered()) session_.transform.exposure = metered_exposure(picture_->result.beauty);
     layer_view_ = session_.layer_view;
     const DisplayImage shown = display_image(layer_view_, picture_->aovs, picture_->result);
     scale_ = shown.scale;

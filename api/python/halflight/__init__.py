@@ -91,10 +91,12 @@ def limit_memory(size):
     _native.limit_memory(str(size))
 
 
-def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None):
+def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None, sky=None):
     """Loads a glTF scene and returns it as a Scene.
 
-      environment    None, a constant radiance (r, g, b), or the path of an equirectangular .exr or .hdr
+      environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
+                     --env: "none", "white", "#8899cc", "studio", "sky", "overcast"
+      sky            "ELEVATION,AZIMUTH[,TURBIDITY]" of a clear sky, in place of an environment
       animation      name or number of the animation that plays, "all", or None: the scene at rest
       fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
       allow_outside  lets the scene name files outside its folder
@@ -105,7 +107,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
     """
     if environment is not None and not isinstance(environment, (str, _os.PathLike)):
         environment = tuple(map(float, environment))
-    return Scene(_call(_native.load, path=path, environment=environment,
+    return Scene(_call(_native.load, path=path, environment=environment, sky=sky,
                        animation=None if animation is None else str(animation),
                        fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
                        variant=variant, log=_log))

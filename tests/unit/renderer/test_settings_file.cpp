@@ -49,7 +49,8 @@ TEST(SettingsFile, RoundTrips) {
     TemporaryFolder folder;
     SavedSettings s = all_kinds();
     for (const EnvironmentChoice& environment :
-         {EnvironmentChoice(), EnvironmentChoice(vec3(0.1f, 2, 3)), EnvironmentChoice(folder / "sky.hdr")}) {
+         {EnvironmentChoice(), EnvironmentChoice(vec3(0.1f, 2, 3)), EnvironmentChoice(folder / "sky.hdr"),
+          EnvironmentChoice(SkyPreset::studio), EnvironmentChoice(ClearSky{12.5, -100, 1.0 / 3 + 2})}) {
         s.environment = environment;
         write_settings(folder / "a.json", s);
         const SavedSettings r = read_settings(folder / "a.json");
@@ -142,7 +143,11 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 1], \"near\": 2, \"far\": 1}"),
               "camera: camera: far must be beyond near");
     EXPECT_EQ(with("\"environment\": {\"map\": \"a\", \"color\": [1, 1, 1]}"),
-              "environment: has both a map and a colour");
+              "environment: has both 'map' and 'color'");
+    EXPECT_EQ(with(R"("environment": {"preset": "night"})"), "environment.preset: is none of studio, sky, overcast");
+    EXPECT_EQ(with(R"("environment": {"sky": {"sun": 1}})"), "environment.sky: there is no setting 'sun'");
+    EXPECT_EQ(with(R"("environment": {"sky": {"turbidity": 1}})"),
+              "environment.sky.turbidity: is no number from 2 to 10");
     for (const char* none : {"", "\\u0000", "/\\u0000sky.hdr"})
         EXPECT_EQ(with(fmt::format("\"environment\": {{\"map\": \"{}\"}}", none)),
                   "environment.map: is no name of a file");

@@ -28,7 +28,7 @@ RenderSettings unusual() {
     s.aovs = {"albedo", "nodes"};
     s.half_color = true;
     s.bounces = 0;
-    s.view = {"a display", "a view", "a look, -another", -0.7f};
+    s.view = {"a display", "a view", "a look, -another", -0.7f, {200, {0.01f}, 2.8f}};
     s.culling = rays::Culling::raster;
     s.primary = PrimaryVisibility::traced;
     s.estimator = {.lights = LightChoice::tree, .sampler = SamplePoints::blue_noise};
@@ -67,7 +67,17 @@ TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
     EXPECT_EQ(problem("samples", "1.5"), "expects a whole number from 1 to 16777216, not '1.5'");
     EXPECT_EQ(problem("clamp", "0"), "");
     EXPECT_EQ(problem("clamp", "1e-9"), "expects 0 or a number from 1e-06 to 1e+30, not '1e-9'");
-    EXPECT_EQ(problem("exposure", "nan"), "expects a number from -64 to 64, not 'nan'");
+    EXPECT_EQ(problem("exposure", "nan"), "expects auto or a number from -64 to 64, not 'nan'");
+    EXPECT_EQ(problem("exposure", "-2.5"), "");
+    EXPECT_EQ(s.view.exposure, Exposure(-2.5f));
+    EXPECT_EQ(problem("exposure", "auto"), "");
+    EXPECT_TRUE(s.view.metered());
+    EXPECT_EQ(problem("shutter-speed", "1/250"), "");
+    EXPECT_EQ(s.view.camera.shutter_speed.seconds, 0.004f);
+    for (const char* text : {"1/0", "1/-5", "1/", "1/nan", "1/1e99"})
+        EXPECT_EQ(problem("shutter-speed", text),
+                  std::string("expects 0, a number from 1e-06 to 100000 or 1/N, not '") + text + "'");
+    EXPECT_EQ(problem("fstop", "0.01"), "expects 0 or a number from 0.1 to 1000, not '0.01'");
     EXPECT_EQ(problem("error", "0.5 mse"), "");
     EXPECT_EQ(problem("error", "0.5 psnr"), "expects one of relmse, mse, not 'psnr'");
     EXPECT_EQ(problem("filter", "blackman-harris"), "");

@@ -1,0 +1,32 @@
+// The decision whether a scene gets a neutral sky: what its own light, and what a sky, would show to its cameras.
+#pragma once
+
+#include <vector>
+
+#include "engine/rays/scene_probe.h"
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// Shares of the surface points that cameras see, [0,1], points that emit light themselves left out.
+struct LightShares {
+    double lit = 0;      // the scene's own light gives at least kNegligibleLight
+    double sky_lit = 0;  // it gives less, and a sky of radiance 1 would give at least kNegligibleLight
+};
+
+/// Irradiance over pi below which a surface counts as dark: a hundredth of what a whole sky of radiance 1 gives.
+inline constexpr double kNegligibleLight = 0.01;
+/// A neutral sky is added where a smaller share is lit, and the sky would light a share of at least kSkyShare.
+inline constexpr double kLitShare = 0.1;
+inline constexpr double kSkyShare = 0.25;
+
+/// Estimates the shares by paths on the CPU, a fixed number for each scene. Directional lights, points, spots, emissive
+/// triangles and their textures count; surfaces reflect half of the light.
+LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, const std::vector<Camera>& cameras);
+
+/// Returns whether a neutral sky is to be added: the scene has neither a light nor an environment, or its light is
+/// negligible for what its cameras see. A scene without cameras is judged by its default camera. Ignores all choices of
+/// the user, so that every camera and every frame of a scene has the same light.
+bool needs_sky(const Scene& scene);
+
+}  // namespace halflight

@@ -1,0 +1,29 @@
+// The choice of an environment, and its form as text.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <variant>
+
+#include "engine/scene/skies.h"
+
+namespace halflight {
+
+/// Requested environment: unspecified, a constant radiance (linear Rec.709), the file of a map (.exr, .hdr), a
+/// generated environment, or a clear sky in nits. If unspecified, a scene gets a neutral sky where its own light is
+/// negligible (docs/rendering.md).
+using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path, SkyPreset, ClearSky>;
+
+/// Parses a value of --env:
+///   - "none", or the name of a preset;
+///   - a colour: "R,G,B" is a linear radiance, "#rgb", "#rrggbb" and names such as "white" are sRGB-encoded;
+///   - the name of a file.
+/// Throws Error about `subject` for malformed colours and negative radiances.
+EnvironmentChoice parse_environment(const std::string& subject, const std::string& text);
+
+/// Parses "ELEVATION,AZIMUTH[,TURBIDITY]". Throws Error about `subject`.
+ClearSky parse_clear_sky(const std::string& subject, const std::string& text);
+/// Returns "ELEVATION,AZIMUTH,TURBIDITY", from which parse_clear_sky() restores the value exactly.
+std::string text(const ClearSky& sky);
+
+}  // namespace halflight

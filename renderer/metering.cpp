@@ -1,0 +1,73 @@
+#include "renderer/metering.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace halflight {
+
+float metered_exposure(const Image& picture) {
+    constexpr double kFrom = 0.2, kTo = 0.95;       // percentiles of the pixels that count
+    constexpr double kGrey = 0.18, kBrightest = 4;  // luminance of the mean, and of the upper percentile at most
+    constexpr double kCorner = 0.1;                 // weight of a corner; that of the centre is 1
+    struct Weighted {
+        double log_luminance;
+        double weight;
+    };
+    std::vector<Weighted> pixels;
+    double total = 0;
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x) {
+            const float* const p = picture.at(x, y);
+            const double value = double(luminance(vec3(p[0], p[1], p[2])));
+            if (!(value > 0) || !std::isfinite(value)) continue;
+            const double u = (2 * x + 1.0) / picture.width - 1, v = (2 * y + 1.0) / picture.height - 1;
+            const double weight = std::pow(kCorner, (u * u + v * v) / 2);
+            pixels.push_back({std::log2(value), weight});
+            total += weight;
+        }
+    if (pixels.empty()) return 0;
+    std::ranges::sort(pixels, {}, &Weighted::log_luminance);
+    double before = 0, sum = 0, weights = 0, bright = pixels.back().log_luminance;
+    for (const Weighted& pixel : pixels) {
+        // A pixel may lie across a percentile; the part within counts.
+        const double inside = std::clamp(before + pixel.weight, kFrom * total, kTo * total) -
+                              std::clamp(before, kFrom * total, kTo * total);
+        sum += inside * pixel.log_luminance;
+        weights += inside;
+        if (inside > 0) bright = pixel.log_luminance;
+        before += pixel.weight;
+    }
+    const double stops = std::min(std::log2(kGrey) - sum / weights, std::log2(kBrightest) - bright);
+    if (std::abs(stops) < double(kNearStops)) return 0;
+    constexpr double kMost = 64;  // range of the setting "exposure"
+    return static_cast<float>(std::round(100 * std::clamp(stops, -kMost, kMost)) / 100);
+}
+
+std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
+                                   const PilotProgress& progress) {
+    const double scale = std::min(1.0, std::sqrt(kMeterPixels / (double(settings.width) * double(settings.height))));
+    const auto scaled = [&](int size) { return std::max(static_cast<int>(std::lround(size * scale)), 1); };
+    RenderSettings s;
+    s.camera = settings.camera;
+    s.width = scaled(settings.width);
+    s.height = scaled(settings.height);
+    s.samples = kMeterSamples;
+    s.bounces = settings.bounces;
+    s.clamp = settings.clamp;
+    s.primary = settings.primary;
+    s.kept = settings.kept;
+    s.culling = rays::Culling::off;
+    s.pictures = 1;
+    s.frame = ~0u;  // frame number of no picture, so that no sample is shared
+    bool cancelled = false;
+    Renderer renderer(scene, colors, s);
+    const RenderResult result = renderer.render(s, [&](const RenderProgress& p) {
+        cancelled = progress && !progress(double(p.samples_done) / kMeterSamples);
+        return !cancelled;
+    });
+    if (cancelled) return std::nullopt;
+    return metered_exposure(result.beauty);
+}
+
+}  // namespace halflight

@@ -1,0 +1,30 @@
+// Metering: the exposure of display images, from a small picture of the scene that is made before the first one.
+#pragma once
+
+#include <optional>
+
+#include "engine/color/color.h"
+#include "engine/device/prepared_scene.h"
+#include "renderer/pilot.h"
+#include "renderer/render.h"
+
+namespace halflight {
+
+inline constexpr float kNearStops = 3;  ///< pictures whose exposure would be smaller are not changed
+
+/// Returns the exposure of a linear picture in stops, a multiple of 0.01: 0 where the picture is black, or where the
+/// exposure would be below kNearStops either way.
+///
+/// The logarithm of the luminance is averaged over the pixels between the 20th and the 95th percentile, black pixels
+/// left out. Pixels at the centre weigh ten times as much as those in the corners. The mean becomes 0.18, the
+/// reflectance of a grey card, unless the 95th percentile would become more than 4.
+float metered_exposure(const Image& picture);
+
+/// Returns the exposure of the settings' camera in the current pose of the scene, by a picture of about kMeterPixels
+/// pixels and kMeterSamples samples. Returns none where `progress` has cancelled. Throws Error as Renderer does.
+std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
+                                   const PilotProgress& progress = {});
+inline constexpr double kMeterPixels = 64 * 36;
+inline constexpr int kMeterSamples = 4;
+
+}  // namespace halflight

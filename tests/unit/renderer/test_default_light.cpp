@@ -1,0 +1,207 @@
+// Tests the decision to add a neutral sky, and the texts that name environments.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "api/default_light.h"
+#include "api/halflight/environment_choice.h"
+#include "api/halflight/loaded_scene.h"
+#include "tests/support/error_message.h"
+#include "tests/support/scenes.h"
+
+namespace halflight {
+namespace {
+
+using namespace test;
+
+/// Returns a grey box of 1 m, a helmet without a head.
+Scene helmet() {
+    Scene scene;
+    add_box(scene, add_material(scene, diffuse_material(vec3(0.5f))), vec3(-0.5f), vec3(0.5f));
+    return scene;
+}
+
+/// Adds a square of side `side` on the front of the box.
+void add_led(Scene& scene, float side, const vec3& radiance) {
+    add_quad(scene, add_material(scene, light_material(radiance)), {-side / 2, -side / 2, 0.51f}, {side, 0, 0},
+             {0, side, 0});
+}
+
+PunctualLight& add_light(Scene& scene, LightType type, float intensity, const dvec3& position) {
+    PunctualLight& light = scene.lights.emplace_back();
+    light.type = type;
+    light.intensity = vec3(intensity);
+    light.position = position;
+    light.direction = vec3(0, -1, 0);
+    return light;
+}
+
+/// Returns a closed room of 4 m with a camera inside.
+Scene closed_room() {
+    Scene scene;
+    add_box(scene, add_material(scene, diffuse_material(vec3(0.5f))), vec3(-2), vec3(2));
+    scene.cameras.push_back(look_at_camera({0, 0, 1.9}, {0, 0, 0}, {0, 1, 0}, 1));
+    return scene;
+}
+
+TEST(NeutralSky, AddedWhereThereIsNoLight) {
+    EXPECT_TRUE(needs_sky(helmet()));
+    Scene scene = helmet();
+    scene.environment.color = vec3(1e-6f);
+    EXPECT_FALSE(needs_sky(scene)) << "an environment of the file stays, however dim";
+}
+
+TEST(NeutralSky, AddedToSmallEmissiveDetails) {
+    Scene scene = helmet();
+    add_led(scene, 0.05f, vec3(1));
+    EXPECT_TRUE(needs_sky(scene));
+    add_led(scene, 0.05f, vec3(100));
+    EXPECT_TRUE(needs_sky(scene)) << "it faces away from everything";
+}
+
+TEST(NeutralSky, AddedWhereTextureBlackensTheEmission) {
+    Scene scene = helmet();
+    scene.images.push_back({"black", 1, 1, {0, 0, 0, 255}});
+    scene.materials[0].emission = vec3(1);
+    EXPECT_FALSE(needs_sky(scene)) << "all of it emits, and a sky adds nothing that has to be seen";
+    scene.materials[0].emission_texture.image = 0;
+    EXPECT_TRUE(needs_sky(scene));
+}
+
+TEST(NeutralSky, AddedToLampsFarAway) {
+    Scene scene = helmet();
+    add_light(scene, LightType::point, 60, {0, 300, 300});
+    EXPECT_TRUE(needs_sky(scene));
+    scene.lights[0].position = {0, 3, 3};
+    EXPECT_FALSE(needs_sky(scene));
+}
+
+TEST(NeutralSky, AddedToLampsThatAreShut) {
+    Scene scene = helmet();
+    const int shade = add_material(scene, diffuse_material(vec3(0.5f)));
+    add_light(scene, LightType::point, 1e4f, {0, 3, 3});
+    add_box(scene, shade, {-0.2f, 2.8f, 2.8f}, {0.2f, 3.2f, 3.2f});
+    EXPECT_TRUE(needs_sky(scene));
+    scene.materials[static_cast<std::size_t>(shade)].transmission = 1;
+    EXPECT_FALSE(needs_sky(scene)) << "light passes a shade of glass";
+    scene.materials[static_cast<std::size_t>(shade)].transmission = 0;
+    scene.materials[static_cast<std::size_t>(shade)].alpha_mode = AlphaMode::blend;
+    scene.materials[static_cast<std::size_t>(shade)].base_color.a = 0.1f;
+    EXPECT_FALSE(needs_sky(scene)) << "light passes a thin shade";
+}
+
+TEST(NeutralSky, NotAddedToRoomsWithALamp) {
+    for (const float candela : {100.0f, 1.0f, 1e-3f}) {
+        Scene scene = closed_room();
+        add_light(scene, LightType::point, candela, {0, 1, 0});
+        EXPECT_FALSE(needs_sky(scene)) << candela << " cd: no sky can enter";
+    }
+    EXPECT_FALSE(needs_sky(cornell_box()));
+}
+
+TEST(NeutralSky, NotAddedUnderASunOrASpot) {
+    Scene scene = helmet();
+    add_light(scene, LightType::directional, 2000, {});
+    EXPECT_FALSE(needs_sky(scene));
+    scene = helmet();
+    add_quad(scene, 0, {-10, -0.5f, 10}, {20, 0, 0}, {0, 0, -20});
+    add_light(scene, LightType::spot, 500, {0, 6, 2}).outer_cone = 0.8f;
+    scene.cameras.push_back(look_at_camera({3, 3, 6}, {0, 0, 0}, {0, 1, 0}, 1));
+    EXPECT_FALSE(needs_sky(scene)) << "a stage: most of the floor is dark";
+}
+
+TEST(NeutralSky, DoesNotDependOnNamesAndOrder) {
+    Scene scene = helmet();
+    add_light(scene, LightType::point, 0.12f, {0, 2, 2});
+    const rays::SceneProbe probe(scene);
+    const std::vector<Camera> cameras = {framing_camera(scene)};
+    const LightShares once = light_shares(scene, probe, cameras), again = light_shares(scene, probe, cameras);
+    EXPECT_EQ(once.lit, again.lit);
+    EXPECT_EQ(once.sky_lit, again.sky_lit);
+}
+
+TEST(NeutralSky, FarFromTheOriginAndTiny) {
+    for (const double scale : {1e-6, 1.0, 1e6}) {
+        Scene scene = helmet();
+        add_led(scene, 0.05f, vec3(1));
+        for (Instance& instance : scene.instances) {
+            instance.object_to_world = dmat4(scale);
+            instance.object_to_world[3] = dvec4(1e6 * scale, 0, -1e6 * scale, 1);
+        }
+        EXPECT_TRUE(needs_sky(scene)) << scale;
+    }
+}
+
+TEST(NeutralSky, EmptyAndFlatScenes) {
+    Scene scene;
+    EXPECT_TRUE(needs_sky(scene));
+    add_light(scene, LightType::point, 1, {});
+    EXPECT_FALSE(needs_sky(scene)) << "nothing is seen";
+    scene = helmet();
+    scene.instances[0].object_to_world = dmat4(0);
+    scene.instances[0].object_to_world[3].w = 1;
+    add_light(scene, LightType::point, 1, {});
+    EXPECT_NO_THROW(needs_sky(scene));
+}
+
+TEST(Environment, TheSunBelongsToTheSky) {
+    Scene scene = helmet();
+    add_light(scene, LightType::point, 1, {0, 2, 2});
+    set_environment(scene, ClearSky{.elevation = 30, .azimuth = 90}, {});
+    ASSERT_EQ(scene.lights.size(), 2U);
+    EXPECT_NEAR(scene.lights[1].direction.x, -std::sqrt(0.75), 1e-6) << "it shines from +X, the east";
+    EXPECT_NEAR(scene.lights[1].direction.y, -0.5, 1e-6);
+    const Scene lit = scene;
+    apply({.environment_rotation = 90, .environment_intensity = 0.5f}, scene);
+    EXPECT_NEAR(scene.lights[1].direction.z, -std::sqrt(0.75), 1e-6) << "turned to the right: from the south";
+    EXPECT_EQ(scene.lights[1].intensity, 0.5f * lit.lights[1].intensity);
+    EXPECT_EQ(scene.lights[0].intensity, lit.lights[0].intensity);
+    // The sun stays in the brightest place of the map.
+    const Image& map = scene.environment.map;
+    double most = 0;
+    dvec3 towards(0);
+    for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) {
+            if (double(map.at(x, y)[1]) <= most) continue;
+            most = double(map.at(x, y)[1]);
+            const double phi = 2 * kPi * ((x + 0.5) / map.width - 0.5), theta = kPi * (y + 0.5) / map.height;
+            towards = {std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)};
+        }
+    EXPECT_GT(-glm::dot(towards, dvec3(scene.lights[1].direction)), 0.999);
+    Scene again = lit;
+    set_environment(again, SkyPreset::overcast, {});
+    EXPECT_EQ(again.lights.size(), 1U) << "another environment takes the sun away";
+}
+
+TEST(Environment, Texts) {
+    const auto choice = [](const char* text) { return parse_environment("--env", text); };
+    EXPECT_EQ(choice("none"), EnvironmentChoice(vec3(0)));
+    EXPECT_EQ(choice("studio"), EnvironmentChoice(SkyPreset::studio));
+    EXPECT_EQ(choice("overcast"), EnvironmentChoice(SkyPreset::overcast));
+    EXPECT_EQ(choice("./studio"), EnvironmentChoice(std::filesystem::path("./studio")));
+    EXPECT_EQ(choice("white"), EnvironmentChoice(vec3(1)));
+    EXPECT_EQ(choice("#fff"), EnvironmentChoice(vec3(1)));
+    EXPECT_NEAR(std::get<vec3>(choice("#808080")).g, 0.2158605f, 1e-6) << "sRGB-encoded (IEC 61966-2-1)";
+    EXPECT_EQ(choice("#880000"), choice("#800"));
+    EXPECT_EQ(choice("0.1,2,3"), EnvironmentChoice(vec3(0.1f, 2, 3)));
+    EXPECT_EQ(choice("sky.hdr"), EnvironmentChoice(std::filesystem::path("sky.hdr")));
+    const auto message = [](const char* text) { return error_message([&] { parse_environment("--env", text); }); };
+    EXPECT_EQ(message(""), "--env: expects the name of a file, a colour or a preset");
+    EXPECT_EQ(message("#12345"), "--env: expects #rgb or #rrggbb, not '#12345'");
+    EXPECT_EQ(message("#ggg"), "--env: expects #rgb or #rrggbb, not '#ggg'");
+    EXPECT_EQ(message("1,2,1e99"), "--env: expects a radiance of at most 3e38, not '1,2,1e99'");
+    const ClearSky sky = parse_clear_sky("--sky", "12.5,-90,4");
+    EXPECT_EQ(sky, (ClearSky{12.5, -90, 4}));
+    EXPECT_EQ(parse_clear_sky("--sky", text(sky)), sky);
+    EXPECT_EQ(parse_clear_sky("--sky", "12.5,-90").turbidity, ClearSky().turbidity);
+    const auto refused = [](const char* text) { return error_message([&] { parse_clear_sky("--sky", text); }); };
+    for (const char* text : {"", "45", "45,0,3,1", "a,b", "45,0,", "nan,0"})
+        EXPECT_EQ(refused(text),
+                  std::string("--sky: expects ELEVATION,AZIMUTH or ELEVATION,AZIMUTH,TURBIDITY, not '") + text + "'");
+    EXPECT_EQ(refused("-1,0"), "--sky: expects an elevation from 0 to 90, not '-1,0'");
+    EXPECT_EQ(refused("1,1e9"), "--sky: expects an azimuth from -360 to 360, not '1,1e9'");
+    EXPECT_EQ(refused("1,0,1.9"), "--sky: expects a turbidity from 2 to 10, not '1,0,1.9'");
+}
+
+}  // namespace
+}  // namespace halflight
