@@ -138,6 +138,12 @@ double looseness_of(const std::vector<Space>& spaces) {
     return count == 0 ? 1.0 : sum / static_cast<double>(count);
 }
 
+std::array<uvec4, 2> head_texels(const Grid& grid, float slack) {
+    const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
+    return {uvec4(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(slack)),
+            uvec4(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u)};
+}
+
 Bounds box_of(const Bvh& bvh) {
     Bounds box;
     for (const BvhChild& child : bvh.nodes.front().children) box.add(child.bounds);
@@ -280,10 +286,8 @@ class Packer {
     }
 
     void pack_space(const Space& space, std::size_t stride) {
-        const Grid& grid = space.grid;
-        const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
-        packed_.nodes.emplace_back(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(space.slack));
-        packed_.nodes.emplace_back(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u);
+        const auto head = head_texels(space.grid, space.slack);
+        packed_.nodes.insert(packed_.nodes.end(), head.begin(), head.end());
         packed_.nodes.resize((space.head + 1) * stride);
         for (const Tree& tree : space.trees) {
             for (const BvhNode& node : tree.bvh->nodes) pack_node(node, space, tree, stride);
@@ -332,6 +336,11 @@ PackedScene packed(Packer packer, const Hierarchies& hierarchies) {
 }
 
 }  // namespace
+
+std::vector<uvec4> packed_head(const Bounds& block) {
+    const auto head = head_texels(grid_over(block), static_cast<float>(kSlack));
+    return {head.begin(), head.end()};
+}
 
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies) {
     return packed(Packer(tables, hierarchies.parts(), hierarchies.trees()), hierarchies);

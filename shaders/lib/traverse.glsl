@@ -8,7 +8,7 @@
 // triangle) wins ties.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
-// HALFLIGHT_COUNT (nodes visited). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance
+// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance
 // BLOCK_ROOT.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/block_ray.glsl"
@@ -133,6 +133,23 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
 uint nodes_visited = 0u;  // inner nodes, with four boxes each
 #endif
 
+#ifdef HALFLIGHT_NODES_PAGE
+// A leaf without pairs stands for a subtree whose page is missing: its index is the subtree's root plus 1
+// (engine/paging/page_pool.h). Of the missing roots that a traversal meets, the one entered first is kept.
+uniform uvec2 awaited_roots;  // first root that rays wait for, and the end of these roots
+uint missing_root = kMiss;
+int missing_near = kBvhFar;  // entry of the ray; 0 for any_hit
+
+void note_missing(uint node, int near) {
+    uint root = (node & kBvhIndexMask) - 1u;
+    bool missing = is_leaf(node) && places_in(node) == 0 && root >= awaited_roots.x && root < awaited_roots.y;
+    if (missing && near < missing_near) {
+        missing_root = root;
+        missing_near = near;
+    }
+}
+#endif
+
 const Hit kNoHit = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
 
 // Returns the nearest hit among the subtrees of the lowest `entries` of the stack, and `known`, an earlier hit or
@@ -193,6 +210,9 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             } while (is_inner_node(node));
 
+#ifdef HALFLIGHT_NODES_PAGE
+            note_missing(node, any_hit ? 0 : near);
+#endif
             int place = first_place(node);
             int end = place + places_in(node);
 #ifdef HALFLIGHT_ALPHA
