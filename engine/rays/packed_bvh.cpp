@@ -9,6 +9,7 @@
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
+#include "engine/rays/pair_texels.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::rays {
@@ -213,9 +214,11 @@ class Packer {
         index_word(slot + tree.bvh.primitives.size(), "pairs of triangles");
         const std::vector<std::uint32_t> triangles = triangles_of(parts_[index]);
         for (const std::uint32_t primitive : tree.bvh.primitives) {
-            const Ring& ring = tree.rings[primitive];
-            for (int a = 0; a < 3; ++a) packed_.pairs.emplace_back(ring[0][a], ring[1][a], ring[2][a], ring[3][a]);
-            packed_.pairs.push_back(ids_of(tree.pairs[primitive], triangles));
+            const auto texels = pair_texels(tree.rings[primitive], tree.pairs[primitive], [&](std::uint32_t i) {
+                const bool alpha = (tables_.triangles[triangles[i]].w & kTriangleAlpha) != 0;
+                return triangles[i] | (alpha ? shared::kBvhAlphaTested : 0u);
+            });
+            packed_.pairs.insert(packed_.pairs.end(), texels.begin(), texels.end());
         }
         PartTree* const spent = spent_ ? &(*spent_)[index] : nullptr;
         if (spent) {
@@ -224,21 +227,6 @@ class Packer {
             release(spent->bvh.primitives);
         }
         return {&tree.bvh, Tree::Leaves::pairs, 0, static_cast<std::uint32_t>(slot), spent};
-    }
-
-    vec4 ids_of(const TrianglePair& pair, const std::vector<std::uint32_t>& triangles) const {
-        uvec3 words(kBvhTag);
-        for (int which = 0; which < 2; ++which) {
-            const std::uint32_t triangle = triangles[pair.triangles[static_cast<std::size_t>(which)]];
-            const bool alpha = (tables_.triangles[triangle].w & kTriangleAlpha) != 0;
-            words[which] |= (alpha ? shared::kBvhAlphaTested : 0u) | triangle;
-            const auto corners = corners_in_pair(pair, which);
-            const auto place_of = [&](std::uint8_t corner) {
-                return static_cast<std::uint32_t>(std::ranges::find(corners, corner) - corners.begin());
-            };
-            words.z |= (place_of(1) | place_of(2) << 2) << (which * shared::kBvhOrderShift);
-        }
-        return {std::bit_cast<float>(words.x), std::bit_cast<float>(words.y), std::bit_cast<float>(words.z), 0};
     }
 
     /// Adds a root without children, for a scene without triangles.
