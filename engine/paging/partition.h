@@ -24,6 +24,7 @@ class CentroidSample {
     bool takes(std::uint64_t key) const { return mixed(key) <= threshold_; }
     /// Adds a triangle for which takes() is true. A sample that grows too large drops half of its triangles.
     void add(std::uint64_t key, const dvec3& centroid);
+    std::size_t size() const { return entries_.size(); }
     /// Returns the centroids relative to an origin.
     std::vector<vec3> centroids(const dvec3& origin) const;
 
