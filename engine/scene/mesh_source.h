@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "engine/scene/scene.h"
 
@@ -16,6 +19,24 @@ class MeshSource {
     /// Reads a mesh, which meets the requirements of scene.h. The same mesh can be read again. Throws Error that names
     /// file and element.
     virtual Mesh read(std::size_t mesh) = 0;
+};
+
+/// Several scenes as one. Meshes, instances, materials, images, lights and cameras follow each other in the order of
+/// the parts. The environment is the first one that is not black.
+class JoinedScenes final : public MeshSource {
+  public:
+    JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts);
+    const Scene& scene() const override { return scene_; }
+    Mesh read(std::size_t mesh) override;
+
+  private:
+    struct Part {
+        std::unique_ptr<MeshSource> source;
+        std::size_t first_mesh = 0;
+        std::size_t first_material = 0;
+    };
+    std::vector<Part> parts_;
+    Scene scene_;
 };
 
 }  // namespace halflight
