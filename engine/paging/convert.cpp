@@ -21,10 +21,11 @@
 namespace halflight::paging {
 namespace {
 
-// Working memory per triangle of a bucket: its records, pairs, hierarchy and pages, and their copies (measured).
+// Working memory per triangle of a bucket, an upper estimate: its records, pairs, hierarchy and pages, and their
+// copies.
 constexpr std::size_t kBuildBytes = 420;
 // Shares of the three steps in the time (measured on a city).
-constexpr double kSurveyShare = 0.2, kRowShare = 0.4, kPageShare = 0.4;
+constexpr double kSurveyShare = 0.12, kRowShare = 0.34, kPageShare = 0.54;
 
 std::size_t threads() {
     return static_cast<std::size_t>(std::max(tbb::info::default_concurrency(), 1));
@@ -151,7 +152,6 @@ class Converter {
     }
 
     PageFileSizes run() {
-        for (std::size_t i = 0; i < scene_.meshes.size(); ++i) refuse(scene_.meshes[i].deforms, "deforms");
         for (const Instance& instance : scene_.instances) refuse(instance.moves, "moves");
         survey();
         PageFileSizes sizes;
@@ -193,6 +193,7 @@ class Converter {
         std::size_t triangles = 0, vertices = 0;
         for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
             const Mesh mesh = source_.read(m);
+            refuse(mesh.deforms, "deforms");
             facts_[m] = {extent_of(mesh), mesh.positions.size(), TriangleWords::lowest_vertex_alpha(mesh), meshes};
             if (mesh.triangles.empty()) continue;
             ++meshes;

@@ -7,6 +7,17 @@
 
 namespace halflight {
 
+void add_report(SceneReport& to, const SceneReport& more) {
+    to.warnings.insert(to.warnings.end(), more.warnings.begin(), more.warnings.end());
+    to.non_finite_triangles_dropped += more.non_finite_triangles_dropped;
+    to.degenerate_triangles_dropped += more.degenerate_triangles_dropped;
+    to.normals_generated += more.normals_generated;
+    to.tangents_generated += more.tangents_generated;
+    to.point_primitives_skipped += more.point_primitives_skipped;
+    to.line_primitives_skipped += more.line_primitives_skipped;
+    to.environment_texels_repaired += more.environment_texels_repaired;
+}
+
 JoinedScenes::JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts) {
     scene_.name = std::move(name);
     for (std::unique_ptr<MeshSource>& source : parts) {
@@ -29,6 +40,7 @@ JoinedScenes::JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSou
         if (scene_.environment.black()) scene_.environment = part.environment;
         parts_.push_back({std::move(source), static_cast<std::size_t>(meshes), materials});
     }
+    update_report();
 }
 
 Mesh JoinedScenes::read(std::size_t mesh) {
@@ -37,7 +49,13 @@ Mesh JoinedScenes::read(std::size_t mesh) {
     Mesh result = part.source->read(mesh - part.first_mesh);
     for (std::uint32_t& material : result.triangle_material)
         material += static_cast<std::uint32_t>(part.first_material);
+    update_report();
     return result;
+}
+
+void JoinedScenes::update_report() {
+    scene_.report = {};
+    for (const Part& part : parts_) add_report(scene_.report, part.source->scene().report);
 }
 
 }  // namespace halflight

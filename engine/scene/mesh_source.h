@@ -21,8 +21,11 @@ class MeshSource {
     virtual Mesh read(std::size_t mesh) = 0;
 };
 
+/// Adds the numbers and warnings of another report.
+void add_report(SceneReport& to, const SceneReport& more);
+
 /// Several scenes as one. Meshes, instances, materials, images, lights and cameras follow each other in the order of
-/// the parts. The environment is the first one that is not black.
+/// the parts. The environment is the first one that is not black. The report is that of all parts.
 class JoinedScenes final : public MeshSource {
   public:
     JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts);
@@ -30,6 +33,8 @@ class JoinedScenes final : public MeshSource {
     Mesh read(std::size_t mesh) override;
 
   private:
+    void update_report();
+
     struct Part {
         std::unique_ptr<MeshSource> source;
         std::size_t first_mesh = 0;

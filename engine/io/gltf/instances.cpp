@@ -5,18 +5,10 @@
 
 #include "engine/io/gltf/accessor.h"
 #include "engine/io/gltf/value.h"
+#include "engine/scene/mesh_source.h"
 
 namespace halflight {
 namespace {
-
-void add_report(SceneReport& to, const SceneReport& of_mesh) {
-    to.non_finite_triangles_dropped += of_mesh.non_finite_triangles_dropped;
-    to.degenerate_triangles_dropped += of_mesh.degenerate_triangles_dropped;
-    to.normals_generated += of_mesh.normals_generated;
-    to.tangents_generated += of_mesh.tangents_generated;
-    to.point_primitives_skipped += of_mesh.point_primitives_skipped;
-    to.line_primitives_skipped += of_mesh.line_primitives_skipped;
-}
 
 /// A requested mesh.
 struct MeshRequest {

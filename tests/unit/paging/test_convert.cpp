@@ -6,13 +6,18 @@
 #include <tbb/global_control.h>
 
 #include <bit>
+#include <cmath>
 #include <csignal>
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
+#include <iterator>
+#include <limits>
 #include <set>
 
 #include "api/halflight/pack.h"
 #include "engine/io/gltf/parts.h"
+#include "engine/io/png.h"
+#include "engine/scene/material_properties.h"
 #include "engine/tables/shading_tables.h"
 #include "shaders/shared/bvh.h"
 #include "tests/support/process.h"
@@ -128,58 +133,11 @@ TEST_F(Convert, RowsOfCitiesEqualThoseInMemory) {
     }
 }
 
-TEST_F(Convert, ScenesInSeveralFilesAreJoined) {
-    const std::filesystem::path one = generated("one.glb", {"--triangles", "60000", "--flatten"});
-    generated("city.glb", {"--triangles", "60000", "--flatten", "--parts", "--part-size", "1"});
-    const std::filesystem::path list = folder / "city.parts.json";
-    ASSERT_GE(scene_parts(list).size(), 2u);
-    const PageFile whole = converted(one);
-    convert(*open_parts(list), folder / "parts.pages", {.bucket_triangles = 1000, .progress = {}});
-    const PageFile parts(folder / "parts.pages");
-    ASSERT_EQ(parts.index().triangles, whole.index().triangles);
-    EXPECT_EQ(parts.index().vertices, whole.index().vertices);
-    // Each file has its materials, and the land is in the first part.
-    std::multiset<std::array<float, 9>> corners[2];
-    for (int i = 0; i < 2; ++i) {
-        TriangleRows rows;
-        const PageFile& file = i == 0 ? whole : parts;
-        file.read_rows(test::all_triangles(file.index().triangles), rows);
-        for (std::size_t t = 0; t < rows.triangles.size(); ++t) {
-            std::array<float, 9> key;
-            for (std::size_t k = 0; k < 9; ++k)
-                key[k] = static_cast<float>(double(rows.positions[3 * t + k / 3][static_cast<int>(k % 3)]) +
-                                            file.index().origin[static_cast<int>(k % 3)]);
-            corners[i].insert(key);
-        }
-    }
-    EXPECT_EQ(corners[0], corners[1]);
-
-    const auto message = [&](const std::string& list_text) {
-        write_file(folder / "bad.parts.json", list_text);
-        const std::string text = error_message([&] { open_parts(folder / "bad.parts.json"); });
-        EXPECT_EQ(text.find('\n'), std::string::npos) << text;
-        return text.substr(text.find(": ") + 2);
-    };
-    EXPECT_EQ(message("{}"), "has no list of parts");
-    EXPECT_EQ(message(R"({"parts": []})"), "has no list of parts");
-    EXPECT_EQ(message(R"({"parts": [{}]})"), "parts[0]: has no uri");
-    EXPECT_EQ(message(R"({"parts": [{"uri": "data:,"}]})"), "parts[0]: its uri is no file");
-    EXPECT_NE(
-        message(R"({"parts": [{"uri": "city.000.glb"}, {"uri": "../x.glb"}]})").find("is outside the scene's folder"),
-        std::string::npos);
-    EXPECT_NE(message(R"({"parts": [{"uri": "none.glb"}]})").find("No such file"), std::string::npos);
-    EXPECT_NE(message("[1,").find("parse error"), std::string::npos);
-}
-
 /// Adds a mesh of two primitives, which loading joins and repairs: textures with alpha, colours, a normal map, a
 /// degenerate triangle, no material.
-void add_details(GltfBuilder& b) {
-    // A PNG of 2 x 2 pixels; its alpha is below 1.
-    const std::string image =
-        "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAFElEQVR4nGP4z8DwHwyBNBAw/"
-        "AcAR8oI+MnFq9kAAAAA"
-        "SUVORK5CYII=";
-    const int texture = b.push("textures", {{"source", b.push("images", {{"uri", image}})}});
+void add_details(GltfBuilder& b, const std::filesystem::path& folder) {
+    write_png(folder / "image.png", 2, 1, 4, {255, 255, 255, 255, 0, 9, 99, 100});
+    const int texture = b.push("textures", {{"source", b.push("images", {{"uri", "image.png"}})}});
     b.push("materials", {{"alphaMode", "MASK"},
                          {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}},
                          {"normalTexture", {{"index", texture}, {"texCoord", 1}}}});
@@ -198,9 +156,49 @@ void add_details(GltfBuilder& b) {
     b.json["meshes"].back()["primitives"].push_back({{"attributes", {{"POSITION", position}}}, {"mode", 5}});
 }
 
+TEST_F(Convert, ScenesInSeveralFilesAreJoined) {
+    GltfBuilder b;
+    add_details(b, folder.path);
+    write_file(folder / "a.glb", b.glb());
+    std::filesystem::copy_file(std::filesystem::path(HALFLIGHT_SOURCE_DIR) / "scenes/still-life.glb",
+                               folder / "b c.glb");
+    write_file(folder / "x.parts.json", R"({"parts": [{"uri": "a.glb"}, {"uri": "b%20c.glb"}]})");
+    Scene both = load_gltf(folder / "a.glb");
+    Scene second = load_gltf(folder / "b c.glb");
+    if (both.materials.size() == 2) both.materials.emplace_back();  // each part has a default material
+    const auto materials = static_cast<std::uint32_t>(both.materials.size());
+    const int meshes = static_cast<int>(both.meshes.size()), images = static_cast<int>(both.images.size());
+    for (Mesh& mesh : second.meshes)
+        for (std::uint32_t& material : mesh.triangle_material) material += materials;
+    for (Instance& instance : second.instances) instance.mesh += meshes;
+    for (Material& material : second.materials)
+        for (const MaterialTexture& texture : material_textures())
+            if (material.*texture.field) (material.*texture.field).image += images;
+    const auto append = [](auto& to, auto& from) { std::ranges::move(from, std::back_inserter(to)); };
+    append(both.meshes, second.meshes), append(both.instances, second.instances);
+    append(both.materials, second.materials), append(both.images, second.images);
+    expect_tables(converted(folder / "x.parts.json"), both);
+    EXPECT_EQ(open_parts(folder / "x.parts.json")->scene().cameras.size(), second.cameras.size());
+
+    const auto message = [&](const std::string& list_text) {
+        write_file(folder / "bad.parts.json", list_text);
+        const std::string text = error_message([&] { open_parts(folder / "bad.parts.json"); });
+        EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+        return text.substr(text.find(": ") + 2);
+    };
+    EXPECT_EQ(message("{}"), "has no list of parts");
+    EXPECT_EQ(message(R"({"parts": []})"), "has no list of parts");
+    EXPECT_EQ(message(R"({"parts": [{}]})"), "parts[0]: has no uri");
+    EXPECT_EQ(message(R"({"parts": [{"uri": "data:,"}]})"), "parts[0]: its uri is no file");
+    EXPECT_NE(message(R"({"parts": [{"uri": "a.glb"}, {"uri": "../x.glb"}]})").find("is outside the scene's folder"),
+              std::string::npos);
+    EXPECT_NE(message(R"({"parts": [{"uri": "none.glb"}]})").find("No such file"), std::string::npos);
+    EXPECT_NE(message("[1,").find("parse error"), std::string::npos);
+}
+
 TEST_F(Convert, DetailsAreThoseOfTheLoader) {
     GltfBuilder b;
-    add_details(b);
+    add_details(b, folder.path);
     b.add_triangle();
     b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 1, 1, 2, 2, 2})}});  // loading drops it
     b.push("nodes", {{"mesh", 0}, {"translation", {1e6, 5, 2}}, {"scale", {-1, 2, 3}}});
