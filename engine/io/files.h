@@ -20,8 +20,8 @@ namespace halflight {
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// Does what write_atomically() does, for files that take long to write. Their temporary has no name until it is
-/// complete, so a killed process leaves nothing. File systems without such files get an ordinary temporary.
+/// Writes a file as write_atomically() does. The temporary has no name until it is complete, so a killed process leaves
+/// nothing. File systems without such files get an ordinary temporary.
 void write_unnamed(const std::filesystem::path& path,
                    const std::function<void(const std::filesystem::path& temporary)>& write);
 

@@ -37,7 +37,7 @@ std::size_t bytes_of(const Mesh& mesh) {
            bytes(mesh.uvs[1]) + bytes(mesh.colors) + bytes(mesh.triangles) + bytes(mesh.triangle_material);
 }
 
-/// What the first step finds out about a mesh.
+/// Properties of a mesh that the first step finds.
 struct MeshFacts {
     MeshExtent extent;
     std::size_t vertices = 0;

@@ -17,7 +17,7 @@ namespace halflight {
 
 // --- Trace tables ----------------------------------------------------------------------------------------------------
 
-/// What the choice of the origin needs of a mesh.
+/// Size of a mesh, on which the choice of the origin depends.
 struct MeshExtent {
     Bounds box;                 // bounds of all vertices
     std::size_t triangles = 0;  // number of triangles; without any, the mesh does not count

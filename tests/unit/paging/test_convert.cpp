@@ -287,7 +287,7 @@ TEST_F(Convert, RefusalsAreOneLineAndLeaveNothing) {
     // A limit on file sizes makes a write fail in the middle, like a full disk.
     rlimit whole{};
     getrlimit(RLIMIT_FSIZE, &whole);
-    for (const rlim_t room : {rlim_t{10}, rlim_t{1000}, rlim_t{2000}}) {
+    for (const rlim_t room : {rlim_t{10}, rlim_t{1000}, rlim_t{1500}}) {
         const auto handler = std::signal(SIGXFSZ, SIG_IGN);
         const rlimit tight{room, whole.rlim_max};
         setrlimit(RLIMIT_FSIZE, &tight);

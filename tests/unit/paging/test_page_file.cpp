@@ -160,7 +160,7 @@ TEST_F(PageFiles, EveryFlippedBitIsDetectedOrHarmless) {
     const std::string whole = bytes_of(path());
     std::mt19937 random(7);
     int detected = 0;
-    constexpr int kRuns = 3000;
+    constexpr int kRuns = 1000;
     for (int run = 0; run < kRuns; ++run) {
         std::string bytes = whole;
         // The header and the index get half of the flips.
