@@ -206,7 +206,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     bool settings_page = false;
     CLI::App& info_app = *app.add_subcommand("info", "Lists the contents of a scene, or the devices");
     info_app.allow_extras();
-    info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
+    info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb, or a page file")->type_name("");
     info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
@@ -221,6 +221,19 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         "picture whose memory is estimated.");
     Options info_options(info_app);
     add_memory_options(info_options, info);
+
+    PackArguments pack;
+    CLI::App& pack_app = *app.add_subcommand("pack", "Converts a scene that is larger than memory to a page file");
+    pack_app.allow_extras();
+    pack_app.add_option("SCENE", pack.scene, "glTF 2.0 scene, .gltf or .glb, or a list of such files, NAME.parts.json")
+        ->type_name("")
+        ->required();
+    pack_app.add_option("OUTPUT", pack.output, "page file")->type_name("")->required();
+    Options pack_options(pack_app);
+    pack_options.group("Run");
+    pack_options.flag("--allow-outside", pack.allow_outside, "allows the scene to name files outside its folder");
+    add_memory_option(pack_options);
+    pack_options.flag("--quiet", pack.quiet, "prints errors only, neither progress nor notes");
 
     BenchArguments bench;
     CLI::App& bench_app = *app.add_subcommand("bench", "Measures rays per second of several tracers, interleaved");
@@ -242,6 +255,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         throw usage_error(error, render_app.parsed()     ? "halflight render"
                                  : preview_app.parsed()  ? "halflight view"
                                  : converge_app.parsed() ? "halflight converge"
+                                 : pack_app.parsed()     ? "halflight pack"
                                  : bench_app.parsed()    ? "halflight bench"
                                  : compare_app.parsed()  ? "halflight compare"
                                                          : "halflight info");
@@ -280,6 +294,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
         return info;
+    }
+    if (pack_app.parsed()) {
+        check_leftovers(pack_app, "halflight pack");
+        check_files({pack.scene}, {pack.output});
+        return pack;
     }
     if (bench_app.parsed()) {
         check_leftovers(bench_app, "halflight bench");
