@@ -20,14 +20,21 @@
 
 namespace halflight {
 
+namespace paging {
+class PageSource;
+}
+
 /// Requested environment: unspecified, a constant radiance (linear Rec.709), or the file of a map (.exr, .hdr). If
 /// unspecified, a scene without any light gets a neutral sky.
 using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
-    std::filesystem::path scene;   // file, .gltf or .glb
-    bool allow_outside = false;    // lets the scene name files outside its folder
+    std::filesystem::path scene;  // file, .gltf or .glb
+    bool allow_outside = false;   // lets the scene name files outside its folder
+    // Page file of the scene (pack_scene()), for scenes that are larger than memory: geometry is read from it. Empty:
+    // none.
+    std::filesystem::path pages{};
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     EnvironmentChoice environment{};
     SceneEdits edits{};
@@ -139,11 +146,14 @@ class LoadedScene {
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
     const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns the files, glTF first.
-    const SceneSize& size() const { return size_; }                             ///< Returns the size at 0 s.
+    /// Returns the page file; null where the geometry is in memory.
+    const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
+    const SceneSize& size() const { return size_; }  ///< Returns the size at 0 s.
 
   private:
     struct Unedited;
     void apply_edits();
+    void load_pages();
 
     SceneChoice choice_;
     CameraChoice camera_choice_;
@@ -151,6 +161,7 @@ class LoadedScene {
     FrameRate frame_rate_;
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
+    std::shared_ptr<const paging::PageSource> pages_;
     Scene scene_;
     SceneSize size_;
     MemoryLedger::Entry memory_;

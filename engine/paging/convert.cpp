@@ -75,6 +75,7 @@ struct Batch {
     std::vector<std::pair<std::uint32_t, BucketTriangle>> placed;  // triangles with their buckets
     Bounds bounds;
     bool slivers = false;
+    bool alpha = false;
 };
 constexpr std::size_t kBatchTriangles = std::size_t{16} * kTrianglesPerBlock;
 
@@ -212,6 +213,7 @@ class Converter {
         index_.origin = choose_origin(scene_.instances, extents);
         index_.triangles = static_cast<std::uint32_t>(triangles);
         index_.vertices = vertices;
+        index_.geometry = {used, attributes.colors, attributes.tangents};
         needs_ = layout_needs(scene_.materials, used, attributes);
         index_.vertex_texels = static_cast<std::uint32_t>(needs_.vertex_stride());
         uses_.assign(scene_.meshes.size(), 0);
@@ -335,6 +337,7 @@ class Converter {
                 const auto& [a, b, c] = triangle.corners;
                 batch.slivers = batch.slivers || is_sliver(a, b, c);
                 const bool alpha = (piece.mesh->words[piece.mesh->mesh->triangle_material[t]] & kTriangleAlpha) != 0;
+                batch.alpha = batch.alpha || alpha;
                 triangle.id = id++ | (alpha ? kBucketAlpha : 0);
                 batch.placed.emplace_back(tree.bucket_of((a + b + c) / 3.0f), triangle);
             }
@@ -361,6 +364,7 @@ class Converter {
             for (const auto& [bucket, triangle] : batch->placed) buckets.add(bucket, triangle);
             index_.bounds.add(batch->bounds);
             index_.slivers = index_.slivers || batch->slivers;
+            index_.alpha = index_.alpha || batch->alpha;
             done += batch->triangles;
             report(kSurveyShare, kRowShare, done, index_.triangles);
         });

@@ -256,6 +256,7 @@ struct StoredIndex {
 /// MeshRange without padding.
 using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
+constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8;
 
 static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 8);
 
@@ -273,7 +274,10 @@ std::string bytes_of(const StoredIndex& stored) {
     add(index.limits.pairs), add(index.limits.nodes);
     add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
-    add(std::uint32_t{index.slivers});
+    add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
+        (index.geometry.tangents ? kTangents : 0));
+    append_list(std::vector<std::uint8_t>(index.geometry.used_materials.begin(), index.geometry.used_materials.end()),
+                bytes);
     append_list(index.pages, bytes);
     append_list(index.roots, bytes);
     std::vector<RangeWords> ranges;
@@ -293,7 +297,10 @@ StoredIndex parse_index(Reader& reader) {
     read(index.limits.pairs), read(index.limits.nodes);
     read(index.origin), read(index.bounds);
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
-    index.slivers = reader.value<std::uint32_t>() != 0;
+    const auto flags = reader.value<std::uint32_t>();
+    index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;
+    const auto used = reader.list<std::uint8_t>();
+    index.geometry = {{used.begin(), used.end()}, (flags & kColors) != 0, (flags & kTangents) != 0};
     index.pages = reader.list<PageIndex::Size>();
     index.roots = reader.list<PageRoot>();
     for (const RangeWords& w : reader.list<RangeWords>()) {

@@ -130,7 +130,7 @@ class PageServer::Run {
         const std::uint32_t kept = 2;
         gpu::Buffer& paths = resources_.buffer(lists_.paths[kept]);
         glCopyNamedBufferSubData(resources_.buffer(lists_.paths[from]).id(), paths.id(), 0, 0,
-                                 static_cast<GLsizeiptr>(paths.bytes()));
+                                 static_cast<GLsizeiptr>(batch_.capacity * sizeof(std::uint32_t)));
         glCopyNamedBufferSubData(resources_.buffer(lists_.headers[from]).id(),
                                  resources_.buffer(lists_.headers[kept]).id(), 0, 0, sizeof(shared::ListHeader));
         for (std::uint32_t page = 0; page < pool_.pages(); page += pool_.lasting_slots()) {

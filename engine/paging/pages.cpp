@@ -141,6 +141,20 @@ class Cutter {
 
 }  // namespace
 
+TraceTables resident_tables(const PageIndex& index) {
+    TraceTables tables;
+    tables.origin = index.origin;
+    tables.bounds = index.bounds;
+    tables.ranges = index.ranges;
+    tables.slivers = index.slivers;
+    tables.alpha_tested = index.alpha;
+    tables.absent = index.geometry;
+    if (index.triangles == 0) return tables;
+    tables.blocks.push_back({.first_triangle = 0, .triangle_count = index.triangles, .bounds = index.bounds});
+    tables.instances.push_back({.identity = true});
+    return tables;
+}
+
 PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
                     std::span<const bool> alpha, const PageLimits& limits) {
     assert(ids.size() == triangles.size() && (alpha.empty() || alpha.size() == triangles.size()));

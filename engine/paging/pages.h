@@ -65,7 +65,12 @@ struct PageIndex {
     std::vector<Size> pages;          // sizes of the pages
     std::vector<PageRoot> roots;      // roots of all pages, ascending by page
     std::vector<MeshRange> ranges;    // TraceTables::ranges
+    AbsentGeometry geometry;          // facts about triangles and vertices
+    bool alpha = false;               // some triangle needs the alpha test
 };
+
+/// Returns the tables of a paged scene, without what is in its pages.
+TraceTables resident_tables(const PageIndex& index);
 
 /// Table rows of triangles, as kernels look them up.
 struct TriangleRows {

@@ -30,6 +30,7 @@ class Builder {
     ShadingTables build(const std::vector<PooledImage>* last) {
         std::vector<bool> used(scene_.materials.size(), false);
         for (const uvec4& triangle : trace_.triangles) used[triangle.w & kTriangleMaterialMask] = true;
+        if (trace_.absent) used = trace_.absent->used_materials;
         SceneNeeds& needs = tables_.needs;
         for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
         needs.alpha = trace_.alpha_tested;
@@ -56,7 +57,10 @@ class Builder {
 
   private:
     void find_attributes() {
-        for (const MeshRange& range : trace_.ranges) attributes_.add(scene_.meshes[range.mesh]);
+        if (trace_.absent)
+            attributes_ = {trace_.absent->vertex_colors, trace_.absent->tangents};
+        else
+            for (const MeshRange& range : trace_.ranges) attributes_.add(scene_.meshes[range.mesh]);
         tables_.needs.vertex_colors = attributes_.colors;
     }
 
@@ -84,6 +88,7 @@ class Builder {
     // --- Vertices -------------------------------------------------------------------------------------------------
 
     void add_vertices() {
+        if (trace_.absent) return;
         const auto stride = static_cast<std::size_t>(tables_.needs.vertex_stride());
         tables_.vertices.assign(trace_.positions.size() * stride, vec4(0));
         for (const MeshRange& range : trace_.ranges) {

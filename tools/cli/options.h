@@ -67,6 +67,9 @@ class Options {
     std::string group_;
 };
 
+/// Parses a size in bytes, such as 2GiB. Throws UsageError where it is malformed.
+std::size_t size_of_text(const std::string& option, const std::string& text);
+
 void add_camera_options(Options& options, ViewArguments& arguments);
 void add_environment_option(Options& options, EnvironmentChoice& environment);
 /// Declares --ocio and the settings of the view transform.
