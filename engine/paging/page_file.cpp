@@ -79,21 +79,28 @@ bool decompress(std::string_view frame, std::size_t most, std::string& bytes) {
 /// Appends the bytes of records of `fields` words each, sorted by their place in the record: all lowest bytes of the
 /// first field, of the second, and so on. Bytes of one place resemble each other, which halves what Zstandard leaves.
 void shuffle(const std::uint32_t* words, std::size_t fields, std::size_t records, std::string& bytes) {
-    const std::size_t first = bytes.size();
-    bytes.resize(first + 4 * fields * records);
-    char* to = bytes.data() + first;
-    for (int shift = 0; shift < 32; shift += 8)
-        for (std::size_t field = 0; field < fields; ++field)
-            for (std::size_t i = 0; i < records; ++i) *to++ = static_cast<char>(words[i * fields + field] >> shift);
+    const std::size_t first = bytes.size(), plane = fields * records;
+    bytes.resize(first + 4 * plane);
+    for (std::size_t field = 0; field < fields; ++field) {
+        char* to = bytes.data() + first + field * records;
+        for (std::size_t i = 0; i < records; ++i, ++to) {
+            const std::uint32_t word = words[i * fields + field];
+            to[0] = static_cast<char>(word), to[plane] = static_cast<char>(word >> 8);
+            to[2 * plane] = static_cast<char>(word >> 16), to[3 * plane] = static_cast<char>(word >> 24);
+        }
+    }
 }
 
 /// Reverses shuffle().
-void unshuffle(const char* from, std::size_t fields, std::size_t records, std::uint32_t* words) {
-    std::fill_n(words, fields * records, 0u);
-    for (int shift = 0; shift < 32; shift += 8)
-        for (std::size_t field = 0; field < fields; ++field)
-            for (std::size_t i = 0; i < records; ++i)
-                words[i * fields + field] |= std::uint32_t{static_cast<unsigned char>(*from++)} << shift;
+void unshuffle(const char* bytes, std::size_t fields, std::size_t records, std::uint32_t* words) {
+    const std::size_t plane = fields * records;
+    const auto byte = [](char c) { return std::uint32_t{static_cast<unsigned char>(c)}; };
+    for (std::size_t field = 0; field < fields; ++field) {
+        const char* from = bytes + field * records;
+        for (std::size_t i = 0; i < records; ++i, ++from)
+            words[i * fields + field] =
+                byte(from[0]) | byte(from[plane]) << 8 | byte(from[2 * plane]) << 16 | byte(from[3 * plane]) << 24;
+    }
 }
 
 template <class T>

@@ -48,7 +48,7 @@ struct PageSet {
 PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
                     std::span<const bool> alpha = {}, const PageLimits& limits = {});
 
-/// What a tracer keeps in memory of a paged scene. Everything is relative to TraceTables::origin.
+/// The part of a paged scene that stays in memory. Everything is relative to TraceTables::origin.
 struct PageIndex {
     struct Size {
         std::uint32_t nodes = 0;
