@@ -58,7 +58,7 @@ struct FrameRenderer::State {
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
-    MemoryLedger::Entry tables_memory, picture_memory, bands_memory, visibility_memory;
+    MemoryLedger::Entry tables_memory, pages_memory, picture_memory, bands_memory, visibility_memory;
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
@@ -132,8 +132,14 @@ struct FrameRenderer::State {
             options.single_pose = true;
             options.scene_read = [this] { scene.free_surfaces(); };
         }
-        tables_memory = {MemoryLedger::process(), MemoryPart::tables,
-                         scene_bytes(scene.size()) - scene.size().contents()};
+        MemoryLedger& ledger = MemoryLedger::process();
+        tables_memory = {ledger, MemoryPart::tables, scene_bytes(scene.size()) - scene.size().contents()};
+        if (scene.pages()) {
+            // Half of what is left is for pictures and their bands.
+            options.pages = scene.pages();
+            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : ledger.free() / 2;
+            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes};
+        }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);
         uploaded = scene.revision();

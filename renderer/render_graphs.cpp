@@ -25,7 +25,16 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (leaves_open(scene.estimator()))
         throw Error("render settings", "the estimator is left open: a pilot has to settle it first");
     scene.check_usable();
-    if (const auto make = row_of(settings.culling).make_server; make && !server) {
+    if (paging::PagePool* const pool = scene.pool()) {
+        if (server)
+            throw Error("render settings", "ray servers of callers cannot trace scenes that are loaded in pages");
+        page_server = std::make_unique<paging::PageServer>(*pool);
+        page_rows = std::make_unique<paging::RowGather>(pool->source());
+        server = page_server.get();
+        if (settings.primary == PrimaryVisibility::raster)
+            throw Error("render settings", "primary raster needs the scene in memory; pages are traced");
+        settings.primary = PrimaryVisibility::traced;
+    } else if (const auto make = row_of(settings.culling).make_server; make && !server) {
         own_server = make(served());
         server = own_server.get();
     }
@@ -157,6 +166,7 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             .place = state,
             .current = &current,
             .sums = settings.in_turns ? place : 0,
+            .rows = page_rows.get(),
             .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
             .group_size = static_cast<std::uint32_t>(settings.estimator.reuse)};
 }

@@ -20,10 +20,17 @@
 
 namespace halflight {
 
+namespace paging {
+class PageSource;
+}
+
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
-    std::filesystem::path scene;   // file, .gltf or .glb
-    bool allow_outside = false;    // lets the scene name files outside its folder
+    std::filesystem::path scene;  // file, .gltf or .glb
+    bool allow_outside = false;   // lets the scene name files outside its folder
+    // Page file of the scene (pack_scene()), for scenes that are larger than memory: geometry is read from it. Empty:
+    // none.
+    std::filesystem::path pages{};
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     std::string variant{};         // material variant of the file, by name; empty: the file's own materials
     EnvironmentChoice environment{};
@@ -141,11 +148,14 @@ class LoadedScene {
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
     const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns the files, glTF first.
     const std::vector<std::string>& variants() const { return variants_; }  ///< Returns the names of material variants.
-    const SceneSize& size() const { return size_; }                         ///< Returns the size at 0 s.
+    /// Returns the page file; null where the geometry is in memory.
+    const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
+    const SceneSize& size() const { return size_; }  ///< Returns the size at 0 s.
 
   private:
     struct Unedited;
     void apply_edits();
+    void load_pages();
 
     SceneChoice choice_;
     CameraChoice camera_choice_;
@@ -154,6 +164,7 @@ class LoadedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     std::vector<std::string> variants_;
+    std::shared_ptr<const paging::PageSource> pages_;
     Scene scene_;
     SceneSize size_;
     MemoryLedger::Entry memory_;

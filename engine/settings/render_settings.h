@@ -61,6 +61,9 @@ struct ScheduleSettings {
     std::size_t band_pixels = std::size_t{1} << 20;
     // Bytes of visibility state. Each band has its own while there is room; the remaining bands share one.
     std::size_t state_bytes = std::size_t{256} << 20;
+    // Bytes of device memory for the pages of a scene that is loaded in pages; 0: half of what the memory budget has
+    // left.
+    std::size_t pool_bytes = 0;
     // Adds one sample to every band before the next sample, so that there is a whole picture after each sample
     // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. An error target
     // disables it.

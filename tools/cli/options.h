@@ -78,6 +78,9 @@ class Options {
     std::string group_;
 };
 
+/// Parses a size in bytes, such as 2GiB. Throws UsageError where it is malformed.
+std::size_t size_of_text(const std::string& option, const std::string& text);
+
 void add_camera_options(Options& options, ViewArguments& arguments);
 /// Declares --env, --sky, --env-rotation and --env-intensity.
 void add_environment_options(Options& options, SceneChoice& choice);

@@ -50,6 +50,11 @@ void add_run_options(Options& options, RenderArguments& a) {
         "--strict", [&] { a.strict = a.strict_textures = true; },
         "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
         "optional extension of the scene adds");
+    options.value("--pages", "FILE", "reads the geometry from a page file that `halflight pack` made of the scene",
+                  [&](const auto&, const auto& text) { a.pages = text; });
+    options.value("--page-pool", "SIZE",
+                  "memory for pages on the device, such as 512M; by default half of what the memory budget has left",
+                  [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",
@@ -214,7 +219,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     bool settings_page = false;
     CLI::App& info_app = *app.add_subcommand("info", "Lists the contents of a scene, or the devices");
     info_app.allow_extras();
-    info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
+    info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb, or a page file")->type_name("");
     info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
@@ -230,6 +235,19 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         "picture whose memory is estimated.");
     Options info_options(info_app);
     add_memory_options(info_options, info);
+
+    PackArguments pack;
+    CLI::App& pack_app = *app.add_subcommand("pack", "Converts a scene that is larger than memory to a page file");
+    pack_app.allow_extras();
+    pack_app.add_option("SCENE", pack.scene, "glTF 2.0 scene, .gltf or .glb, or a list of such files, NAME.parts.json")
+        ->type_name("")
+        ->required();
+    pack_app.add_option("OUTPUT", pack.output, "page file")->type_name("")->required();
+    Options pack_options(pack_app);
+    pack_options.group("Run");
+    pack_options.flag("--allow-outside", pack.allow_outside, "allows the scene to name files outside its folder");
+    add_memory_option(pack_options);
+    pack_options.flag("--quiet", pack.quiet, "prints errors only, neither progress nor notes");
 
     BenchArguments bench;
     CLI::App& bench_app = *app.add_subcommand("bench", "Measures rays per second of several tracers, interleaved");
@@ -251,6 +269,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         throw usage_error(error, render_app.parsed()     ? "halflight render"
                                  : preview_app.parsed()  ? "halflight view"
                                  : converge_app.parsed() ? "halflight converge"
+                                 : pack_app.parsed()     ? "halflight pack"
                                  : bench_app.parsed()    ? "halflight bench"
                                  : compare_app.parsed()  ? "halflight compare"
                                                          : "halflight info");
@@ -289,6 +308,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
         return info;
+    }
+    if (pack_app.parsed()) {
+        check_leftovers(pack_app, "halflight pack");
+        check_files({pack.scene}, {pack.output});
+        return pack;
     }
     if (bench_app.parsed()) {
         check_leftovers(bench_app, "halflight bench");

@@ -12,6 +12,7 @@
 #include "engine/core/frames.h"
 #include "engine/scene/animation.h"
 #include "engine/scene/deformer.h"
+#include "engine/scene/mesh_source.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/scene_size.h"
 
@@ -96,6 +97,24 @@ class GltfScene {
     bool surfaces_move(Playing playing);
     /// Returns the files read so far: the scene's own first, then buffers, and images once at() has been called.
     const std::vector<std::filesystem::path>& files() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// The scene of load_gltf(), whose meshes are read one by one.
+class GltfMeshSource final : public MeshSource {
+  public:
+    /// Reads everything but meshes. Throws what load_gltf() throws.
+    explicit GltfMeshSource(const std::filesystem::path& path, const GltfOptions& options = {});
+    GltfMeshSource(GltfMeshSource&&) noexcept;
+    ~GltfMeshSource() override;
+
+    /// Returns the scene. It has a default material after the others whether triangles have it or not. Its report
+    /// includes the meshes read so far.
+    const Scene& scene() const override;
+    Mesh read(std::size_t mesh) override;
 
   private:
     struct State;
