@@ -186,16 +186,20 @@ void LoadedScene::load_pages() {
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
     const GltfOptions options = gltf_options(choice_.allow_outside, choice_.strict_textures);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
-    SceneSize size;
+    std::vector<GltfScene> parts;
     for (const std::filesystem::path& part : scene_parts(choice_.scene, options)) {
-        const SceneSize one = GltfScene(part, options).size();
-        size.texture_bytes += one.texture_bytes;
-        size.instance_bytes += one.instance_bytes;
-        size.decoding_bytes = std::max(size.decoding_bytes, one.decoding_bytes);
+        parts.emplace_back(part, options);
         files_.push_back(part);
     }
+    SceneSize size = size_of_parts(parts);
+    size.drawn = 0;  // pages take what the budget leaves
     check_fits(size, choice_.scene, choice_.picture_bytes);
     pages_ = std::make_shared<paging::PageFile>(choice_.pages);
+    if (pages_->index().scene != identity_of(parts))
+        throw Error(choice_.pages.string(),
+                    "was not made of {}, or the scene has changed; halflight pack makes it anew",
+                    choice_.scene.string());
+    parts.clear();
     files_.push_back(choice_.pages);
     scene_ = open_parts(choice_.scene, options)->scene();
 }

@@ -12,23 +12,12 @@
 namespace halflight {
 namespace {
 
-/// Returns the sizes of all files together. Throws Error for a file whose animations move geometry.
-SceneSize size_of_parts(const std::filesystem::path& scene, const GltfOptions& options) {
-    SceneSize all;
-    for (const std::filesystem::path& path : scene_parts(scene, options)) {
-        GltfScene file(path, options);
-        std::vector<std::size_t> playing(file.animations().size());
-        std::iota(playing.begin(), playing.end(), std::size_t{0});
-        if (file.surfaces_move(playing))
-            throw Error(path.string(), "has animations that move more than cameras, which page files cannot hold");
-        const SceneSize size = file.size();
-        all.texture_bytes += size.texture_bytes;
-        all.instance_bytes += size.instance_bytes;
-        all.decoding_bytes = std::max(all.decoding_bytes, size.decoding_bytes);
-        all.largest_mesh = std::max(all.largest_mesh, size.largest_mesh);
-        all.drawn += size.drawn;
-    }
-    return all;
+/// Throws Error for a file whose animations move geometry.
+void check_animations(const std::filesystem::path& path, GltfScene& file) {
+    std::vector<std::size_t> playing(file.animations().size());
+    std::iota(playing.begin(), playing.end(), std::size_t{0});
+    if (file.surfaces_move(playing))
+        throw Error(path.string(), "has animations that move more than cameras, which page files cannot hold");
 }
 
 }  // namespace
@@ -36,7 +25,10 @@ SceneSize size_of_parts(const std::filesystem::path& scene, const GltfOptions& o
 paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
                                  const PackOptions& options, const Log& log) {
     const GltfOptions gltf = gltf_options(options.allow_outside);
-    const SceneSize size = size_of_parts(scene, gltf);
+    std::vector<GltfScene> parts;
+    for (const std::filesystem::path& path : scene_parts(scene, gltf))
+        check_animations(path, parts.emplace_back(path, gltf));
+    const SceneSize size = size_of_parts(parts);
     MemoryLedger& ledger = MemoryLedger::process();
     // The largest mesh is held as read, as placed, and in the copies that reading makes.
     const std::size_t contents = size.texture_bytes + 2 * size.instance_bytes, mesh = 4 * size.largest_mesh;
@@ -50,6 +42,8 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
     paging::ConvertOptions convert;
     convert.memory = std::clamp(ledger.free() / 2, paging::kLeastConvertBytes, kMostBytes);
     convert.expected_triangles = size.drawn;
+    convert.scene = identity_of(parts);
+    parts.clear();
     convert.progress = options.progress;
     const paging::PageFileSizes sizes = paging::convert(*source, output, convert);
     for (const std::string& warning : source->scene().report.warnings) log.warn("{}", warning);

@@ -150,6 +150,7 @@ class Converter {
             throw Error(path.string(), "its conversion needs {} of memory, and {} of the budget are left (--memory)",
                         text_of_bytes(kLeastConvertBytes), text_of_bytes(options.memory));
         index_.limits = options.limits;
+        index_.scene = options.scene;
     }
 
     PageFileSizes run() {

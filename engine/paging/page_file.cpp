@@ -279,7 +279,7 @@ std::string bytes_of(const StoredIndex& stored) {
     std::string bytes;
     const auto add = [&](const auto& value) { append_bytes(&value, 1, bytes); };
     add(index.limits.pairs), add(index.limits.nodes);
-    add(index.origin), add(index.bounds);
+    add(index.scene), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
         (index.geometry.tangents ? kTangents : 0));
@@ -302,7 +302,7 @@ StoredIndex parse_index(Reader& reader) {
     PageIndex& index = stored.index;
     const auto read = [&](auto& value) { value = reader.value<std::remove_reference_t<decltype(value)>>(); };
     read(index.limits.pairs), read(index.limits.nodes);
-    read(index.origin), read(index.bounds);
+    read(index.scene), read(index.origin), read(index.bounds);
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
     const auto flags = reader.value<std::uint32_t>();
     index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;

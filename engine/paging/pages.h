@@ -55,6 +55,7 @@ struct PageIndex {
         std::uint32_t pairs = 0;
     };
     PageLimits limits;
+    std::uint64_t scene = 0;          // identity of the scene's files (identity_of() in engine/io/gltf/parts.h)
     dvec3 origin{0};                  // TraceTables::origin
     Bounds bounds;                    // bounds of all triangles
     std::uint32_t triangles = 0;      // number of triangles

@@ -1,8 +1,11 @@
 #include "engine/io/gltf/parts.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "engine/core/hash.h"
+#include "engine/io/files.h"
 #include "engine/io/gltf/document.h"
 #include "engine/io/gltf/schema.h"
 #include "engine/io/gltf/uri.h"
@@ -30,6 +33,36 @@ std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path
         files.push_back(list.files.back());
     }
     return files;
+}
+
+SceneSize size_of_parts(std::span<GltfScene> parts) {
+    SceneSize all;
+    for (GltfScene& part : parts) {
+        const SceneSize size = part.size();
+        all.texture_bytes += size.texture_bytes;
+        all.instance_bytes += size.instance_bytes;
+        all.decoding_bytes = std::max(all.decoding_bytes, size.decoding_bytes);
+        all.largest_mesh = std::max(all.largest_mesh, size.largest_mesh);
+        all.drawn += size.drawn;
+    }
+    return all;
+}
+
+std::uint64_t identity_of(std::span<const GltfScene> parts) {
+    constexpr std::uint64_t kStart = std::uint64_t{4} << 20, kEnd = std::uint64_t{64} << 10;  // bytes
+    Hash hash;
+    std::string buffer;
+    for (const GltfScene& part : parts) {
+        for (const std::filesystem::path& path : part.files()) {
+            const ByteSource file(path);
+            hash.add(file.size());
+            for (const std::uint64_t count : {std::min(kStart, file.size()), std::min(kEnd, file.size())}) {
+                const std::string_view bytes = file.read(count > kEnd ? 0 : file.size() - count, count, buffer);
+                hash.add_bytes(bytes.data(), bytes.size());
+            }
+        }
+    }
+    return hash.value();
 }
 
 std::unique_ptr<MeshSource> open_parts(const std::filesystem::path& path, const GltfOptions& options) {
