@@ -28,6 +28,12 @@ std::uint32_t missing(std::uint32_t root) {
     return kBvhTag | shared::kBvhLeaf | (root + 1);
 }
 
+/// Returns whether a reference is a leaf of pairs below `pairs`.
+bool is_leaf_within(std::uint32_t reference, std::size_t pairs) {
+    const std::uint32_t count = (reference >> shared::kBvhCountShift) & 7u;
+    return shared::is_leaf(reference) && count > 0 && (reference & kBvhIndexMask) + std::size_t{count} <= pairs;
+}
+
 rays::Bvh hierarchy_over(const std::vector<PageRoot>& roots) {
     std::vector<Bounds> boxes;
     boxes.reserve(roots.size());
@@ -183,11 +189,20 @@ void PagePool::upload(std::uint32_t page, std::uint32_t slot, Page content) {
         free_.push_back(slot);
         throw Error("pages", "page {} is larger than the limits of the scene", page);
     }
-    for (std::size_t texel = kBvhPageTexels - 1; texel < content.nodes.size(); texel += kBvhPageTexels) {
+    const std::size_t nodes = content.nodes.size() / kBvhPageTexels, pairs = content.pairs.size() / kBvhPairTexels;
+    for (std::size_t node = 0; node < nodes; ++node) {
         for (int k = 0; k < 4; ++k) {
-            std::uint32_t& reference = content.nodes[texel][k];
+            std::uint32_t& reference = content.nodes[node * kBvhPageTexels + kBvhPageTexels - 1][k];
             if (reference == shared::kBvhNoChild) continue;
-            reference += shared::is_inner_node(reference) ? first_node : first_pair;
+            const std::uint32_t index = reference & kBvhIndexMask;
+            const bool inner = shared::is_inner_node(reference);
+            // Nodes follow their parents, so a damaged file cannot make kernels go in circles.
+            const bool valid = inner ? index > node && index < nodes : is_leaf_within(reference, pairs);
+            if (!valid) {
+                free_.push_back(slot);
+                throw Error("pages", "page {} has a node that leads out of it", page);
+            }
+            reference += inner ? first_node : first_pair;
         }
     }
     scene_->nodes().write(std::span<const uvec4>(content.nodes), std::size_t{first_node} * kBvhPageTexels);

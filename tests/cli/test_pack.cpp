@@ -24,8 +24,8 @@ class Pack : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return run_program(arguments, options);
     }
-    /// Writes a field of 200 x 10 000 triangles, which takes some seconds, and returns its name.
-    std::string large_scene() const {
+    /// Writes a field of 10 000 triangles for each instance, and returns its name. 200 of them take some seconds.
+    std::string large_scene(int instances = 200) const {
         constexpr int kSide = 71;
         GltfBuilder b;
         std::vector<float> positions, places;
@@ -38,7 +38,7 @@ class Pack : public testing::Test {
                 const auto i = static_cast<std::uint32_t>(y * (kSide + 1) + x);
                 indices.insert(indices.end(), {i, i + 1, i + kSide + 1, i + 1, i + kSide + 2, i + kSide + 1});
             }
-        for (int i = 0; i < 200; ++i)
+        for (int i = 0; i < instances; ++i)
             places.insert(places.end(), {float(kSide * (i % 14)), 0, float(kSide * (i / 14))});
         Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}});
         primitive["indices"] = b.accessor("SCALAR", kU32, indices);
@@ -107,6 +107,40 @@ TEST_F(Pack, RefusalsAreOneLine) {
     write_text(file("bad"), bytes);
     expect(run_program({"info", file("bad")}), 1, "bad: its index is damaged");
     expect(run_program({"info", file("a"), "--needs"}), 1, "a: is a page file: --needs describes glTF scenes");
+}
+
+TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
+    const std::string scene = large_scene(6);
+    ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
+    const auto render = [&](const std::string& output, const Strings& more) {
+        Strings arguments = {
+            "render",      scene,       file(output), "--width",   "64",        "--samples", "2",
+            "--aov",       "all",       "--env",      "1,0.9,0.8", "--primary", "traced",    "--reproducible",
+            "--look-from", "40,60,-50", "--look-at",  "200,0,90",  "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments);
+    };
+    ASSERT_EQ(render("core.exr", {}).status, 0);
+    const std::string core = read_text(file("core.exr"));
+    for (const char* pool : {"1M", "4M", "64M"}) {
+        const Outcome paged = render("paged.exr", {"--pages", file("a.pages"), "--page-pool", pool});
+        ASSERT_EQ(paged.status, 0) << paged.err;
+        EXPECT_TRUE(read_text(file("paged.exr")) == core) << pool;
+    }
+
+    const auto refused = [&](const Strings& more, const std::string& text) {
+        const Outcome outcome = render("no.exr", more);
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(file("no.exr")));
+    };
+    refused({"--pages", file("field.glb")}, "field.glb: is no page file");
+    refused({"--pages", file("none")}, "none: cannot read");
+    ASSERT_EQ(pack(atrium, file("atrium.pages"), {"--quiet"}).status, 0);
+    refused({"--pages", file("atrium.pages")}, "atrium.pages: was not made of");
+    const Outcome alpha = run_program({"render", atrium, file("no.exr"), "--pages", file("atrium.pages"), "--quiet"});
+    EXPECT_NE(alpha.err.find("alpha tests, which pages do not support"), std::string::npos) << alpha.err;
 }
 
 TEST_F(Pack, InterruptedConversionsLeaveNothing) {
