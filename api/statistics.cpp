@@ -23,6 +23,24 @@ double ratio(std::uint64_t part, std::uint64_t whole) {
     return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
+Json paging_json(const RenderStats::Paging& p) {
+    const paging::PagingStatistics& t = p.tracing;
+    return {{"pages", t.pages},
+            {"slots", t.slots},
+            {"loaded", t.traffic.loaded},
+            {"loaded_bytes", t.traffic.bytes},
+            {"revived", t.traffic.revived},
+            {"evicted", t.traffic.evicted},
+            {"seconds", t.traffic.seconds},
+            {"batches", t.batches},
+            {"rounds", t.rounds},
+            {"rays_again", t.again},
+            {"sweeps", t.sweeps},
+            {"windows", t.windows},
+            {"rows", p.rows},
+            {"row_seconds", p.row_seconds}};
+}
+
 Json batch_statistics(const rays::BatchStatistics& b) {
     Json methods = Json::object();
     for (std::size_t i = 0; i < rays::kTraceMethods; ++i) {
@@ -212,6 +230,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
          {{"kept", stats.hierarchies.kept},
           {"refitted", stats.hierarchies.refitted},
           {"built", stats.hierarchies.built}}},
+        {"paging", stats.paging ? paging_json(*stats.paging) : Json()},
         {"passes", passes},
         {"ray_batches", batches},
         {"raster_culling", raster},

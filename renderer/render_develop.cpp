@@ -111,6 +111,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();
     if (const auto* raster = dynamic_cast<const rays::RasterCulling*>(server)) stats.raster = raster->batches();
+    if (page_server) stats.paging = {page_server->statistics(), page_rows->rows(), page_rows->seconds()};
     stats.bad_values = in_flight->counted().by_component();
     if (preview) preview->fill_stats(stats);
     if (denoiser) denoiser->fill_stats(stats);

@@ -186,6 +186,8 @@ void PageServer::reset_statistics() {
 PagingStatistics PageServer::statistics() const {
     PagingStatistics s = sums_;
     s.traffic = pool_.traffic();
+    s.slots = pool_.slots();
+    s.pages = pool_.pages();
     return s;
 }
 
