@@ -184,7 +184,7 @@ void LoadedScene::load_pages() {
     if (choice_.animation) throw Error(choice_.scene.string(), "animations cannot play with pages");
     if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
-    const GltfOptions options = gltf_options(choice_.allow_outside, choice_.strict_textures);
+    const GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     std::vector<GltfScene> parts;
     for (const std::filesystem::path& part : scene_parts(choice_.scene, options)) {

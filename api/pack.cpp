@@ -24,7 +24,9 @@ void check_animations(const std::filesystem::path& path, GltfScene& file) {
 
 paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
                                  const PackOptions& options, const Log& log) {
-    const GltfOptions gltf = gltf_options(options.allow_outside);
+    SceneChoice choice;
+    choice.allow_outside = options.allow_outside;
+    const GltfOptions gltf = gltf_options(choice);
     std::vector<GltfScene> parts;
     for (const std::filesystem::path& path : scene_parts(scene, gltf))
         check_animations(path, parts.emplace_back(path, gltf));
