@@ -8,6 +8,7 @@
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
+#include "engine/paging/row_gather.h"
 #include "engine/rays/batch_server.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
@@ -137,8 +138,12 @@ struct FrameRenderer::State {
         if (scene.pages()) {
             // Half of what is left is for pictures and their bands.
             options.pages = scene.pages();
-            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : ledger.free() / 2;
-            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes};
+            const std::size_t paths =
+                std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
+            const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
+            ledger.check(rows, "table rows of hits", text_of_bytes(rows));
+            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - rows) / 2;
+            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + rows};
         }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);

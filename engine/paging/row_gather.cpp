@@ -32,6 +32,12 @@ RowGather::RowGather(const PageSource& source)
       positions_("positions of hit triangles", 0),
       attributes_("attributes of hit triangles", 0) {}
 
+std::size_t RowGather::bytes_per_path(std::uint32_t vertex_texels) {
+    const std::size_t row = sizeof(uvec4) + 3 * (sizeof(vec3) + vertex_texels * sizeof(vec4));
+    // Rows are collected before they are uploaded to buffers with a quarter to spare, beside hits and their order.
+    return 2 * row + row / 4 + sizeof(shared::Hit) + 2 * sizeof(std::uint32_t);
+}
+
 void RowGather::gather(const gpu::Buffer& hits, std::size_t count) {
     const Stopwatch watch;
     const std::vector<shared::Hit> all = hits.read<shared::Hit>(0, count);

@@ -16,6 +16,9 @@ class RowGather {
     /// The source outlives the object.
     explicit RowGather(const PageSource& source);
 
+    /// Returns the bytes that a batch takes per path, on the CPU and on the device.
+    static std::size_t bytes_per_path(std::uint32_t vertex_texels);
+
     /// Reads the rows of `count` paths. `hits` has one Hit per path. Rows of misses are zeros.
     void gather(const gpu::Buffer& hits, std::size_t count);
     /// Reads the rows of the paths of a list (ListHeader of shaders/shared/rays.h).
