@@ -25,9 +25,9 @@ struct PageTraffic {
 /// Slots for pages in the buffers of a TraceScene. The hierarchy over the roots of all pages is always there. A root
 /// whose page is missing is a leaf without pairs, which kernels report (shaders/lib/traverse.glsl).
 ///
-/// Pages leave in the order in which they came. Some of the oldest are hidden before they leave: a page that is
-/// requested while hidden comes back without being read (the clock algorithm; kernels do not record which pages they
-/// visit).
+/// Pages leave in the order in which they came. Some of the oldest are hidden before they leave. A page that is
+/// requested while it is hidden comes back without being read. So pages in use stay (the clock algorithm), although
+/// kernels do not record which pages they visit.
 class PagePool {
   public:
     /// Uses at most `bytes` bytes of device memory for slots, and at least one slot. The source outlives the pool.

@@ -32,10 +32,10 @@ class PageServer final : public rays::BatchServer {
     /// Number of rounds after which a batch sweeps.
     static constexpr int kMostRounds = 64;
 
-    /// The pool outlives the server.
+    /// Serves the scene of a pool, which outlives the server.
     explicit PageServer(PagePool& pool);
 
-    /// `scene` must be that of the pool. Batches with alpha tests are not supported; PagePool has none.
+    /// Adds the pass that traces a batch. `scene` is that of the pool, which has no alpha tests.
     graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
     void reset_statistics() override;

@@ -99,9 +99,8 @@ class TraceScene {
     /// Sets other shading defines; defines() follow.
     void set_shading(const gpu::Defines& shading);
 
-    /// Return the buffers of nodes and pairs, for pages.
-    gpu::Buffer& nodes() { return nodes_; }
-    gpu::Buffer& pairs() { return triangles_; }
+    gpu::Buffer& nodes() { return nodes_; }      ///< Returns the buffer of nodes, which pages are written to.
+    gpu::Buffer& pairs() { return triangles_; }  ///< Returns the buffer of pairs.
 
     /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
     void bind() const;

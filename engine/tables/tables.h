@@ -60,7 +60,7 @@ struct TriangleSource {
     std::uint32_t triangle = 0;  // index within the mesh of the instance
 };
 
-/// What shading tables need to know about geometry that is not in memory.
+/// Facts about geometry that is not in memory, for shading tables.
 struct AbsentGeometry {
     std::vector<bool> used_materials;  // per material, whether some triangle has it
     bool vertex_colors = false;        // some vertex colour is not white
