@@ -35,6 +35,7 @@ class LeftOutTest : public GpuTest {
             "no mattes were requested",
             "culling by tiles is off",
             "no variance was requested",
+            "no denoising was requested",
             "neither albedo nor normal was requested",
             "there is no directional light beside others, or another choice was asked for"};
         for (const LeftOut& part : kept.stats.left_out)
