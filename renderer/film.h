@@ -9,6 +9,7 @@
 #include "engine/core/image.h"
 #include "engine/device/scene_view.h"
 #include "engine/io/exr.h"
+#include "engine/paging/pages.h"
 #include "engine/tables/tables.h"
 #include "renderer/cryptomatte.h"
 #include "renderer/render.h"
@@ -26,8 +27,8 @@ std::size_t film_bytes(const RenderSettings& settings);
 /// The images of a picture: its colour, the colour through the view transform, and one image per layer.
 class Film {
   public:
-    /// Allocates the layers that the settings request.
-    Film(const RenderSettings& settings, const TraceTables& tables);
+    /// Allocates the layers that the settings request. pages: the scene's pages; null where its geometry is in memory.
+    Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages = nullptr);
     /// Replaces the layers before anything is added. Throws Error for a layer whose data is not rendered because the
     /// settings do not request it.
     void choose(const std::vector<std::string>& aovs);
@@ -66,9 +67,11 @@ class Film {
         Image image;
     };
     Image* plane(std::string_view aov);
+    void add_materials(const Band& band, const std::vector<shared::AovRecord>& records, Image& ids) const;
 
     RenderSettings settings_;
     const TraceTables& tables_;
+    const paging::PageSource* pages_;
     Image beauty_;
     Image view_;
     std::vector<Plane> planes_;  // layers in the order of the request

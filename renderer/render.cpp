@@ -91,7 +91,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
 
     RenderResult result;
     RenderStats& stats = result.stats;
-    Film film(s.settings, s.scene.tables());
+    Film film(s.settings, s.scene.tables(), s.pages());
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error;
@@ -104,7 +104,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
             report.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
-                Film own(s.settings, s.scene.tables());
+                Film own(s.settings, s.scene.tables(), s.pages());
                 own.choose(aovs);
                 s.develop(frame, done, own);
                 s.apply_to_picture(frame, done, own);

@@ -84,6 +84,10 @@ rays::ServedScene Renderer::State::served() const {
     return {scene.tables(), scene.trace(), scene.cull_tree(), settings.measure};
 }
 
+const paging::PageSource* Renderer::State::pages() const {
+    return scene.pool() ? &scene.pool()->source() : nullptr;
+}
+
 FrameOptions Renderer::State::frame_options() const {
     return halflight::frame_options(settings, scene.asked_estimator());
 }
@@ -116,7 +120,7 @@ std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
         mattes = compiled(0).mattes;
     else
         mattes = std::make_shared<Mattes>(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs,
-                                          band.paths());
+                                          band.paths(), pages());
     auto made = std::make_unique<CompiledBand>(std::move(mattes));
     compile(made->sample, place, 0, frame_options());
     if (cache) {

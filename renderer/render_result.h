@@ -12,7 +12,7 @@
 #include "engine/core/image.h"
 #include "engine/core/replicates.h"
 #include "engine/io/exr.h"
-#include "engine/paging/page_server.h"
+#include "engine/paging/page_statistics.h"
 #include "engine/rays/batch_statistics.h"
 #include "engine/rays/hierarchies.h"
 #include "engine/rays/raster_walk.h"

@@ -89,8 +89,9 @@ struct Renderer::State {
     // The following functions are defined in render_graphs.cpp.
 
     rays::ServedScene served() const;
-    FrameOptions frame_options() const;   ///< Returns options of samples without the radiance cache.
-    FrameOptions cached_options() const;  ///< Returns options of samples with the radiance cache.
+    const paging::PageSource* pages() const;  ///< Returns null where the geometry is in memory.
+    FrameOptions frame_options() const;       ///< Returns options of samples without the radiance cache.
+    FrameOptions cached_options() const;      ///< Returns options of samples with the radiance cache.
     FrameNeeds needs() const;
     Band band_at(int index) const;
     /// Returns the graphs of band `index`; compiles them on first use.

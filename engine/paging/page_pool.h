@@ -8,19 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "engine/paging/page_statistics.h"
 #include "engine/paging/pages.h"
 #include "engine/rays/rays.h"
 
 namespace halflight::paging {
-
-/// Counts since construction or reset.
-struct PageTraffic {
-    std::uint64_t loaded = 0;   // pages read and uploaded
-    std::uint64_t revived = 0;  // pages that were still in their slot
-    std::uint64_t evicted = 0;
-    std::uint64_t bytes = 0;  // bytes uploaded
-    double seconds = 0;       // seconds of reading and uploading
-};
 
 /// Slots for pages in the buffers of a TraceScene. The hierarchy over the roots of all pages is always there. A root
 /// whose page is missing is a leaf without pairs, which kernels report (shaders/lib/traverse.glsl).

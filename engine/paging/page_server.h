@@ -15,18 +15,6 @@
 
 namespace halflight::paging {
 
-/// Counts since construction or reset.
-struct PagingStatistics {
-    PageTraffic traffic;
-    std::uint32_t slots = 0;  // pages that fit into the pool
-    std::uint32_t pages = 0;  // pages of the scene
-    std::uint64_t batches = 0;
-    std::uint64_t rounds = 0;   // dispatches of the tracing kernel
-    std::uint64_t again = 0;    // rays traced again
-    std::uint64_t sweeps = 0;   // batches that needed a sweep
-    std::uint64_t windows = 0;  // portions of all sweeps
-};
-
 class PageServer final : public rays::BatchServer {
   public:
     /// Number of rounds after which a batch sweeps.

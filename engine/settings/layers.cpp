@@ -31,7 +31,9 @@ void read_ids(const AovRecord& r, const TraceTables& tables, float* to) {
     const TriangleSource source = seen ? source_of(tables, r.instance, r.triangle) : TriangleSource{~0u, ~0u};
     to[0] = std::bit_cast<float>(source.instance);
     to[1] = std::bit_cast<float>(source.triangle);
-    to[2] = std::bit_cast<float>(seen ? tables.triangles[r.triangle].w & kTriangleMaterialMask : ~0u);
+    to[2] = std::bit_cast<float>(~0u);
+    if (tables.absent || !seen) return;  // renderer/film.cpp reads the material from pages
+    to[2] = std::bit_cast<float>(tables.triangles[r.triangle].w & kTriangleMaterialMask);
 }
 
 constexpr std::array kLayers = {

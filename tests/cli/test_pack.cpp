@@ -113,10 +113,25 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
     const std::string scene = large_scene(6);
     ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
     const auto render = [&](const std::string& output, const Strings& more) {
-        Strings arguments = {
-            "render",      scene,       file(output), "--width",   "64",        "--samples", "2",
-            "--aov",       "all",       "--env",      "1,0.9,0.8", "--primary", "traced",    "--reproducible",
-            "--look-from", "40,60,-50", "--look-at",  "200,0,90",  "--quiet"};
+        Strings arguments = {"render",
+                             scene,
+                             file(output),
+                             "--width",
+                             "64",
+                             "--samples",
+                             "2",
+                             "--aov",
+                             "direct_diffuse,indirect_diffuse,indirect_glossy,albedo,normal,depth,ids,cryptoobject",
+                             "--env",
+                             "1,0.9,0.8",
+                             "--primary",
+                             "traced",
+                             "--reproducible",
+                             "--look-from",
+                             "40,60,-50",
+                             "--look-at",
+                             "200,0,90",
+                             "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         return run_program(arguments);
     };
@@ -135,7 +150,7 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
         EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(file("no.exr")));
     };
-    refused({"--pages", file("field.glb")}, "field.glb: is no page file");
+    refused({"--pages", file("field.glb")}, "field.glb: is not a page file");
     refused({"--pages", file("none")}, "none: cannot read");
     ASSERT_EQ(pack(atrium, file("atrium.pages"), {"--quiet"}).status, 0);
     refused({"--pages", file("atrium.pages")}, "atrium.pages: was not made of");
