@@ -58,7 +58,7 @@ class Mattes {
     /// Prepares counts for the mattes among the layers. paths: number of paths of a band. pages: the scene's pages,
     /// which outlive the object; null where its geometry is in memory.
     Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
-           std::span<const std::string> aovs, std::size_t paths, const paging::PageSource* pages);
+           std::span<const std::string> aovs, std::size_t paths, const paging::PageSource* pages = nullptr);
 
     bool empty() const { return layers_.empty(); }
     /// Adds one sample of all paths.
