@@ -26,8 +26,8 @@ double sheen_albedo(double cosine, double roughness, int nodes = 24);
 ///   E_B  below 1e-4 where alpha >= 0.01, below 4e-4 elsewhere
 /// The computation takes about 15 ms.
 ///
-/// With `sheen`, the sheen's table follows in rows of its own, its albedo in channel 0. Its interpolation errors are
-/// below 1e-3.
+/// If `sheen` is set, the sheen's table follows in rows of its own, with the albedo in channel 0. Interpolation errors
+/// of the albedo are below 1e-3.
 Image build_albedo_table(bool sheen = false);
 
 }  // namespace halflight
