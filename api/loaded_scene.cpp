@@ -6,6 +6,7 @@
 
 #include "api/animation_choice.h"
 #include "api/default_light.h"
+#include "api/scene_cache.h"
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/io/environment.h"
@@ -34,6 +35,10 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     options.strict = choice.strict_textures;
     options.variant = choice.variant;
     return options;
+}
+
+bool can_be_paged(const SceneChoice& choice) {
+    return !choice.in_memory && !choice.animation && choice.variant.empty() && choice.edits.transforms.empty();
 }
 
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes) {
@@ -143,11 +148,40 @@ bool emits(const paging::PageIndex& index, const Scene& scene) {
 
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
     : choice_(std::move(choice)), camera_choice_(camera) {
+    bool lit_later = false;
+    const bool list = is_part_list(choice_.scene);
+    if (list && choice_.in_memory) throw Error(choice_.scene.string(), "is a list of files, which needs a page file");
+    if (list || !choice_.pages.empty()) {
+        load_pages(log);
+    } else {
+        try {
+            lit_later = load_whole(log);
+        } catch (const BudgetError& too_large) {
+            if (!can_be_paged(choice_)) throw;
+            try {
+                load_pages(log);
+            } catch (const BudgetError&) {
+                throw too_large;
+            }
+        }
+    }
+    for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
+    const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
+    if (pages_) lit_later = has_light(scene_) || emits(pages_->index(), scene_);
+    if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
+    std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
+    apply_edits();
+    camera_ = choose_camera(scene_, camera);
+    size_ = size_of(scene_);
+    size_.moves = surfaces_move_;
+    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents()};
+    choice_.packing = {};  // it may refer to what the caller drops
+}
+
+bool LoadedScene::load_whole(const Log& log) {
     const GltfOptions options = gltf_options(choice_);
     bool lit_later = false;
-    if (!choice_.pages.empty()) {
-        load_pages();
-    } else if (choice_.animation) {
+    if (choice_.animation) {
         file_.emplace(choice_.scene, options, choice_.picture_bytes);
         file_->set_frame_rate(choice_.frame_rate, log);
         file_->play(*choice_.animation, log);
@@ -166,21 +200,10 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
         files_ = file.gltf().files();
         variants_ = file.gltf().variants();
     }
-    for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
-    const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
-    if (pages_) lit_later = has_light(scene_) || emits(pages_->index(), scene_);
-    if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
-    std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
-    apply_edits();
-    if (pages_ && scene_.cameras.empty() && !camera.look_from && !camera.pose)
-        throw Error(choice_.scene.string(), "has no camera; with pages, --look-from and --look-at are needed");
-    camera_ = choose_camera(scene_, camera);
-    size_ = size_of(scene_);
-    size_.moves = surfaces_move_;
-    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents()};
+    return lit_later;
 }
 
-void LoadedScene::load_pages() {
+void LoadedScene::load_pages(const Log& log) {
     if (choice_.animation) throw Error(choice_.scene.string(), "animations cannot play with pages");
     if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
@@ -194,14 +217,20 @@ void LoadedScene::load_pages() {
     SceneSize size = size_of_parts(parts);
     size.drawn = 0;  // pages take what the budget leaves
     check_fits(size, choice_.scene, choice_.picture_bytes);
-    pages_ = std::make_shared<paging::PageFile>(choice_.pages);
-    if (pages_->index().scene != identity_of(parts))
-        throw Error(choice_.pages.string(),
-                    "was not made of {}, or the scene has changed; halflight pack makes it anew",
+    const std::uint64_t identity = identity_of(parts);
+    const std::filesystem::path pages =
+        !choice_.pages.empty() ? choice_.pages
+                               : cached_pages(choice_.scene, identity, {choice_.allow_outside, choice_.packing}, log);
+    pages_ = std::make_shared<paging::PageFile>(pages);
+    if (pages_->index().scene != identity)
+        throw Error(pages.string(), "was not made of {}, or the scene has changed; halflight pack makes it anew",
                     choice_.scene.string());
     parts.clear();
-    files_.push_back(choice_.pages);
+    files_.push_back(pages);
     scene_ = open_parts(choice_.scene, options)->scene();
+    const paging::PageIndex& index = pages_->index();
+    if (!index.bounds.empty())
+        scene_.paged_bounds = {index.origin + dvec3(index.bounds.lower), index.origin + dvec3(index.bounds.upper)};
 }
 
 LoadedScene::LoadedScene(LoadedScene&&) noexcept = default;

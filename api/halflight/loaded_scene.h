@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,11 +27,13 @@ class PageSource;
 
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
-    std::filesystem::path scene;  // file, .gltf or .glb
+    std::filesystem::path scene;  // file, .gltf or .glb, or a list of files, NAME.parts.json
     bool allow_outside = false;   // lets the scene name files outside its folder
-    // Page file of the scene (pack_scene()), for scenes that are larger than memory: geometry is read from it. Empty:
-    // none.
+    // Page file of the scene (pack_scene()), from which geometry is read. Empty: scenes that do not fit into memory,
+    // and lists of files (NAME.parts.json), get one in the user's cache.
     std::filesystem::path pages{};
+    bool in_memory = false;                       // refuses scenes that need a page file
+    std::function<void(double share)> packing{};  // called with the share of the conversion done; may throw to stop
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     std::string variant{};         // material variant of the file, by name; empty: the file's own materials
     EnvironmentChoice environment{};
@@ -45,6 +48,10 @@ struct SceneChoice {
 
 /// Returns the options with which the scene of a choice is read.
 GltfOptions gltf_options(const SceneChoice& choice);
+
+/// Returns whether a scene that does not fit into memory may be rendered from a page file: the choice asks for nothing
+/// that pages lack.
+bool can_be_paged(const SceneChoice& choice);
 
 /// Throws Error about the file where the memory budget (MemoryLedger::process()) has too little left for loading and
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
@@ -155,7 +162,9 @@ class LoadedScene {
   private:
     struct Unedited;
     void apply_edits();
-    void load_pages();
+    /// Loads the scene into memory. Returns whether its animations may bring light later.
+    bool load_whole(const Log& log);
+    void load_pages(const Log& log);
 
     SceneChoice choice_;
     CameraChoice camera_choice_;

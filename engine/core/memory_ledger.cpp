@@ -159,8 +159,8 @@ std::size_t MemoryLedger::free() const {
 void MemoryLedger::check(std::size_t bytes, std::string_view subject, std::string_view what) const {
     const std::size_t left = free();
     if (bytes <= left) return;
-    throw Error(subject, "needs {} of memory ({}), and {} of the budget of {} are left (--memory)",
-                text_of_bytes(bytes), what, text_of_bytes(left), text_of_bytes(limit()));
+    throw BudgetError(subject, "needs {} of memory ({}), and {} of the budget of {} are left (--memory)",
+                      text_of_bytes(bytes), what, text_of_bytes(left), text_of_bytes(limit()));
 }
 
 void MemoryLedger::add(MemoryPart part, std::size_t bytes) {

@@ -10,6 +10,8 @@
 #include <string>
 #include <string_view>
 
+#include "engine/core/error.h"
+
 namespace halflight {
 
 /// Returns the bytes that the process may still take without swapping. The system has them free or can free them at
@@ -38,6 +40,12 @@ const char* name(MemoryPart part);
 
 /// Bytes of MemoryPart::program: those of a first run, which compiles all shaders (measured, and rounded up).
 inline constexpr std::size_t kProgramBytes = std::size_t{160} << 20;
+
+/// Error of something that does not fit into the memory budget.
+class BudgetError : public Error {
+  public:
+    using Error::Error;
+};
 
 /// A limit for the memory of a process, and the bytes that its parts hold. Parts are sizes of large arrays and upper
 /// estimates of everything else. Thread-safe.
@@ -71,7 +79,7 @@ class MemoryLedger {
     /// Returns the bytes that are left; 0 where the parts hold more than the limit.
     std::size_t free() const;
 
-    /// Throws Error about `subject` where fewer than `bytes` are left. what: "textures 3.0 GiB, picture 17 MiB".
+    /// Throws BudgetError about `subject` where fewer than `bytes` are left. what: "textures 3.0 GiB, picture 17 MiB".
     void check(std::size_t bytes, std::string_view subject, std::string_view what) const;
 
   private:

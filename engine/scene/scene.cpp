@@ -5,6 +5,7 @@
 namespace halflight {
 
 WorldBounds world_bounds(const Scene& scene) {
+    if (scene.paged_bounds) return *scene.paged_bounds;
     std::vector<Bounds> boxes(scene.meshes.size());
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         for (const vec3& p : scene.meshes[i].positions) boxes[i].add(p);

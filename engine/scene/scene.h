@@ -106,6 +106,14 @@ struct SceneReport {
     std::size_t environment_texels_repaired = 0;
 };
 
+/// World bounds, in double so that a scene far from the origin keeps its precision. They hold every instance's
+/// transformed object-space box, so they are exact for rotations by right angles and too large for others.
+struct WorldBounds {
+    dvec3 lower{std::numeric_limits<double>::infinity()};
+    dvec3 upper{-std::numeric_limits<double>::infinity()};
+    bool empty() const { return lower.x > upper.x; }
+};
+
 struct Scene {
     std::string name;  // file name, for messages
     std::vector<TextureImage> images;
@@ -115,16 +123,10 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<Camera> cameras;
     Environment environment;
+    std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; the meshes are then empty
     SceneReport report;
 };
 
-/// World bounds, in double so that a scene far from the origin keeps its precision. They hold every instance's
-/// transformed object-space box, so they are exact for rotations by right angles and too large for others.
-struct WorldBounds {
-    dvec3 lower{std::numeric_limits<double>::infinity()};
-    dvec3 upper{-std::numeric_limits<double>::infinity()};
-    bool empty() const { return lower.x > upper.x; }
-};
 WorldBounds world_bounds(const Scene& scene);
 
 /// Checks indices, lengths and ranges against the comments above. Throws Error that names the first bad element.

@@ -50,8 +50,15 @@ void add_run_options(Options& options, RenderArguments& a) {
         "--strict", [&] { a.strict = a.strict_textures = true; },
         "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
         "optional extension of the scene adds");
-    options.value("--pages", "FILE", "reads the geometry from a page file that `halflight pack` made of the scene",
-                  [&](const auto&, const auto& text) { a.pages = text; });
+    options.value("--pages", "FILE",
+                  "reads the geometry from a page file that `halflight pack` made of the scene; none: refuses scenes "
+                  "that do not fit into memory (default: converts them once, in the user's cache)",
+                  [&](const auto&, const auto& text) {
+                      if (text == "none")
+                          a.in_memory = true;
+                      else
+                          a.pages = text;
+                  });
     options.value("--page-pool", "SIZE",
                   "memory for pages on the device, such as 512M; by default half of what the memory budget has left",
                   [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });

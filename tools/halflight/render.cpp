@@ -42,7 +42,7 @@ void render_picture(const RenderArguments& a) {
     check_color(config, a);
 
     // Another thread reads the scene while this thread, which will own the context, loads the driver.
-    auto reading = std::async(std::launch::async, [&] { return LoadedScene(a, a, console); });
+    auto reading = std::async(std::launch::async, [&] { return load_scene(a, console); });
     const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
     times.context = clock.lap();
     LoadedScene scene = reading.get();

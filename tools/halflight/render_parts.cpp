@@ -1,14 +1,42 @@
 #include "tools/halflight/render_parts.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
+#include "engine/core/stopwatch.h"
 #include "engine/gpu/program_binaries.h"
 #include "renderer/memory.h"
+#include "tools/cli/signals.h"
+#include "tools/halflight/commands.h"
+#include "tools/halflight/progress.h"
 
 namespace halflight {
 
 bool wants(const RenderArguments& a, std::string_view extension) {
     return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
+}
+
+LoadedScene load_scene(const RenderArguments& a, const Console& console) {
+    std::optional<ProgressDisplay> display;
+    Stopwatch watch;
+    SceneChoice choice = a;
+    choice.packing = [&](double share) {
+        if (const int signal = stop_signal()) throw Interrupted(signal, a.scene.string(), "not converted: interrupted");
+        if (!display) {
+            display.emplace(stderr, a.quiet, 0);
+            watch = Stopwatch();
+        }
+        display->show(share, watch.seconds());
+    };
+    const Log log([&](Log::Kind kind, std::string_view line) {
+        if (display) display->clear();
+        if (kind == Log::Kind::note)
+            console.note("{}", line);
+        else
+            console.warn("{}", line);
+    });
+    return LoadedScene(std::move(choice), a, log);
 }
 
 RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {

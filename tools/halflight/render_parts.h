@@ -4,12 +4,17 @@
 #include <string_view>
 
 #include "api/halflight/frame_renderer.h"
+#include "tools/cli/console.h"
 #include "tools/cli/picture_arguments.h"
 
 namespace halflight {
 
 /// Returns whether any output has this extension.
 bool wants(const RenderArguments& arguments, std::string_view extension);
+
+/// Loads the scene of the arguments. If it has to be converted to pages first, shows the progress, and throws
+/// Interrupted where a signal asks to stop.
+LoadedScene load_scene(const RenderArguments& arguments, const Console& console);
 
 /// Returns the settings of a picture by this camera. The arguments decide size, view and statistics.
 RenderSettings make_settings(const RenderArguments& arguments, const Camera& camera);

@@ -35,7 +35,7 @@ void run_sequence(const RenderArguments& a) {
     if (!a.check) check_outputs(options);
     RendererOptions renderer{.device = device_options(a), .colors = ColorConfig::load(a.ocio), .shutter = a.shutter};
     check_color(*renderer.colors, a);
-    LoadedScene scene(a, a, console);
+    LoadedScene scene = load_scene(a, console);
     const RenderSettings settings = make_settings(a, scene.chosen_camera().camera);
     if (a.check) {
         const auto bad = incomplete_frames(scene, settings, a.shutter, *renderer.colors, options);

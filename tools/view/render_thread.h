@@ -42,7 +42,8 @@ struct Request {
     /// (PreparedScene::update()), and all poses share its images.
     std::shared_ptr<const Scene> reference;
     std::shared_ptr<const Scene> scene;  // scene at the frame, before edits; the reference itself where nothing moves
-    SceneEdits edits;                    // for layer "motion", both scenes must have the transforms already
+    std::shared_ptr<const paging::PageSource> pages{};  // geometry of scenes in pages; null: the scenes have it
+    SceneEdits edits;         // for layer "motion", both scenes must have the transforms already
     std::uint32_t frame = 0;  // FrameSettings::frame
     Camera camera;
     ivec2 size{0};  // size of the picture, pixels

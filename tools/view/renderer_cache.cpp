@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/core/memory_ledger.h"
+
 namespace halflight::view {
 namespace {
 
@@ -37,8 +39,9 @@ void RendererCache::prepare_scene(const Request& r) {
             renderers_.clear();
             scene_.reset();  // frees the old scene first: two may not fit into memory
             raster_ = raster;
-            scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference),
-                                                     PrepareOptions{.raster_culling = raster});
+            PrepareOptions options{.raster_culling = raster, .pages = r.pages};
+            if (r.pages) options.pool_bytes = MemoryLedger::process().free() / 2;
+            scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference), options);
         }
         if (!known && r.scene == r.reference) return;
         if (scene_->update(*edited(r.scene)))

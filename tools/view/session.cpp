@@ -9,6 +9,7 @@
 #include "api/halflight/camera.h"
 #include "api/halflight/loaded_scene.h"
 #include "engine/io/environment.h"
+#include "engine/io/gltf/parts.h"
 
 namespace halflight::view {
 namespace {
@@ -84,6 +85,31 @@ void take_frame(Session::Opened& o, std::uint32_t frame) {
     if (o.scene != before) o.picker = std::make_shared<const Picker>(o.scene);
 }
 
+/// Loads a scene into memory.
+void load_whole(Session::Opened& opened, const Console& console) {
+    const PreviewArguments& a = opened.arguments;
+    opened.timeline = timeline_of(a, console);
+    Timeline& timeline = opened.timeline;
+    const Scene rest = timeline.file->gltf().at_rest();
+    for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
+    take_reference(opened, rest, console);
+    take_frame(opened, a.settings.frame);
+    if (timeline.animations.empty()) timeline.file.reset();
+}
+
+/// Loads a scene whose geometry is in pages. Nothing can be picked in it.
+void load_pages(Session::Opened& opened, const Console& console) {
+    SceneChoice choice = opened.arguments;
+    choice.edits = {.transforms = choice.edits.transforms};  // RendererCache applies the others
+    const LoadedScene loaded(choice, opened.arguments, console);
+    check_edits(opened.arguments.edits, loaded.scene(), opened.arguments.edits_source);
+    opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
+    opened.pages = loaded.pages();
+    opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
+    opened.timeline = {};
+    opened.timeline.cameras = opened.reference->cameras;
+}
+
 }  // namespace
 
 std::vector<std::string> titles(const std::vector<Animation>& animations) {
@@ -112,14 +138,21 @@ Session::Session(const PreviewArguments& arguments, ColorConfig colors)
 Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
     Opened opened;
     opened.arguments = a;
-    opened.timeline = timeline_of(a, console);
-    Timeline& timeline = opened.timeline;
-    const Scene rest = timeline.file->gltf().at_rest();
-    for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
     colors.view(a.settings.view);  // throws for an unknown view transform
-    take_reference(opened, rest, console);
-    take_frame(opened, a.settings.frame);
-    if (timeline.animations.empty()) timeline.file.reset();
+    try {
+        if (is_part_list(a.scene) || !a.pages.empty())
+            load_pages(opened, console);
+        else
+            load_whole(opened, console);
+    } catch (const BudgetError& too_large) {
+        if (!can_be_paged(a)) throw;
+        try {
+            load_pages(opened, console);
+        } catch (const BudgetError&) {
+            throw too_large;
+        }
+    }
+    const Timeline& timeline = opened.timeline;
     ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     const WorldBounds box = world_bounds(*opened.scene);
@@ -175,13 +208,14 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
 }
 
 Session::Opened Session::now() const {
-    return {arguments_, reference_, scene_, timeline_, picker_, diagonal_, {}};
+    return {arguments_, reference_, scene_, pages_, timeline_, picker_, diagonal_, {}};
 }
 
 void Session::open(Opened opened) {
     arguments_ = std::move(opened.arguments);
     file_ = arguments_.scene;
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
+    pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
     if (!opened.start) return follow_camera();
@@ -265,7 +299,7 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{reference_, scene_,  edits,  timeline_.frame, camera(), size, bounces, required_aovs(layer_view),
+    Request r{reference_, scene_,  pages_, edits, timeline_.frame, camera(), size, bounces, required_aovs(layer_view),
               modes,      culling, measure};
     if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
     return r;

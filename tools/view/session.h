@@ -61,6 +61,7 @@ class Session {
         PreviewArguments arguments;
         std::shared_ptr<const Scene> reference;  // Request::reference
         std::shared_ptr<const Scene> scene;
+        std::shared_ptr<const paging::PageSource> pages{};  // Request::pages
         Timeline timeline;
         std::shared_ptr<const Picker> picker;
         double diagonal = 1;
@@ -117,6 +118,7 @@ class Session {
     std::filesystem::path file_;
     std::shared_ptr<const Scene> reference_;
     std::shared_ptr<const Scene> scene_;
+    std::shared_ptr<const paging::PageSource> pages_;
     Timeline timeline_;
     std::shared_ptr<const Picker> picker_;
     double diagonal_ = 1;

@@ -71,6 +71,7 @@ void statistics_panel(Session& session, const PanelState& now) {
     picture_lines(*now.picture);
     time_lines(*now.history);
     lines("Culling", session.measure, culling_lines(now.picture->result.stats));
+    lines("Pages", true, paging_lines(now.picture->result.stats));
     lines("Left out", false, left_out_lines(now.picture->result.stats));
 }
 

@@ -57,6 +57,16 @@ std::vector<std::string> culling_lines(const RenderStats& stats) {
     return lines;
 }
 
+std::vector<std::string> paging_lines(const RenderStats& stats) {
+    if (!stats.paging) return {};
+    const paging::PagingStatistics& t = stats.paging->tracing;
+    return {fmt::format("{} pages, {} fit into the pool", t.pages, t.slots),
+            fmt::format("{} loaded ({:.1f} MiB in {:.2f} s), {} left", t.traffic.loaded, mebibytes(t.traffic.bytes),
+                        t.traffic.seconds, t.traffic.evicted),
+            fmt::format("{} batches in {} rounds, {} sweeps", t.batches, t.rounds, t.sweeps),
+            fmt::format("{} table rows in {:.2f} s", stats.paging->rows, stats.paging->row_seconds)};
+}
+
 std::vector<std::string> left_out_lines(const RenderStats& stats) {
     std::vector<std::string> lines;
     for (const LeftOut& l : stats.left_out)

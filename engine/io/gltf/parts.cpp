@@ -12,8 +12,12 @@
 
 namespace halflight {
 
+bool is_part_list(const std::filesystem::path& path) {
+    return path.filename().string().ends_with(".parts.json");
+}
+
 std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path, const GltfOptions& options) {
-    if (!path.filename().string().ends_with(".parts.json")) return {path};
+    if (!is_part_list(path)) return {path};
     GltfDocument list;  // finds the files as it finds those of a scene
     list.file = path.string();
     list.folder = path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();

@@ -11,6 +11,9 @@
 
 namespace halflight {
 
+/// Returns whether a path names a list of files.
+bool is_part_list(const std::filesystem::path& path);
+
 /// Returns the files of a scene: those that a list "NAME.parts.json" names, {"parts": [{"uri": "NAME.000.glb"}, ...]},
 /// or else the path itself. The files lie in the folder of the list unless `options` allows others. Throws Error for a
 /// list that is unreadable or malformed.

@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <thread>
 
 #include "engine/io/exr.h"
+#include "engine/paging/pages.h"
 #include "tests/cli/animated_scenes.h"
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
+#include "tools/common/temporary_folder.h"
 #include "tools/view/navigation.h"
 
 namespace halflight::view {
@@ -52,6 +56,27 @@ TEST_F(ViewSession, OrbitsAroundTheSurfaceInTheMiddle) {
         Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {256, 256}, kSize));
     ASSERT_TRUE(picked);
     EXPECT_LT(glm::length(session.pose().at - picked->position), 1e-6);
+}
+
+TEST_F(ViewSession, ScenesInPages) {
+    const TemporaryFolder folder;
+    std::filesystem::copy_file(cornell().scene, folder / "cornell.glb");
+    test::write_text(folder / "list.parts.json", R"({"parts": [{"uri": "cornell.glb"}]})");
+    setenv("XDG_CACHE_HOME", folder.path.c_str(), 1);
+    PreviewArguments a = cornell();
+    a.scene = folder / "list.parts.json";
+    Session paged(a, ColorConfig::load());
+    unsetenv("XDG_CACHE_HOME");
+    const Request request = paged.request(kSize);
+    ASSERT_TRUE(request.pages);
+    EXPECT_FALSE(session.request(kSize).pages);
+    EXPECT_GT(request.pages->index().triangles, 20u);
+    EXPECT_EQ(paged.camera().camera_to_world, session.camera().camera_to_world);
+    EXPECT_DOUBLE_EQ(paged.diagonal(), session.diagonal());
+    paged.move(session.pose());
+    EXPECT_FALSE(paged.focus({256, 256}, kSize)) << "nothing can be picked";
+    a.edits.transforms[0] = dmat4(2);
+    EXPECT_NE(error_message([&] { Session(a, ColorConfig::load()); }).find("transforms"), std::string::npos);
 }
 
 TEST_F(ViewSession, DragsOfEachButton) {
