@@ -26,7 +26,7 @@ void main() {
     Ray ray = camera_ray(frame, pixel);
     Hit hit = primary_hit(ray, triangle, instance).hit;
     uint key = alpha_key_of_pixel(frame, pixel, 0u);
-    if (!alpha_accept(triangle, instance, hit.u, hit.v, key)) discard;
+    if (!alpha_accept(triangle, triangle, instance, hit.u, hit.v, key)) discard;
 #endif
     visibility = uvec2(triangle + 1u, instance);
 }

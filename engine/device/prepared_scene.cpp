@@ -85,10 +85,9 @@ std::uint64_t PreparedScene::drawn_triangles() const {
 bool PreparedScene::update(const Scene& scene) {
     check_usable();
     if (options_.single_pose) throw Error("prepared scene", "it was made for one pose only");
-    if (options_.pages) throw Error("prepared scene", "it is loaded in pages and cannot change");
     const Shape before = shape();
     usable_ = false;
-    prepare(scene);
+    options_.pages ? prepare_pages(scene) : prepare(scene);
     usable_ = true;
     return shape() == before;
 }
@@ -115,24 +114,29 @@ void PreparedScene::take_names(const Scene& scene) {
 void PreparedScene::prepare_pages(const Scene& scene) {
     const Stopwatch watch;
     take_names(scene);
-    tables_ = paging::resident_tables(options_.pages->index());
+    if (!pool_) tables_ = paging::resident_tables(*options_.pages);
     if (tables_.absent->used_materials.size() != scene.materials.size() ||
         tables_.ranges.size() != scene.instances.size()) {
         throw Error(scene.name, "its pages were made of another scene: {} materials and {} objects, not {} and {}",
                     tables_.absent->used_materials.size(), tables_.ranges.size(), scene.materials.size(),
                     scene.instances.size());
     }
-    if (tables_.alpha_tested) throw Error(scene.name, "has surfaces with alpha tests, which pages do not support yet");
     ShadingTables shading = build_shading_tables(scene, tables_, kept_needs(options_.kept), options_.estimator.lights,
-                                                 options_.estimator.sun);
+                                                 options_.estimator.sun, buffers_ ? &pooled_ : nullptr);
     if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != options_.pages->index().vertex_texels)
         throw Error(scene.name, "its pages have other vertex attributes than its materials need");
     if (options_.scene_read) options_.scene_read();
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
     has_environment_ = !shading.environment.pixels.empty();
-    buffers_.emplace(tables_, shading, options_.bank_shift);
-    pool_.emplace(*options_.pages, options_.pool_bytes);
+    pooled_ = shading.pooled;
+    if (buffers_) {
+        buffers_->update(tables_, shading, nullptr);
+        pool_->set_shading(buffers_->defines());
+    } else {
+        buffers_.emplace(tables_, shading, options_.bank_shift);
+        pool_.emplace(*options_.pages, options_.pool_bytes, buffers_->defines());
+    }
     seconds_ = watch.seconds();
 }
 

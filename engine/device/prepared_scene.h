@@ -27,7 +27,8 @@ struct PrepareOptions {
     unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
     std::size_t most_in_part = rays::kMostInPart;  // see rays::Hierarchies
     bool single_pose = false;                      // nothing is kept for update(), which throws Error
-    // Pages of a scene whose geometry is not in memory; the scene's meshes are then empty. Null: the scene has it all.
+    // Pages of a scene whose geometry is not in memory; the scene's meshes are then empty, and updates may change
+    // materials, lights and environment only. Null: the scene has it all.
     std::shared_ptr<const paging::PageSource> pages{};
     std::size_t pool_bytes = std::size_t{1} << 30;  // bytes of device memory for pages
     // Called by the constructor once it does not read the scene any more, before hierarchies of large scenes are built.

@@ -74,6 +74,7 @@ struct Batch {
     std::vector<std::string> blocks;
     std::vector<std::pair<std::uint32_t, BucketTriangle>> placed;  // triangles with their buckets
     Bounds bounds;
+    std::vector<std::uint32_t> emitters;
     bool slivers = false;
     bool alpha = false;
 };
@@ -149,6 +150,7 @@ class Converter {
         if (options.memory < kLeastConvertBytes)
             throw Error(path.string(), "its conversion needs {} of memory, and {} of the budget are left (--memory)",
                         text_of_bytes(kLeastConvertBytes), text_of_bytes(options.memory));
+        for (const Material& m : scene_.materials) emits_.push_back(!m.unlit && has_emission(m));
         index_.limits = options.limits;
         index_.scene = options.scene;
     }
@@ -214,7 +216,9 @@ class Converter {
         index_.origin = choose_origin(scene_.instances, extents);
         index_.triangles = static_cast<std::uint32_t>(triangles);
         index_.vertices = vertices;
-        index_.geometry = {used, attributes.colors, attributes.tangents};
+        index_.geometry.used_materials = used;
+        index_.geometry.vertex_colors = attributes.colors;
+        index_.geometry.tangents = attributes.tangents;
         needs_ = layout_needs(scene_.materials, used, attributes);
         index_.vertex_texels = static_cast<std::uint32_t>(needs_.vertex_stride());
         uses_.assign(scene_.meshes.size(), 0);
@@ -337,7 +341,9 @@ class Converter {
                 }
                 const auto& [a, b, c] = triangle.corners;
                 batch.slivers = batch.slivers || is_sliver(a, b, c);
-                const bool alpha = (piece.mesh->words[piece.mesh->mesh->triangle_material[t]] & kTriangleAlpha) != 0;
+                const std::uint32_t material = piece.mesh->mesh->triangle_material[t];
+                if (emits_[material]) batch.emitters.push_back(id);
+                const bool alpha = (piece.mesh->words[material] & kTriangleAlpha) != 0;
                 batch.alpha = batch.alpha || alpha;
                 triangle.id = id++ | (alpha ? kBucketAlpha : 0);
                 batch.placed.emplace_back(tree.bucket_of((a + b + c) / 3.0f), triangle);
@@ -345,6 +351,15 @@ class Converter {
         }
         blocks.finish();
         batch.pieces.clear();
+    }
+
+    void add_emitters(const std::vector<std::uint32_t>& triangles) {
+        std::vector<std::uint32_t>& all = index_.geometry.emitters;
+        crowded_ = crowded_ || all.size() + triangles.size() > kMostEmitters;
+        if (crowded_)
+            all.clear();
+        else
+            all.insert(all.end(), triangles.begin(), triangles.end());
     }
 
     void write_rows(const BucketTree& tree, BucketFile& buckets, PageFileWriter& writer) {
@@ -364,6 +379,7 @@ class Converter {
             for (const std::string& block : batch->blocks) writer.add_block(block);
             for (const auto& [bucket, triangle] : batch->placed) buckets.add(bucket, triangle);
             index_.bounds.add(batch->bounds);
+            add_emitters(batch->emitters);
             index_.slivers = index_.slivers || batch->slivers;
             index_.alpha = index_.alpha || batch->alpha;
             done += batch->triangles;
@@ -447,6 +463,7 @@ class Converter {
     const MemoryLedger::Entry memory_;
     const TriangleWords words_;
     CentroidSample sample_;
+    std::vector<bool> emits_;  // per material
     std::vector<MeshFacts> facts_;
     std::vector<std::size_t> uses_;  // per mesh: number of instances
     SceneNeeds needs_;
@@ -458,6 +475,7 @@ class Converter {
     std::size_t next_instance_ = 0;
     std::uint32_t next_triangle_ = 0;
     Piece rest_;
+    bool crowded_ = false;  // more than kMostEmitters triangles emit light
 };
 
 }  // namespace

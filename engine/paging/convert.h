@@ -17,6 +17,9 @@
 
 namespace halflight::paging {
 
+/// Largest number of emissive triangles that a page file lists as lights. Of scenes with more, it lists none.
+inline constexpr std::size_t kMostEmitters = std::size_t{1} << 24;
+
 struct ConvertOptions {
     std::size_t memory = std::size_t{1} << 30;     // bytes that the conversion may take besides the largest mesh
     std::uint64_t scene = 0;                       // PageIndex::scene

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cassert>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <list>
 #include <mutex>
@@ -278,13 +279,14 @@ std::string bytes_of(const StoredIndex& stored) {
     const PageIndex& index = stored.index;
     std::string bytes;
     const auto add = [&](const auto& value) { append_bytes(&value, 1, bytes); };
-    add(index.limits.pairs), add(index.limits.nodes);
+    add(index.limits.pairs), add(index.limits.nodes), add(index.limits.alpha_tested);
     add(index.scene), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
         (index.geometry.tangents ? kTangents : 0));
     append_list(std::vector<std::uint8_t>(index.geometry.used_materials.begin(), index.geometry.used_materials.end()),
                 bytes);
+    append_list(index.geometry.emitters, bytes);
     append_list(index.pages, bytes);
     append_list(index.roots, bytes);
     std::vector<RangeWords> ranges;
@@ -301,13 +303,15 @@ StoredIndex parse_index(Reader& reader) {
     StoredIndex stored;
     PageIndex& index = stored.index;
     const auto read = [&](auto& value) { value = reader.value<std::remove_reference_t<decltype(value)>>(); };
-    read(index.limits.pairs), read(index.limits.nodes);
+    read(index.limits.pairs), read(index.limits.nodes), read(index.limits.alpha_tested);
     read(index.scene), read(index.origin), read(index.bounds);
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
     const auto flags = reader.value<std::uint32_t>();
     index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;
     const auto used = reader.list<std::uint8_t>();
-    index.geometry = {{used.begin(), used.end()}, (flags & kColors) != 0, (flags & kTangents) != 0};
+    index.geometry.used_materials.assign(used.begin(), used.end());
+    index.geometry.vertex_colors = (flags & kColors) != 0, index.geometry.tangents = (flags & kTangents) != 0;
+    index.geometry.emitters = reader.list<std::uint32_t>();
     index.pages = reader.list<PageIndex::Size>();
     index.roots = reader.list<PageRoot>();
     for (const RangeWords& w : reader.list<RangeWords>()) {
@@ -340,7 +344,8 @@ std::size_t page_bytes(std::size_t nodes, std::size_t pairs) {
 bool consistent(const StoredIndex& stored, const Header& header) {
     const PageIndex& index = stored.index;
     const std::uint64_t blocks = (std::uint64_t{index.triangles} + kTrianglesPerBlock - 1) / kTrianglesPerBlock;
-    if (index.limits.pairs > kMostOfPage || index.limits.nodes > kMostOfPage || index.vertex_texels < 1 ||
+    if (index.limits.pairs > kMostOfPage || index.limits.nodes > kMostOfPage ||
+        index.limits.alpha_tested > 2 * kMostOfPage || index.vertex_texels < 1 ||
         index.vertex_texels > kMostVertexTexels || stored.block_offsets.size() != blocks ||
         stored.page_offsets.size() != index.pages.size() ||
         index.pages.size() > std::numeric_limits<std::uint32_t>::max() ||
@@ -350,6 +355,10 @@ bool consistent(const StoredIndex& stored, const Header& header) {
         return false;
     for (const PageIndex::Size& size : index.pages)
         if (size.nodes > index.limits.nodes || size.pairs > index.limits.pairs) return false;
+    const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
+    if (std::ranges::adjacent_find(emitters, std::greater_equal()) != emitters.end() ||
+        (!emitters.empty() && emitters.back() >= index.triangles))
+        return false;
     std::uint32_t page = 0;
     for (const PageRoot& root : index.roots) {
         if (root.page < page || root.page >= index.pages.size() || root.node >= index.pages[root.page].nodes)

@@ -11,6 +11,7 @@
 #include "engine/rays/bvh.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/rays/page_node.h"
+#include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::paging {
@@ -43,17 +44,25 @@ rays::Bvh hierarchy_over(const std::vector<PageRoot>& roots) {
     return bvh;
 }
 
+/// Returns the table rows of alpha-tested triangles in a slot.
+std::uint32_t alpha_rows(const PageIndex& index) {
+    return index.alpha ? index.limits.alpha_tested : 0;
+}
+
 std::uint32_t slots_for(const PageIndex& index, std::size_t top_nodes, std::size_t bytes) {
-    const std::size_t nodes = index.limits.nodes, pairs = index.limits.pairs;
-    const std::size_t slot = nodes * kBvhPageTexels * sizeof(uvec4) + pairs * kBvhPairTexels * sizeof(vec4);
+    const std::size_t nodes = index.limits.nodes, pairs = index.limits.pairs, rows = alpha_rows(index);
+    const std::size_t attributes = 3 * rows * index.vertex_texels;
+    const std::size_t slot =
+        (nodes * kBvhPageTexels + pairs * kBvhPairTexels + rows + attributes) * sizeof(vec4);  // texels have 16 bytes
     GLint texels = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
     const std::size_t most_nodes =
         std::min(static_cast<std::size_t>(texels) / kBvhPageTexels, std::size_t{kBvhIndexMask});
     const std::size_t most_pairs =
         std::min(static_cast<std::size_t>(texels) / kBvhPairTexels, std::size_t{kBvhIndexMask});
+    const std::size_t most_attributes = static_cast<std::size_t>(texels) / std::max<std::size_t>(attributes, 1);
     const std::size_t room =
-        most_nodes > top_nodes ? std::min((most_nodes - top_nodes) / nodes, most_pairs / pairs) : 0;
+        most_nodes > top_nodes ? std::min({(most_nodes - top_nodes) / nodes, most_pairs / pairs, most_attributes}) : 0;
     if (room == 0 || index.roots.size() >= kBvhIndexMask) {
         throw Error("pages", "{} subtrees in {} pages; the driver's texture buffers end at {} texels",
                     index.roots.size(), index.pages.size(), texels);
@@ -64,7 +73,10 @@ std::uint32_t slots_for(const PageIndex& index, std::size_t top_nodes, std::size
 
 }  // namespace
 
-PagePool::PagePool(const PageSource& source, std::size_t bytes) : source_(source) {
+PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defines& shading)
+    : source_(source),
+      alpha_triangles_("rows of alpha-tested triangles", 0),
+      alpha_attributes_("attributes of alpha-tested triangles", 0) {
     const PageIndex& index = source.index();
     const rays::Bvh top = hierarchy_over(index.roots);
     top_nodes_ = static_cast<std::uint32_t>(top.nodes.size()) + 1;
@@ -101,7 +113,13 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes) : source_(source
                                      .nodes = top_nodes_ + std::size_t{slots} * index.limits.nodes,
                                      .pairs = std::size_t{slots} * index.limits.pairs,
                                      .stack_entries = top.stack_entries + index.stack_entries,
-                                     .slivers = index.slivers});
+                                     .slivers = index.slivers,
+                                     .alpha_tested = index.alpha,
+                                     .shading = shading});
+    if (const std::size_t rows = std::size_t{slots} * alpha_rows(index); rows > 0) {
+        alpha_triangles_ = gpu::Buffer(alpha_triangles_.name(), rows * sizeof(uvec4));
+        alpha_attributes_ = gpu::Buffer(alpha_attributes_.name(), 3 * rows * index.vertex_texels * sizeof(vec4));
+    }
     scene_->nodes().write(std::span<const uvec4>(nodes));
 }
 
@@ -129,10 +147,10 @@ void PagePool::load(std::span<const std::uint32_t> asked) {
     }
     // Pages are read by all threads, in portions that bound the memory.
     constexpr std::size_t kPortion = 64;
-    std::vector<Page> contents(std::min(kPortion, absent.size()));
+    std::vector<Loaded> contents(std::min(kPortion, absent.size()));
     for (std::size_t first = 0; first < absent.size(); first += kPortion) {
         const std::size_t count = std::min(kPortion, absent.size() - first);
-        tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { contents[i] = source_.read(absent[first + i]); });
+        tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { contents[i] = read(absent[first + i]); });
         for (std::size_t i = 0; i < count; ++i) upload(absent[first + i], free_slot(kept), std::move(contents[i]));
     }
     // A full pool hides its oldest pages.
@@ -181,11 +199,38 @@ std::uint32_t PagePool::free_slot(const std::vector<bool>& kept) {
     return slot;
 }
 
-void PagePool::upload(std::uint32_t page, std::uint32_t slot, Page content) {
+/// Reads a page and the rows of its alpha-tested triangles, whose pairs get the place of their first row. Thread-safe.
+PagePool::Loaded PagePool::read(std::uint32_t page) const {
+    Loaded loaded{source_.read(page), {}};
+    if (!source_.index().alpha) return loaded;
+    std::vector<std::uint32_t> triangles;
+    for (std::size_t i = kBvhPairTexels - 1; i < loaded.page.pairs.size(); i += kBvhPairTexels) {
+        uvec4 words = std::bit_cast<uvec4>(loaded.page.pairs[i]);
+        words.w = kBvhTag | static_cast<std::uint32_t>(triangles.size());
+        const bool single = words.x == words.y;
+        for (int which = 0; which < (single ? 1 : 2); ++which)
+            if ((words.z & (shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift))) != 0)
+                triangles.push_back(words[which] & shared::kBvhTriangleMask);
+        loaded.page.pairs[i] = std::bit_cast<vec4>(words);
+    }
+    source_.read_rows(triangles, loaded.rows);
+    return loaded;
+}
+
+void PagePool::bind_rows() const {
+    if (alpha_triangles_.bytes() == 0) return;
+    alpha_triangles_.bind_texture(UNIT_TRIANGLES, GL_RGBA32UI);
+    alpha_attributes_.bind_texture(UNIT_VERTICES, GL_RGBA32F);
+}
+
+void PagePool::upload(std::uint32_t page, std::uint32_t slot, Loaded loaded) {
+    Page& content = loaded.page;
+    std::vector<uvec4>& rows = loaded.rows.triangles;
     const PageLimits& limits = source_.index().limits;
+    const std::uint32_t first_row = slot * alpha_rows(source_.index());
     const std::uint32_t first_node = top_nodes_ + slot * limits.nodes, first_pair = slot * limits.pairs;
     if (content.nodes.size() > std::size_t{limits.nodes} * kBvhPageTexels ||
-        content.pairs.size() > std::size_t{limits.pairs} * kBvhPairTexels) {
+        content.pairs.size() > std::size_t{limits.pairs} * kBvhPairTexels || rows.size() > limits.alpha_tested) {
         free_.push_back(slot);
         throw Error("pages", "page {} is larger than the limits of the scene", page);
     }
@@ -204,6 +249,17 @@ void PagePool::upload(std::uint32_t page, std::uint32_t slot, Page content) {
             }
             reference += inner ? first_node : first_pair;
         }
+    }
+    if (!rows.empty()) {
+        for (std::uint32_t i = 0; i < rows.size(); ++i) {
+            const std::uint32_t corner = 3 * (first_row + i);
+            rows[i] = {corner, corner + 1, corner + 2, rows[i].w};
+        }
+        for (std::size_t i = kBvhPairTexels - 1; i < content.pairs.size(); i += kBvhPairTexels)
+            content.pairs[i].w = std::bit_cast<float>(std::bit_cast<std::uint32_t>(content.pairs[i].w) + first_row);
+        alpha_triangles_.write(std::span<const uvec4>(rows), first_row);
+        alpha_attributes_.write(std::span<const vec4>(loaded.rows.attributes),
+                                3 * std::size_t{first_row} * source_.index().vertex_texels);
     }
     scene_->nodes().write(std::span<const uvec4>(content.nodes), std::size_t{first_node} * kBvhPageTexels);
     scene_->pairs().write(std::span<const vec4>(content.pairs), std::size_t{first_pair} * kBvhPairTexels);

@@ -24,7 +24,8 @@ class PagePool {
   public:
     /// Uses at most `bytes` bytes of device memory for slots, and at least one slot. The source outlives the pool.
     /// Throws Error where the driver's texture buffers or the references of kernels have no room for a slot.
-    PagePool(const PageSource& source, std::size_t bytes);
+    /// `shading`: SceneBuffers::defines(), needed where triangles have alpha tests.
+    PagePool(const PageSource& source, std::size_t bytes, const gpu::Defines& shading = {});
 
     const rays::TraceScene& scene() const { return *scene_; }
     const PageSource& source() const { return source_; }
@@ -42,13 +43,23 @@ class PagePool {
     /// Lets every page leave.
     void clear();
 
+    /// Sets other shading defines; scene().defines() follow.
+    void set_shading(const gpu::Defines& shading) { scene_->set_shading(shading); }
+    /// Binds the table rows of the alpha-tested triangles in the pool, if there are any, in place of the scene's.
+    void bind_rows() const;
+
     const PageTraffic& traffic() const { return traffic_; }
     void reset_traffic() { traffic_ = {}; }
 
   private:
     enum class State : std::uint8_t { missing, hidden, resident };
     std::uint32_t free_slot(const std::vector<bool>& kept);
-    void upload(std::uint32_t page, std::uint32_t slot, Page content);
+    struct Loaded {
+        Page page;
+        TriangleRows rows;  // of its alpha-tested triangles
+    };
+    Loaded read(std::uint32_t page) const;
+    void upload(std::uint32_t page, std::uint32_t slot, Loaded content);
     void show(std::uint32_t page, bool visible);
 
     const PageSource& source_;
@@ -62,6 +73,7 @@ class PagePool {
     std::deque<std::uint32_t> queue_;   // resident pages, oldest first
     std::deque<std::uint32_t> hidden_;  // hidden pages, oldest first
     std::optional<rays::TraceScene> scene_;
+    gpu::Buffer alpha_triangles_, alpha_attributes_;  // per slot: table rows of its alpha-tested triangles
     PageTraffic traffic_;
 };
 

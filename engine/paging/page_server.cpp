@@ -82,6 +82,8 @@ class PageServer::Run {
         server_.requests_.fill(0);
         server_.wanted_.fill(0);
         rays::bind_batch(resources_, program, pool_.scene(), batch);
+        pool_.bind_rows();
+        if (pool_.scene().alpha_tested()) program.set("rays_of_path", batch_.rays_of_path);
         program.bind_storage(any_hit_ ? "Occluded" : "Hits", resources_.buffer(results_));
         program.bind_storage("Waiting", resources_.buffer(lists_.paths[to]));
         program.bind_storage("WaitingHeader", resources_.buffer(lists_.headers[to]));

@@ -23,7 +23,7 @@ class PageServer final : public rays::BatchServer {
     /// Serves the scene of a pool, which outlives the server.
     explicit PageServer(PagePool& pool);
 
-    /// Adds the pass that traces a batch. `scene` is that of the pool, which has no alpha tests.
+    /// Adds the pass that traces a batch. `scene` is that of the pool.
     graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
     void reset_statistics() override;

@@ -22,6 +22,9 @@ using shared::kBvhTag;
 struct Subtree {
     std::uint32_t nodes = 0;
     std::uint32_t pairs = 0;
+    std::uint32_t alpha_tested = 0;  // triangles
+
+    void add(const Subtree& s) { nodes += s.nodes, pairs += s.pairs, alpha_tested += s.alpha_tested; }
 };
 
 /// Cuts a hierarchy into pages.
@@ -49,20 +52,28 @@ class Cutter {
             Subtree s{1, 0};
             for (const BvhChild& child : bvh_.nodes[i].children) {
                 if (child.bounds.empty()) continue;
-                s.pairs += child.leaf() ? child.count : content_[child.first].pairs;
-                s.nodes += child.leaf() ? 0 : content_[child.first].nodes;
+                s.add(child.leaf() ? content_of(child) : content_[child.first]);
             }
             content_[i] = s;
         }
     }
 
-    bool fits(const Subtree& s, std::size_t nodes, std::size_t pairs) const {
-        return s.nodes + nodes <= limits_.nodes && s.pairs + pairs <= limits_.pairs;
+    Subtree content_of(const BvhChild& leaf) const {
+        Subtree s{0, leaf.count, 0};
+        for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count && !alpha_.empty(); ++i) {
+            const auto& [a, b] = pairs_[bvh_.primitives[i]].triangles;
+            s.alpha_tested += alpha_[a] + (b != a && alpha_[b]);
+        }
+        return s;
+    }
+
+    bool fits(const Subtree& s) const {
+        return s.nodes <= limits_.nodes && s.pairs <= limits_.pairs && s.alpha_tested <= limits_.alpha_tested;
     }
 
     /// Puts the largest subtrees that fit into pages, depth first.
     void descend(std::uint32_t node, const Bounds& bounds) {
-        if (fits(content_[node], 0, 0)) {
+        if (fits(content_[node])) {
             add(node, bounds);
             return;
         }
@@ -77,9 +88,10 @@ class Cutter {
 
     /// Returns the page that takes such a subtree: the last one, or a new one.
     Page& page_for(const Subtree& s, const Bounds& bounds) {
-        if (set_.pages.empty() || !fits(s, set_.pages.back().nodes.size() / shared::kBvhPageTexels,
-                                        set_.pages.back().pairs.size() / shared::kBvhPairTexels)) {
+        last_.add(s);
+        if (set_.pages.empty() || !fits(last_)) {
             set_.pages.emplace_back();
+            last_ = s;
         }
         Page& page = set_.pages.back();
         set_.roots.push_back({bounds, static_cast<std::uint32_t>(set_.pages.size() - 1),
@@ -105,7 +117,9 @@ class Cutter {
 
     /// Adds a leaf whose parent is too large for a page, below a node of its own.
     void add_leaf(const BvhChild& leaf) {
-        Page& page = page_for({1, leaf.count}, leaf.bounds);
+        Subtree content = content_of(leaf);
+        content.nodes = 1;
+        Page& page = page_for(content, leaf.bounds);
         BvhNode node;
         node.children[0] = leaf;
         const std::uint32_t none = shared::kBvhNoChild;
@@ -122,7 +136,7 @@ class Cutter {
         for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
             const std::uint32_t primitive = bvh_.primitives[i];
             const auto texels = rays::pair_texels(rings_[primitive], pairs_[primitive], [&](std::uint32_t triangle) {
-                return ids_[triangle] | (!alpha_.empty() && alpha_[triangle] ? shared::kBvhAlphaTested : 0u);
+                return rays::PairMember{ids_[triangle], !alpha_.empty() && alpha_[triangle]};
             });
             page.pairs.insert(page.pairs.end(), texels.begin(), texels.end());
         }
@@ -136,12 +150,14 @@ class Cutter {
     std::span<const bool> alpha_;
     const PageLimits& limits_;
     std::vector<Subtree> content_;
+    Subtree last_;  // content of the last page
     PageSet set_;
 };
 
 }  // namespace
 
-TraceTables resident_tables(const PageIndex& index) {
+TraceTables resident_tables(const PageSource& source) {
+    const PageIndex& index = source.index();
     TraceTables tables;
     tables.origin = index.origin;
     tables.bounds = index.bounds;
@@ -149,6 +165,13 @@ TraceTables resident_tables(const PageIndex& index) {
     tables.slivers = index.slivers;
     tables.alpha_tested = index.alpha;
     tables.absent = index.geometry;
+    const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
+    TriangleRows rows;
+    source.read_rows(emitters, rows);
+    for (std::uint32_t i = 0; i < emitters.size(); ++i)
+        tables.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2, rows.triangles[i].w);
+    tables.positions = std::move(rows.positions);
+    tables.absent->attributes = std::move(rows.attributes);
     if (index.triangles == 0) return tables;
     tables.blocks.push_back({.first_triangle = 0, .triangle_count = index.triangles, .bounds = index.bounds});
     tables.instances.push_back({.identity = true});

@@ -15,10 +15,11 @@
 
 namespace halflight::paging {
 
-/// Largest content of a page. A slot of the device's pool has room for it.
+/// Largest content of a page, at least that of a leaf (7 pairs). A slot of the device's pool has room for it.
 struct PageLimits {
     std::uint32_t pairs = 4096;
     std::uint32_t nodes = 1280;
+    std::uint32_t alpha_tested = 2048;  // triangles with alpha tests; their slots also have room for table rows
 };
 
 /// A page as kernels read it (shaders/shared/bvh.h, nodes in the page format). References count from the first node and
@@ -66,12 +67,9 @@ struct PageIndex {
     std::vector<Size> pages;          // sizes of the pages
     std::vector<PageRoot> roots;      // roots of all pages, ascending by page
     std::vector<MeshRange> ranges;    // TraceTables::ranges
-    AbsentGeometry geometry;          // facts about triangles and vertices
+    AbsentGeometry geometry;          // facts about triangles and vertices, without AbsentGeometry::attributes
     bool alpha = false;               // some triangle needs the alpha test
 };
-
-/// Returns the tables of a paged scene, without what is in its pages.
-TraceTables resident_tables(const PageIndex& index);
 
 /// Table rows of triangles, as kernels look them up.
 struct TriangleRows {
@@ -90,5 +88,10 @@ class PageSource {
     /// Reads the rows of triangles, which need not be sorted or different. Throws Error like read().
     virtual void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const = 0;
 };
+
+/// Returns the tables of a paged scene, without what is in its pages. Throws Error like PageSource::read_rows().
+TraceTables resident_tables(const PageSource& source);
+/// Memory of an emissive triangle in tables on CPU and device, and for building them (an upper estimate).
+inline constexpr std::size_t kEmitterBytes = 1024;
 
 }  // namespace halflight::paging

@@ -221,8 +221,7 @@ class Packer {
         const std::vector<std::uint32_t> triangles = triangles_of(parts_[index]);
         for (const std::uint32_t primitive : tree.bvh.primitives) {
             const auto texels = pair_texels(tree.rings[primitive], tree.pairs[primitive], [&](std::uint32_t i) {
-                const bool alpha = (tables_.triangles[triangles[i]].w & kTriangleAlpha) != 0;
-                return triangles[i] | (alpha ? shared::kBvhAlphaTested : 0u);
+                return PairMember{triangles[i], (tables_.triangles[triangles[i]].w & kTriangleAlpha) != 0};
             });
             packed_.pairs.insert(packed_.pairs.end(), texels.begin(), texels.end());
         }

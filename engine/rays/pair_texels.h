@@ -12,15 +12,22 @@
 
 namespace halflight::rays {
 
-/// Packs a pair. `id_of` returns the id of a triangle of TrianglePair::triangles: its index in TraceTables::triangles,
-/// and kBvhAlphaTested.
-template <class IdOf>
-std::array<vec4, shared::kBvhPairTexels> pair_texels(const Ring& ring, const TrianglePair& pair, IdOf id_of) {
+/// A triangle as its pair names it.
+struct PairMember {
+    std::uint32_t id = 0;       // index into TraceTables::triangles, below kBvhTriangleLimit
+    bool alpha_tested = false;  // hits need the alpha test
+};
+
+/// Packs a pair. `member_of` returns the PairMember of a triangle of TrianglePair::triangles.
+template <class MemberOf>
+std::array<vec4, shared::kBvhPairTexels> pair_texels(const Ring& ring, const TrianglePair& pair, MemberOf member_of) {
     std::array<vec4, shared::kBvhPairTexels> texels;
     for (int a = 0; a < 3; ++a) texels[static_cast<std::size_t>(a)] = {ring[0][a], ring[1][a], ring[2][a], ring[3][a]};
     uvec3 words(shared::kBvhTag);
     for (int which = 0; which < 2; ++which) {
-        words[which] |= id_of(pair.triangles[static_cast<std::size_t>(which)]);
+        const PairMember member = member_of(pair.triangles[static_cast<std::size_t>(which)]);
+        words[which] |= member.id;
+        if (member.alpha_tested) words.z |= shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift);
         const auto corners = corners_in_pair(pair, which);
         const auto place_of = [&](std::uint8_t corner) {
             return static_cast<std::uint32_t>(std::ranges::find(corners, corner) - corners.begin());

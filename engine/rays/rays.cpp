@@ -78,12 +78,13 @@ TraceScene::TraceScene(const PagedLayout& layout) : TraceScene(nullptr) {
     TraceTables tables;
     tables.instances.push_back({.identity = true});
     tables.slivers = layout.slivers;
+    tables.alpha_tested = layout.alpha_tested;
     PackedScene packed;
     packed.format = NodeFormat::page;
     packed.stack_entries = layout.stack_entries;
     packed.node_count = layout.nodes;
     packed.instance_head = {0};
-    finish_update(tables, packed, {});
+    finish_update(tables, packed, layout.shading);
     statistics_.triangles = layout.triangles;
 }
 

@@ -68,6 +68,8 @@ struct PagedLayout {
     std::size_t pairs = 0;            // room in the buffer of pairs
     std::uint32_t stack_entries = 1;  // maximum stack of a traversal, entries
     bool slivers = false;
+    bool alpha_tested = false;
+    gpu::Defines shading;  // SceneBuffers::defines(), needed with alpha tests
 };
 
 /// Hierarchies and triangles of one scene on the device.

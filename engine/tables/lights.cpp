@@ -14,6 +14,7 @@
 #include "engine/tables/light_tree.h"
 #include "shaders/shared/environment.h"
 #include "shaders/shared/light.h"
+#include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
 
 namespace halflight {
@@ -67,8 +68,9 @@ class Builder {
 
     // --- Emissive triangles ---------------------------------------------------------------------------------------
 
-    /// Returns the mean luminance that a triangle emits; 0: no light.
-    double brightness(const MeshRange& range, std::uint32_t triangle) {
+    /// Returns the mean luminance that a triangle emits; 0: no light. uvs_of(set) returns the uvs of its corners.
+    template <class UvsOf>
+    double brightness(std::uint32_t triangle, UvsOf uvs_of) {
         const Material& material = scene_.materials[trace_.triangles[triangle].w & kTriangleMaterialMask];
         const double factor = material.unlit ? 0 : luminance_of(dvec3(material.emission));
         const TextureRef& texture = material.emission_texture;
@@ -78,18 +80,49 @@ class Builder {
             found != sums_.end()
                 ? found->second
                 : sums_.emplace(texture.image, scene_.images[static_cast<std::size_t>(texture.image)]).first->second;
+        return factor * sums.mean(texture, uvs_of(texture.uv_set));
+    }
+
+    std::array<vec2, 3> uvs_in_mesh(const MeshRange& range, std::uint32_t triangle, int set) const {
         const Mesh& mesh = scene_.meshes[range.mesh];
-        const std::vector<vec2>& uvs = mesh.uvs[static_cast<std::size_t>(texture.uv_set)];
-        std::array<vec2, 3> corners{};
-        if (!uvs.empty()) {
-            const uvec3 vertices = mesh.triangles[triangle - range.first_triangle];
-            for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = uvs[vertices[k]];
+        const std::vector<vec2>& uvs = mesh.uvs[static_cast<std::size_t>(set)];
+        if (uvs.empty()) return {};
+        const uvec3 vertices = mesh.triangles[triangle - range.first_triangle];
+        return {uvs[vertices.x], uvs[vertices.y], uvs[vertices.z]};
+    }
+
+    /// Returns the uvs of row `triangle` of the tables of a paged scene.
+    std::array<vec2, 3> uvs_in_rows(std::uint32_t triangle, int set) const {
+        const std::vector<vec4>& rows = trace_.absent->attributes;
+        const std::size_t texels = rows.size() / trace_.positions.size();
+        std::array<vec2, 3> uvs{};
+        if (texels <= shared::kVertexUvTexel) return uvs;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const vec4* row = &rows[(3 * std::size_t{triangle} + k) * texels];
+            const vec4& more = row[shared::kVertexUvTexel];
+            uvs[k] = set == 0 ? vec2(row[shared::kVertexNormalTexel].w, more.x) : vec2(more.y, more.z);
         }
-        return factor * sums.mean(texture, corners);
+        return uvs;
+    }
+
+    /// Adds the emissive triangles of a paged scene.
+    void add_rows() {
+        for (std::uint32_t t = 0; t < trace_.triangles.size(); ++t) {
+            const double value = brightness(t, [&](int set) { return uvs_in_rows(t, set); });
+            if (value == 0) continue;
+            tables_.light_of_triangle.push_back(trace_.absent->emitters[t]);
+            add_triangle(trace_.instances.front(), t, value);
+        }
+        tables_.triangle_count = power_.size();
+        // Kernels see whole groups of 16 bytes. What follows the last triangle must not disturb their search.
+        while (tables_.light_of_triangle.size() % 4 != 0) tables_.light_of_triangle.push_back(shared::kNoLight);
     }
 
     void add_triangles() {
-        if (trace_.absent) return;  // emissive triangles in pages are no lights: paths that hit them find their light
+        if (trace_.absent) {
+            add_rows();
+            return;
+        }
         struct Emitter {
             std::uint32_t triangle;
             double brightness;
@@ -99,7 +132,7 @@ class Builder {
         bool any = false;
         for (const MeshRange& range : trace_.ranges) {
             for (std::uint32_t t = range.first_triangle; t < range.first_triangle + range.triangle_count; ++t) {
-                const double value = brightness(range, t);
+                const double value = brightness(t, [&](int set) { return uvs_in_mesh(range, t, set); });
                 if (value == 0) continue;
                 rank[t] = static_cast<std::uint32_t>(emitters[range.block].size());
                 emitters[range.block].push_back({t, value});

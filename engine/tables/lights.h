@@ -36,14 +36,16 @@ inline constexpr std::size_t kTreeLights = 16;
 struct LightTables {
     // UNIT_LIGHTS: triangles, punctual lights, the environment, the separate sun
     std::vector<vec4> rows;
-    std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS: alias table over lights
-    std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE: light by triangle; empty if none emits
-    Image environment;                             // UNIT_ENVIRONMENT: map times its colour; empty if black
-    std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS: alias table over cells
-    std::vector<uvec4> tree;                       // UNIT_LIGHT_TREE: light tree; empty without one
-    LightChoice choice = LightChoice::power;       // the choice in use, never `automatic`
-    double tree_share = 0;                         // share of the choices that the tree makes
-    std::vector<double> probabilities;             // probability of each light without the tree; the sun has none
+    std::vector<vec2> alias;  // UNIT_LIGHT_ALIAS: alias table over lights
+    // UNIT_LIGHT_OF_TRIANGLE: light by triangle. Paged scenes: emissive triangles by light, ascending. Empty if none
+    // emits.
+    std::vector<std::uint32_t> light_of_triangle;
+    Image environment;                        // UNIT_ENVIRONMENT: map times its colour; empty if black
+    std::vector<vec4> environment_cells;      // UNIT_ENVIRONMENT_ALIAS: alias table over cells
+    std::vector<uvec4> tree;                  // UNIT_LIGHT_TREE: light tree; empty without one
+    LightChoice choice = LightChoice::power;  // the choice in use, never `automatic`
+    double tree_share = 0;                    // share of the choices that the tree makes
+    std::vector<double> probabilities;        // probability of each light without the tree; the sun has none
     std::size_t triangle_count = 0;
     std::size_t punctual_count = 0;  // number of punctual lights without the separate sun
     LightNeeds needs;                // `sun`: the last row is a separate sun

@@ -93,7 +93,10 @@ class Builder {
     // --- Vertices -------------------------------------------------------------------------------------------------
 
     void add_vertices() {
-        if (trace_.absent) return;
+        if (trace_.absent) {
+            tables_.vertices = trace_.absent->attributes;
+            return;
+        }
         const auto stride = static_cast<std::size_t>(tables_.needs.vertex_stride());
         tables_.vertices.assign(trace_.positions.size() * stride, vec4(0));
         for (const MeshRange& range : trace_.ranges) {

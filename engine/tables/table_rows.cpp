@@ -6,12 +6,11 @@
 
 #include "engine/core/error.h"
 #include "engine/tables/tables.h"
+#include "shaders/shared/bvh.h"
 #include "shaders/shared/vertex.h"
 
 namespace halflight {
 namespace {
-
-constexpr std::size_t kTriangleLimit = 1ull << 28;  // ids must fit the tracer's nodes
 
 /// Position of an instance, and its number of triangles over its size.
 struct Place {
@@ -125,7 +124,8 @@ void fail_beyond_reach(const Scene& scene, std::size_t instance) {
 }
 
 void check_table_size(const Scene& scene, std::size_t vertices, std::size_t triangles) {
-    if (triangles >= kTriangleLimit) throw Error(scene.name, "2^28 triangles or more");
+    if (triangles >= shared::kBvhTriangleLimit)
+        throw Error(scene.name, "{} triangles; the limit is {}", triangles, shared::kBvhTriangleLimit);
     if (vertices > std::numeric_limits<std::uint32_t>::max()) throw Error(scene.name, "2^32 vertices or more");
 }
 

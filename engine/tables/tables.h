@@ -60,11 +60,13 @@ struct TriangleSource {
     std::uint32_t triangle = 0;  // index within the mesh of the instance
 };
 
-/// Facts about geometry that is not in memory, for shading tables.
+/// Geometry that is not in memory. Only triangles that emit light have rows in the tables, with three vertices each.
 struct AbsentGeometry {
-    std::vector<bool> used_materials;  // per material, whether some triangle has it
-    bool vertex_colors = false;        // some vertex colour is not white
-    bool tangents = false;             // some mesh has tangents
+    std::vector<bool> used_materials;     // per material, whether some triangle has it
+    bool vertex_colors = false;           // some vertex colour is not white
+    bool tangents = false;                // some mesh has tangents
+    std::vector<std::uint32_t> emitters;  // triangles of the rows: places in the tables of all geometry, ascending
+    std::vector<vec4> attributes;         // vertex attribute rows of the emitters (ShadingTables::vertices)
     bool operator==(const AbsentGeometry&) const = default;
 };
 
@@ -78,7 +80,7 @@ struct TraceTables {
     std::vector<BlockInstance> instances;  // the identity, if any, then instances in scene order; >= 1 with triangles
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
-    // Set for scenes whose hierarchy is loaded in pages: there are no positions, triangles and vertex attributes.
+    // Set for scenes whose hierarchy is loaded in pages.
     std::optional<AbsentGeometry> absent{};
     bool keep_top_level = false;  // true: a single instance has a hierarchy over instances, too
 
@@ -100,7 +102,7 @@ inline constexpr double kSliverAspect = 2000;
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
 ///   - a mesh that refers to material 2^24 or above,
-///   - 2^28 triangles or more, or 2^32 vertices or more.
+///   - kBvhTriangleLimit triangles or more (about 10^9), or 2^32 vertices or more.
 ///
 /// `flatten_limit` is the number of triangles up to which shared meshes are merged as well. Meshes with the fewest
 /// triangles in all their instances go first. A scene without a second level is traced 1.2 to 1.4 times as fast (city

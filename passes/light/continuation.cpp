@@ -98,6 +98,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         lit->header = pass.write(lit->header, Access::storage_read_write, "LitHeader");
     }
     gpu::Defines defines = view.scene.defines();
+    if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
     if (pending) defines.set("HALFLIGHT_PENDING");
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");

@@ -11,9 +11,10 @@ struct Coverage {
 };
 
 #ifdef HALFLIGHT_ALPHA
-// Returns the coverage at a point; u and v are the weights of the triangle's second and third corner.
-Coverage coverage_at(uint triangle, float u, float v) {
-    uvec4 t = triangle_row(triangle);
+// Returns the coverage at a point; u and v are the weights of the triangle's second and third corner. `row`: its place
+// in the tables.
+Coverage coverage_at(uint row, float u, float v) {
+    uvec4 t = triangle_row(row);
     uint material = t.w & 0x00ffffffu;
     Coverage c;
     c.alpha = packed_base_color(material).a;
@@ -31,10 +32,11 @@ Coverage coverage_at(uint triangle, float u, float v) {
 #endif
 
 // Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. `key`:
-// ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never.
-bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
+// ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. `row`: the
+// triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
+bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint key) {
 #ifdef HALFLIGHT_ALPHA
-    Coverage c = coverage_at(triangle, u, v);
+    Coverage c = coverage_at(row, u, v);
     bool blend = c.cutoff == kAlphaBlend;
     float random = unit_float(hash_combine(hash_combine(key, instance), triangle));
     return blend ? random < c.alpha : c.alpha >= c.cutoff;
@@ -44,9 +46,9 @@ bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
 }
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.
-float alpha_share(uint triangle, float u, float v) {
+float alpha_share(uint row, float u, float v) {
 #ifdef HALFLIGHT_ALPHA
-    Coverage c = coverage_at(triangle, u, v);
+    Coverage c = coverage_at(row, u, v);
     return c.cutoff == kAlphaBlend ? clamp(c.alpha, 0.0, 1.0) : (c.alpha >= c.cutoff ? 1.0 : 0.0);
 #else
     return 1.0;

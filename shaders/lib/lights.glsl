@@ -182,11 +182,27 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     return s;
 }
 
+#ifdef HALFLIGHT_AREA_LIGHTS
+// Returns the rank of a triangle among the lights of its block, or kNoLight.
+uint light_rank(uint triangle) {
+#ifdef HALFLIGHT_SORTED_EMITTERS
+    int count = textureSize(light_of_triangle), rank = 0;  // ranks below `rank` are of lower triangles
+    for (int step = 1 << findMSB(max(count, 1)); step > 0; step >>= 1) {
+        bool lower = rank + step <= count && texelFetch(light_of_triangle, rank + step - 1).x < triangle;
+        rank += lower ? step : 0;
+    }
+    return rank < count && texelFetch(light_of_triangle, rank).x == triangle ? uint(rank) : kNoLight;
+#else
+    return texelFetch(light_of_triangle, int(triangle)).x;
+#endif
+}
+#endif
+
 // Returns the density per solid angle with which sample_light() at a receiver picks the hit of a ray of unit direction.
 // The hit is at `distance` on a surface of geometric normal n_g. The density is 0 if this is no light.
 float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
 #ifdef HALFLIGHT_AREA_LIGHTS
-    uint rank = texelFetch(light_of_triangle, int(hit.triangle)).x;
+    uint rank = light_rank(hit.triangle);
     if (rank == kNoLight) return 0.0;
     uint first = 0u;
 #ifdef HALFLIGHT_INSTANCES

@@ -52,7 +52,7 @@ PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
             bool nearer = !met || p.hit.t < nearest.t || (p.hit.t == nearest.t && wins_tie);
             nearer = nearer && seen.x != 0u && p.met && p.hit.t > ray.t_min;
 #ifdef HALFLIGHT_ALPHA
-            nearer = nearer && alpha_accept(p.hit.triangle, p.hit.instance, p.hit.u, p.hit.v, alpha_key);
+            nearer = nearer && alpha_accept(p.hit.triangle, p.hit.triangle, p.hit.instance, p.hit.u, p.hit.v, alpha_key);
 #endif
             if (nearer || first) nearest = p.hit;
             met = met || nearer;

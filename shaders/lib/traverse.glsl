@@ -8,8 +8,8 @@
 // triangle) wins ties.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
-// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance
-// BLOCK_ROOT.
+// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows).
+// Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -65,6 +65,7 @@ float triangle_near(EntryRay entry, vec3 origin, vec4 row_x, vec4 row_y, bool se
 struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
+    uint row;           // place of an alpha-tested triangle in the tables
     int next;           // next place: few rays hit both triangles of a pair
     Hit hit;            // hit on the triangle; for any_hit, valid only with HALFLIGHT_ALPHA
 };
@@ -82,6 +83,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     h.next = (place | 1) + (second || !pair.met.y ? 1 : 0);
     h.nearer = !second || pair.met.y;
     h.alpha_tested = false;
+    h.row = 0u;
     h.hit = nearest;
     float near = triangle_near(entry, ray.origin, row_x, row_y, second);
 #ifndef HALFLIGHT_ALPHA
@@ -95,8 +97,13 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     uint id = second ? ids.y : ids.x;
     if (ids.x == ids.y) h.next = (place | 1) + 1;  // the pair has a single triangle
     TrianglePoint p = pair_point_in_file_order(ray, pair, second, second ? ids.z >> kBvhOrderShift : ids.z);
-    h.alpha_tested = (id & kBvhAlphaTested) != 0u;
+    h.alpha_tested = (ids.z & (second ? kBvhAlphaTested << kBvhAlphaShift : kBvhAlphaTested)) != 0u;
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
+#ifdef HALFLIGHT_NODES_PAGE
+    h.row = (ids.w & kBvhTriangleMask) + (second && (ids.z & kBvhAlphaTested) != 0u && ids.x != ids.y ? 1u : 0u);
+#else
+    h.row = h.hit.triangle;
+#endif
     h.nearer = h.nearer && p.t > t_min;
     if (any_hit) {
         h.nearer = h.nearer && max(pair_t(ray, pair, second), near) < nearest.t;
@@ -182,6 +189,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
 #ifdef HALFLIGHT_ALPHA
     Hit asked = nearest;  // candidate, which becomes the nearest hit if its triangle covers it
+    uint asked_row = 0u;
     bool asks = false;
     int done = 0;  // 1: the rest of a leaf starts with the second triangle of a pair
 #else
@@ -227,10 +235,12 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #ifdef HALFLIGHT_ALPHA
                     if (hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
+                        asked_row = hit.row;
                         asks = true;
                         done = place & 1;
                         uint left = uint(end - (place - done)) >> 1;
-                        node = kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1);  // rest of the leaf
+                        // The rest of the leaf. A leaf without pairs must not look like a missing page.
+                        node = left > 0u ? kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1) : kBvhNoChild;
                         hit.nearer = false;
                         place = end;
                     }
@@ -267,7 +277,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #ifdef HALFLIGHT_ALPHA
         if (asks) {
             asks = false;
-            if (alpha_accept(asked.triangle, asked.instance, asked.u, asked.v, alpha_key)) {
+            if (alpha_accept(asked.triangle, asked_row, asked.instance, asked.u, asked.v, alpha_key)) {
                 found = true;
                 nearest = asked;
                 if (any_hit) node = kStackDone;

@@ -15,12 +15,14 @@
 //
 // Triangles are stored in pairs with a common edge, of 4 texels. Texel 0 to 2 is an axis: that coordinate of the
 // corners of a ring. Its corners 0, 1, 2 are the first triangle's, and 2, 3, 0 are the second's. Texel 3: (id of the
-// first, of the second, orders, 0); the first id is the lower one. A single triangle is paired with itself: corners 1
+// first, of the second, orders, row); the first id is the lower one. A single triangle is paired with itself: corners 1
 // and 3 are equal. The orders have 4 bits per triangle: the places of the file's second corner (2 bits) and third
 // corner (2 bits). Places 0 and 1 are the ring's corners 0 and 2; place 2 is the corner that the other triangle lacks.
+// The word of orders also has a flag for each triangle that needs the alpha test. In scenes that are loaded in pages,
+// `row` is the place of the first such triangle of the pair in the tables; the second one follows. Otherwise it is 0.
 //
-// References, ids and orders are 32-bit words with kBvhTag set and bit 31 clear. Therefore they are also normal floats,
-// which no texture unit flushes or quiets.
+// References, ids and orders are 32-bit words with kBvhTag set and bit 31 clear. Ids are below kBvhTriangleLimit.
+// Therefore the words are also normal floats, which no texture unit flushes or quiets.
 #ifndef HALFLIGHT_SHARED_BVH_H
 #define HALFLIGHT_SHARED_BVH_H
 
@@ -45,10 +47,13 @@ HALFLIGHT_SHARED_FUNCTION bool is_leaf(uint reference) {
 }
 
 // Ids of triangles.
-HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;   // flag of a triangle that needs the alpha test
-HALFLIGHT_SHARED_CONST uint kBvhTriangleMask = 0x0fffffffu;  // index into TraceTables::triangles
+HALFLIGHT_SHARED_CONST uint kBvhTriangleMask = 0x3fffffffu;  // index into TraceTables::triangles
+HALFLIGHT_SHARED_CONST uint kBvhTriangleLimit =
+    0x3f800000u;  // ids are lower: above it, words would be no finite floats
 
-HALFLIGHT_SHARED_CONST int kBvhOrderShift = 4;  // shift of the order of a pair's second triangle
+HALFLIGHT_SHARED_CONST int kBvhOrderShift = 4;         // shift of the order of a pair's second triangle
+HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x100u;  // orders: the first triangle needs the alpha test
+HALFLIGHT_SHARED_CONST int kBvhAlphaShift = 1;         // shift of this flag for the second triangle
 HALFLIGHT_SHARED_CONST int kBvhPairTexels = 4;
 
 HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // texels per node

@@ -15,6 +15,10 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
+constexpr const char* kTwoTexels =  // a PNG of 2 x 1 pixels with four channels
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
+    "8jwAAAAASUVORK5CYII=";
+
 class Pack : public testing::Test {
   protected:
     std::string file(const std::string& name) const { return folder / name; }
@@ -24,29 +28,77 @@ class Pack : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return run_program(arguments, options);
     }
-    /// Writes a field of 10 000 triangles for each instance, and returns its name. 200 of them take some seconds.
-    std::string large_scene(int instances = 200) const {
-        constexpr int kSide = 71;
+    /// Writes a field of 2 side^2 triangles for each instance, and returns its name. 200 of them take some seconds.
+    /// Further meshes have one instance each.
+    std::string large_scene(int instances = 200, int side = 71, int meshes = 1) const {
         GltfBuilder b;
         std::vector<float> positions, places;
         std::vector<std::uint32_t> indices;
-        for (int y = 0; y <= kSide; ++y)
-            for (int x = 0; x <= kSide; ++x)
-                positions.insert(positions.end(), {float(x), float((x * y) % 7), float(y)});
-        for (int y = 0; y < kSide; ++y)
-            for (int x = 0; x < kSide; ++x) {
-                const auto i = static_cast<std::uint32_t>(y * (kSide + 1) + x);
-                indices.insert(indices.end(), {i, i + 1, i + kSide + 1, i + 1, i + kSide + 2, i + kSide + 1});
+        for (int y = 0; y <= side; ++y)
+            for (int x = 0; x <= side; ++x) positions.insert(positions.end(), {float(x), float((x * y) % 7), float(y)});
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const auto i = static_cast<std::uint32_t>(y * (side + 1) + x);
+                indices.insert(indices.end(), {i, i + 1, i + side + 1, i + 1, i + side + 2, i + side + 1});
             }
         for (int i = 0; i < instances; ++i)
-            places.insert(places.end(), {float(kSide * (i % 14)), 0, float(kSide * (i / 14))});
+            places.insert(places.end(), {float(side * (i % 14)), 0, float(side * (i / 14))});
         Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}});
         primitive["indices"] = b.accessor("SCALAR", kU32, indices);
         const Json attributes = {{"TRANSLATION", b.floats("VEC3", places)}};
         b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = attributes;
         b.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+        for (int m = 1; m < meshes; ++m) {
+            b.push("meshes", b.json["meshes"][0]);
+            b.push("nodes", {{"mesh", m}, {"translation", {0, 10 * m, 0}}});
+        }
         write_text(file("field.glb"), b.glb());
         return file("field.glb");
+    }
+    /// Writes a floor below a transparent canopy and textured lamps, and returns its name.
+    std::string scene_with_lamps() const {
+        constexpr int kSide = 60;
+        GltfBuilder b;
+        std::vector<float> positions, normals, uvs;
+        std::vector<std::uint32_t> floor, canopy, lamps;
+        for (int layer = 0; layer < 3; ++layer)
+            for (int y = 0; y <= kSide; ++y)
+                for (int x = 0; x <= kSide; ++x) {
+                    const float height[] = {float((x * y) % 7) / 7, 12 + float((x + y) % 2), 6};
+                    positions.insert(positions.end(), {float(x), height[layer], float(y)});
+                    normals.insert(normals.end(), {0, 1, 0});
+                    uvs.insert(uvs.end(), {float(x) / 4, float(y) / 4});
+                }
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x)
+                for (int layer = 0; layer < 3; ++layer) {
+                    if (layer == 2 && (x % 10 != 3 || y % 10 != 3)) continue;
+                    const auto i = static_cast<std::uint32_t>((layer * (kSide + 1) + y) * (kSide + 1) + x);
+                    std::vector<std::uint32_t>& to = layer == 0 ? floor : layer == 1 ? canopy : lamps;
+                    to.insert(to.end(), {i, i + 1, i + kSide + 1, i + 1, i + kSide + 2, i + kSide + 1});
+                }
+        b.push("images", {{"uri", kTwoTexels}});
+        b.json["textures"] = {{{"source", 0}}};
+        b.json["materials"] = {
+            {{"name", "floor"}},
+            {{"name", "canopy"},
+             {"alphaMode", "BLEND"},
+             {"doubleSided", true},
+             {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}}}},
+            {{"name", "lamps"}, {"emissiveFactor", {1, 0.8, 0.5}}, {"emissiveTexture", {{"index", 0}}}}};
+        const Json attributes = {{"POSITION", b.floats("VEC3", positions)},
+                                 {"NORMAL", b.floats("VEC3", normals)},
+                                 {"TEXCOORD_0", b.floats("VEC2", uvs)}};
+        Json& primitive = b.add_mesh(attributes);
+        primitive["indices"] = b.accessor("SCALAR", kU32, floor);
+        primitive["material"] = 0;
+        Json& primitives = b.json["meshes"][0]["primitives"];
+        for (const auto& [indices, material] : {std::pair(&canopy, 1), std::pair(&lamps, 2)})
+            primitives.push_back({{"attributes", attributes},
+                                  {"indices", b.accessor("SCALAR", kU32, *indices)},
+                                  {"material", material}});
+        write_text(file("lamps.glb"), b.glb());
+        return file("lamps.glb");
     }
     TemporaryFolder folder;
     const std::string atrium = HALFLIGHT_SOURCE_DIR "/scenes/atrium.glb";
@@ -154,8 +206,95 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
     refused({"--pages", file("none")}, "none: cannot read");
     ASSERT_EQ(pack(atrium, file("atrium.pages"), {"--quiet"}).status, 0);
     refused({"--pages", file("atrium.pages")}, "atrium.pages: was not made of");
-    const Outcome alpha = run_program({"render", atrium, file("no.exr"), "--pages", file("atrium.pages"), "--quiet"});
-    EXPECT_NE(alpha.err.find("alpha tests, which pages do not support"), std::string::npos) << alpha.err;
+}
+
+TEST_F(Pack, LampsAndTransparentSurfacesArePaged) {
+    const std::string scene = scene_with_lamps();
+    ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
+    const auto render = [&](const std::string& output, const Strings& more) {
+        Strings arguments = {"render",
+                             scene,
+                             file(output),
+                             "--width",
+                             "64",
+                             "--samples",
+                             "4",
+                             "--aov",
+                             "direct_diffuse,indirect_diffuse,emission,ids",
+                             "--env",
+                             "none",
+                             "--primary",
+                             "traced",
+                             "--reproducible",
+                             "--look-from",
+                             "10,30,-20",
+                             "--look-at",
+                             "30,0,30",
+                             "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments);
+    };
+    for (const char* choice : {"power", "tree"}) {
+        ASSERT_EQ(render("core.exr", {"--estimator", std::string("lights=") + choice}).status, 0);
+        const std::string core = read_text(file("core.exr"));
+        for (const char* pool : {"1M", "64M"}) {
+            const Outcome paged = render("paged.exr", {"--estimator", std::string("lights=") + choice, "--pages",
+                                                       file("a.pages"), "--page-pool", pool});
+            ASSERT_EQ(paged.status, 0) << paged.err;
+            EXPECT_TRUE(read_text(file("paged.exr")) == core) << choice << ", " << pool;
+        }
+    }
+    const Outcome small = render("no.exr", {"--pages", file("a.pages"), "--memory", "170M"});
+    EXPECT_EQ(small.status, 1);
+    EXPECT_EQ(std::ranges::count(small.err, '\n'), 1) << small.err;
+}
+
+TEST_F(Pack, ScenesThatDoNotFitIntoMemoryAreConvertedOnce) {
+    const std::string scene = large_scene(1, 500, 8);
+    const auto render = [&](const std::string& input, const Strings& more, const RunOptions& options = {}) {
+        RunOptions with_cache = options;
+        with_cache.environment.push_back("XDG_CACHE_HOME=" + file("cache"));
+        Strings arguments = {"render",    input,         file("a.exr"), "--width",   "32",
+                             "--samples", "1",           "--env",       "1,0.9,0.8", "--memory",
+                             "900M",      "--look-from", "40,60,-50",   "--look-at", "200,0,90"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments, with_cache);
+    };
+    const Outcome refused = render(scene, {"--pages", "none", "--quiet"});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_NE(refused.err.find("of the budget of 900 MiB are left (--memory)"), std::string::npos) << refused.err;
+    EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
+
+    RunOptions interrupted;
+    interrupted.watch = [&](pid_t child, const std::string& err) {
+        if (std::ranges::count(err, '\n') >= 3) kill(child, SIGINT);
+    };
+    const Outcome stopped = render(scene, {}, interrupted);
+    EXPECT_EQ(stopped.status, 128 + SIGINT);
+    EXPECT_TRUE(stopped.err.ends_with("field.glb: not converted: interrupted\n")) << stopped.err;
+    const std::filesystem::path cache = file("cache/halflight/scenes");
+    EXPECT_TRUE(std::filesystem::is_empty(cache));
+
+    const Outcome first = render(scene, {});
+    EXPECT_EQ(first.status, 0) << first.err;
+    EXPECT_NE(first.err.find("the scene does not fit into memory; it is converted to"), std::string::npos) << first.err;
+    EXPECT_NE(first.err.find(" %, 0:"), std::string::npos) << first.err;
+    ASSERT_EQ(std::distance(std::filesystem::directory_iterator(cache), {}), 1);
+    const std::filesystem::path pages = std::filesystem::directory_iterator(cache)->path();
+    const Outcome second = render(scene, {});
+    EXPECT_EQ(second.status, 0) << second.err;
+    EXPECT_EQ(second.err.find("converted"), std::string::npos) << second.err;
+
+    // A damaged file is made anew, and a list of files is always rendered from pages.
+    std::filesystem::resize_file(pages, 1000);
+    write_text(file("list.parts.json"), R"({"parts": [{"uri": "field.glb"}]})");
+    const Outcome list = render(file("list.parts.json"), {});
+    EXPECT_EQ(list.status, 0) << list.err;
+    EXPECT_NE(list.err.find("it is converted to"), std::string::npos) << list.err;
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(cache), {}), 1);
+    const Outcome none = render(file("list.parts.json"), {"--pages", "none", "--quiet"});
+    EXPECT_EQ(none.status, 1);
+    EXPECT_NE(none.err.find("list.parts.json: is a list of files, which needs a page file"), std::string::npos);
 }
 
 TEST_F(Pack, InterruptedConversionsLeaveNothing) {

@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include "engine/device/scene_buffers.h"
+#include "engine/paging/page_server.h"
 #include "shaders/shared/frame.h"
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/support/gpu_test.h"
+#include "tests/support/memory_pages.h"
 
 namespace halflight {
 namespace {
@@ -48,11 +50,14 @@ class TracerAlpha : public GpuTest {
         float height(std::size_t i) const { return rays[i].origin.z - hits[i].t + static_cast<float>(tables.origin.z); }
     };
 
-    /// Traces rays straight down on a grid above the squares.
-    Answers trace(const Scene& scene, std::uint32_t salt = 0, std::uint32_t sample = 0) {
+    /// Traces rays straight down on a grid above the squares, in memory and through a pool of one page, which must
+    /// agree.
+    Answers trace(const Scene& scene, std::uint32_t salt = 0, std::uint32_t sample = 0,
+                  std::uint32_t rays_of_path = 1) {
         Answers a;
         a.tables = build_trace_tables(scene);
-        const SceneBuffers buffers(a.tables, build_shading_tables(scene, a.tables));
+        const ShadingTables shading = build_shading_tables(scene, a.tables);
+        const SceneBuffers buffers(a.tables, shading);
         const rays::TraceScene trace(a.tables, buffers.defines());
         for (std::uint32_t i = 0; i < kRays; ++i) {
             const vec3 from((static_cast<float>(i % 128) + 0.4f) / 128.0f, (static_cast<float>(i / 128) + 0.6f) / 64.0f,
@@ -61,6 +66,11 @@ class TracerAlpha : public GpuTest {
         }
         gpu::Buffer rays = gpu::Buffer::from("rays", a.rays);
         gpu::Buffer hits("hits", kRays * sizeof(Hit)), occluded("occluded", kRays * sizeof(std::uint32_t));
+        gpu::Buffer paged_hits("paged hits", hits.bytes()), paged_occluded("paged occluded", occluded.bytes());
+        const test::MemoryPages pages(a.tables, 8, {.pairs = 8, .nodes = 2, .alpha_tested = 16}, shading.vertices);
+        paging::PagePool pool(pages, 1, buffers.defines());
+        paging::PageServer server(pool);
+        rays::Tracer paged(pool.scene(), server);
         shared::Frame frame{};
         frame.seed = 5;
         frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
@@ -72,13 +82,18 @@ class TracerAlpha : public GpuTest {
         batch.rays = graph.import_buffer("rays", rays);
         batch.frame_constants = graph.import_buffer("frame constants", frame_constants);
         batch.alpha_salt = salt;
+        batch.rays_of_path = rays_of_path;
         graph.output(rays::closest_hit(graph, trace, batch, graph.import_buffer("hits", hits)));
         graph.output(rays::any_hit(graph, trace, batch, graph.import_buffer("occluded", occluded)));
+        graph.output(rays::closest_hit(graph, paged, batch, graph.import_buffer("paged hits", paged_hits)));
+        graph.output(rays::any_hit(graph, paged, batch, graph.import_buffer("paged occluded", paged_occluded)));
         buffers.bind();
         graph::Executor(programs_).run(graph::compile(graph));
         a.hits = hits.read<Hit>();
         a.occluded = occluded.read<std::uint32_t>();
         for (std::size_t i = 0; i < kRays; ++i) EXPECT_EQ(a.occluded[i] == 1, a.hits[i].triangle != kMiss) << i;
+        EXPECT_EQ(test::different(a.hits, paged_hits.read<Hit>()), 0u) << "a pool of one page";
+        EXPECT_EQ(test::different(a.occluded, paged_occluded.read<std::uint32_t>()), 0u) << "a pool of one page";
         return a;
     }
 
@@ -127,6 +142,7 @@ TEST_F(TracerAlpha, BlendHitsWithProbabilityAlpha) {
     scene.name = "blend";
     add_square(scene, 2, covering(AlphaMode::blend, 0.3f));
     add_square(scene, 1, covering(AlphaMode::blend, 0.6f));
+    trace(scene, 0, 0, 4);
     const Answers a = trace(scene), again = trace(scene), other_salt = trace(scene, 1),
                   other_sample = trace(scene, 0, 1);
     EXPECT_TRUE(test::bits_of(a.hits) == test::bits_of(again.hits));

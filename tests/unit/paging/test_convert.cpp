@@ -52,11 +52,13 @@ void check_pages(const PageFile& file, const TraceTables& trace) {
             const vec4* texels = &page.pairs[i];
             std::set<std::uint32_t> ids;
             for (int which = 0; which < 2; ++which) ids.insert(std::bit_cast<std::uint32_t>(texels[3][which]));
+            const auto orders = std::bit_cast<std::uint32_t>(texels[3].z);
+            alpha += (orders & shared::kBvhAlphaTested) != 0;
+            alpha += ids.size() > 1 && (orders & (shared::kBvhAlphaTested << shared::kBvhAlphaShift)) != 0;
             for (const std::uint32_t word : ids) {
-                const std::uint32_t id = word & ~(shared::kBvhTag | shared::kBvhAlphaTested);
+                const std::uint32_t id = word & shared::kBvhTriangleMask;
                 ASSERT_LT(id, met.size());
                 ++met[id];
-                alpha += (word & shared::kBvhAlphaTested) != 0;
                 const uvec4& row = trace.triangles[id];
                 for (int k = 0; k < 3; ++k) {
                     const vec3& corner = trace.positions[row[k]];

@@ -156,7 +156,25 @@ TEST(Pages, NoTriangles) {
     EXPECT_TRUE(set.roots.empty());
 }
 
-TEST(Pages, AlphaFlagsReachTheIds) {
+TEST(Pages, IdsUpToTheLimitSurviveTextureUnits) {
+    const std::vector<Corners> triangles = soup(50, 0.1f, 6);
+    std::vector<std::uint32_t> ids(50);
+    std::iota(ids.begin(), ids.end(), shared::kBvhTriangleLimit - 50u);
+    const PageSet set = build_pages(triangles, ids);
+    std::set<std::uint32_t> met;
+    for (const Page& page : set.pages) {
+        for (std::size_t pair = 0; pair < page.pairs.size() / kBvhPairTexels; ++pair) {
+            for (int which = 0; which < 2; ++which) {
+                const float word = page.pairs[pair * kBvhPairTexels + 3][which];
+                EXPECT_TRUE(std::isnormal(word) && word > 0);
+                met.insert(std::bit_cast<std::uint32_t>(word) & shared::kBvhTriangleMask);
+            }
+        }
+    }
+    EXPECT_EQ(met, std::set<std::uint32_t>(ids.begin(), ids.end()));
+}
+
+TEST(Pages, AlphaFlagsReachThePairs) {
     const std::vector<Corners> triangles = soup(50, 0.1f, 5);
     std::vector<std::uint32_t> ids(50);
     std::iota(ids.begin(), ids.end(), 1000u);
@@ -169,7 +187,9 @@ TEST(Pages, AlphaFlagsReachTheIds) {
                 const auto word = std::bit_cast<std::uint32_t>(page.pairs[pair * kBvhPairTexels + 3][which]);
                 const std::uint32_t triangle = (word & shared::kBvhTriangleMask) - 1000u;
                 ASSERT_LT(triangle, 50u);
-                EXPECT_EQ((word & shared::kBvhAlphaTested) != 0, alpha[triangle]);
+                const auto orders = std::bit_cast<std::uint32_t>(page.pairs[pair * kBvhPairTexels + 3].z);
+                const bool tested = (orders & (shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift))) != 0;
+                EXPECT_EQ(tested, alpha[triangle]);
             }
         }
     }
