@@ -106,6 +106,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     for (const auto& file : scene.files()) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
     print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
+    if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene.choice());
     add_edits(print, scene.edits());

@@ -8,6 +8,7 @@
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
+#include "engine/paging/row_gather.h"
 #include "engine/rays/batch_server.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
@@ -58,7 +59,7 @@ struct FrameRenderer::State {
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
-    MemoryLedger::Entry tables_memory, picture_memory, bands_memory, visibility_memory;
+    MemoryLedger::Entry tables_memory, pages_memory, picture_memory, bands_memory, visibility_memory;
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
@@ -132,8 +133,18 @@ struct FrameRenderer::State {
             options.single_pose = true;
             options.scene_read = [this] { scene.free_surfaces(); };
         }
-        tables_memory = {MemoryLedger::process(), MemoryPart::tables,
-                         scene_bytes(scene.size()) - scene.size().contents()};
+        MemoryLedger& ledger = MemoryLedger::process();
+        tables_memory = {ledger, MemoryPart::tables, scene_bytes(scene.size()) - scene.size().contents()};
+        if (scene.pages()) {
+            // Half of what is left is for pictures and their bands.
+            options.pages = scene.pages();
+            const std::size_t paths =
+                std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
+            const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
+            ledger.check(rows, "table rows of hits", text_of_bytes(rows));
+            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - rows) / 2;
+            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + rows};
+        }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);
         uploaded = scene.revision();

@@ -10,6 +10,8 @@
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/io/environment.h"
+#include "engine/io/gltf/parts.h"
+#include "engine/paging/page_file.h"
 #include "renderer/memory.h"
 
 namespace halflight {
@@ -27,10 +29,11 @@ struct LoadedScene::Unedited {
     }
 };
 
-GltfOptions gltf_options(bool allow_outside, bool strict_textures) {
+GltfOptions gltf_options(const SceneChoice& choice) {
     GltfOptions options;
-    options.allow_outside_folder = allow_outside;
-    options.strict = strict_textures;
+    options.allow_outside_folder = choice.allow_outside;
+    options.strict = choice.strict_textures;
+    options.variant = choice.variant;
     return options;
 }
 
@@ -127,11 +130,25 @@ double SceneFile::end() {
     return end;
 }
 
+namespace {
+
+/// Returns whether some triangle in pages emits light.
+bool emits(const paging::PageIndex& index, const Scene& scene) {
+    const std::vector<bool>& used = index.geometry.used_materials;
+    for (std::size_t i = 0; i < std::min(used.size(), scene.materials.size()); ++i)
+        if (used[i] && has_emission(scene.materials[i])) return true;
+    return false;
+}
+
+}  // namespace
+
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
     : choice_(std::move(choice)), camera_choice_(camera) {
-    const GltfOptions options = gltf_options(choice_.allow_outside, choice_.strict_textures);
+    const GltfOptions options = gltf_options(choice_);
     bool lit_later = false;
-    if (choice_.animation) {
+    if (!choice_.pages.empty()) {
+        load_pages();
+    } else if (choice_.animation) {
         file_.emplace(choice_.scene, options, choice_.picture_bytes);
         file_->set_frame_rate(choice_.frame_rate, log);
         file_->play(*choice_.animation, log);
@@ -141,22 +158,51 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
         surfaces_move_ = file_->surfaces_move();
         scene_ = file_->at(0);
         files_ = file_->gltf().files();
+        variants_ = file_->gltf().variants();
         if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
         SceneFile file(choice_.scene, options, choice_.picture_bytes, false);
         scene_ = file.gltf().at_rest();
         files_ = file.gltf().files();
+        variants_ = file.gltf().variants();
     }
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
     const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
+    if (pages_) lit_later = has_light(scene_) || emits(pages_->index(), scene_);
     if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     apply_edits();
+    if (pages_ && scene_.cameras.empty() && !camera.look_from && !camera.pose)
+        throw Error(choice_.scene.string(), "has no camera; with pages, --look-from and --look-at are needed");
     camera_ = choose_camera(scene_, camera);
     size_ = size_of(scene_);
     size_.moves = surfaces_move_;
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents()};
+}
+
+void LoadedScene::load_pages() {
+    if (choice_.animation) throw Error(choice_.scene.string(), "animations cannot play with pages");
+    if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
+    if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
+    const GltfOptions options = gltf_options(choice_);
+    frame_rate_ = choice_.frame_rate.value_or(FrameRate());
+    std::vector<GltfScene> parts;
+    for (const std::filesystem::path& part : scene_parts(choice_.scene, options)) {
+        parts.emplace_back(part, options);
+        files_.push_back(part);
+    }
+    SceneSize size = size_of_parts(parts);
+    size.drawn = 0;  // pages take what the budget leaves
+    check_fits(size, choice_.scene, choice_.picture_bytes);
+    pages_ = std::make_shared<paging::PageFile>(choice_.pages);
+    if (pages_->index().scene != identity_of(parts))
+        throw Error(choice_.pages.string(),
+                    "was not made of {}, or the scene has changed; halflight pack makes it anew",
+                    choice_.scene.string());
+    parts.clear();
+    files_.push_back(choice_.pages);
+    scene_ = open_parts(choice_.scene, options)->scene();
 }
 
 LoadedScene::LoadedScene(LoadedScene&&) noexcept = default;

@@ -23,6 +23,24 @@ double ratio(std::uint64_t part, std::uint64_t whole) {
     return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
+Json paging_json(const RenderStats::Paging& p) {
+    const paging::PagingStatistics& t = p.tracing;
+    return {{"pages", t.pages},
+            {"slots", t.slots},
+            {"loaded", t.traffic.loaded},
+            {"loaded_bytes", t.traffic.bytes},
+            {"revived", t.traffic.revived},
+            {"evicted", t.traffic.evicted},
+            {"seconds", t.traffic.seconds},
+            {"batches", t.batches},
+            {"rounds", t.rounds},
+            {"rays_again", t.again},
+            {"sweeps", t.sweeps},
+            {"windows", t.windows},
+            {"rows", p.rows},
+            {"row_seconds", p.row_seconds}};
+}
+
 Json batch_statistics(const rays::BatchStatistics& b) {
     Json methods = Json::object();
     for (std::size_t i = 0; i < rays::kTraceMethods; ++i) {
@@ -103,6 +121,7 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
         "primary {}",
         scene.choice().scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame,
         text(s.filter), environment_name(scene.scene().environment), text(stats.estimator), name(stats.primary));
+    if (s.denoise) line += ", denoised";
     if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
@@ -177,6 +196,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"kept", s.kept.text()},
           {"estimator", text(stats.estimator)},
           {"asked_estimator", text(s.estimator)},
+          {"denoise", s.denoise},
           {"preview", text(s.preview)},
           {"seed", s.seed},
           {"frame", s.frame},
@@ -210,6 +230,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
          {{"kept", stats.hierarchies.kept},
           {"refitted", stats.hierarchies.refitted},
           {"built", stats.hierarchies.built}}},
+        {"paging", stats.paging ? paging_json(*stats.paging) : Json()},
         {"passes", passes},
         {"ray_batches", batches},
         {"raster_culling", raster},

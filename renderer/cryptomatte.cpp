@@ -73,8 +73,8 @@ void IdCoverage::clear() {
 }
 
 Mattes::Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
-               std::span<const std::string> aovs, std::size_t paths)
-    : tables_(tables) {
+               std::span<const std::string> aovs, std::size_t paths, const paging::PageSource* pages)
+    : tables_(tables), pages_(pages) {
     for (const std::string& requested : aovs) {
         const AovInfo* const aov = find_aov(requested);
         if (!aov->is_matte()) continue;
@@ -87,11 +87,21 @@ Mattes::Mattes(const TraceTables& tables, std::span<const std::string> objects, 
 void Mattes::add(std::span<const shared::Hit> hits) {
     for (Layer& layer : layers_) {
         const bool objects = layer.aov->source == LayerSource::objects;
+        paging::TriangleRows paged;
+        if (!objects && pages_ != nullptr) {
+            std::vector<std::uint32_t> triangles;
+            for (const shared::Hit& hit : hits)
+                if (hit.triangle != shared::kMiss) triangles.push_back(hit.triangle);
+            pages_->read_rows(triangles, paged);
+        }
+        std::size_t row = 0;
         for (std::size_t path = 0; path < hits.size(); ++path) {
             const shared::Hit& hit = hits[path];
             if (hit.triangle == shared::kMiss) continue;
-            const std::uint32_t index = objects ? source_of(tables_, hit.instance, hit.triangle).instance
-                                                : tables_.triangles[hit.triangle].w & kTriangleMaterialMask;
+            const auto material = [&] {
+                return (pages_ ? paged.triangles[row++] : tables_.triangles[hit.triangle]).w & kTriangleMaterialMask;
+            };
+            const std::uint32_t index = objects ? source_of(tables_, hit.instance, hit.triangle).instance : material();
             layer.coverage.add(path, layer.ids[index]);
         }
     }

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/paging/pages.h"
 #include "engine/settings/layers.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/rays.h"
@@ -54,9 +55,10 @@ class IdCoverage {
 /// Counts the objects and materials that camera rays hit. Tables and names must outlive it.
 class Mattes {
   public:
-    /// Prepares counts for the mattes among the layers. paths: number of paths of a band.
+    /// Prepares counts for the mattes among the layers. paths: number of paths of a band. pages: the scene's pages,
+    /// which outlive the object; null where its geometry is in memory.
     Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
-           std::span<const std::string> aovs, std::size_t paths);
+           std::span<const std::string> aovs, std::size_t paths, const paging::PageSource* pages = nullptr);
 
     bool empty() const { return layers_.empty(); }
     /// Adds one sample of all paths.
@@ -73,6 +75,7 @@ class Mattes {
 
   private:
     const TraceTables& tables_;
+    const paging::PageSource* pages_;
     std::vector<Layer> layers_;
 };
 

@@ -1,8 +1,10 @@
 #include "renderer/film.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "renderer/frame_constants.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/pixel_order.h"
@@ -59,6 +61,8 @@ void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Su
         case LayerSource::objects:
         case LayerSource::materials:
         case LayerSource::record:
+        case LayerSource::noisy:
+        case LayerSource::denoiser:
         case LayerSource::debug:
             return;
     }
@@ -82,8 +86,8 @@ std::size_t film_bytes(const RenderSettings& s) {
     return channels * sizeof(float);
 }
 
-Film::Film(const RenderSettings& settings, const TraceTables& tables)
-    : settings_(settings), tables_(tables), beauty_(settings.width, settings.height, 4) {
+Film::Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages)
+    : settings_(settings), tables_(tables), pages_(pages), beauty_(settings.width, settings.height, 4) {
     if (settings.want_view) view_ = Image(settings.width, settings.height, 4);
     choose(settings.aovs);
 }
@@ -132,6 +136,16 @@ void Film::replace_pictures(Image beauty, const ViewProcessor* view) {
     if (view) view_ = view->apply(beauty_);
 }
 
+void Film::keep_noisy() {
+    if (Image* noisy = plane("noisy")) *noisy = rgb(beauty_);
+}
+
+void Film::add_denoiser_weights(const std::vector<float>& weights) {
+    Image all(settings_.width, settings_.height, 4);
+    all.pixels = weights;
+    if (Image* own = plane("denoiser")) *own = rgb(all);
+}
+
 void Film::add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage) {
     Image* ids = plane(aov);
     if (!ids) return;
@@ -145,7 +159,23 @@ void Film::add_data(const Band& band, const std::vector<shared::AovRecord>& reco
         if (!p.aov->read) continue;
         for_each_pixel(band,
                        [&](int x, int y, std::size_t path) { p.aov->read(records[path], tables_, p.image.at(x, y)); });
+        if (pages_ && p.aov->storage == LayerStorage::ids) add_materials(band, records, p.image);
     }
+}
+
+/// Sets the materials in the layer of ids, which are in pages.
+void Film::add_materials(const Band& band, const std::vector<shared::AovRecord>& records, Image& ids) const {
+    std::vector<std::uint32_t> triangles;
+    std::vector<float*> places;
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        if (records[path].triangle == shared::kMiss) return;
+        triangles.push_back(records[path].triangle);
+        places.push_back(ids.at(x, y) + 2);
+    });
+    paging::TriangleRows rows;
+    pages_->read_rows(triangles, rows);
+    for (std::size_t i = 0; i < places.size(); ++i)
+        *places[i] = std::bit_cast<float>(rows.triangles[i].w & kTriangleMaterialMask);
 }
 
 void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRecord>& records,

@@ -9,6 +9,7 @@
 #include "engine/core/image.h"
 #include "engine/device/scene_view.h"
 #include "engine/io/exr.h"
+#include "engine/paging/pages.h"
 #include "engine/tables/tables.h"
 #include "renderer/cryptomatte.h"
 #include "renderer/render.h"
@@ -26,8 +27,8 @@ std::size_t film_bytes(const RenderSettings& settings);
 /// The images of a picture: its colour, the colour through the view transform, and one image per layer.
 class Film {
   public:
-    /// Allocates the layers that the settings request.
-    Film(const RenderSettings& settings, const TraceTables& tables);
+    /// Allocates the layers that the settings request. pages: the scene's pages; null where its geometry is in memory.
+    Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages = nullptr);
     /// Replaces the layers before anything is added. Throws Error for a layer whose data is not rendered because the
     /// settings do not request it.
     void choose(const std::vector<std::string>& aovs);
@@ -43,6 +44,10 @@ class Film {
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
     /// Replaces the colour, and the view if there is a processor.
     void replace_pictures(Image beauty, const ViewProcessor* view);
+    /// Fills the layer "noisy" with the colour so far.
+    void keep_noisy();
+    /// Fills the layer "denoiser". weights: RGBA, DenoisedPicture::weights.
+    void add_denoiser_weights(const std::vector<float>& weights);
     /// Adds a matte; coverage is by path index.
     void add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage);
     /// Adds the layers of LayerSource::record.
@@ -62,9 +67,11 @@ class Film {
         Image image;
     };
     Image* plane(std::string_view aov);
+    void add_materials(const Band& band, const std::vector<shared::AovRecord>& records, Image& ids) const;
 
     RenderSettings settings_;
     const TraceTables& tables_;
+    const paging::PageSource* pages_;
     Image beauty_;
     Image view_;
     std::vector<Plane> planes_;  // layers in the order of the request

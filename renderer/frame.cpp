@@ -33,11 +33,12 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         sample.paths = paths;
     }
 
-    AccumulateOptions wanted{bool(needs.squares), bool(needs.features), std::nullopt};
+    AccumulateOptions wanted{bool(needs.squares), bool(needs.features), bool(needs.halves), std::nullopt};
     if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;
     frame.sums = add_accumulate(graph, view, sample, wanted, bad_values);
-    for (const graph::BufferHandle& sums : {frame.sums.emission, frame.sums.direct, frame.sums.indirect,
-                                            frame.sums.squares, frame.sums.features, frame.sums.bad_values}) {
+    for (const graph::BufferHandle& sums :
+         {frame.sums.emission, frame.sums.direct, frame.sums.indirect, frame.sums.squares, frame.sums.features,
+          frame.sums.halves, frame.sums.bad_values}) {
         if (sums) graph.output(sums);
     }
     if (options.want_hits) graph.output(frame.gbuffer.hits);

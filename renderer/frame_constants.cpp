@@ -118,11 +118,17 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.window_y = drawn.y;
     frame.begins = view.begins ? 1 : 0;
     frame.shared_count = view.shared_count;
+    frame.first_half = view.first_half ? 1 : 0;
     return frame;
+}
+
+bool in_first_half(std::uint32_t number) {
+    return number < 2 ? number == 0 : (number & (std::bit_floor(number) >> 1)) == 0;
 }
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
+    view.first_half = in_first_half(index - static_cast<std::uint32_t>(frame.first_sample));
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;

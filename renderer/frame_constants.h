@@ -18,7 +18,8 @@ struct SampleView {
     // Blue noise: number of consecutive samples that each pixel takes from the shared sequence, a power of 2; 0: each
     // pixel has its own sequence.
     std::uint32_t shared_count = 0;
-    bool begins = true;  // first sample of the picture, which overwrites the sums
+    bool first_half = true;  // the sample belongs to the first half (in_first_half())
+    bool begins = true;      // first sample of the picture, which overwrites the sums
 };
 
 /// Returns the constants of a sample. origin: TraceTables::origin. previous: camera of the previous frame. reach: world
@@ -29,6 +30,11 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
 /// Returns the sample points of a frame. Blue noise falls back to `sobol` where the number of samples is large or
 /// unknown in advance.
 SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted);
+/// Returns whether sample `number` of a picture, from 0, belongs to the first of two halves that the denoiser compares.
+/// The samples from 2^k to 2^(k+1) - 1 are split in the middle. Each half then consists of aligned blocks of a
+/// sequence, which are well distributed, whatever the number of samples; the halves are equal where that is a power of
+/// two.
+bool in_first_half(std::uint32_t number);
 /// Returns sample `index` of a frame. All pixels share the sample point, as rasterization demands. Different frames and
 /// different user seeds have independent seeds.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points);

@@ -7,7 +7,9 @@ namespace halflight {
 FrameOptions frame_options(const RenderSettings& settings, const Estimator& asked) {
     return {.bounces = settings.bounces,
             .want_squares = asked_for(settings, {LayerSource::squares}) || settings.preview.of_picture(),
-            .want_features = asked_for(settings, {LayerSource::features}) || settings.preview.of_picture(),
+            .want_features =
+                asked_for(settings, {LayerSource::features}) || settings.preview.of_picture() || settings.denoise,
+            .denoise = settings.denoise,
             .want_hits = asked_for(settings, {LayerSource::objects, LayerSource::materials}),
             .culling = settings.culling,
             .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),

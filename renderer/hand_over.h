@@ -29,7 +29,8 @@ SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32
 
 /// Sums of a band (Accumulated), in the history of the executor of its graph; null where the frame left them out.
 struct SumBuffers {
-    gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr;
+    gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr,
+                *halves = nullptr;
 };
 
 /// Sums of a band's first samples, whose mean is the picture.

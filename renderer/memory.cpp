@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/memory_ledger.h"
+#include "passes/picture/denoiser.h"
 #include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
 #include "renderer/band_size.h"
@@ -56,6 +57,7 @@ void settle_for_most(Estimator& e) {
 Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
     constexpr std::size_t kBlock = 128 * kMiB;
     std::size_t widest = std::max({scene.surface_record_bytes(), sizeof(shared::PathState), 6 * sizeof(double)});
+    if (needs.halves) widest = std::max(widest, needs.halves.path_bytes);
     if (needs.reuse) widest = std::max(widest, std::size_t(s.estimator.reuse) * sizeof(shared::Ray));
     if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
     constexpr int kTextureSize = 16384;
@@ -134,7 +136,7 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use) {
     const std::size_t pixels = std::size_t(s.width) * std::size_t(s.height);
     m.film = film_bytes(s) * pixels;
-    m.preview = preview_bytes(s.preview) * pixels +
+    m.preview = preview_bytes(s.preview) * pixels + (s.denoise ? kDenoiserPixelBytes * pixels : 0) +
                 (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
     m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;
     m.writing = writing_bytes(s, use);
@@ -143,8 +145,8 @@ void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const Picture
 }  // namespace
 
 std::size_t scene_bytes(const SceneSize& size) {
-    // Measured with scenes/, cities and triangles without common edges, and rounded up. Per triangle: corners, hierarchy,
-    // tables. Hierarchies of scenes that move are kept.
+    // Measured with scenes/, cities and triangles without common edges, and rounded up. Per triangle: corners,
+    // hierarchy, tables. Hierarchies of scenes that move are kept.
     const std::size_t per_triangle = size.moves ? 320 : 200;
     constexpr std::size_t kPools = 4;  // bytes of half floats per byte of an image, in the tables and on the device
     const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses

@@ -6,8 +6,10 @@
 #include "engine/core/math.h"
 #include "engine/rays/choice.h"
 #include "engine/scene/material_properties.h"
+#include "passes/picture/denoiser.h"
 #include "passes/preview/denoise.h"
 #include "shaders/shared/albedo.h"
+#include "shaders/shared/denoise.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr const char* kPiloted = "a pilot found that it does not pay";
 constexpr const char* kNoPreview = "its preview mode is off";
+constexpr const char* kNoDenoise = "no denoising was requested";
 
 constexpr const char* kShadow = "shadow";
 constexpr const char* kDiffuse = "diffuse";
@@ -34,6 +37,7 @@ constexpr const char* kSeen = "camera rays for light alone";
 constexpr const char* kClamp = "clamp of indirect light";
 constexpr const char* kSquares = "sums of squares";
 constexpr const char* kFeatures = "sums of albedo and normal";
+constexpr const char* kHalves = "sums of half the samples";
 constexpr const char* kTiles = "tile lists";
 
 constexpr std::size_t kRow = sizeof(vec4);
@@ -147,6 +151,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was requested")},
         .features = {kFeatures, 6 * sizeof(double),
                      asked(options.want_features, kFeatures, "neither albedo nor normal was requested")},
+        .halves = {kHalves, shared::kHalfSums * sizeof(double), asked(options.denoise, kHalves, kNoDenoise)},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }
@@ -158,6 +163,7 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
     if (!options.preview.temporal) all.push_back({"temporal accumulation", kNoPreview, kTemporalBytes * size.pixels});
     if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kFilterBytes * size.pixels});
+    if (!options.denoise) all.push_back({"denoiser", kNoDenoise, kDenoiserPixelBytes * size.pixels});
     for (const SceneNeed& need : known_scene_needs())
         if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
     return all;

@@ -20,6 +20,7 @@ struct FrameOptions {
     int bounces = 8;             // >= 0
     bool want_squares = false;   // requests sums of squares, for the variance
     bool want_features = false;  // requests sums of albedo and normal
+    bool denoise = false;        // requests sums of half the samples, and the denoiser of the picture
     bool want_hits = false;      // requests hits of camera rays as an output
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // upper limit of the samples of a band in all pictures; 0: unknown
@@ -51,11 +52,11 @@ struct FrameNeeds {
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
     FramePart seen;                                   // additional camera rays for directly visible light
     FramePart clamp;                                  // clamp of indirect light
-    FramePart squares, features;                      // sums
+    FramePart squares, features, halves;              // sums
     FramePart tiles;                                  // tile lists of first shadow rays
-    std::array<FramePart, 14> parts() const {
-        return {shadow,      diffuse,     glossy, continuation, later_light, reuse,    radiance_cache,
-                camera_rays, camera_hits, seen,   clamp,        squares,     features, tiles};
+    std::array<FramePart, 15> parts() const {
+        return {shadow,      diffuse, glossy, continuation, later_light, reuse,  radiance_cache, camera_rays,
+                camera_hits, seen,    clamp,  squares,      features,    halves, tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

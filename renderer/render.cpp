@@ -83,13 +83,15 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
+    if (s.page_rows) s.page_rows->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
+    if (s.denoiser) s.denoiser->begin();
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;
     RenderStats& stats = result.stats;
-    Film film(s.settings, s.scene.tables());
+    Film film(s.settings, s.scene.tables(), s.pages());
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error;
@@ -102,10 +104,10 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
             report.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
-                Film own(s.settings, s.scene.tables());
+                Film own(s.settings, s.scene.tables(), s.pages());
                 own.choose(aovs);
                 s.develop(frame, done, own);
-                s.apply_preview(frame, done, own);
+                s.apply_to_picture(frame, done, own);
                 s.finish(so_far, own, frame, done, watch, compiled_before);
                 return so_far;
             };
@@ -135,7 +137,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
             s.develop(frame, where, with, of_band, film);
         }
     }
-    s.apply_preview(frame, done, film);
+    s.apply_to_picture(frame, done, film);
     s.scene.context().check("rendering");
     s.finish(result, film, frame, done, watch, compiled_before);
     s.hierarchies_reported = true;

@@ -44,6 +44,11 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         preview->add_band(graph, where, imported, graph.import_buffer("aov records", executor.buffer(with.aov)),
                           composite.beauty, samples);
     }
+    if (denoiser) {
+        imported.features = import(sums.features);
+        imported.halves = import(sums.halves);
+        denoiser->add_band(graph, where, imported, composite.beauty, {samples, with.sample.first_half});
+    }
     composer.run(graph::compile(graph));
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
@@ -60,7 +65,9 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
 }
 
-void Renderer::State::apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film) {
+void Renderer::State::apply_to_picture(const FrameSettings& frame, std::span<const int> samples, Film& film) {
+    film.keep_noisy();
+    if (denoiser) denoiser->apply(film);
     const int least = *std::ranges::min_element(samples);
     if (preview && least > 0) preview->apply(frame, scene.tables(), least, film);
 }
@@ -104,8 +111,10 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();
     if (const auto* raster = dynamic_cast<const rays::RasterCulling*>(server)) stats.raster = raster->batches();
+    if (page_server) stats.paging = {page_server->statistics(), page_rows->rows(), page_rows->seconds()};
     stats.bad_values = in_flight->counted().by_component();
     if (preview) preview->fill_stats(stats);
+    if (denoiser) denoiser->fill_stats(stats);
     if (settings.clamp > 0 && settings.bounces > 1)
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));

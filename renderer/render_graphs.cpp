@@ -25,7 +25,16 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (leaves_open(scene.estimator()))
         throw Error("render settings", "the estimator is left open: a pilot has to settle it first");
     scene.check_usable();
-    if (const auto make = row_of(settings.culling).make_server; make && !server) {
+    if (paging::PagePool* const pool = scene.pool()) {
+        if (server)
+            throw Error("render settings", "ray servers of callers cannot trace scenes that are loaded in pages");
+        page_server = std::make_unique<paging::PageServer>(*pool);
+        page_rows = std::make_unique<paging::RowGather>(pool->source());
+        server = page_server.get();
+        if (settings.primary == PrimaryVisibility::raster)
+            throw Error("render settings", "primary raster needs the scene in memory; pages are traced");
+        settings.primary = PrimaryVisibility::traced;
+    } else if (const auto make = row_of(settings.culling).make_server; make && !server) {
         own_server = make(served());
         server = own_server.get();
     }
@@ -52,6 +61,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // rays to lights and one to the sun
         most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
     }
+    if (needs().halves) most = std::min(most, limits.storage_block_bytes / needs().halves.path_bytes);
     band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
     in_flight.emplace(band.paths());
@@ -59,6 +69,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
     if (settings.measure) tracer->count();
     if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
+    if (settings.denoise) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
     executor.measure(settings.measure);
     places.resize(1);
     compiled(0);
@@ -71,6 +82,10 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
 
 rays::ServedScene Renderer::State::served() const {
     return {scene.tables(), scene.trace(), scene.cull_tree(), settings.measure};
+}
+
+const paging::PageSource* Renderer::State::pages() const {
+    return scene.pool() ? &scene.pool()->source() : nullptr;
 }
 
 FrameOptions Renderer::State::frame_options() const {
@@ -105,7 +120,7 @@ std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
         mattes = compiled(0).mattes;
     else
         mattes = std::make_shared<Mattes>(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs,
-                                          band.paths());
+                                          band.paths(), pages());
     auto made = std::make_unique<CompiledBand>(std::move(mattes));
     compile(made->sample, place, 0, frame_options());
     if (cache) {
@@ -155,6 +170,7 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             .place = state,
             .current = &current,
             .sums = settings.in_turns ? place : 0,
+            .rows = page_rows.get(),
             .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
             .group_size = static_cast<std::uint32_t>(settings.estimator.reuse)};
 }

@@ -12,6 +12,7 @@
 #include "engine/core/image.h"
 #include "engine/core/replicates.h"
 #include "engine/io/exr.h"
+#include "engine/paging/page_statistics.h"
 #include "engine/rays/batch_statistics.h"
 #include "engine/rays/hierarchies.h"
 #include "engine/rays/raster_walk.h"
@@ -57,7 +58,13 @@ struct RenderStats {
     std::optional<AchievedError> error;     // achieved error; none without an error target or if interrupted
     std::vector<rays::BatchStatistics> batches;  // statistics of each ray batch
     std::vector<rays::RasterBatch> raster;       // statistics of raster culling for each ray batch
-    rays::HierarchyCounts hierarchies;           // hierarchies built, refitted or kept for this picture
+    struct Paging {
+        paging::PagingStatistics tracing;
+        std::uint64_t rows = 0;  // table rows of hits that were read
+        double row_seconds = 0;  // seconds of reading them
+    };
+    std::optional<Paging> paging;       // statistics of scenes that are loaded in pages
+    rays::HierarchyCounts hierarchies;  // hierarchies built, refitted or kept for this picture
 };
 
 /// A picture with its layers.

@@ -13,11 +13,14 @@
 #include "engine/core/stopwatch.h"
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
+#include "engine/paging/page_server.h"
+#include "engine/paging/row_gather.h"
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "passes/light/radiance_cache.h"
 #include "passes/picture/composite.h"
 #include "renderer/cryptomatte.h"
+#include "renderer/denoise_stage.h"
 #include "renderer/film.h"
 #include "renderer/frame.h"
 #include "renderer/frame_constants.h"
@@ -34,7 +37,8 @@ struct CompiledSample {
     graph::Graph graph;
     Frame frame;
     graph::CompiledGraph compiled;
-    SumBuffers sums;  // sums; set by the first sample
+    SumBuffers sums;     // sums; set by the first sample
+    int first_half = 0;  // number of samples of the first half
 };
 
 /// The graphs of a band, or of several bands that are rendered one after the other.
@@ -55,12 +59,15 @@ struct Renderer::State {
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
-    RenderSettings settings;                        // settings with all automatic choices resolved
-    std::unique_ptr<rays::BatchServer> own_server;  // server of the culling method; null: none
-    rays::BatchServer* server;                      // server in use: the caller's, or own_server.get()
+    RenderSettings settings;                          // settings with all automatic choices resolved
+    std::unique_ptr<rays::BatchServer> own_server;    // server of the culling method; null: none
+    std::unique_ptr<paging::PageServer> page_server;  // server of scenes that are loaded in pages
+    std::unique_ptr<paging::RowGather> page_rows;     // table rows of such scenes
+    rays::BatchServer* server;                        // server in use: the caller's, or own_server.get()
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
+    std::optional<DenoiseStage> denoiser;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for directly visible light
     std::shared_ptr<RadianceCache> cache;     // radiance cache; null: not used
@@ -82,8 +89,9 @@ struct Renderer::State {
     // The following functions are defined in render_graphs.cpp.
 
     rays::ServedScene served() const;
-    FrameOptions frame_options() const;   ///< Returns options of samples without the radiance cache.
-    FrameOptions cached_options() const;  ///< Returns options of samples with the radiance cache.
+    const paging::PageSource* pages() const;  ///< Returns null where the geometry is in memory.
+    FrameOptions frame_options() const;       ///< Returns options of samples without the radiance cache.
+    FrameOptions cached_options() const;      ///< Returns options of samples with the radiance cache.
     FrameNeeds needs() const;
     Band band_at(int index) const;
     /// Returns the graphs of band `index`; compiles them on first use.
@@ -125,8 +133,8 @@ struct Renderer::State {
 
     /// Adds the picture of a band's first `done` samples to the film.
     void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done, Film& film);
-    /// Applies preview modes after all bands were developed.
-    void apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film);
+    /// Applies preview modes and the denoiser after all bands were developed.
+    void apply_to_picture(const FrameSettings& frame, std::span<const int> samples, Film& film);
     /// Develops all bands whose sums are there. samples: number of samples of each band.
     void develop(const FrameSettings& frame, std::span<const int> samples, Film& film);
     /// Moves the pictures of the film to the result and fills in its statistics.

@@ -25,7 +25,9 @@ SampleView replicate_view(const FrameSettings& frame, const Band& band, int repl
     // A block of 2^m samples of a Sobol sequence that starts at a multiple of 2^m is as well distributed as the first
     // one. Only the first replicate has sample 0, which overwrites the sums.
     const auto number = static_cast<std::uint32_t>(replicate * kMostReplicateSamples + index);
-    return sample_view(own, band, number, points);
+    SampleView view = sample_view(own, band, number, points);
+    view.first_half = replicate < kReplicates / 2;
+    return view;
 }
 
 void PictureError::add(std::span<const double> values, ErrorMetric metric) {

@@ -30,6 +30,7 @@ void check_settings(const RenderSettings& s) {
     require(
         s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
         "the camera's field of view must be between 0 and 180 degrees, or its height positive");
+    require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
     if (!s.error) return;
     require(s.first_sample == 0, "a picture with an error target must begin with the first sample");
     require(s.samples >= kFirstLook * kReplicates, "an error target takes at least 16 samples");

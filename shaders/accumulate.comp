@@ -1,5 +1,6 @@
 // Adds one sample to the sums of its pixel; the first sample of a picture begins them. NaNs, infinities and negative
 // radiances are counted, by the pass that they come from, and taken as zero.
+#include "shaders/shared/denoise.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/scene_tables.glsl"
@@ -41,6 +42,9 @@ layout(std430) buffer SquareSums { double square_sums[]; };
 #endif
 #ifdef HALFLIGHT_FEATURES
 layout(std430) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
+#endif
+#ifdef HALFLIGHT_HALVES
+layout(std430) buffer HalfSums { double half_sums[]; };  // Accumulated::halves
 #endif
 layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 #ifdef HALFLIGHT_REUSE
@@ -163,14 +167,39 @@ void main() {
     }
 #endif
 
-#ifdef HALFLIGHT_FEATURES
+#if defined(HALFLIGHT_FEATURES) || defined(HALFLIGHT_HALVES)
     Bsdf b = load_bsdf(path);
+#endif
+#ifdef HALFLIGHT_FEATURES
     vec3 albedo = guarded(point.is_surface ? reflectance(b) : vec3(0.0), kCountGBuffer);
     vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), -kLargestFloat, kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
         ADD(feature_sums[path * 6u + i], albedo[i]);
         ADD(feature_sums[path * 6u + 3u + i], normal[i]);
     }
+#endif
+
+#ifdef HALFLIGHT_HALVES
+#ifndef HALFLIGHT_DIRECT
+    dvec3 diffuse = dvec3(0.0);
+    dvec3 glossy = dvec3(0.0);
+#endif
+#ifdef HALFLIGHT_INDIRECT
+    glossy += later_glossy;
+#else
+    dvec3 later_diffuse = dvec3(0.0);
+#endif
+    double counts = frame.first_half != 0u ? 1.0lf : 0.0lf;
+    vec3 diffuse_albedo = guarded(point.is_surface ? b.diffuse : vec3(0.0), kCountGBuffer);
+    uint first = path * kHalfSums;
+    for (uint i = 0u; i < 3u; ++i) {
+        ADD(half_sums[first + i], counts * diffuse[i]);
+        ADD(half_sums[first + 3u + i], counts * later_diffuse[i]);
+        ADD(half_sums[first + 6u + i], counts * glossy[i]);
+        ADD(half_sums[first + 9u + i], diffuse_albedo[i]);
+    }
+    float depth = dot(point.position - frame.camera_position.xyz, frame.camera_forward.xyz);
+    ADD(half_sums[first + 12u], point.is_surface ? log(max(depth, kLeastDepth)) : 0.0);
 #endif
 
 #ifdef HALFLIGHT_SQUARES

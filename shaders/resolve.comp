@@ -5,6 +5,8 @@
 //   HALFLIGHT_LIST           rays and hits of the listed paths
 //   HALFLIGHT_TRACED         rays and hits of all paths
 //   otherwise                the visibility buffer; HALFLIGHT_STORE_RAYS and HALFLIGHT_STORE_HITS store rays and hits, too
+// HALFLIGHT_GATHERED_ROWS: the scene's tables hold the rows of these hits, in the order of the invocations
+// (engine/paging/row_gather.h).
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
@@ -107,6 +109,9 @@ void main() {
     // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
+#ifdef HALFLIGHT_GATHERED_ROWS
+    hit.triangle = listed ? gl_GlobalInvocationID.x : 0u;
+#endif
 #else
     // Invocations beyond the picture's edge look up the last pixel again, in vain.
     pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);

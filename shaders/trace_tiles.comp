@@ -137,6 +137,8 @@ void main() {
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(r.ray.origin, r.ray.direction);
+    EntryRay entry =
+        entry_ray(sheared, r.ray.direction, position_error(r.ray.origin, head.base, head.cell, head.slack));
     EntryMask met = entries_met(box, r.ray, exit_of(r.ray, r.ray.t_max));
     met = r.live ? met : kNoEntries;
     EntryMask others = met & other_bits(counts);
@@ -171,6 +173,8 @@ void main() {
         BvhHead block_head = bvh_head(block);
         Ray in_block = ray_in_block(r.ray, instance);
         sheared = triangle_ray(in_block.origin, in_block.direction);
+        entry = entry_ray(sheared, in_block.direction,
+                          position_error(in_block.origin, block_head.base, block_head.cell, block_head.slack));
         BoxRay block_box = box_ray(in_block.origin, in_block.direction, block_head.base, block_head.cell, block_head.slack);
         // Hits count from the entry of the ray into both boxes, as in a traversal.
         float t_exit = exit_of(r.ray, nearest.t);
@@ -189,7 +193,8 @@ void main() {
         do {
             if (place < end) {
                 PlaceHit h =
-                    intersect_place(sheared, place, instance, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
+                    intersect_place(sheared, entry, place, instance, r.ray.t_min, intBitsToFloat(near), nearest,
+                                    kAnyHit);
                 place = h.next;
                 if (h.nearer) {
                     nearest = h.hit;

@@ -19,6 +19,7 @@
 #include "api/halflight/loaded_scene.h"
 #include "api/halflight/log.h"
 #include "api/halflight/movie.h"
+#include "api/halflight/pack.h"
 #include "api/halflight/picture_file.h"
 #include "api/halflight/scene_edits.h"
 #include "api/halflight/sequence.h"

@@ -20,11 +20,19 @@
 
 namespace halflight {
 
+namespace paging {
+class PageSource;
+}
+
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
-    std::filesystem::path scene;   // file, .gltf or .glb
-    bool allow_outside = false;    // lets the scene name files outside its folder
+    std::filesystem::path scene;  // file, .gltf or .glb
+    bool allow_outside = false;   // lets the scene name files outside its folder
+    // Page file of the scene (pack_scene()), for scenes that are larger than memory: geometry is read from it. Empty:
+    // none.
+    std::filesystem::path pages{};
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
+    std::string variant{};         // material variant of the file, by name; empty: the file's own materials
     EnvironmentChoice environment{};
     SceneEdits edits{};
     std::string edits_source{};  // settings file of `edits`, for errors; empty: none
@@ -35,7 +43,8 @@ struct SceneChoice {
     std::size_t picture_bytes = 0;          // memory to leave free for pictures (renderer/memory.h), bytes
 };
 
-GltfOptions gltf_options(bool allow_outside, bool strict_textures = false);
+/// Returns the options with which the scene of a choice is read.
+GltfOptions gltf_options(const SceneChoice& choice);
 
 /// Throws Error about the file where the memory budget (MemoryLedger::process()) has too little left for loading and
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
@@ -141,11 +150,15 @@ class LoadedScene {
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
     const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns the files, glTF first.
-    const SceneSize& size() const { return size_; }                             ///< Returns the size at 0 s.
+    const std::vector<std::string>& variants() const { return variants_; }  ///< Returns the names of material variants.
+    /// Returns the page file; null where the geometry is in memory.
+    const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
+    const SceneSize& size() const { return size_; }  ///< Returns the size at 0 s.
 
   private:
     struct Unedited;
     void apply_edits();
+    void load_pages();
 
     SceneChoice choice_;
     CameraChoice camera_choice_;
@@ -153,6 +166,8 @@ class LoadedScene {
     FrameRate frame_rate_;
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
+    std::vector<std::string> variants_;
+    std::shared_ptr<const paging::PageSource> pages_;
     Scene scene_;
     SceneSize size_;
     MemoryLedger::Entry memory_;

@@ -20,6 +20,7 @@ struct SavedSettings {
     RenderSettings settings;             // values of the settings in `given`; others are ignored
     std::set<std::string_view> given{};  // names of given settings, whose table row is `saved`
     std::optional<ivec2> size;           // size of the picture, pixels
+    std::string variant;                 // material variant; empty: the file's own materials
     EnvironmentChoice environment;       // environment; paths of maps are relative to the current folder
     SceneEdits edits;
     struct Moment {

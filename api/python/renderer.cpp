@@ -203,7 +203,8 @@ void bind_renderer(py::module_& module) {
     });
     module.def("layers", [] {
         py::list rows;
-        for (const AovInfo& a : known_aovs()) rows.append(py::make_tuple(a.name, a.channels, a.description, a.debug()));
+        for (const AovInfo& a : known_aovs())
+            rows.append(py::make_tuple(a.name, a.channels, a.description, a.debug(), a.in_all()));
         return rows;
     });
     module.def("devices", [] {

@@ -39,7 +39,8 @@ EnvironmentChoice environment_of(const Environment3& e) {
 
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
-                              const std::optional<std::string>& fps, bool allow_outside, bool strict, py::object log) {
+                              const std::optional<std::string>& fps, bool allow_outside, bool strict,
+                              const std::optional<std::string>& variant, py::object log) {
     SceneChoice choice;
     choice.scene = path;
     choice.environment = environment_of(environment);
@@ -50,6 +51,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     if (fps) choice.frame_rate = parse_frame_rate("fps", *fps);
     choice.allow_outside = allow_outside;
     choice.strict_textures = strict;
+    choice.variant = variant.value_or("");
     const Log sink = log_to(std::move(log));
     const py::gil_scoped_release released;
     return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), {}, sink)});
@@ -163,6 +165,7 @@ void bind_scene(py::module_& module) {
     module.def("load", &load);
     py::class_<PyScene, std::shared_ptr<PyScene>>(module, "Scene")
         .def_property_readonly("file", [](const PyScene& s) { return s.scene.choice().scene; })
+        .def_property_readonly("variants", [](const PyScene& s) { return s.scene.variants(); })
         .def_property_readonly("cameras", [](const PyScene& s) { return names_of(s.scene.scene().cameras); })
         .def_property_readonly("materials", [](const PyScene& s) { return names_of(s.scene.scene().materials); })
         .def_property_readonly("instances", [](const PyScene& s) { return names_of(s.scene.scene().instances); })

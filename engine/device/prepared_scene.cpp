@@ -63,14 +63,14 @@ struct PreparedScene::Shape {
 };
 
 PreparedScene::Shape PreparedScene::shape() const {
-    const rays::TraceStatistics& s = trace_->statistics();
-    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,    trace_->alpha_tested(),
+    const rays::TraceStatistics& s = trace().statistics();
+    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,    trace().alpha_tested(),
             has_environment_,  drawn_triangles(), object_names_, material_names_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
     : context_(context), options_(options), programs_(context.binaries()), asked_estimator_(options.estimator) {
-    prepare(scene);
+    options_.pages ? prepare_pages(scene) : prepare(scene);
     origin_ = tables_.origin;
 }
 
@@ -85,6 +85,7 @@ std::uint64_t PreparedScene::drawn_triangles() const {
 bool PreparedScene::update(const Scene& scene) {
     check_usable();
     if (options_.single_pose) throw Error("prepared scene", "it was made for one pose only");
+    if (options_.pages) throw Error("prepared scene", "it is loaded in pages and cannot change");
     const Shape before = shape();
     usable_ = false;
     prepare(scene);
@@ -103,14 +104,42 @@ void PreparedScene::settle(const Estimator& piloted, double seconds) {
     seconds_ += seconds;
 }
 
-void PreparedScene::prepare(const Scene& scene) {
-    const Stopwatch watch;
-    validate(scene);
+void PreparedScene::take_names(const Scene& scene) {
     object_names_.clear();
     material_names_.clear();
     for (const Instance& i : scene.instances) object_names_.push_back(name_or(i.name, "object", object_names_.size()));
     for (const Material& m : scene.materials)
         material_names_.push_back(name_or(m.name, "material", material_names_.size()));
+}
+
+void PreparedScene::prepare_pages(const Scene& scene) {
+    const Stopwatch watch;
+    take_names(scene);
+    tables_ = paging::resident_tables(options_.pages->index());
+    if (tables_.absent->used_materials.size() != scene.materials.size() ||
+        tables_.ranges.size() != scene.instances.size()) {
+        throw Error(scene.name, "its pages were made of another scene: {} materials and {} objects, not {} and {}",
+                    tables_.absent->used_materials.size(), tables_.ranges.size(), scene.materials.size(),
+                    scene.instances.size());
+    }
+    if (tables_.alpha_tested) throw Error(scene.name, "has surfaces with alpha tests, which pages do not support yet");
+    ShadingTables shading = build_shading_tables(scene, tables_, kept_needs(options_.kept), options_.estimator.lights,
+                                                 options_.estimator.sun);
+    if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != options_.pages->index().vertex_texels)
+        throw Error(scene.name, "its pages have other vertex attributes than its materials need");
+    if (options_.scene_read) options_.scene_read();
+    estimator_ = options_.estimator;
+    estimator_.lights = shading.light_choice;
+    has_environment_ = !shading.environment.pixels.empty();
+    buffers_.emplace(tables_, shading, options_.bank_shift);
+    pool_.emplace(*options_.pages, options_.pool_bytes);
+    seconds_ = watch.seconds();
+}
+
+void PreparedScene::prepare(const Scene& scene) {
+    const Stopwatch watch;
+    validate(scene);
+    take_names(scene);
     TraceTables tables = build_trace_tables(scene, kFlattenLimit, origin_);
     const SceneNeeds kept = kept_needs(options_.kept);
     tables.alpha_tested |= kept.alpha;

@@ -11,6 +11,7 @@
 #include "engine/device/scene_buffers.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
+#include "engine/paging/page_pool.h"
 #include "engine/rays/hierarchies.h"
 #include "engine/rays/raster_tree.h"
 #include "engine/rays/rays.h"
@@ -26,6 +27,9 @@ struct PrepareOptions {
     unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
     std::size_t most_in_part = rays::kMostInPart;  // see rays::Hierarchies
     bool single_pose = false;                      // nothing is kept for update(), which throws Error
+    // Pages of a scene whose geometry is not in memory; the scene's meshes are then empty. Null: the scene has it all.
+    std::shared_ptr<const paging::PageSource> pages{};
+    std::size_t pool_bytes = std::size_t{1} << 30;  // bytes of device memory for pages
     // Called by the constructor once it does not read the scene any more, before hierarchies of large scenes are built.
     std::function<void()> scene_read{};
 };
@@ -53,7 +57,8 @@ class PreparedScene {
     gpu::Context& context() const { return context_; }
     const TraceTables& tables() const { return tables_; }
     const SceneBuffers& buffers() const { return *buffers_; }
-    const rays::TraceScene& trace() const { return *trace_; }
+    const rays::TraceScene& trace() const { return pool_ ? pool_->scene() : *trace_; }
+    paging::PagePool* pool() { return pool_ ? &*pool_ : nullptr; }  ///< Returns null unless the scene has pages.
     const rays::CullTree& cull_tree() const { return cull_tree_; }  ///< Returns an empty tree unless prepared.
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< Returns instances' names.
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< Returns materials' names.
@@ -66,7 +71,7 @@ class PreparedScene {
     /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
-    std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< Returns bytes on device.
+    std::size_t bytes() const { return buffers_->bytes() + trace().statistics().bytes; }  ///< Returns bytes on device.
     double seconds() const { return seconds_; }  ///< Returns seconds of construction or last update, with pilots.
     const rays::HierarchyCounts& hierarchies() const {
         return hierarchies_;
@@ -76,6 +81,8 @@ class PreparedScene {
     struct Memory;
     struct Shape;
     void prepare(const Scene& scene);
+    void prepare_pages(const Scene& scene);
+    void take_names(const Scene& scene);
     Shape shape() const;
 
     gpu::Context& context_;
@@ -87,6 +94,7 @@ class PreparedScene {
     std::vector<PooledImage> pooled_;
     std::optional<SceneBuffers> buffers_;
     std::optional<rays::TraceScene> trace_;
+    std::optional<paging::PagePool> pool_;  // in place of trace_, for scenes with pages
     rays::CullTree cull_tree_;
     std::unique_ptr<Memory> memory_;  // state of the last pose; null unless something moves
     gpu::ProgramCache programs_;

@@ -22,6 +22,10 @@ struct Band {
 
 class RadianceCache;
 
+namespace paging {
+class RowGather;
+}
+
 /// Inputs of all passes. The referenced objects outlive the graph; passes may capture them.
 struct SceneView {
     gpu::ProgramCache& programs;
@@ -34,6 +38,7 @@ struct SceneView {
     const Band* current = nullptr;            // band of the frame constants; null: rows of other bands are drawn, too
     std::uint32_t sums = 0;                   // index of the sums that samples are added to, where bands have their own
     RadianceCache* radiance_cache = nullptr;  // radiance cache of the paths; null: none
+    paging::RowGather* rows = nullptr;        // table rows of hits, for scenes that are loaded in pages; else null
     std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
 };

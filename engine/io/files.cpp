@@ -55,6 +55,17 @@ struct Temporary {
     Descriptor lock;
 };
 
+/// Reads bytes [offset, offset + to.size()) of a file.
+void read_at(int file, std::uint64_t offset, std::span<char> to, const std::string& subject) {
+    for (std::size_t done = 0; done < to.size();) {
+        const ssize_t got = pread(file, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) throw Error(subject, "cannot read: {}", reason(errno));
+        if (got == 0) throw Error(subject, "cannot read: became shorter while it was read");
+        done += static_cast<std::size_t>(got);
+    }
+}
+
 /// A regular file, opened for reading.
 struct ReadableFile {
     // Opens with O_NONBLOCK, which keeps a pipe without a writer from blocking forever. Regular files ignore it.
@@ -79,16 +90,8 @@ struct ReadableFile {
         return fstat(descriptor, &info) == 0 ? version_of(info) : std::array<std::uint64_t, 5>{};
     }
 
-    /// Reads bytes [offset, offset + to.size()).
     void read(std::uint64_t offset, std::span<char> to, const std::string& subject) const {
-        for (std::size_t done = 0; done < to.size();) {
-            const ssize_t got =
-                pread(descriptor, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
-            if (got < 0 && errno == EINTR) continue;
-            if (got < 0) throw Error(subject, "cannot read: {}", reason(errno));
-            if (got == 0) throw Error(subject, "cannot read: became shorter while it was read");
-            done += static_cast<std::size_t>(got);
-        }
+        read_at(descriptor, offset, to, subject);
     }
 
     Descriptor descriptor;
@@ -170,6 +173,22 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     if (rename(temporary.path.c_str(), target.c_str()) != 0) throw Error(subject, "cannot write: {}", reason(errno));
     temporary.keep();
     sync_folder(target.parent_path());
+}
+
+void write_unnamed(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+    check_writable(path);
+    const fs::path folder = follow_links(path).parent_path();
+    const Descriptor file(folder.empty() ? fs::path(".") : folder, O_TMPFILE | O_RDWR, 0666);
+    if (file < 0) return write_atomically(path, write);
+    flock(file, LOCK_EX | LOCK_NB);  // once it has a name, other processes must not take it for abandoned
+    const fs::path unnamed = fmt::format("/proc/self/fd/{}", int{file});
+    write(unnamed);
+    write_atomically(path, [&](const fs::path& temporary) {
+        const fs::path linked = temporary.string() + "-linked";  // a link cannot replace a file
+        if (linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, linked.c_str(), AT_SYMLINK_FOLLOW) != 0 ||
+            rename(linked.c_str(), temporary.c_str()) != 0)
+            throw Error(path.string(), "cannot write: {}", reason(errno));
+    });
 }
 
 void remove_abandoned(std::span<const fs::path> paths) {
@@ -266,6 +285,33 @@ std::string_view ByteSource::read(std::uint64_t offset, std::uint64_t count, std
     file.read(offset_ + offset, buffer, subject);
     if (file.version_now() != file_->version) throw Error(subject, "cannot read: was changed while it was read");
     return buffer;
+}
+
+ScratchFile::ScratchFile(const fs::path& folder, std::string subject)
+    : subject_(std::move(subject)),
+      file_(open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600)) {
+    if (file_ >= 0) return;
+    std::string name = (folder / ".halflight-scratch-XXXXXX").string();
+    file_ = mkostemp(name.data(), O_CLOEXEC);
+    if (file_ < 0 || unlink(name.c_str()) != 0) throw Error(subject_, "cannot write: {}", reason(errno));
+}
+
+ScratchFile::~ScratchFile() {
+    if (file_ >= 0) ::close(file_);
+}
+
+void ScratchFile::append(std::span<const char> bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+        const ssize_t put = pwrite(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_));
+        if (put < 0 && errno == EINTR) continue;
+        if (put < 0) throw Error(subject_, "cannot write temporary data: {}", reason(errno));
+        done += static_cast<std::size_t>(put);
+        size_ += static_cast<std::uint64_t>(put);
+    }
+}
+
+void ScratchFile::read(std::uint64_t offset, std::span<char> to) const {
+    read_at(file_, offset, to, subject_);
 }
 
 bool is_lfs_pointer(std::string_view bytes) {

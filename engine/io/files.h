@@ -20,6 +20,11 @@ namespace halflight {
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
+/// Writes a file as write_atomically() does. The temporary has no name until it is complete, so a killed process leaves
+/// nothing. File systems without such files get an ordinary temporary.
+void write_unnamed(const std::filesystem::path& path,
+                   const std::function<void(const std::filesystem::path& temporary)>& write);
+
 /// Removes temporaries of write_atomically() for these files that killed processes have left. Temporaries of live
 /// processes and on file systems without locks are kept, and so are those that cannot be removed.
 void remove_abandoned(std::span<const std::filesystem::path> paths);
@@ -58,6 +63,27 @@ class ByteSource {
     std::shared_ptr<const File> file_;  // null: a text
     std::shared_ptr<const std::string> text_;
     std::uint64_t offset_ = 0;
+    std::uint64_t size_ = 0;
+};
+
+/// A file for temporary data. It has no name, so nothing is left of it when the process ends.
+class ScratchFile {
+  public:
+    /// Creates the file in a folder. Errors name `subject`, the file that the user requested.
+    ScratchFile(const std::filesystem::path& folder, std::string subject);
+    ScratchFile(const ScratchFile&) = delete;
+    ScratchFile& operator=(const ScratchFile&) = delete;
+    ~ScratchFile();
+
+    std::uint64_t size() const { return size_; }  ///< Returns the number of bytes.
+    /// Writes bytes to the end. Throws Error where that fails, for example on a full disk.
+    void append(std::span<const char> bytes);
+    /// Reads bytes [offset, offset + to.size()), which must lie within the file. Thread-safe.
+    void read(std::uint64_t offset, std::span<char> to) const;
+
+  private:
+    std::string subject_;
+    int file_ = -1;
     std::uint64_t size_ = 0;
 };
 

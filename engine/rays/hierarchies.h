@@ -4,9 +4,9 @@
 // mesh forms another one. Each part has its own hierarchy; the hierarchies of a block are side by side under one root.
 // Parts are built in parallel, and a build takes memory for its part alone.
 //
-// Hits depend slightly on leaves: a hit that rounding puts before the box of its leaf is moved to the entry of the ray
-// into that box (shaders/lib/traverse.glsl). Therefore the hierarchy of a part must be a function of the reference pose
-// and the current pose, not of the poses in between:
+// Hits on triangles that are split between leaves depend slightly on the leaves (shaders/lib/traverse.glsl). A hit that
+// rounding puts before its leaf is moved to the ray's entry into it. Therefore a hierarchy must be a function of the
+// reference pose and the current pose, not of the poses in between:
 //   - A static part is built from its positions, which gives the same result as any earlier build.
 //   - A moving part keeps the shape built for the reference pose and is refitted. It is built from its positions if the
 //     shape does not fit: another number of triangles, or separated pairs. This also happens if the refit would cost

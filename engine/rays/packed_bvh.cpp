@@ -9,6 +9,7 @@
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
+#include "engine/rays/pair_texels.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::rays {
@@ -137,6 +138,12 @@ double looseness_of(const std::vector<Space>& spaces) {
     return count == 0 ? 1.0 : sum / static_cast<double>(count);
 }
 
+std::array<uvec4, 2> head_texels(const Grid& grid, float slack) {
+    const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
+    return {uvec4(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(slack)),
+            uvec4(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u)};
+}
+
 Bounds box_of(const Bvh& bvh) {
     Bounds box;
     for (const BvhChild& child : bvh.nodes.front().children) box.add(child.bounds);
@@ -213,9 +220,11 @@ class Packer {
         index_word(slot + tree.bvh.primitives.size(), "pairs of triangles");
         const std::vector<std::uint32_t> triangles = triangles_of(parts_[index]);
         for (const std::uint32_t primitive : tree.bvh.primitives) {
-            const Ring& ring = tree.rings[primitive];
-            for (int a = 0; a < 3; ++a) packed_.pairs.emplace_back(ring[0][a], ring[1][a], ring[2][a], ring[3][a]);
-            packed_.pairs.push_back(ids_of(tree.pairs[primitive], triangles));
+            const auto texels = pair_texels(tree.rings[primitive], tree.pairs[primitive], [&](std::uint32_t i) {
+                const bool alpha = (tables_.triangles[triangles[i]].w & kTriangleAlpha) != 0;
+                return triangles[i] | (alpha ? shared::kBvhAlphaTested : 0u);
+            });
+            packed_.pairs.insert(packed_.pairs.end(), texels.begin(), texels.end());
         }
         PartTree* const spent = spent_ ? &(*spent_)[index] : nullptr;
         if (spent) {
@@ -224,21 +233,6 @@ class Packer {
             release(spent->bvh.primitives);
         }
         return {&tree.bvh, Tree::Leaves::pairs, 0, static_cast<std::uint32_t>(slot), spent};
-    }
-
-    vec4 ids_of(const TrianglePair& pair, const std::vector<std::uint32_t>& triangles) const {
-        uvec3 words(kBvhTag);
-        for (int which = 0; which < 2; ++which) {
-            const std::uint32_t triangle = triangles[pair.triangles[static_cast<std::size_t>(which)]];
-            const bool alpha = (tables_.triangles[triangle].w & kTriangleAlpha) != 0;
-            words[which] |= (alpha ? shared::kBvhAlphaTested : 0u) | triangle;
-            const auto corners = corners_in_pair(pair, which);
-            const auto place_of = [&](std::uint8_t corner) {
-                return static_cast<std::uint32_t>(std::ranges::find(corners, corner) - corners.begin());
-            };
-            words.z |= (place_of(1) | place_of(2) << 2) << (which * shared::kBvhOrderShift);
-        }
-        return {std::bit_cast<float>(words.x), std::bit_cast<float>(words.y), std::bit_cast<float>(words.z), 0};
     }
 
     /// Adds a root without children, for a scene without triangles.
@@ -292,10 +286,8 @@ class Packer {
     }
 
     void pack_space(const Space& space, std::size_t stride) {
-        const Grid& grid = space.grid;
-        const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
-        packed_.nodes.emplace_back(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(space.slack));
-        packed_.nodes.emplace_back(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u);
+        const auto head = head_texels(space.grid, space.slack);
+        packed_.nodes.insert(packed_.nodes.end(), head.begin(), head.end());
         packed_.nodes.resize((space.head + 1) * stride);
         for (const Tree& tree : space.trees) {
             for (const BvhNode& node : tree.bvh->nodes) pack_node(node, space, tree, stride);
@@ -344,6 +336,11 @@ PackedScene packed(Packer packer, const Hierarchies& hierarchies) {
 }
 
 }  // namespace
+
+std::vector<uvec4> packed_head(const Bounds& block) {
+    const auto head = head_texels(grid_over(block), static_cast<float>(kSlack));
+    return {head.begin(), head.end()};
+}
 
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies) {
     return packed(Packer(tables, hierarchies.parts(), hierarchies.trees()), hierarchies);

@@ -12,8 +12,9 @@
 namespace halflight::rays {
 
 /// Layout of nodes. `grid` takes 64 bytes per node and is faster. `floating` takes 128 bytes, for scenes whose details
-/// are too small for one grid over the whole scene.
-enum class NodeFormat : std::uint8_t { grid, floating };
+/// are too small for one grid over the whole scene. `page` is for scenes that are loaded in pages
+/// (engine/paging/page_pool.h); pack_scene() does not make it.
+enum class NodeFormat : std::uint8_t { grid, floating, page };
 
 struct PackedScene {
     NodeFormat format = NodeFormat::grid;
@@ -36,5 +37,8 @@ PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies);
 /// Packs a scene with new hierarchies.
 PackedScene pack_scene(const TraceTables& tables);
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format);
+
+/// Returns the head of a block's hierarchy: two texels.
+std::vector<uvec4> packed_head(const Bounds& block);
 
 }  // namespace halflight::rays

@@ -12,6 +12,7 @@
 #include "engine/rays/batch_server.h"
 #include "engine/tables/instance_rows.h"
 #include "shaders/shared/bindings.h"
+#include "shaders/shared/bvh.h"
 #include "shaders/shared/rays.h"
 
 namespace halflight::rays {
@@ -71,6 +72,21 @@ TraceScene::TraceScene(const TraceTables& tables, PackedScene&& packed, const gp
     finish_update(tables, packed, shading);
 }
 
+TraceScene::TraceScene(const PagedLayout& layout) : TraceScene(nullptr) {
+    nodes_ = gpu::Buffer(nodes_.name(), layout.nodes * shared::kBvhPageTexels * sizeof(uvec4));
+    triangles_ = gpu::Buffer(triangles_.name(), layout.pairs * shared::kBvhPairTexels * sizeof(vec4));
+    TraceTables tables;
+    tables.instances.push_back({.identity = true});
+    tables.slivers = layout.slivers;
+    PackedScene packed;
+    packed.format = NodeFormat::page;
+    packed.stack_entries = layout.stack_entries;
+    packed.node_count = layout.nodes;
+    packed.instance_head = {0};
+    finish_update(tables, packed, {});
+    statistics_.triangles = layout.triangles;
+}
+
 void TraceScene::update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                         const PackedScene* last) {
     gpu::replace(nodes_, packed.nodes, last ? &last->nodes : nullptr);
@@ -110,10 +126,11 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
     if (slivers_) defines_.set("HALFLIGHT_SLIVERS");
     if (statistics_.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
     if (statistics_.node_format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
+    if (statistics_.node_format == NodeFormat::page) defines_.set("HALFLIGHT_NODES_PAGE");
 }
 
 void TraceScene::bind() const {
-    nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::grid ? GL_RGBA32UI : GL_RGBA32F);
+    nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::floating ? GL_RGBA32F : GL_RGBA32UI);
     triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
     heads_.bind_texture(UNIT_BLOCK_HEADS, GL_R32UI);
     (shared_instances_ != nullptr ? *shared_instances_ : own_instances_).bind_texture(UNIT_INSTANCES, GL_RGBA32F);

@@ -61,6 +61,15 @@ struct TraceStatistics {
     double build_seconds = 0;
 };
 
+/// A scene whose hierarchy is loaded in pages (engine/paging/page_pool.h). All triangles are in one space.
+struct PagedLayout {
+    std::size_t triangles = 0;
+    std::size_t nodes = 0;            // room in the buffer of nodes
+    std::size_t pairs = 0;            // room in the buffer of pairs
+    std::uint32_t stack_entries = 1;  // maximum stack of a traversal, entries
+    bool slivers = false;
+};
+
 /// Hierarchies and triangles of one scene on the device.
 class TraceScene {
   public:
@@ -78,6 +87,9 @@ class TraceScene {
     TraceScene(const TraceTables& tables, PackedScene&& packed, const gpu::Defines& shading,
                const gpu::Buffer* instances = nullptr);
 
+    /// Makes empty buffers for a scene that is loaded in pages. Throws Error like the first constructor.
+    explicit TraceScene(const PagedLayout& layout);
+
     /// Updates the scene to another pose. `last` is the packed scene that the buffers hold, or null; where it is given,
     /// only differences are written. Throws Error like the constructor. After a failed update the object may only be
     /// destroyed.
@@ -86,6 +98,9 @@ class TraceScene {
 
     /// Sets other shading defines; defines() follow.
     void set_shading(const gpu::Defines& shading);
+
+    gpu::Buffer& nodes() { return nodes_; }      ///< Returns the buffer of nodes, which pages are written to.
+    gpu::Buffer& pairs() { return triangles_; }  ///< Returns the buffer of pairs.
 
     /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
     void bind() const;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/reference/ggx.h"
+#include "engine/reference/sheen.h"
 
 namespace halflight::reference {
 namespace {
@@ -41,13 +42,16 @@ Albedo mirror_albedo(double mu) {
 
 constexpr int kNodes = 64;
 
-std::array<Albedo, kNodes * kNodes> build_table() {
-    std::array<Albedo, kNodes * kNodes> table;
+template <class Value>
+using Table = std::array<Value, kNodes * kNodes>;
+
+/// Returns f(x, y) at all nodes in [0, 1]^2.
+template <class Value, class Function>
+Table<Value> build_table(Function&& f) {
+    Table<Value> table;
     const auto fill_row = [&](int j) {
-        const double y = double(j) / (kNodes - 1);
         for (int i = 0; i < kNodes; ++i) {
-            const double x = double(i) / (kNodes - 1);
-            table[j * kNodes + i] = integrate_albedo(x * x * x, y * y * y);
+            table[j * kNodes + i] = f(double(i) / (kNodes - 1), double(j) / (kNodes - 1));
         }
     };
     // Isolation keeps this thread, while it waits, from running a task of the renderer that needs this table.
@@ -115,7 +119,8 @@ Albedo integrate_albedo(double mu, double alpha) {
 
 Albedo directional_albedo(double mu, double alpha) {
     if (alpha < kMirrorAlpha) return mirror_albedo(mu);
-    static const std::array<Albedo, kNodes* kNodes> table = build_table();
+    static const auto table =
+        build_table<Albedo>([](double x, double y) { return integrate_albedo(x * x * x, y * y * y); });
     const Cubic x(std::cbrt(glm::clamp(mu, 0.0, 1.0))), y(std::cbrt(alpha));
     Albedo sum;
     for (int j = 0; j < 4; ++j) {
@@ -127,6 +132,37 @@ Albedo directional_albedo(double mu, double alpha) {
         }
     }
     return sum;
+}
+
+// Integrates over mu_i = u^3, whose nodes are dense at the horizon, and over the azimuth phi in [0, pi].
+double integrate_sheen_albedo(double mu, double roughness) {
+    static const Rule rule = gauss_legendre(32);
+    const dvec3 wo(std::sqrt(std::max(1 - mu * mu, 0.0)), 0, mu);
+    double sum = 0;
+    for (std::size_t i = 0; i < rule.x.size(); ++i) {
+        const double u = rule.x[i], mu_i = u * u * u, sine = std::sqrt(1 - mu_i * mu_i);
+        for (std::size_t j = 0; j < rule.x.size(); ++j) {
+            // Light from ahead, phi = pi, has a narrow dip at grazing angles.
+            const double v = rule.x[j], phi = kPi * (1 - v * v);
+            const dvec3 wi(sine * std::cos(phi), sine * std::sin(phi), mu_i);
+            sum += rule.weight[i] * rule.weight[j] * 3 * u * u * 4 * kPi * v * sheen_value(wo, wi, roughness);
+        }
+    }
+    return sum;
+}
+
+double sheen_albedo(double mu, double roughness) {
+    static const auto table = build_table<double>([](double x, double y) {
+        return integrate_sheen_albedo(x * x, kLeastSheenRoughness + (1 - kLeastSheenRoughness) * y * y);
+    });
+    const double r = std::max(roughness, kLeastSheenRoughness);
+    const Cubic x(std::sqrt(glm::clamp(mu, 0.0, 1.0)));
+    const Cubic y(std::sqrt((r - kLeastSheenRoughness) / (1 - kLeastSheenRoughness)));
+    double sum = 0;
+    for (int j = 0; j < 4; ++j) {
+        for (int i = 0; i < 4; ++i) sum += x.weight[i] * y.weight[j] * table[(y.first + j) * kNodes + x.first + i];
+    }
+    return std::max(sum, 0.0);
 }
 
 }  // namespace halflight::reference

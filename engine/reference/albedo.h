@@ -1,4 +1,4 @@
-// Directional albedo of the single-scattering GGX lobe (SHADING.md, "Directional albedo").
+// Directional albedo of the single-scattering GGX lobe (SHADING.md, "Directional albedo") and of the sheen.
 #pragma once
 
 namespace halflight::reference {
@@ -18,5 +18,11 @@ Albedo integrate_albedo(double mu, double alpha);
 /// either coefficient is 2e-6 on average, at most 1.2e-4 for mu > 0.02 and roughness > 0.03, and 4e-4 for roughness >
 /// 0.05. It is up to 1e-2 for grazing near-mirrors, roughness < 0.02 and mu < 0.001.
 Albedo directional_albedo(double mu, double alpha);
+
+/// Integrates the sheen's lobe, sheen_value() in sheen.h. `mu` is in [0, 1].
+double integrate_sheen_albedo(double mu, double roughness);
+
+/// Interpolates a table of integrate_sheen_albedo() cubically. The error is below 3e-4.
+double sheen_albedo(double mu, double roughness);
 
 }  // namespace halflight::reference

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/reference/sheen.h"
+
 namespace halflight::reference {
 namespace {
 
@@ -48,6 +50,8 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.clearcoat = m.clearcoat * lookup(m.clearcoat_texture, linear).r;
     p.clearcoat_roughness = m.clearcoat_roughness * lookup(m.clearcoat_roughness_texture, linear).g;
     p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
+    p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
+    p.sheen_roughness = m.sheen_roughness * lookup(m.sheen_roughness_texture, linear).a;
     return p;
 }
 
@@ -59,7 +63,8 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
       wo_base_(base_frame_.to_local(wo)),
       wo_coat_(coat_frame_.to_local(wo)),
       alpha_(p.roughness * p.roughness),
-      alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness) {
+      alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness),
+      sheen_roughness_(p.sheen_roughness) {
     const dvec3 c = p.base_color;
     const double m = p.metallic, k = p.clearcoat;
 
@@ -73,23 +78,33 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         under_coat = 1 - coat_albedo;
     }
 
+    double sheen_mean = 0, under_sheen = under_coat;
+    if (p.sheen_color != dvec3(0)) {
+        const double raw = sheen_albedo(wo_base_.z, p.sheen_roughness), albedo = std::min(raw, 1.0);
+        sheen_ = under_coat * p.sheen_color / std::max(raw, 1.0);
+        sheen_mean = under_coat * mean(p.sheen_color) * std::max(albedo, 1e-3);
+        under_sheen *= 1 - max_component(p.sheen_color) * albedo;
+    }
+
     const Albedo e = directional_albedo(wo_base_.z, alpha_);
     const double lost = (1 - e.one()) / e.one();
     const double r0 = (p.ior - 1) / (p.ior + 1);
     const dvec3 f0_dielectric = min(r0 * r0 * p.specular_color, dvec3(1)) * p.specular;
     const dvec3 scale_metal = m * (1.0 + c * lost);
     const dvec3 scale_dielectric = 1.0 + f0_dielectric * lost;
-    specular_f0_ = under_coat * (scale_metal * c + (1 - m) * scale_dielectric * f0_dielectric);
-    specular_f90_ = under_coat * (scale_metal + (1 - m) * scale_dielectric * p.specular);
+    specular_f0_ = under_sheen * (scale_metal * c + (1 - m) * scale_dielectric * f0_dielectric);
+    specular_f90_ = under_sheen * (scale_metal + (1 - m) * scale_dielectric * p.specular);
 
     const dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
-    const double below = under_coat * (1 - m) * (1 - std::min(max_component(dielectric_albedo), 1.0));
+    const double below = under_sheen * (1 - m) * (1 - std::min(max_component(dielectric_albedo), 1.0));
     diffuse_ = below * (1 - p.transmission) * c;
     transmission_ = below * p.transmission * c;
     transmission_scale_ = 1 / e.one();
 
-    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b), mean(transmission_), coat_albedo};
-    const double total = choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat];
+    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b), mean(transmission_), coat_albedo,
+               sheen_mean};
+    const double total =
+        choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat] + choice_[kSheen];
     black_ = !(total > 0);
     if (!black_) {
         for (double& probability : choice_) probability /= total;
@@ -103,6 +118,10 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
     if (side_g > 0 && wi_base.z > 0) {
         result.diffuse = diffuse_ * (wi_base.z / kPi);
         result.pdf_diffuse = choice_[kDiffuse] * wi_base.z / kPi;
+        if (sheen_ != dvec3(0)) {
+            result.glossy += sheen_ * sheen_value(wo_base_, wi_base, sheen_roughness_);
+            result.pdf_glossy += choice_[kSheen] * sheen_pdf(wi_base.z, sheen_roughness_);
+        }
         if (alpha_ >= kMirrorAlpha && choice_[kSpecular] > 0) {
             const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
             result.glossy += specular_factor(lobe.x) * lobe.value;
@@ -149,13 +168,15 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
     if (!(choice_[lobe] > 0)) return std::nullopt;  // u_lobe ran past the last lobe by rounding
 
     const double alpha = lobe == kCoat ? alpha_coat_ : alpha_;
-    if (lobe != kDiffuse && alpha < kMirrorAlpha) return sample_mirror(lobe);
+    if (lobe != kDiffuse && lobe != kSheen && alpha < kMirrorAlpha) return sample_mirror(lobe);
 
     const Frame& frame = lobe == kCoat ? coat_frame_ : base_frame_;
     dvec3 wi;
     if (lobe == kDiffuse) {
         const double r = std::sqrt(u1), phi = 2 * kPi * u2;
         wi = {r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - u1)};
+    } else if (lobe == kSheen) {
+        wi = sample_sheen(sheen_roughness_, u1, u2);
     } else {
         const dvec3& wo = lobe == kCoat ? wo_coat_ : wo_base_;
         wi = mirror_at(wo, sample_visible_normal(wo, alpha, u1, u2));
@@ -165,6 +186,7 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
 
     Sample s;
     s.wi = normalize(frame.to_world(wi));
+    if (lobe == kTransmission && dot(s.wi, n_g_) >= 0) return std::nullopt;  // other lobes may reflect there
     s.component = lobe == kDiffuse ? Component::diffuse : Component::glossy;
     const Value value = evaluate(s.wi);
     s.pdf = lobe == kDiffuse ? value.pdf_diffuse : value.pdf_glossy;

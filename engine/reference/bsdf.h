@@ -1,5 +1,5 @@
 // The layered material of SHADING.md ("BSDF") at one point, for one view direction: diffuse and rough transmission
-// under a metal/dielectric GGX lobe under a clearcoat.
+// under a metal/dielectric GGX lobe under a sheen under a clearcoat.
 #pragma once
 
 #include <array>
@@ -25,6 +25,8 @@ struct BsdfParameters {
     double clearcoat = 0;
     double clearcoat_roughness = 0;
     double transmission = 0;
+    dvec3 sheen_color{0};
+    double sheen_roughness = 0;
 };
 
 /// Returns a texel, or white where there is no texture, so that factors stand alone.
@@ -62,7 +64,7 @@ class Bsdf {
     std::optional<Sample> sample(double u_lobe, double u1, double u2) const;
 
   private:
-    enum Lobe { kDiffuse, kSpecular, kTransmission, kCoat, kLobes };
+    enum Lobe { kDiffuse, kSpecular, kTransmission, kCoat, kSheen, kLobes };
 
     std::optional<Sample> sample_mirror(Lobe lobe) const;
     dvec3 specular_factor(double x) const { return specular_f0_ + (specular_f90_ - specular_f0_) * schlick(x); }
@@ -71,10 +73,12 @@ class Bsdf {
     Frame base_frame_, coat_frame_;
     dvec3 wo_base_, wo_coat_;
     double alpha_, alpha_coat_;
-    dvec3 specular_f0_, specular_f90_;     // mixture of both Fresnel terms, compensation and the coat's loss included
-    dvec3 diffuse_, transmission_;         // albedos, [0, 1]
-    double coat_scale_;                    // k M(0.04)
-    double transmission_scale_;            // 1 / E_1
+    dvec3 specular_f0_, specular_f90_;  // mixture of both Fresnel terms, compensation and the coat's loss included
+    dvec3 diffuse_, transmission_;      // albedos, [0, 1]
+    double coat_scale_;                 // k M(0.04)
+    double transmission_scale_;         // 1 / E_1
+    double sheen_roughness_;
+    dvec3 sheen_{0};                       // factor of sheen_value()
     std::array<double, kLobes> choice_{};  // probability of each lobe
     bool black_ = true;
 };

@@ -64,15 +64,20 @@ struct Material {
     float clearcoat_normal_scale = 1;
     float transmission = 0;  // share of transmitted light, thin-walled
     TextureRef transmission_texture;
+    vec3 sheen_color{0};
+    TextureRef sheen_color_texture;
+    float sheen_roughness = 0;  // perceptual, [0, 1]; alpha = roughness^2
+    TextureRef sheen_roughness_texture;
 };
 
 /// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).
 struct MaterialNeeds {
     bool unlit = false;
     bool diffuse = false;  // some material scatters diffusely
-    bool glossy = false;   // some material reflects specularly, has a coat or transmits
+    bool glossy = false;   // some material reflects specularly, has a coat or a sheen or transmits
     bool clearcoat = false;
     bool transmission = false;
+    bool sheen = false;
     bool specular_color = false;  // some dielectric's specular colour is not white
     bool emission = false;        // some surface emits light, unlit ones included
 
@@ -86,6 +91,8 @@ struct MaterialNeeds {
     bool clearcoat_roughness_texture = false;
     bool clearcoat_normal_texture = false;
     bool transmission_texture = false;
+    bool sheen_color_texture = false;
+    bool sheen_roughness_texture = false;
 
     bool operator==(const MaterialNeeds&) const = default;
 };

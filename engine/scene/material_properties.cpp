@@ -40,6 +40,9 @@ bool specular(const M& m) {
 bool coated(const M& m) {
     return lit(m) && m.clearcoat > 0;
 }
+bool has_sheen(const M& m) {
+    return lit(m) && m.sheen_color != vec3(0);
+}
 bool transmits(const M& m) {
     return base(m) && m.transmission > 0;
 }
@@ -181,6 +184,23 @@ const std::array kProperties = {
                      .need = &N::transmission,
                      .scales_lobe = true,
                      .meaning = "share of light that a thin wall lets through instead of scattering it diffusely"},
+    MaterialProperty{.name = "sheen_color",
+                     .field = &M::sheen_color,
+                     .path = "/extensions/KHR_materials_sheen/sheenColorFactor",
+                     .range = kFraction,
+                     .packing = {8, 0},
+                     .shader = "sheen_color",
+                     .need = &N::sheen,
+                     .scales_lobe = true,
+                     .meaning = "linear colour of the sheen"},
+    MaterialProperty{.name = "sheen_roughness",
+                     .field = &M::sheen_roughness,
+                     .path = "/extensions/KHR_materials_sheen/sheenRoughnessFactor",
+                     .range = kFraction,
+                     .packing = {8, 3},
+                     .shader = "sheen_roughness",
+                     .need = &N::sheen,
+                     .meaning = "perceptual roughness of the sheen"},
 };
 
 const std::array kTextures = {
@@ -304,6 +324,30 @@ const std::array kTextures = {
                     "TEXTURE_TRANSMISSION",
                     "transmission textures",
                     "no material has one"},
+    MaterialTexture{"sheen_color_texture",
+                    &M::sheen_color_texture,
+                    "/extensions/KHR_materials_sheen/sheenColorTexture",
+                    TextureUse::color,
+                    {{"sheen_color", "rgb"}},
+                    has_sheen,
+                    {7, 3},
+                    &N::sheen_color_texture,
+                    &N::sheen,
+                    "TEXTURE_SHEEN_COLOR",
+                    "sheen colour textures",
+                    "no sheen has one"},
+    MaterialTexture{"sheen_roughness_texture",
+                    &M::sheen_roughness_texture,
+                    "/extensions/KHR_materials_sheen/sheenRoughnessTexture",
+                    TextureUse::data,
+                    {{"sheen_roughness", "a"}},
+                    has_sheen,
+                    {9, 0},
+                    &N::sheen_roughness_texture,
+                    &N::sheen,
+                    "TEXTURE_SHEEN_ROUGHNESS",
+                    "sheen roughness textures",
+                    "no sheen has one"},
 };
 
 const std::array kLobes = {
@@ -321,7 +365,7 @@ const std::array kLobes = {
     MaterialLobe{.label = "glossy lobe",
                  .need = &N::glossy,
                  .define = "GLOSSY",
-                 .fact = "no material has a specular, coat or transmission component",
+                 .fact = "no material has a specular, coat, sheen or transmission component",
                  .present = [](const M& m) { return (lit(m) && m.metallic > 0) || specular(m); },
                  .record_rows = 2,
                  .layer_rows = 1},
@@ -340,6 +384,14 @@ const std::array kLobes = {
                  .present = transmits,
                  .implies = &N::glossy,
                  .record_rows = 1},
+    MaterialLobe{.label = "sheen",
+                 .need = &N::sheen,
+                 .define = "SHEEN",
+                 .fact = "no material has a sheen",
+                 .present = has_sheen,
+                 .implies = &N::glossy,
+                 .record_rows = 2,
+                 .layer_rows = 1},
     MaterialLobe{
         .label = "specular colour",
         .need = &N::specular_color,

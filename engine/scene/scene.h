@@ -129,6 +129,8 @@ WorldBounds world_bounds(const Scene& scene);
 
 /// Checks indices, lengths and ranges against the comments above. Throws Error that names the first bad element.
 void validate(const Scene& scene);
+/// Checks a mesh that is not in a scene. `index` is its index in messages, `materials` the number of materials.
+void validate(const Mesh& mesh, std::size_t index, std::size_t materials);
 
 /// Returns whether all elements are finite and the last row is 0, 0, 0, 1.
 bool is_affine(const dmat4& m);

@@ -9,6 +9,7 @@ struct Scene;
 
 struct SceneSize {
     std::size_t geometry_bytes = 0;     // meshes
+    std::size_t largest_mesh = 0;       // bytes of the largest mesh; 0 for a loaded scene
     std::size_t instance_bytes = 0;     // instances
     std::size_t texture_bytes = 0;      // images
     std::size_t environment_bytes = 0;  // environment map and the table for its samples

@@ -181,4 +181,8 @@ void validate(const Scene& scene) {
     check(scene.environment);
 }
 
+void validate(const Mesh& mesh, std::size_t index, std::size_t materials) {
+    check(mesh, Element{"meshes", index}, materials);
+}
+
 }  // namespace halflight

@@ -31,7 +31,9 @@ void read_ids(const AovRecord& r, const TraceTables& tables, float* to) {
     const TriangleSource source = seen ? source_of(tables, r.instance, r.triangle) : TriangleSource{~0u, ~0u};
     to[0] = std::bit_cast<float>(source.instance);
     to[1] = std::bit_cast<float>(source.triangle);
-    to[2] = std::bit_cast<float>(seen ? tables.triangles[r.triangle].w & kTriangleMaterialMask : ~0u);
+    to[2] = std::bit_cast<float>(~0u);
+    if (tables.absent || !seen) return;  // renderer/film.cpp reads the material from pages
+    to[2] = std::bit_cast<float>(tables.triangles[r.triangle].w & kTriangleMaterialMask);
 }
 
 constexpr std::array kLayers = {
@@ -67,6 +69,10 @@ constexpr std::array kLayers = {
             "Cryptomatte of the objects: ids and coverage of 6 ranks"},
     AovInfo{"cryptomaterial", "CryptoMaterial", "", matte, Merge::coverage, materials,
             "Cryptomatte of the materials: ids and coverage of 6 ranks"},
+    AovInfo{"noisy", "noisy.", "R,G,B", color, Merge::mean, LayerSource::noisy,
+            "picture before denoising and preview filters: the mean of the samples"},
+    AovInfo{"denoiser", "denoiser.", "direct_diffuse,indirect_diffuse,glossy", data, Merge::mean, LayerSource::denoiser,
+            "share of filtered light in each component of the denoised picture, 0 to 1; the rest is the mean"},
     AovInfo{"nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
             "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling", 0, nullptr,
             [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
@@ -126,6 +132,10 @@ const char* pass_of(LayerSource source) {
             return "gbuffer";
         case record:
             return "aov";
+        case LayerSource::noisy:
+            return "composite";
+        case LayerSource::denoiser:
+            return "denoiser blend";
         case LayerSource::debug:
             return "debug aov";
     }
@@ -136,7 +146,7 @@ const char* pass_of(LayerSource source) {
 
 bool AovInfo::at_any_time() const {
     return source == LayerSource::emission || source == LayerSource::direct || source == LayerSource::indirect ||
-           source == LayerSource::count;
+           source == LayerSource::noisy || source == LayerSource::count;
 }
 
 std::vector<std::string> AovInfo::channel_names() const {
@@ -166,7 +176,7 @@ std::string layers_markdown() {
         const std::string channels = a.is_matte() ? fmt::format("{} ... {}", names.front(), names.back())
                                                   : fmt::format("{}", fmt::join(names, ", "));
         text += fmt::format("| `{}` | {} | {} | {} | {} | {}{} |\n", a.name, channels, name(a.storage), name(a.merge),
-                            pass_of(a.source), a.description, a.debug() ? " (not part of `all`)" : "");
+                            pass_of(a.source), a.description, a.in_all() ? "" : " (not part of `all`)");
     }
     return text;
 }

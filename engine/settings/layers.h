@@ -44,6 +44,8 @@ enum class LayerSource {
     objects,    // objects hit by camera rays
     materials,  // materials hit by camera rays
     record,     // AovRecord of the pass "aov"
+    noisy,      // picture before denoising and preview modes
+    denoiser,   // weights of the denoiser
     debug,      // DebugRecord of the pass "debug aov"
 };
 
@@ -62,6 +64,8 @@ struct AovInfo {
     void (*read_debug)(const shared::DebugRecord&, float* to) = nullptr;
 
     bool debug() const { return source == LayerSource::debug; }  ///< Returns whether values vary between runs.
+    /// Returns whether "all" stands for the layer, too. Layers that only biased pictures need are not part of it.
+    bool in_all() const { return !debug() && source != LayerSource::noisy && source != LayerSource::denoiser; }
     bool at_centre() const { return merge == LayerMerge::none; }
     bool is_color() const { return storage == LayerStorage::color; }
     bool is_matte() const { return storage == LayerStorage::matte; }

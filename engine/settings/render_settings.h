@@ -30,6 +30,9 @@ struct PictureSettings {
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
     // are scaled down. Clamping is a bias, which RenderStats names.
     float clamp = 0;
+    // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names. Needs two
+    // samples. Layers and error targets refer to the mean of the samples. Preview modes exclude it.
+    bool denoise = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // true: the picture through `view` is made, too
@@ -58,6 +61,9 @@ struct ScheduleSettings {
     std::size_t band_pixels = std::size_t{1} << 20;
     // Bytes of visibility state. Each band has its own while there is room; the remaining bands share one.
     std::size_t state_bytes = std::size_t{256} << 20;
+    // Bytes of device memory for the pages of a scene that is loaded in pages; 0: half of what the memory budget has
+    // left.
+    std::size_t pool_bytes = 0;
     // Adds one sample to every band before the next sample, so that there is a whole picture after each sample
     // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. An error target
     // disables it.

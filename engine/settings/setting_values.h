@@ -212,14 +212,14 @@ struct Value<Preview> {
     }
 };
 
-/// Names of layers; "all" stands for those that are not for debugging.
+/// Names of layers; "all" stands for those with AovInfo::in_all().
 template <>
 struct Value<std::vector<std::string>> {
     static constexpr Setting::Type type = Setting::Type::list;
     static std::string names() {
         std::string names = "none, all";
         for (const AovInfo& aov : known_aovs())
-            names.append(", ").append(aov.name).append(aov.debug() ? " (not part of all)" : "");
+            names.append(", ").append(aov.name).append(aov.in_all() ? "" : " (not part of all)");
         return names;
     }
     static std::string text(const std::vector<std::string>& names) {
@@ -232,7 +232,7 @@ struct Value<std::vector<std::string>> {
             if (wanted != "all" && !find_aov(wanted))
                 return fmt::format("has no layer '{}'; known layers are: {}", wanted, names());
             for (const AovInfo& aov : known_aovs())
-                if ((aov.name == wanted || (wanted == "all" && !aov.debug())) &&
+                if ((aov.name == wanted || (wanted == "all" && aov.in_all())) &&
                     std::ranges::find(layers, aov.name) == layers.end())
                     layers.emplace_back(aov.name);
         }

@@ -137,6 +137,14 @@ std::vector<Setting> make_table() {
                 .upper = kMaxUint,
                 .fingerprint = false,  // each frame has its own fingerprint
             }),
+        row([](auto& s) -> auto& { return s.denoise; },
+            {
+                .name = "denoise",
+                .group = kPicture,
+                .help = "filters noise out of the finished picture, which is biased but approaches the mean of the "
+                        "samples as they become more; layers and --error refer to that mean",
+                .memory = true,
+            }),
         row([](auto& s) -> auto& { return s.aovs; },
             {
                 .name = "aov",

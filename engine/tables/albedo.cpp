@@ -98,6 +98,42 @@ class LobeIntegral {
     const Quadrature& rule_;
 };
 
+/// Returns L of Lambda (Estevez and Kulla 2017, eq. 3 and table 1).
+double sheen_fit(double x, double alpha) {
+    const double t = (1 - alpha) * (1 - alpha);
+    const double a = std::lerp(21.5473, 25.3245, t), b = std::lerp(3.82987, 3.32435, t);
+    const double c = std::lerp(0.19823, 0.16801, t), d = std::lerp(-1.97760, -1.27393, t);
+    const double e = std::lerp(-4.32054, -4.85967, t);
+    return a / (1 + b * std::pow(x, c)) + d * x + e;
+}
+
+double sheen_lambda(double cosine, double alpha) {
+    return std::exp(cosine < 0.5 ? sheen_fit(cosine, alpha)
+                                 : 2 * sheen_fit(0.5, alpha) - sheen_fit(std::max(1 - cosine, 0.0), alpha));
+}
+
+/// Returns the integral of the sheen's lobe l_h (SHADING.md), times mu_i, over mu_i and the azimuth.
+double integrate_sheen(double mu_o, double roughness, const Quadrature& rule) {
+    const double alpha = roughness * roughness, q_o = std::hypot(mu_o, shared::kSheenHorizon);
+    const double lambda_o = sheen_lambda(q_o, alpha);
+    const double sine_o = std::sqrt((1 - mu_o) * (1 + mu_o));
+    double sum = 0;
+    for (std::size_t i = 0; i < rule.x.size(); ++i) {
+        const double q = rule.x[i], mu_i = q * q, sine_i = std::sqrt((1 - mu_i) * (1 + mu_i));
+        double ring = 0;
+        for (std::size_t j = 0; j < rule.x.size(); ++j) {
+            // Nodes are denser where wo and wi are opposite: h turns quickly there at grazing angles.
+            const double p = rule.x[j], cosine = -std::cos(kPi * p * p);
+            const double squared = 2 + 2 * (sine_o * sine_i * cosine + mu_o * mu_i);
+            const double cos_h = (mu_o + mu_i) / std::sqrt(std::max(squared, 1e-300));
+            ring += 2 * p * rule.weight[j] * std::pow(std::max(1 - cos_h * cos_h, 0.0), 0.5 / alpha);
+        }
+        const double q_i = std::hypot(mu_i, shared::kSheenHorizon);
+        sum += 2 * q * rule.weight[i] * ring * mu_i / (q_i * (1 + lambda_o + sheen_lambda(q_i, alpha)));
+    }
+    return (2 + 1 / alpha) * sum / (4 * q_o);  // 1 / (2 pi) of D, and the 2 pi of the azimuths
+}
+
 /// Returns node i of n Chebyshev-Lobatto nodes on [0, 1]. lobatto_weights() returns their weights for the interpolating
 /// polynomial's value at x (Berrut and Trefethen 2004, Barycentric Lagrange Interpolation, eq. 5.4).
 double lobatto_node(int i, int n) {
@@ -121,33 +157,18 @@ std::vector<double> lobatto_weights(int n, double x) {
     return weights;
 }
 
-}  // namespace
-
-DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes) {
-    const Quadrature rule(nodes);
-    return LobeIntegral(cosine, alpha, rule)();
-}
-
-Image build_albedo_table() {
-    // Both functions are smooth in the table's coordinates, so a polynomial through few exact values gives all texels.
+/// Fills the part of a table that starts at a row with values of a function of its coordinates in [0, 1]. The function
+/// is smooth, so a polynomial through few exact values gives all texels.
+template <class Function>
+void fill_table(Image& table, int first_row, Function&& function) {
     constexpr int kNodes = 24;
     constexpr int kSize = shared::kAlbedoTableSize;
-    const Quadrature rule(24);
     std::vector<dvec2> exact;
     for (int j = 0; j < kNodes; ++j) {
-        const double roughness = 0.01 + 0.99 * lobatto_node(j, kNodes);
-        const double knee = shared::kAlbedoKnee * roughness * roughness;
-        for (int i = 0; i < kNodes; ++i) {
-            const double s = lobatto_node(i, kNodes) * lobatto_node(i, kNodes);
-            const double cosine = s * knee / (1 + knee - s);  // inverse of albedo_coordinates()
-            const DirectionalAlbedo albedo = LobeIntegral(cosine, roughness * roughness, rule)();
-            const double whole = albedo.a + albedo.b;
-            exact.emplace_back(whole, albedo.b / whole - fifth_power(1 - cosine));
-        }
+        for (int i = 0; i < kNodes; ++i) exact.push_back(function(lobatto_node(i, kNodes), lobatto_node(j, kNodes)));
     }
     std::vector<std::vector<double>> weights;
     for (int i = 0; i < kSize; ++i) weights.push_back(lobatto_weights(kNodes, i / (kSize - 1.0)));
-    Image table(kSize, kSize, 2);
     for (int y = 0; y < kSize; ++y) {
         std::vector<dvec2> row(kNodes, dvec2(0));
         for (int j = 0; j < kNodes; ++j) {
@@ -156,10 +177,38 @@ Image build_albedo_table() {
         for (int x = 0; x < kSize; ++x) {
             dvec2 value(0);
             for (int i = 0; i < kNodes; ++i) value += weights[x][i] * row[i];
-            table.at(x, y)[0] = static_cast<float>(value.x);
-            table.at(x, y)[1] = static_cast<float>(value.y);
+            table.at(x, first_row + y)[0] = static_cast<float>(std::max(value.x, 0.0));
+            table.at(x, first_row + y)[1] = static_cast<float>(value.y);
         }
     }
+}
+
+}  // namespace
+
+DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes) {
+    const Quadrature rule(nodes);
+    return LobeIntegral(cosine, alpha, rule)();
+}
+
+double sheen_albedo(double cosine, double roughness, int nodes) {
+    return integrate_sheen(cosine, roughness, Quadrature(nodes));
+}
+
+Image build_albedo_table(bool sheen) {
+    const Quadrature rule(24);
+    Image table(shared::kAlbedoTableSize, shared::kAlbedoTableSize * (sheen ? 2 : 1), 2);
+    fill_table(table, 0, [&](double x, double y) {
+        const double roughness = 0.01 + 0.99 * y;
+        const double knee = shared::kAlbedoKnee * roughness * roughness;
+        const double cosine = x * x * knee / (1 + knee - x * x);  // inverse of albedo_coordinates()
+        const DirectionalAlbedo albedo = LobeIntegral(cosine, roughness * roughness, rule)();
+        const double whole = albedo.a + albedo.b;
+        return dvec2(whole, albedo.b / whole - fifth_power(1 - cosine));
+    });
+    if (sheen)
+        fill_table(table, shared::kAlbedoTableSize, [&](double x, double y) {  // inverse of sheen_coordinates()
+            return dvec2(integrate_sheen(x * x, glm::mix<double>(shared::kLeastSheenRoughness, 1, y * y), rule), 0);
+        });
     return table;
 }
 

@@ -89,6 +89,7 @@ class Builder {
     }
 
     void add_triangles() {
+        if (trace_.absent) return;  // emissive triangles in pages are no lights: paths that hit them find their light
         struct Emitter {
             std::uint32_t triangle;
             double brightness;

@@ -8,46 +8,23 @@
 #include "engine/tables/albedo.h"
 #include "engine/tables/light_tree.h"
 #include "engine/tables/shading_textures.h"
+#include "engine/tables/table_rows.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/texture.h"
-#include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
 
-/// Returns the albedo table, which is equal for all scenes.
-Image albedo_table() {
+/// Returns the albedo table, which is equal for all scenes with, and for all without sheen.
+Image albedo_table(bool sheen) {
+    if (sheen) {
+        static const Image table = build_albedo_table(true);
+        return table;
+    }
     static const Image table = build_albedo_table();
     return table;
 }
-
-/// Transform of normals and tangents of a merged mesh to world space. The largest coefficient of each matrix is scaled
-/// to 1, so that products do not overflow and all vertices of a mesh keep equal weight.
-struct VertexTransform {
-    dmat3 normal{1};
-    dmat3 tangent{1};
-    float handedness = 1;  // sign of the determinant
-
-    VertexTransform() = default;
-    explicit VertexTransform(const dmat4& object_to_world) {
-        const dmat3 m = scaled(dmat3(object_to_world));
-        // Cofactors are the inverse transpose times the determinant, and exist for singular matrices, too.
-        const dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
-        handedness = glm::determinant(m) < 0 ? -1.0f : 1.0f;
-        normal = scaled(cofactors) * static_cast<double>(handedness);
-        tangent = m;
-    }
-
-  private:
-    static dmat3 scaled(const dmat3& m) {
-        double largest = 0;
-        for (int column = 0; column < 3; ++column) {
-            for (int row = 0; row < 3; ++row) largest = std::max(largest, std::abs(m[column][row]));
-        }
-        return largest > 0 ? m / largest : m;
-    }
-};
 
 class Builder {
   public:
@@ -57,6 +34,7 @@ class Builder {
     ShadingTables build(const std::vector<PooledImage>* last) {
         std::vector<bool> used(scene_.materials.size(), false);
         for (const uvec4& triangle : trace_.triangles) used[triangle.w & kTriangleMaterialMask] = true;
+        if (trace_.absent) used = trace_.absent->used_materials;
         SceneNeeds& needs = tables_.needs;
         for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
         needs.alpha = trace_.alpha_tested;
@@ -70,9 +48,10 @@ class Builder {
         complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
-        // The table takes about 15 ms, and nothing below depends on it.
+        // The table takes about 15 ms, twice as much with sheen, and nothing below depends on it.
         std::future<Image> albedo;
-        if (needs.glossy || kept_.glossy) albedo = std::async(std::launch::async, albedo_table);
+        if (needs.glossy || kept_.glossy)
+            albedo = std::async(std::launch::async, albedo_table, needs.sheen || kept_.sheen);
         add_lights();
         needs = united(needs, kept_);
         fill_light_tables();
@@ -83,12 +62,11 @@ class Builder {
 
   private:
     void find_attributes() {
-        for (const MeshRange& range : trace_.ranges) {
-            const std::vector<vec4>& colors = scene_.meshes[range.mesh].colors;
-            tables_.needs.vertex_colors |=
-                std::any_of(colors.begin(), colors.end(), [](const vec4& c) { return c != vec4(1); });
-            has_tangents_ |= !scene_.meshes[range.mesh].tangents.empty();
-        }
+        if (trace_.absent)
+            attributes_ = {trace_.absent->vertex_colors, trace_.absent->tangents};
+        else
+            for (const MeshRange& range : trace_.ranges) attributes_.add(scene_.meshes[range.mesh]);
+        tables_.needs.vertex_colors = attributes_.colors;
     }
 
     // --- Materials ------------------------------------------------------------------------------------------------
@@ -103,8 +81,7 @@ class Builder {
         }
         for (const MaterialTexture& texture : material_textures()) {
             const TextureRef& ref = m.*texture.field;
-            const bool normal_map = texture.use == TextureUse::normal_map;
-            const bool used = ref && texture.matters(m) && (!normal_map || has_tangents_);
+            const bool used = looks_up(m, texture, attributes_);
             needs.*texture.need |= used;
             const std::uint32_t slot = !used                              ? shared::kNoTexture
                                        : texture.use == TextureUse::color ? pools_.color(ref)
@@ -116,27 +93,15 @@ class Builder {
     // --- Vertices -------------------------------------------------------------------------------------------------
 
     void add_vertices() {
+        if (trace_.absent) return;
         const auto stride = static_cast<std::size_t>(tables_.needs.vertex_stride());
         tables_.vertices.assign(trace_.positions.size() * stride, vec4(0));
         for (const MeshRange& range : trace_.ranges) {
             const VertexTransform transform =
                 range.merged ? VertexTransform(scene_.instances[range.instance].object_to_world) : VertexTransform();
-            for (std::uint32_t i = 0; i < range.vertex_count; ++i) {
-                add_vertex(scene_.meshes[range.mesh], i, transform,
-                           &tables_.vertices[(range.first_vertex + i) * stride]);
-            }
+            write_vertex_rows(scene_.meshes[range.mesh], transform, tables_.needs,
+                              &tables_.vertices[range.first_vertex * stride]);
         }
-    }
-
-    void add_vertex(const Mesh& mesh, std::uint32_t i, const VertexTransform& transform, vec4* row) const {
-        const SceneNeeds& needs = tables_.needs;
-        const vec2 uv0 = mesh.uvs[0].empty() ? vec2(0) : mesh.uvs[0][i];
-        const vec2 uv1 = mesh.uvs[1].empty() ? vec2(0) : mesh.uvs[1][i];
-        const vec4 tangent = mesh.tangents.empty() ? vec4(0) : mesh.tangents[i];
-        row[shared::kVertexNormalTexel] = vec4(vec3(transform.normal * dvec3(mesh.normals[i])), uv0.x);
-        if (needs.texture_coordinates) row[shared::kVertexUvTexel] = vec4(uv0.y, uv1, tangent.w * transform.handedness);
-        if (needs.normal_maps) row[shared::kVertexTangentTexel] = vec4(vec3(transform.tangent * dvec3(tangent)), 0);
-        if (needs.vertex_colors) row[needs.vertex_stride() - 1] = mesh.colors.empty() ? vec4(1) : mesh.colors[i];
     }
 
     // --- Lights ---------------------------------------------------------------------------------------------------
@@ -180,7 +145,7 @@ class Builder {
     const SceneNeeds& kept_;
     const LightChoice choice_;
     const SunChoice sun_;
-    bool has_tangents_ = false;
+    VertexAttributes attributes_;
     ShadingTables tables_;
     TexturePools pools_;
 };

@@ -60,6 +60,14 @@ struct TriangleSource {
     std::uint32_t triangle = 0;  // index within the mesh of the instance
 };
 
+/// Facts about geometry that is not in memory, for shading tables.
+struct AbsentGeometry {
+    std::vector<bool> used_materials;  // per material, whether some triangle has it
+    bool vertex_colors = false;        // some vertex colour is not white
+    bool tangents = false;             // some mesh has tangents
+    bool operator==(const AbsentGeometry&) const = default;
+};
+
 struct TraceTables {
     dvec3 origin{0};               // world position of the tables' origin
     Bounds bounds;                 // bounds of all triangles, relative to origin; empty without any
@@ -70,7 +78,9 @@ struct TraceTables {
     std::vector<BlockInstance> instances;  // the identity, if any, then instances in scene order; >= 1 with triangles
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
-    bool keep_top_level = false;           // true: a single instance has a hierarchy over instances, too
+    // Set for scenes whose hierarchy is loaded in pages: there are no positions, triangles and vertex attributes.
+    std::optional<AbsentGeometry> absent{};
+    bool keep_top_level = false;  // true: a single instance has a hierarchy over instances, too
 
     /// Returns the number of vertices, also after `positions` were freed.
     std::size_t vertex_count() const {

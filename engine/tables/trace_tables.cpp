@@ -1,16 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
-#include "engine/core/error.h"
+#include "engine/tables/table_rows.h"
 #include "engine/tables/tables.h"
 
 namespace halflight {
 namespace {
 
-constexpr double kReach = 0x1p40;                   // world units, limit of build_trace_tables()
-constexpr std::size_t kTriangleLimit = 1ull << 28;  // ids must fit the tracer's nodes
 // Limit of |M| |M^-1| for shared instances. Moving a ray to object space and its hit back multiplies float's 2^-24 by
 // that product. Below the limit more than half of the bits remain. The tracer pads the boxes of instances by it.
 constexpr double kMaxCondition = 0x1p10;
@@ -30,22 +27,16 @@ bool well_conditioned(const dmat4& object_to_world) {
     return std::isfinite(glm::determinant(inverse)) && max_norm(linear) * max_norm(inverse) <= kMaxCondition;
 }
 
-/// Returns the lowest alpha that a material can have, given the lowest vertex alpha.
-float lowest_alpha(const Material& material, const std::vector<float>& image_alpha, float vertex_alpha) {
-    const TextureRef& texture = material.base_color_texture;
-    return material.base_color.a * vertex_alpha *
-           (texture ? image_alpha[static_cast<std::size_t>(texture.image)] : 1.0f);
-}
-
 class Builder {
   public:
     Builder(const Scene& scene, std::size_t flatten_limit, const std::optional<dvec3>& reference)
         : scene_(scene), flatten_limit_(flatten_limit), reference_(reference) {}
 
     TraceTables build() {
-        find_origin();
+        std::vector<MeshExtent> extents;
+        for (const Mesh& mesh : scene_.meshes) extents.push_back(extent_of(mesh));
+        tables_.origin = choose_origin(scene_.instances, extents, reference_);
         classify();
-        find_alpha();
         reserve();
         add_merged();
         add_shared();
@@ -56,58 +47,6 @@ class Builder {
     bool has_triangles(const Instance& instance) const { return !mesh_of(instance).triangles.empty(); }
     const Mesh& mesh_of(const Instance& instance) const {
         return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
-    }
-
-    /// Position of an instance, and its number of triangles over its size.
-    struct Place {
-        dvec3 centre;
-        double weight;
-    };
-
-    /// Chooses the origin. Float rounding of a position grows with its distance from the origin and matters in
-    /// proportion to the size of the object. So the origin minimises the sum, over all triangles, of distance over size
-    /// of their instance. On each axis this is a weighted median of the instances' centres.
-    void find_origin() {
-        std::vector<Bounds> boxes(scene_.meshes.size());
-        for (std::size_t m = 0; m < boxes.size(); ++m)
-            for (const vec3& p : scene_.meshes[m].positions) boxes[m].add(p);
-        std::vector<Place> places;
-        double sum = 0, triangles = 0;
-        for (const Instance& instance : scene_.instances) {
-            if (!has_triangles(instance)) continue;
-            const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
-            const dvec3 half = 0.5 * (dvec3(box.upper) - dvec3(box.lower));
-            const dmat4& m = instance.object_to_world;
-            const dvec3 extent =
-                glm::abs(dvec3(m[0])) * half.x + glm::abs(dvec3(m[1])) * half.y + glm::abs(dvec3(m[2])) * half.z;
-            const double size = glm::length(extent);
-            if (size == 0) continue;  // flattened to a point, hence invisible
-            const auto count = static_cast<double>(mesh_of(instance).triangles.size());
-            places.push_back({dvec3(m * dvec4(dvec3(box.lower) + half, 1)), count / size});
-            sum += places.back().weight;
-            triangles += count;
-        }
-        for (int axis = 0; axis < 3 && !places.empty(); ++axis) {
-            std::ranges::sort(places, {}, [axis](const Place& place) { return place.centre[axis]; });
-            double before = 0;
-            const auto middle = std::ranges::find_if(places, [&](const Place& place) {
-                before += place.weight;
-                return 2 * before >= sum;
-            });
-            tables_.origin[axis] = (middle == places.end() ? places.back() : *middle).centre[axis];
-        }
-        const double allowed = std::max(kNearOrigin * triangles, 2 * remoteness(places, tables_.origin));
-        if (reference_ && remoteness(places, *reference_) <= allowed) tables_.origin = *reference_;
-    }
-
-    /// Returns the sum that the median minimises.
-    static double remoteness(const std::vector<Place>& places, const dvec3& origin) {
-        double sum = 0;
-        for (const Place& place : places) {
-            const dvec3 d = glm::abs(place.centre - origin);
-            sum += place.weight * (d.x + d.y + d.z);
-        }
-        return sum;
     }
 
     /// Decides which instances are merged into block 0 and which share the block of their mesh.
@@ -139,43 +78,6 @@ class Builder {
         return flattened;
     }
 
-    void check_reach(const dvec3& placed, std::size_t instance) const {
-        if (glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) return;
-        const int node = scene_.instances[instance].node;
-        const std::string element =
-            node == kNone ? fmt::format("instance {}", instance) : fmt::format("nodes[{}]", node);
-        throw Error(scene_.name, "{} reaches beyond 2^40 from the scene's centre", element);
-    }
-
-    void find_alpha() {
-        if (scene_.materials.size() >= kTriangleMaterialMask) throw Error(scene_.name, "more than 2^24 materials");
-        image_alpha_.assign(scene_.images.size(), -1);
-        for (const Material& material : scene_.materials) {
-            if (material.alpha_mode == AlphaMode::opaque || !material.base_color_texture) continue;
-            const auto index = static_cast<std::size_t>(material.base_color_texture.image);
-            if (image_alpha_[index] >= 0) continue;
-            const TextureImage& image = scene_.images[index];
-            std::uint8_t lowest = 255;
-            for (std::size_t i = 3; i < image.rgba.size(); i += 4) lowest = std::min(lowest, image.rgba[i]);
-            image_alpha_[index] = static_cast<float>(lowest) / 255.0f;
-        }
-    }
-
-    /// Returns the word w of triangles by material.
-    std::vector<std::uint32_t> material_words(const Mesh& mesh) const {
-        float vertex_alpha = 1;
-        for (const vec4& color : mesh.colors) vertex_alpha = std::min(vertex_alpha, color.a);
-        std::vector<std::uint32_t> words(scene_.materials.size());
-        for (std::uint32_t m = 0; m < words.size(); ++m) {
-            const Material& material = scene_.materials[m];
-            const float alpha = lowest_alpha(material, image_alpha_, vertex_alpha);
-            const bool decides = (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) ||
-                                 (material.alpha_mode == AlphaMode::blend && alpha < 1.0f);
-            words[m] = m | (decides ? kTriangleAlpha : 0u);
-        }
-        return words;
-    }
-
     /// Makes room for all meshes, since tables that grow would take twice the memory. Throws Error where they are too
     /// large.
     void reserve() {
@@ -188,8 +90,7 @@ class Builder {
             vertices += mesh_of(scene_.instances[i]).positions.size();
             triangles += mesh_of(scene_.instances[i]).triangles.size();
         }
-        if (triangles >= kTriangleLimit) throw Error(scene_.name, "2^28 triangles or more");
-        if (vertices > std::numeric_limits<std::uint32_t>::max()) throw Error(scene_.name, "2^32 vertices or more");
+        check_table_size(scene_, vertices, triangles);
         tables_.positions.reserve(vertices);
         tables_.triangles.reserve(triangles);
     }
@@ -212,11 +113,11 @@ class Builder {
 
         Block& block = tables_.blocks.back();
         for (const vec3& position : mesh.positions) {
-            const dvec3 placed = place(dvec3(position));
-            check_reach(placed, instance);
+            const dvec3 placed = place(position);
+            check_reach(placed, scene_, instance);
             tables_.positions.emplace_back(placed);
         }
-        const std::vector<std::uint32_t> words = material_words(mesh);
+        const std::vector<std::uint32_t> words = words_.of(TriangleWords::lowest_vertex_alpha(mesh));
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const uvec3 corners = mesh.triangles[i] + range.first_vertex;
             const std::uint32_t word = words[mesh.triangle_material[i]];
@@ -241,8 +142,7 @@ class Builder {
             const Instance& instance = scene_.instances[i];
             if (shared_[i] || !has_triangles(instance)) continue;
             if (tables_.blocks.empty()) begin_block(tables_.origin);
-            append(i, true,
-                   [&](const dvec3& p) { return dvec3(instance.object_to_world * dvec4(p, 1)) - tables_.origin; });
+            append(i, true, [&](const vec3& p) { return merged_position(instance, p, tables_.origin); });
         }
         if (tables_.blocks.empty()) return;
         BlockInstance identity;
@@ -266,7 +166,7 @@ class Builder {
             const dvec3 centre(object.centre());
             block_of_mesh[m] = static_cast<std::uint32_t>(tables_.blocks.size());
             begin_block(centre);
-            append(first_use[m], false, [&](const dvec3& p) { return p - centre; });
+            append(first_use[m], false, [&](const vec3& p) { return dvec3(p) - centre; });
         }
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             if (shared_[i]) add_instance(i, block_of_mesh[static_cast<std::size_t>(scene_.instances[i].mesh)]);
@@ -287,7 +187,7 @@ class Builder {
             const vec3 p = glm::mix(block.bounds.lower, block.bounds.upper,
                                     vec3(corner & 1 ? 1.0f : 0.0f, corner & 2 ? 1.0f : 0.0f, corner & 4 ? 1.0f : 0.0f));
             const dvec3 placed(block_to_world * dvec4(p, 1));
-            check_reach(placed, index);
+            check_reach(placed, scene_, index);
             tables_.bounds.add(vec3(placed));
         }
     }
@@ -295,8 +195,8 @@ class Builder {
     const Scene& scene_;
     std::size_t flatten_limit_;
     std::optional<dvec3> reference_;
-    std::vector<char> shared_;        // per scene instance: the instance shares its mesh's block
-    std::vector<float> image_alpha_;  // lowest alpha of each image that can decide a hit
+    const TriangleWords words_{scene_};
+    std::vector<char> shared_;  // per scene instance: the instance shares its mesh's block
     TraceTables tables_;
 };
 

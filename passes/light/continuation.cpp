@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/paging/row_gather.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 
@@ -38,8 +39,11 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     defines.set("HALFLIGHT_LIST");
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (reuse) defines.set("HALFLIGHT_REUSE_POINTS");
-    pass.execute([=, header = list.header](graph::Resources& r) {
+    if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
+    pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
+        if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
         view.scene.bind();
+        if (view.rows) view.rows->bind();
         r.compute("shaders/resolve.comp", defines).dispatch_indirect(r.buffer(header));
     });
     return surfaces;

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "shaders/shared/denoise.h"
+
 namespace halflight {
 
 using graph::Access;
@@ -67,6 +69,10 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     if (options.features) {
         out.features = keep("feature sums", 6, "FeatureSums");
         defines.set("HALFLIGHT_FEATURES");
+    }
+    if (options.halves) {
+        out.halves = keep("half sums", shared::kHalfSums, "HalfSums");
+        defines.set("HALFLIGHT_HALVES");
     }
     out.bad_values = pass.write(graph.import_buffer("bad values", bad_values), Access::storage_read_write, "Counts");
 

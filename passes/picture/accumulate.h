@@ -29,6 +29,9 @@ struct Accumulated {
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
     graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
                                    // incidence), shading normal xyz (world); zero where there is no surface
+    // kHalfSums doubles for the denoiser. 0 to 8: direct diffuse, indirect diffuse and glossy rgb of the first half of
+    // the samples. 9 to 11: diffuse albedo of all samples. 12: ln(depth along the camera's axis) of all samples.
+    graph::BufferHandle halves;
     graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): values replaced by zero
 };
 
@@ -39,6 +42,7 @@ void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sum
 struct AccumulateOptions {
     bool squares = false;
     bool features = false;
+    bool halves = false;
     std::optional<float> clamp{};  // highest luminance of a sample's indirect light, > 0, +inf allowed
 };
 

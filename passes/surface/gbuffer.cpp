@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "engine/paging/row_gather.h"
 #include "engine/rays/tracer.h"
 #include "passes/surface/raster_window.h"
 #include "shaders/shared/rays.h"
@@ -93,7 +94,7 @@ GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility pr
 }
 
 /// Declares that a pass of resolve.comp reads the results of visible().
-void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
+void read_hits(graph::Pass& pass, const SceneView& view, const GBuffer& g, gpu::Defines& defines) {
     if (g.visibility) {
         pass.read(g.visibility, Access::texture_read, "visibility");
         return;
@@ -101,6 +102,14 @@ void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
     pass.read(g.rays, Access::texture_read, {"rays", GL_RGBA32F});
     pass.read(g.hits, Access::texture_read, {"hits", GL_R32UI});
     defines.set("HALFLIGHT_TRACED");
+    if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
+}
+
+/// Binds the scene, with the rows of the hits if its geometry is not in memory.
+void bind_scene(const SceneView& view, const GBuffer& g, graph::Resources& r) {
+    if (view.rows) view.rows->gather(r.buffer(g.hits), view.band.paths());
+    view.scene.bind();
+    if (view.rows) view.rows->bind();
 }
 
 void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
@@ -109,7 +118,7 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     graph::Pass pass = graph.add_pass("gbuffer: resolve");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     gpu::Defines defines = view.scene.defines();
-    read_hits(pass, g, defines);
+    read_hits(pass, view, g, defines);
     if (outputs.rays && !traced) {
         g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write,
                             "Rays");
@@ -122,8 +131,8 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     }
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write, "Surfaces");
-    pass.execute([view, paths, defines](graph::Resources& r) {
-        view.scene.bind();
+    pass.execute([view, g, paths, defines](graph::Resources& r) {
+        bind_scene(view, g, r);
         r.compute("shaders/resolve.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 }
@@ -151,11 +160,11 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         pass.read(constants, Access::uniform_read, "FrameBlock");
         gpu::Defines defines = view.scene.defines();
         defines.set("HALFLIGHT_SEEN");
-        read_hits(pass, g, defines);
+        read_hits(pass, view, g, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());
         pass.execute([=](graph::Resources& r) {
-            view.scene.bind();
+            bind_scene(view, g, r);
             const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
             program.set("weight", weight);
             program.set("begins", first);

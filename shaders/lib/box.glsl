@@ -4,6 +4,10 @@
 // step rounds monotonically. Therefore results depend neither on the order of traversal nor on culling.
 #include "shaders/shared/bvh.h"
 
+#if defined(HALFLIGHT_NODES_FLOAT) || defined(HALFLIGHT_NODES_PAGE)
+#define HALFLIGHT_NODES_WORLD  // bounds are in the units of the hierarchy's space, not in cells
+#endif
+
 // Slab constants per axis, in the units of the bounds. Entry and exit are moved apart by the possible rounding errors,
 // which makes boxes larger.
 struct BoxRay {
@@ -21,23 +25,32 @@ struct BoxHits {
     bvec4 met;
 };
 
-// Prepares the tests of a ray. base, cell: the hierarchy's grid (shaders/shared/bvh.h).
-// slack: bound of the error of positions, relative to the largest distance (maximum norm) between the origin and a
-// point of the hierarchy.
-// direction: not zero.
-BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
+// Returns a direction without components below 2^-40 of the largest one. Along the axis of a raised component the ray
+// enters a box no later than before, and leaves after it has left the hierarchy along the largest component, since
+// slack * 2^40 > 1.
+vec3 raised_direction(vec3 direction) {
     vec3 magnitude = abs(direction);
-    // A component below 2^-40 of the largest one is raised to that value. Along its axis the ray then enters no later
-    // than before, and leaves after it has left the hierarchy along the largest component, since slack * 2^40 > 1.
     float least = max(magnitude.x, max(magnitude.y, magnitude.z)) * 9.094947017729282e-13;
+    return mix(vec3(1.0), vec3(-1.0), lessThan(direction, vec3(0.0))) * max(magnitude, vec3(least));
+}
+
+// Returns the bound of the error of positions. base, cell: the hierarchy's grid (shaders/shared/bvh.h). slack: the
+// bound relative to the largest distance (maximum norm) between the origin and a point of the hierarchy.
+float position_error(vec3 origin, vec3 base, vec3 cell, float slack) {
+    precise vec3 reach = max(abs(base - origin), abs(base + kGridCells * cell - origin));
+    precise float error = slack * max(reach.x, max(reach.y, reach.z));
+    return error;
+}
+
+// Prepares the tests of a ray; `direction` is not zero. For base, cell and slack, see position_error().
+BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     BoxRay ray;
     ray.backward = lessThan(direction, vec3(0.0));
     vec3 side = mix(vec3(1.0), vec3(-1.0), ray.backward);
-    vec3 raised = side * max(magnitude, vec3(least));
-    vec3 reach = max(abs(base - origin), abs(base + kGridCells * cell - origin));
+    vec3 raised = raised_direction(direction);
     // The code is precise, because t is raised to the entry of boxes: all kernels must get equal bits.
-    precise vec3 error = side * (slack * max(reach.x, max(reach.y, reach.z)));
-#ifdef HALFLIGHT_NODES_FLOAT
+    precise vec3 error = side * position_error(origin, base, cell, slack);
+#ifdef HALFLIGHT_NODES_WORLD
     precise vec3 start = origin;
     precise vec3 inverse = 1.0 / raised;
 #else

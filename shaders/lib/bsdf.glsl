@@ -19,6 +19,9 @@ struct Bsdf {
     vec3 transmission;      // factor of the mirrored D G2 / (4 mu_o mu_i)
     float coat;             // factor of D G2 / (4 mu mu_i) F(0.04, 1, x)
     vec3 coat_normal;       // n_k
+    vec3 sheen;             // factor of sheen_scattered()
+    float sheen_alpha;      // roughness of the sheen
+    float p_sheen;          // probability of the sheen among the glossy lobes
 };
 
 const float kCoatF0 = 0.04;
@@ -32,6 +35,11 @@ const int kTransmissionRow = 5;
 const int kCoatRow = kTransmissionRow + 1;
 #else
 const int kCoatRow = kTransmissionRow;
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+const int kSheenRow = kCoatRow + 1;
+#else
+const int kSheenRow = kCoatRow;
 #endif
 
 vec4[kBsdfRows] pack_bsdf(Bsdf b) {
@@ -48,6 +56,10 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[kCoatRow] = vec4(b.coat_normal, b.coat);
+#endif
+#ifdef HALFLIGHT_SHEEN
+    rows[kSheenRow] = vec4(b.sheen, b.sheen_alpha);
+    rows[kSheenRow + 1] = vec4(b.p_sheen, 0.0, 0.0, 0.0);
 #endif
     return rows;
 }
@@ -67,6 +79,9 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.transmission = vec3(0.0);
     b.coat_normal = b.normal;
     b.coat = 0.0;
+    b.sheen = vec3(0.0);
+    b.sheen_alpha = 1.0;
+    b.p_sheen = 0.0;
 #ifdef HALFLIGHT_GLOSSY
     b.specular = rows[kGlossyRow].rgb;
     b.p_coat = rows[kGlossyRow].w;
@@ -79,6 +94,11 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
 #ifdef HALFLIGHT_CLEARCOAT
     b.coat_normal = rows[kCoatRow].xyz;
     b.coat = rows[kCoatRow].w;
+#endif
+#ifdef HALFLIGHT_SHEEN
+    b.sheen = rows[kSheenRow].rgb;
+    b.sheen_alpha = rows[kSheenRow].w;
+    b.p_sheen = rows[kSheenRow + 1].x;
 #endif
     return b;
 }
@@ -94,7 +114,15 @@ struct Layers {
     float coat;   // strength of the coat; 0: none
     float coat_alpha;
     vec3 coat_normal;
+    float sheen;  // largest component of the sheen's colour
+    float sheen_roughness;
 };
+
+#ifdef HALFLIGHT_CLEARCOAT
+const int kSheenLayerRow = 3;
+#else
+const int kSheenLayerRow = 2;
+#endif
 
 vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
     vec4 rows[HALFLIGHT_LAYER_ROWS];
@@ -104,6 +132,9 @@ vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[2] = vec4(l.coat_normal, 0.0);
+#endif
+#ifdef HALFLIGHT_SHEEN
+    rows[kSheenLayerRow] = vec4(l.sheen, l.sheen_roughness, 0.0, 0.0);
 #endif
     return rows;
 }
@@ -120,6 +151,10 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     l.coat_normal = rows[2].xyz;
+#endif
+#ifdef HALFLIGHT_SHEEN
+    l.sheen = rows[kSheenLayerRow].x;
+    l.sheen_roughness = rows[kSheenLayerRow].y;
 #endif
     return l;
 }
@@ -156,11 +191,22 @@ vec2 coat_reflection(Layers l, vec3 wo) {
 }
 #endif
 
+#ifdef HALFLIGHT_SHEEN
+// Returns the share 1 - s E_s of light that the sheen of albedo E_s leaves to the layers below it.
+float sheen_share(Layers l, float albedo) {
+    precise float share = 1.0 - l.sheen * min(albedo, 1.0);
+    return share;
+}
+#endif
+
 // Returns the share of light that the layers leave to the base. The base's albedo for wo is this share times a constant.
 float base_share(Layers l, vec3 wo) {
     precise float share = 1.0;
 #ifdef HALFLIGHT_GLOSSY
     share = specular_share(l, ggx_albedo(dot(l.normal, wo), l.alpha));
+#endif
+#ifdef HALFLIGHT_SHEEN
+    share *= sheen_share(l, sheen_albedo(dot(l.normal, wo), l.sheen_roughness));
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     share *= 1.0 - coat_reflection(l, wo).y;
@@ -190,6 +236,8 @@ Layers layers_of(Material m) {
     l.coat = m.coat;
     l.coat_alpha = 0.0;
     l.coat_normal = m.coat_normal;
+    l.sheen = max(m.sheen_color.r, max(m.sheen_color.g, m.sheen_color.b));
+    l.sheen_roughness = max(m.sheen_roughness, kLeastSheenRoughness);
 #ifdef HALFLIGHT_GLOSSY
     l.alpha = ggx_alpha(m.roughness);
 #endif
@@ -215,6 +263,9 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.p_diffuse = 1.0;
     b.p_transmission = 0.0;
     b.p_coat = 0.0;
+    b.sheen = vec3(0.0);
+    b.sheen_alpha = 1.0;
+    b.p_sheen = 0.0;
     b.diffuse = (1.0 - m.metallic) * m.base_color;
 #ifdef HALFLIGHT_GLOSSY
     vec2 albedo = ggx_albedo(dot(m.normal, wo), b.alpha);
@@ -226,6 +277,15 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
 
     b.diffuse *= specular_share(layers, albedo);
+#ifdef HALFLIGHT_SHEEN
+    float sheen_whole = sheen_albedo(dot(m.normal, wo), layers.sheen_roughness);
+    float below_sheen = sheen_share(layers, sheen_whole);
+    b.diffuse *= below_sheen;
+    b.specular *= below_sheen;
+    b.specular_edge *= below_sheen;
+    b.sheen = m.sheen_color / max(sheen_whole, 1.0);
+    b.sheen_alpha = layers.sheen_roughness * layers.sheen_roughness;
+#endif
     float coat_albedo = 0.0;
 #ifdef HALFLIGHT_CLEARCOAT
     vec2 coat = coat_reflection(layers, wo);
@@ -234,6 +294,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.diffuse *= 1.0 - coat_albedo;
     b.specular *= 1.0 - coat_albedo;
     b.specular_edge *= 1.0 - coat_albedo;
+    b.sheen *= 1.0 - coat_albedo;
 #endif
     float transmission = 0.0;
 #ifdef HALFLIGHT_TRANSMISSION
@@ -244,6 +305,11 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     float diffuse = average(b.diffuse);
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
     float glossy = specular + transmission + coat_albedo;
+#ifdef HALFLIGHT_SHEEN
+    float sheen = average(b.sheen) * max(sheen_whole, 1e-3);  // the bound covers errors of the table
+    glossy += sheen;
+    b.p_sheen = glossy > 0.0 ? sheen / glossy : 0.0;
+#endif
     float sum = diffuse + glossy;
     b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // a black surface may pick either component
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
@@ -273,7 +339,7 @@ bool picks_diffuse(Bsdf b, float choice) {
 }
 
 // Returns the probability of the specular lobe among the glossy lobes.
-float p_specular(Bsdf b) { return max(1.0 - b.p_transmission - b.p_coat, 0.0); }
+float p_specular(Bsdf b) { return max(1.0 - b.p_transmission - b.p_coat - b.p_sheen, 0.0); }
 
 // Value times |cosine| by component. Densities are conditional on the component. Mirror lobes have value 0.
 struct BsdfValue {
@@ -322,6 +388,12 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
         value.pdf_glossy += b.p_coat * ggx.pdf;
     }
 #endif
+#ifdef HALFLIGHT_SHEEN
+    if (reflected && b.sheen != vec3(0.0)) {
+        value.glossy += b.sheen * sheen_scattered(b.normal, b.sheen_alpha, wo, wi);
+        value.pdf_glossy += b.p_sheen * sheen_pdf(side_n, b.sheen_alpha);
+    }
+#endif
 #endif
     return value;
 }
@@ -342,7 +414,7 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi) {
     return s;
 }
 
-// Samples a glossy direction. `choice`, uniform in [0, 1), selects specular, transmission or coat.
+// Samples a glossy direction. `choice`, uniform in [0, 1), selects specular, transmission, coat or sheen.
 BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
     bool transmitted = false;
@@ -359,13 +431,20 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     transmitted = !coat && choice < b.p_coat + b.p_transmission;
     p = transmitted ? b.p_transmission : p;
 #endif
-    bool mirror = alpha == 0.0;
+    bool sheen = false;
+#ifdef HALFLIGHT_SHEEN
+    sheen = !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
+#endif
+    bool mirror = alpha == 0.0 && !sheen;
     mat3 basis = basis_around(n);
     vec3 wo_local = wo * basis;
     wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; the bound covers rounding of the product
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
     float x = dot(wo_local, h);
     vec3 local = 2.0 * x * h - wo_local;
+#ifdef HALFLIGHT_SHEEN
+    local = sheen ? sample_sheen(b.sheen_alpha, xi) : local;
+#endif
     bool usable = local.z > 0.0;
     local.z = transmitted ? -local.z : local.z;
     vec3 wi = normalize(basis * local);

@@ -28,6 +28,16 @@ BvhHead bvh_head(uint index) {
     return BvhHead(base.xyz, uintBitsToFloat(texelFetch(trace_nodes, texel + 1).xyz), base.w);
 }
 
+#ifdef HALFLIGHT_NODES_PAGE
+// Decodes the bounds of four children along an axis, from a word with four numbers of cells.
+vec4 page_bounds(uint cells, uint base, uint exponents, const int axis) {
+    float side = uintBitsToFloat(((exponents >> (8 * axis)) & 0xffu) << 23);
+    vec4 count = vec4(ivec4(cells & 0xffu, (cells >> 8) & 0xffu, (cells >> 16) & 0xffu, cells >> 24));
+    precise vec4 bounds = uintBitsToFloat(base) + count * side;
+    return bounds;
+}
+#endif
+
 // Unpacks four cells from two words, through int, because few processors convert from unsigned.
 vec4 cells_of(uvec2 words) {
     return vec4(ivec4(words.x & 0xffffu, words.x >> 16, words.y & 0xffffu, words.y >> 16));
@@ -57,6 +67,21 @@ BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) 
                                    texelFetch(trace_nodes, leave.y), texelFetch(trace_nodes, leave.z), t_min, t_exit);
     BvhStep s;
     s.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
+#elif defined(HALFLIGHT_NODES_PAGE)
+    int texel = index * kBvhPageTexels;
+    uvec4 frame = texelFetch(trace_nodes, texel);
+    uvec4 xy = texelFetch(trace_nodes, texel + 1);
+    uvec4 z = texelFetch(trace_nodes, texel + 2);
+    BoxHits hits = intersect_boxes(ray, page_bounds(ray.backward.x ? xy.y : xy.x, frame.x, frame.w, 0),
+                                   page_bounds(ray.backward.y ? xy.w : xy.z, frame.y, frame.w, 1),
+                                   page_bounds(ray.backward.z ? z.y : z.x, frame.z, frame.w, 2),
+                                   page_bounds(ray.backward.x ? xy.x : xy.y, frame.x, frame.w, 0),
+                                   page_bounds(ray.backward.y ? xy.z : xy.w, frame.y, frame.w, 1),
+                                   page_bounds(ray.backward.z ? z.x : z.y, frame.z, frame.w, 2), t_min, t_exit);
+    BvhStep s;
+    s.reference = texelFetch(trace_nodes, texel + 3);
+    // The box of a missing child is empty, but smaller than the slack where the node is small.
+    hits.met = bvec4(uvec4(hits.met) & uvec4(notEqual(s.reference, uvec4(kBvhNoChild))));
 #else
     int texel = index * kBvhGridTexels;
     uvec4 x = texelFetch(trace_nodes, texel);

@@ -101,6 +101,24 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
     return triangle_point(ray, edges_of(e, second), corners_z(e, second));
 }
 
+// Returns a sum whose bits do not depend on the order of the terms.
+REAL sum_of(REAL3 v) {
+    REAL least = min(min(v.x, v.y), v.z), most = max(max(v.x, v.y), v.z);
+    REAL middle = max(min(v.x, v.y), min(max(v.x, v.y), v.z));
+    precise REAL sum = (least + most) + middle;
+    return sum;
+}
+
+// Returns t of a hit of a pair's triangle. Its bits do not depend on the partner in the pair.
+float pair_t(TriangleRay ray, PairEdges e, bool second) {
+    REAL3 edges = edges_of(e, second);
+    if (edges == REAL3(0.0)) edges = REAL3(1.0);
+    precise REAL3 products = edges * corners_z(e, second);
+    precise REAL inverse = REAL(1.0) / sum_of(edges);
+    precise REAL t = sum_of(products) * ray.shear.z * inverse;
+    return float(t);
+}
+
 // A hit of a single triangle, its corners in file order; equal bits as in any pair.
 struct TriangleHit {
     bool met;  // true: the ray's whole line hits the triangle

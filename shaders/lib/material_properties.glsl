@@ -11,11 +11,13 @@
 //   row 4  clearcoat, clearcoat_roughness, normal_scale, clearcoat_normal_scale
 //   row 5  alpha_cutoff, slot of base_color_texture, slot of metallic_roughness_texture, slot of normal_texture
 //   row 6  slot of emission_texture, slot of specular_texture, slot of specular_color_texture, slot of transmission_texture
-//   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture
+//   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture, slot of sheen_color_texture
+//   row 8  sheen_color.rgb, sheen_roughness
+//   row 9  slot of sheen_roughness_texture
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 8;
+const int kMaterialStride = 10;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -35,6 +37,8 @@ float packed_clearcoat(uint material) { return material_row(material, 4).x; }
 float packed_clearcoat_roughness(uint material) { return material_row(material, 4).y; }
 float packed_clearcoat_normal_scale(uint material) { return material_row(material, 4).w; }
 float packed_transmission(uint material) { return material_row(material, 3).w; }
+vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
+float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
 
 uint base_color_texture_slot(uint material) { return word_of_float(material_row(material, 5).y); }
 uint normal_texture_slot(uint material) { return word_of_float(material_row(material, 5).w); }
@@ -46,6 +50,8 @@ uint clearcoat_texture_slot(uint material) { return word_of_float(material_row(m
 uint clearcoat_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 7).y); }
 uint clearcoat_normal_texture_slot(uint material) { return word_of_float(material_row(material, 7).z); }
 uint transmission_texture_slot(uint material) { return word_of_float(material_row(material, 6).w); }
+uint sheen_color_texture_slot(uint material) { return word_of_float(material_row(material, 7).w); }
+uint sheen_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 9).x); }
 
 // Properties that no material of the scene needs are constants, which the compiler folds.
 struct Material {
@@ -62,6 +68,8 @@ struct Material {
     float coat_roughness;
     float coat_normal_scale;
     float transmission;
+    vec3 sheen_color;
+    float sheen_roughness;
     vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;  // n_k
     bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
@@ -115,6 +123,16 @@ Material load_material(uint material) {
 #else
     m.transmission = 0.0;
 #endif
+#ifdef HALFLIGHT_SHEEN
+    m.sheen_color = packed_sheen_color(material);
+#else
+    m.sheen_color = vec3(0.0, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_SHEEN
+    m.sheen_roughness = packed_sheen_roughness(material);
+#else
+    m.sheen_roughness = 0.0;
+#endif
     return m;
 }
 
@@ -152,5 +170,13 @@ void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_TRANSMISSION
     vec4 transmission_texture = data_texture(transmission_texture_slot(material), uv0, uv1);
     m.transmission *= transmission_texture.r;
+#endif
+#ifdef HALFLIGHT_TEXTURE_SHEEN_COLOR
+    vec4 sheen_color_texture = color_texture(sheen_color_texture_slot(material), uv0, uv1);
+    m.sheen_color *= sheen_color_texture.rgb;
+#endif
+#ifdef HALFLIGHT_TEXTURE_SHEEN_ROUGHNESS
+    vec4 sheen_roughness_texture = data_texture(sheen_roughness_texture_slot(material), uv0, uv1);
+    m.sheen_roughness *= sheen_roughness_texture.a;
 #endif
 }

@@ -1,4 +1,4 @@
-// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term; alpha in [1e-4, 1].
+// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], and the sheen's lobe.
 #include "shaders/shared/albedo.h"
 
 float pow5(float v) { return v * v * v * v * v; }
@@ -52,20 +52,70 @@ vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
     return normalize(vec3(alpha * h.xy, max(h.z, 1e-20)));
 }
 
-// Returns the directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. engine/tables/albedo.h describes the
-// table.
+// Returns an entry of the part of the albedo table that starts at a row. engine/tables/albedo.h describes the table.
+vec2 albedo_entry(vec2 coordinates, int first_row) {
+    vec2 at = coordinates * float(kAlbedoTableSize - 1);
+    vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
+    vec2 f = at - cell;
+    ivec2 c = ivec2(cell) + ivec2(0, first_row);
+    vec2 low = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
+    ++c.y;
+    vec2 high = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
+    return mix(low, high, f.y);
+}
+
+// Returns the directional albedo of the lobe (SHADING.md): x = E_A, y = E_B.
 vec2 ggx_albedo(float cosine, float alpha) {
     float mu = clamp(cosine, 0.0, 1.0);
     float mirror = pow5(1.0 - mu);
     if (alpha < kMirrorAlpha) return vec2(1.0 - mirror, mirror);
-    vec2 at = albedo_coordinates(mu, alpha) * float(kAlbedoTableSize - 1);
-    vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
-    vec2 f = at - cell;
-    ivec2 c = ivec2(cell);
-    vec2 low = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
-    ++c.y;
-    vec2 high = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
-    vec2 entry = mix(low, high, f.y);
+    vec2 entry = albedo_entry(albedo_coordinates(mu, alpha), 0);
     float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
     return vec2(entry.x - edge, edge);
 }
+
+// --- Sheen ------------------------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_SHEEN
+// Returns L of Lambda (Estevez and Kulla 2017, Production Friendly Microfacet Sheen BRDF, eq. 3 and table 1).
+float sheen_fit(float x, float alpha) {
+    float t = (1.0 - alpha) * (1.0 - alpha);
+    return mix(21.5473, 25.3245, t) / (1.0 + mix(3.82987, 3.32435, t) * pow(x, mix(0.19823, 0.16801, t))) -
+           mix(1.97760, 1.27393, t) * x - mix(4.32054, 4.85967, t);
+}
+
+float sheen_lambda(float cosine, float alpha) {
+    return exp(cosine < 0.5 ? sheen_fit(cosine, alpha)
+                            : 2.0 * sheen_fit(0.5, alpha) - sheen_fit(max(1.0 - cosine, 0.0), alpha));
+}
+
+// Returns l_h of the sheen (SHADING.md), times mu_i.
+float sheen_scattered(vec3 n, float alpha, vec3 wo, vec3 wi) {
+    vec3 sum = wo + wi;
+    vec3 across = cross(sum * inversesqrt(max(dot(sum, sum), 1e-30)), n);
+    float density = (2.0 + 1.0 / alpha) * pow(dot(across, across), 0.5 / alpha) * 0.159154943092;
+    float mu_i = dot(n, wi);
+    float q_o = length(vec2(dot(n, wo), kSheenHorizon));
+    float q_i = length(vec2(mu_i, kSheenHorizon));
+    return density * mu_i / (4.0 * q_o * q_i * (1.0 + sheen_lambda(q_o, alpha) + sheen_lambda(q_i, alpha)));
+}
+
+// Samples a direction around +z whose cosine has the density exp(-cosine / w) / (w (1 - exp(-1 / w))), w = 2 sqrt(alpha).
+vec3 sample_sheen(float alpha, vec2 xi) {
+    float w = 2.0 * sqrt(alpha);
+    float z = clamp(-w * log(1.0 - xi.y * (1.0 - exp(-1.0 / w))), 0.0, 1.0);
+    float phi = 6.28318530718 * xi.x;
+    return vec3(sqrt((1.0 - z) * (1.0 + z)) * vec2(cos(phi), sin(phi)), z);
+}
+
+// Returns the density of sample_sheen() per solid angle.
+float sheen_pdf(float cosine, float alpha) {
+    float w = 2.0 * sqrt(alpha);
+    return 0.159154943092 * exp(-cosine / w) / (w * (1.0 - exp(-1.0 / w)));
+}
+
+// Returns the directional albedo of the lobe, which exceeds 1 at grazing angles.
+float sheen_albedo(float cosine, float roughness) {
+    return albedo_entry(sheen_coordinates(clamp(cosine, 0.0, 1.0), roughness), kAlbedoTableSize).x;
+}
+#endif

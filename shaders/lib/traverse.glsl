@@ -1,12 +1,14 @@
 // The plain tracer: while-while traversal (Aila, Laine 2009), near children first. Needs shaders/trace_scene.glsl.
 //
-// A ray hits a triangle if intersect_pair() reports t > t_min, the ray meets the boxes of the leaf and of the instance,
-// and t is < t_max. A t before the entry of the ray into these boxes is raised to it. The boxes of box.glsl are monotone,
-// so skipping boxes entered beyond the current t, in any order, changes no hit. For a triangle split between leaves the
-// smallest t counts, which is that of the leaf where the ray meets it. The lowest (instance, triangle) wins ties.
+// A ray hits a triangle if intersect_pair() reports t > t_min, and t is < t_max. A t before the entry of the ray into
+// the triangle's own box is raised to it. Rays enter the boxes of nodes, which have more slack, no later than that of a
+// triangle inside. So hits depend neither on the hierarchy and the format of its nodes nor on the order of traversal,
+// and skipping boxes entered beyond the current t changes no hit. The exceptions are triangles split between leaves
+// (engine/rays/bvh.h): their t is raised to the entry of the leaf, and the smallest one counts. The lowest (instance,
+// triangle) wins ties.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
-// HALFLIGHT_COUNT (nodes visited). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance
+// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance
 // BLOCK_ROOT.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/block_ray.glsl"
@@ -33,6 +35,32 @@ const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the 
 int first_place(uint leaf) { return 2 * int(leaf & kBvhIndexMask); }
 int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShift) & 7u) : 0; }
 
+// Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t itself
+// is no earlier than the entry but for rounding, which the slack of nodes covers.
+struct EntryRay {
+    vec2 inverse;  // inverse direction
+    vec2 error;    // bound of the error of t; half the slack of nodes, because fewer roundings count
+};
+
+// error: position_error() of the hierarchy
+EntryRay entry_ray(TriangleRay ray, vec3 direction, float error) {
+    vec3 raised = raised_direction(direction);
+    vec2 along = ray.axes.z == 0 ? raised.yz : ray.axes.z == 1 ? raised.zx : raised.xy;
+    precise vec2 inverse = 1.0 / along;
+    precise vec2 bound = (0.5 * error) * abs(inverse);
+    return EntryRay(inverse, bound);
+}
+
+// Returns the entry into the box of a pair's triangle. row_x, row_y: as for intersect_pair().
+float triangle_near(EntryRay entry, vec3 origin, vec4 row_x, vec4 row_y, bool second) {
+    precise vec4 x = row_x - origin.x;
+    precise vec4 y = row_y - origin.y;
+    precise vec3 t_x = vec3(x.xz, second ? x.w : x.y) * entry.inverse.x;
+    precise vec3 t_y = vec3(y.xz, second ? y.w : y.y) * entry.inverse.y;
+    precise vec2 near = vec2(min(min(t_x.x, t_x.y), t_x.z), min(min(t_y.x, t_y.y), t_y.z)) - entry.error;
+    return max(near.x, near.y);
+}
+
 // A triangle as a candidate for the nearest hit.
 struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
@@ -42,8 +70,8 @@ struct PlaceHit {
 };
 
 // Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.
-PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min, float leaf_near, Hit nearest,
-                         const bool any_hit) {
+PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instance, float t_min, float leaf_near,
+                         Hit nearest, const bool any_hit) {
     int texel = (place >> 1) * kBvhPairTexels;
     vec4 row_x = texelFetch(trace_triangles, texel + ray.axes.x);
     vec4 row_y = texelFetch(trace_triangles, texel + ray.axes.y);
@@ -55,10 +83,11 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
     h.nearer = !second || pair.met.y;
     h.alpha_tested = false;
     h.hit = nearest;
+    float near = triangle_near(entry, ray.origin, row_x, row_y, second);
 #ifndef HALFLIGHT_ALPHA
     if (any_hit) {
-        float t = pair_point(ray, pair, second).t;
-        h.nearer = h.nearer && t > t_min && t < nearest.t;
+        float t = pair_t(ray, pair, second);
+        h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
         return h;
     }
 #endif
@@ -70,9 +99,9 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
     h.nearer = h.nearer && p.t > t_min;
     if (any_hit) {
-        h.nearer = h.nearer && p.t < nearest.t;
+        h.nearer = h.nearer && max(pair_t(ray, pair, second), near) < nearest.t;
     } else {
-        h.hit.t = max(p.t, leaf_near);
+        h.hit.t = max(p.t, max(near, leaf_near));
         bool wins_tie =
             instance < nearest.instance || (instance == nearest.instance && h.hit.triangle < nearest.triangle);
         h.nearer = h.nearer && (h.hit.t < nearest.t || (h.hit.t == nearest.t && wins_tie));
@@ -104,6 +133,23 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
 uint nodes_visited = 0u;  // inner nodes, with four boxes each
 #endif
 
+#ifdef HALFLIGHT_NODES_PAGE
+// A leaf without pairs stands for a subtree whose page is missing: its index is the subtree's root plus 1
+// (engine/paging/page_pool.h). Of the missing roots that a traversal meets, the one entered first is kept.
+uniform uvec2 awaited_roots;  // first root that rays wait for, and the end of these roots
+uint missing_root = kMiss;
+int missing_near = kBvhFar;  // entry of the ray; 0 for any_hit
+
+void note_missing(uint node, int near) {
+    uint root = (node & kBvhIndexMask) - 1u;
+    bool missing = is_leaf(node) && places_in(node) == 0 && root >= awaited_roots.x && root < awaited_roots.y;
+    if (missing && near < missing_near) {
+        missing_root = root;
+        missing_near = near;
+    }
+}
+#endif
+
 const Hit kNoHit = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
 
 // Returns the nearest hit among the subtrees of the lowest `entries` of the stack, and `known`, an earlier hit or
@@ -129,6 +175,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(ray.origin, ray.direction);
+    EntryRay entry = entry_ray(sheared, ray.direction, position_error(ray.origin, head.base, head.cell, head.slack));
     float below_t_max = uintBitsToFloat(floatBitsToUint(ray.t_max) - 1u);  // t_max > 0, otherwise there is no hit
     bool found = known.triangle != kMiss;
     Hit nearest = known;
@@ -163,6 +210,9 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             } while (is_inner_node(node));
 
+#ifdef HALFLIGHT_NODES_PAGE
+            note_missing(node, any_hit ? 0 : near);
+#endif
             int place = first_place(node);
             int end = place + places_in(node);
 #ifdef HALFLIGHT_ALPHA
@@ -172,7 +222,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             float leaf_near = intBitsToFloat(max(near, instance_near));
             do {
                 if (place < end) {
-                    PlaceHit hit = intersect_place(sheared, place, instance, ray.t_min, leaf_near, nearest, any_hit);
+                    PlaceHit hit = intersect_place(sheared, entry, place, instance, ray.t_min, leaf_near, nearest, any_hit);
                     place = hit.next;
 #ifdef HALFLIGHT_ALPHA
                     if (hit.nearer && hit.alpha_tested) {
@@ -235,6 +285,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             head = bvh_head(index);
             box = box_ray(origin, direction, head.base, head.cell, head.slack);
             sheared = triangle_ray(origin, direction);
+            entry = entry_ray(sheared, direction, position_error(origin, head.base, head.cell, head.slack));
             instance_near = enters ? near : floatBitsToInt(ray.t_min);
             bool at_node = HALFLIGHT_STACK_MORE > 0 && enters && (node & kStackInstance) == kStackInstance;
             if (at_node) --entries;

@@ -1,10 +1,14 @@
 // Layout of the hierarchies in UNIT_NODES and of the triangles in UNIT_TRIANGLE_VERTICES, one copy for C++ and GLSL.
 //
-// Nodes are four wide. Their bounds have one of two formats, equal for all hierarchies of a scene:
+// Nodes are four wide. Their bounds have one of three formats, equal for all hierarchies of a scene:
 //   grid   RGBA32UI, 4 texels. 16-bit cells of a grid over the hierarchy's space. Texel 0 to 2 is an axis:
 //          (lower of children 0 | 1 << 16, of 2 | 3 << 16, upper of 0 | 1 << 16, of 2 | 3 << 16). Texel 3: references.
 //   float  RGBA32F, 8 texels. Texel 2a is the lower bound of the four children along axis a, 2a + 1 the upper one.
 //          Texel 6: references. Texel 7 is padding.
+//   page   RGBA32UI, 4 texels, in scenes whose hierarchy is loaded in pages. Texel 0: base.xyz as floats, exponents of
+//          the cell's sides (8 bits per axis, as in floats). Texel 1: bounds of the four children in cells, 8 bits each
+//          (x lower, x upper, y lower, y upper). Texel 2: (z lower, z upper, 0, 0). Texel 3: references. A bound is
+//          base + cells * side, in float arithmetic.
 // A hierarchy starts with a head in place of a node: texel 0 (base.xyz, slack), texel 1 (cell.xyz, 0), as floats. The
 // grid is base + cell * [0, kGridCells]; both formats are inside it. Node 1 after the head is the root. The head of the
 // hierarchy where traversal starts is at index 0.
@@ -49,6 +53,7 @@ HALFLIGHT_SHARED_CONST int kBvhPairTexels = 4;
 
 HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // texels per node
 HALFLIGHT_SHARED_CONST int kBvhFloatTexels = 8;  // texels per node
+HALFLIGHT_SHARED_CONST int kBvhPageTexels = 4;   // texels per node
 HALFLIGHT_SHARED_CONST float kGridCells = 65535.0f;
 
 HALFLIGHT_SHARED_END

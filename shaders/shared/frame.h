@@ -30,7 +30,7 @@ struct Frame {
     uint begins;          // 1: sums begin with this sample; else 0
     uint
         shared_count;  // 0: one sequence per pixel; > 0: all pixels share one, with as many samples of each in a row
-    int unused;
+    uint first_half;  // 1: the sample belongs to the first of the two halves that the denoiser compares; else 0
 };
 HALFLIGHT_SHARED_SIZE(Frame, 256)
 

@@ -41,8 +41,9 @@ class Refusal : public testing::Test {
 
 TEST_F(Refusal, InvalidCommands) {
     const std::string exr = folder / "out.exr", png = folder / "out.png";
-    expect({}, 2, "command: is missing; commands are: render, view, converge, info, bench, compare");
-    expect({"frobnicate"}, 2, "frobnicate: is no command; commands are: render, view, converge, info, bench, compare");
+    expect({}, 2, "command: is missing; commands are: render, view, converge, info, pack, bench, compare");
+    expect({"frobnicate"}, 2,
+           "frobnicate: is no command; commands are: render, view, converge, info, pack, bench, compare");
     expect({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
     expect({"render"}, 2, "SCENE: is missing; see halflight render --help");
     expect({"render", scene}, 2, "OUTPUT: is missing; see halflight render --help");
@@ -157,6 +158,14 @@ TEST_F(Refusal, UnreadableFiles) {
     EXPECT_EQ(run_program({"info", folder / "sub" / "outside.gltf", "--allow-outside"}).status, 0);
     expect_render({"--env", folder / "none.exr"}, 1, ".*none.exr: cannot read: No such file or directory");
     expect({"info", folder / "none\n.glb"}, 1, ".*none[ ?].glb: cannot read: .*");
+}
+
+TEST_F(Refusal, UnknownVariants) {
+    const std::string out = folder / "out.exr";
+    expect({"render", scene, out, "--variant", "red"}, 1, ".*room.gltf: has no material variants, so not 'red' either");
+    expect({"info", scene, "--variant", "red"}, 1, ".*room.gltf: has no material variants, so not 'red' either");
+    expect({"info", "--variant", "red", "--device"}, 2, "--variant: needs a SCENE");
+    expect_render({"--variant", ""}, 2, "--variant: expects the name of a variant");
 }
 
 TEST_F(Refusal, UnknownColourNames) {

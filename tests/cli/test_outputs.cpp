@@ -52,7 +52,7 @@ TEST_F(Output, RequestedLayersAreWritten) {
     const ExrFile all = read_exr(file("all.exr"));
     std::size_t channels = 4;  // RGBA
     for (const AovInfo& aov : known_aovs())
-        if (!aov.debug()) channels += aov.channel_names().size();
+        if (aov.in_all()) channels += aov.channel_names().size();
     EXPECT_EQ(all.channels.size(), channels);
     EXPECT_EQ(all.find("R")->type, ExrType::half);
     for (const ExrChannel& channel : all.channels) {

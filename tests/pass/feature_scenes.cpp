@@ -70,6 +70,12 @@ Scene textured_scene() {
     coated.transmission = 0.7f;
     coated.transmission_texture = texture(data);
 
+    Material cloth = diffuse_material({0.6f, 0.3f, 0.2f});
+    cloth.sheen_color = {0.8f, 0.7f, 1};
+    cloth.sheen_color_texture = texture(color);
+    cloth.sheen_roughness = 0.6f;
+    cloth.sheen_roughness_texture = texture(data);
+
     Material lamp = diffuse_material(vec3(0.3f));
     lamp.emission = {6, 5, 4};
     lamp.emission_texture = texture(glow);
@@ -81,6 +87,7 @@ Scene textured_scene() {
     add(base, {-2, 0, -1}, {0, 0, 3}, {4, 0, 0});
     add(glossy, {-2, 0, -1}, {2, 0, 0.3f}, {0, 2, 0});
     add(coated, {0.2f, 0, -0.7f}, {1.8f, 0, -0.3f}, {0, 2, 0.3f});
+    add(cloth, {-2, 0, 0.8f}, {1.2f, 0, 0}, {0, 0.6f, -0.5f});
     add(lamp, {-0.5f, 2.2f, 0}, {1, 0, 0}, {0, 0.3f, 0.6f});
 
     Environment& sky = scene.environment;

@@ -24,7 +24,7 @@ RenderSettings all_settings(const Scene& scene, int width, int height, int sampl
     RenderSettings s = small_settings(scene.cameras[0], width, height, samples, 4);
     s.aovs.clear();
     for (const AovInfo& a : known_aovs())
-        if (!a.debug()) s.aovs.emplace_back(a.name);
+        if (a.in_all()) s.aovs.emplace_back(a.name);
     s.want_view = true;
     return s;
 }

@@ -72,6 +72,10 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
     }
     if (needs.transmission) row(&SurfaceRecord::transmission, nullptr);
     if (needs.clearcoat) row(&SurfaceRecord::coat_normal, &SurfaceRecord::coat);
+    if (needs.sheen) {
+        row(&SurfaceRecord::sheen, &SurfaceRecord::sheen_alpha);
+        row(&SurfaceRecord::sheen_choice, nullptr);
+    }
 }
 
 std::size_t row_count(const SceneNeeds& needs) {

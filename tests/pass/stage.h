@@ -69,6 +69,9 @@ struct SurfaceRecord {
     vec3 transmission{0};
     vec3 coat_normal{0};
     float coat = 0;
+    vec3 sheen{0};
+    float sheen_alpha = 0;
+    vec3 sheen_choice{0};  // x: p_sheen
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
 /// Returns the rows of `records` as input of kernels.

@@ -1,4 +1,5 @@
 """Tests of the Python module. PYTHONPATH leads to the module, HALFLIGHT_PROGRAM to the program."""
+import json
 import logging
 import os
 import pathlib
@@ -33,13 +34,27 @@ class Pictures(InFolder):
         self.assertEqual(picture["albedo"].shape, (16, 24, 3))
         self.assertEqual(picture["depth"].shape, (16, 24))
         self.assertEqual(picture["ids"].dtype, np.uint32)
-        self.assertEqual(set(picture), {"beauty", "view"} | {layer.name for layer in hl.layers() if not layer.debug})
+        self.assertEqual(set(picture), {"beauty", "view"} | {layer.name for layer in hl.layers() if layer.in_all})
         self.assertTrue(0 <= picture["view"].min() and picture["view"].max() <= 1)
         parts = sum(picture[name] for name in picture if name in
                     ("emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy"))
         np.testing.assert_allclose(parts, picture["beauty"][..., :3], rtol=1e-4, atol=1e-6)
         with self.assertRaises(KeyError):
             picture["colour"]
+
+    def test_variants(self):
+        self.assertEqual(hl.load(CORNELL).variants, [])
+        with self.assertRaisesRegex(hl.Error, "cornell.glb: has no material variants, so not 'red' either"):
+            hl.load(CORNELL, variant="red")
+        triangle = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                    "materials": [{"name": "own"}, {"name": "red"}],
+                    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0, "extensions": {
+                        "KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}]}}}]}],
+                    "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+                    "extensions": {"KHR_materials_variants": {"variants": [{"name": "red"}]}}}
+        path = self.folder / "variants.gltf"
+        path.write_text(json.dumps(triangle))
+        self.assertEqual(hl.load(path, variant="red").variants, ["red"])
 
     def test_environments_have_names(self):
         lit = hl.render(hl.load(CORNELL, environment="white"), layers=[], **SMALL)["beauty"].mean()

@@ -163,6 +163,19 @@ TEST_F(ImageTest, Textures) {
     expect_agreement(scene, {.name = "textures", .camera = scene.cameras[0], .bounces = 4});
 }
 
+TEST_F(ImageTest, Sheen) {
+    Scene scene = load("cornell");
+    float roughness = 0.3f;
+    for (Material& m : scene.materials) {
+        if (m.emission != vec3(0)) continue;
+        m.sheen_color = vec3(0.9f, 0.5f, 0.8f);
+        m.sheen_roughness = roughness;
+        m.clearcoat = roughness > 0.5f ? 0.5f : 0.0f;
+        roughness = roughness > 0.8f ? 0.3f : roughness + 0.3f;
+    }
+    expect_agreement(scene, {.name = "sheen", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, MaskAndBlend) {
     const Scene scene = curtain_scene();
     expect_agreement(scene, {.name = "curtains", .camera = scene.cameras[0], .bounces = 4});

@@ -44,6 +44,13 @@ class Series : public StiffTest {
         all.push_back({"transmission under clearcoat", m});
         m.clearcoat = 0;
         all.push_back({"transmission", m});
+        Material cloth = dielectric;
+        cloth.ior = 1.5f;
+        cloth.sheen_color = vec3(1);
+        all.push_back({"sheen", cloth});
+        cloth.transmission = 0.5f;
+        cloth.clearcoat = 0.5f;
+        all.push_back({"sheen under clearcoat, transmission", cloth});
         m.transmission = 1;
         m.ior = 1;
         all.push_back({"all transmission, ior 1", m});
@@ -83,7 +90,7 @@ TEST_F(Series, WhiteFurnace) {
         for (std::size_t row = 0; row < all.size(); ++row) {
             for (std::size_t column = 0; column < std::size(kRoughnesses); ++column) {
                 Material m = all[row].material;
-                m.roughness = m.clearcoat_roughness = kRoughnesses[column];
+                m.roughness = m.clearcoat_roughness = m.sheen_roughness = kRoughnesses[column];
                 add_quad(scene, add_material(scene, m),
                          {static_cast<float>(column), 0, static_cast<float>(row) * length}, {0, 0, length}, {1, 0, 0});
             }
@@ -94,7 +101,7 @@ TEST_F(Series, WhiteFurnace) {
                                        {0, std::cos(elevation), -std::sin(elevation)}, 1);
         camera.orthographic = true;
         camera.ortho_height = rows;
-        const RenderResult seen = picture(scene, small_settings(camera, kPatch * columns, kPatch * rows, 512, 1));
+        const RenderResult seen = picture(scene, small_settings(camera, kPatch * columns, kPatch * rows, 640, 1));
         for (int row = 0; row < rows; ++row) {
             double worst = 0, bound = 1;
             for (int column = 0; column < columns; ++column) {

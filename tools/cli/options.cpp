@@ -87,6 +87,12 @@ void Options::setting(const Setting& s, RenderSettings& settings) {
     if (s.type == Setting::Type::list) option->multi_option_policy(CLI::MultiOptionPolicy::Join);
 }
 
+std::size_t size_of_text(const std::string& option, const std::string& text) {
+    const std::optional<std::size_t> bytes = parse_bytes(text);
+    if (!bytes) throw UsageError(option, "expects a size such as 2GiB, 1.5G or 800M, not '{}'", text);
+    return *bytes;
+}
+
 void add_camera_options(Options& options, ViewArguments& a) {
     options.group("Camera");
     options.value("--camera", "NAME|N", "camera of the scene, by name or by number from 0 (default: the first)",
@@ -129,6 +135,15 @@ void check_environment_options(const CLI::App& app) {
     exclude(app, "--sky", "--env");
 }
 
+void add_variant_option(Options& options, std::string& variant) {
+    options.group("Materials");
+    options.value("--variant", "NAME", "material variant of the scene; `halflight info SCENE` lists variants",
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "expects the name of a variant");
+                      variant = text;
+                  });
+}
+
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings) {
     options.group("Colour");
     options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", ocio);
@@ -136,13 +151,10 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
 }
 
 void add_memory_option(Options& options) {
-    options.value("--memory", "SIZE",
-                  "memory that the program may take, such as 2GiB or 800M; by default three quarters of what is free",
-                  [](const auto& name, const auto& text) {
-                      const std::optional<std::size_t> bytes = parse_bytes(text);
-                      if (!bytes) throw UsageError(name, "expects a size such as 2GiB, 1.5G or 800M, not '{}'", text);
-                      MemoryLedger::process().set_limit(*bytes);
-                  });
+    options.value(
+        "--memory", "SIZE",
+        "memory that the program may take, such as 2GiB or 800M; by default three quarters of what is free",
+        [](const auto& name, const auto& text) { MemoryLedger::process().set_limit(size_of_text(name, text)); });
 }
 
 void add_device_options(Options& options, ViewArguments& a) {

@@ -78,11 +78,16 @@ class Options {
     std::string group_;
 };
 
+/// Parses a size in bytes, such as 2GiB. Throws UsageError where it is malformed.
+std::size_t size_of_text(const std::string& option, const std::string& text);
+
 void add_camera_options(Options& options, ViewArguments& arguments);
 /// Declares --env, --sky, --env-rotation and --env-intensity.
 void add_environment_options(Options& options, SceneChoice& choice);
 /// Throws UsageError for environment options that contradict each other.
 void check_environment_options(const CLI::App& app);
+/// Declares --variant.
+void add_variant_option(Options& options, std::string& variant);
 /// Declares --ocio and the settings of the view transform.
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
 /// Declares --device, --gl-debug, --allow-outside, --memory and --quiet.

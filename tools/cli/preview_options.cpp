@@ -51,6 +51,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.group("Light");
     options.settings(a.settings, &Setting::saved);
     add_environment_options(options, a);
+    add_variant_option(options, a.variant);
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
     options.settings(a.settings, &Setting::saved);

@@ -46,6 +46,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
             copy_setting(setting, s.settings, a.settings);
     }
     if (s.size) take_size(*s.size, given, a);
+    if (!given("--variant")) a.variant = s.variant;
     if (!given("--env") && !given("--sky")) a.environment = s.environment;
     const SceneEdits of_options = std::exchange(a.edits, s.edits);
     if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;

@@ -32,6 +32,7 @@ void add_light_options(Options& options, ViewArguments& a) {
     options.group("Light");
     options.settings(a.settings);
     add_environment_options(options, a);
+    add_variant_option(options, a.variant);
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
@@ -50,6 +51,11 @@ void add_run_options(Options& options, RenderArguments& a) {
         "--strict", [&] { a.strict = a.strict_textures = true; },
         "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
         "optional extension of the scene adds");
+    options.value("--pages", "FILE", "reads the geometry from a page file that `halflight pack` made of the scene",
+                  [&](const auto&, const auto& text) { a.pages = text; });
+    options.value("--page-pool", "SIZE",
+                  "memory for pages on the device, such as 512M; by default half of what the memory budget has left",
+                  [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",
@@ -100,7 +106,9 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
-    check_files(a);  // includes the files that settings name
+    exclude(app, "--denoise", "--preview");
+    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
+    check_files(a);                          // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");
     if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
@@ -121,9 +129,9 @@ void check(const RenderArguments& a, const CLI::App& app) {
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
-    std::vector<std::string> names = {"--settings", "--camera",       "--look-from",     "--look-at",
-                                      "--up",       "--vfov",         "--shutter",       "--env",
-                                      "--sky",      "--env-rotation", "--env-intensity", "--png"};
+    std::vector<std::string> names = {"--settings",      "--camera",  "--look-from", "--look-at", "--up",
+                                      "--vfov",          "--shutter", "--env",       "--sky",     "--env-rotation",
+                                      "--env-intensity", "--variant", "--png"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;
@@ -152,6 +160,8 @@ void check(const InfoArguments& a, const CLI::App& app) {
     exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");
+    exclude(app, "--denoise", "--preview");
+    exclude(app, "--denoise", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
@@ -210,7 +220,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     bool settings_page = false;
     CLI::App& info_app = *app.add_subcommand("info", "Lists the contents of a scene, or the devices");
     info_app.allow_extras();
-    info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
+    info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb, or a page file")->type_name("");
     info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
@@ -219,12 +229,26 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--list-settings", settings_page,
                       "prints the tables of all render settings and layers in Markdown");
     info_app.add_flag("--json", info.json, "prints JSON");
-    info_app.add_flag("--allow-outside", info.allow_outside, "allows the scene to name files outside its folder");
+    info_app.add_flag("--allow-outside", info.picture.allow_outside,
+                      "allows the scene to name files outside its folder");
     info_app.footer(
         "The options for picture, camera, sequence, light and run are those of `halflight render`. They describe the "
         "picture whose memory is estimated.");
     Options info_options(info_app);
     add_memory_options(info_options, info);
+
+    PackArguments pack;
+    CLI::App& pack_app = *app.add_subcommand("pack", "Converts a scene that is larger than memory to a page file");
+    pack_app.allow_extras();
+    pack_app.add_option("SCENE", pack.scene, "glTF 2.0 scene, .gltf or .glb, or a list of such files, NAME.parts.json")
+        ->type_name("")
+        ->required();
+    pack_app.add_option("OUTPUT", pack.output, "page file")->type_name("")->required();
+    Options pack_options(pack_app);
+    pack_options.group("Run");
+    pack_options.flag("--allow-outside", pack.allow_outside, "allows the scene to name files outside its folder");
+    add_memory_option(pack_options);
+    pack_options.flag("--quiet", pack.quiet, "prints errors only, neither progress nor notes");
 
     BenchArguments bench;
     CLI::App& bench_app = *app.add_subcommand("bench", "Measures rays per second of several tracers, interleaved");
@@ -246,6 +270,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         throw usage_error(error, render_app.parsed()     ? "halflight render"
                                  : preview_app.parsed()  ? "halflight view"
                                  : converge_app.parsed() ? "halflight converge"
+                                 : pack_app.parsed()     ? "halflight pack"
                                  : bench_app.parsed()    ? "halflight bench"
                                  : compare_app.parsed()  ? "halflight compare"
                                                          : "halflight info");
@@ -288,6 +313,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
         return info;
+    }
+    if (pack_app.parsed()) {
+        check_leftovers(pack_app, "halflight pack");
+        check_files({pack.scene}, {pack.output});
+        return pack;
     }
     if (bench_app.parsed()) {
         check_leftovers(bench_app, "halflight bench");

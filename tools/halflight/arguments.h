@@ -35,13 +35,20 @@ struct InfoArguments {
     RenderArguments picture;  // picture whose memory is estimated: size, camera, layers, ...; without files
     bool png = false;         // the picture is written as a .png, too
     bool json = false;
+};
+
+/// Arguments of `halflight pack`.
+struct PackArguments {
+    std::filesystem::path scene;
+    std::filesystem::path output;  // page file
     bool allow_outside = false;
+    bool quiet = false;
 };
 
 using bench::BenchArguments;      // `halflight bench`
 using compare::CompareArguments;  // `halflight compare`
 
-using Arguments = std::variant<Help, RenderArguments, PreviewArguments, ConvergeArguments, InfoArguments,
+using Arguments = std::variant<Help, RenderArguments, PreviewArguments, ConvergeArguments, InfoArguments, PackArguments,
                                BenchArguments, CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 

@@ -19,6 +19,7 @@ void run_render(const RenderArguments& arguments);
 [[noreturn]] void start_viewer(char** argv);
 void run_converge(const ConvergeArguments& arguments);
 void run_info(const InfoArguments& arguments);
+void run_pack(const PackArguments& arguments);
 void run_bench(const BenchArguments& arguments);
 
 }  // namespace halflight

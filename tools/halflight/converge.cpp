@@ -85,7 +85,7 @@ void run_converge(const ConvergeArguments& a) {
     const ColorConfig colors = ColorConfig::load();
     const ViewProcessor shown = colors.view({});
 
-    Scene scene = SceneFile(a.scene, gltf_options(a.allow_outside), 0, false).gltf().at_rest();
+    Scene scene = SceneFile(a.scene, gltf_options(a), 0, false).gltf().at_rest();
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
     set_environment(scene, a.environment, console);
     apply(a.edits, scene);

@@ -159,6 +159,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options.group("Light");
     options.settings(a.settings);
     add_environment_options(options, a);
+    add_variant_option(options, a.variant);
     add_device_options(options, a);
 }
 

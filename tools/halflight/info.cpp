@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -8,6 +9,8 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf/gltf.h"
+#include "engine/paging/page_file.h"
+#include "shaders/shared/bvh.h"
 #include "tools/cli/console.h"
 #include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"
@@ -139,13 +142,44 @@ Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
 
 /// Reads the scene as it will be rendered, and returns the facts of its file.
 Json file_facts(const InfoArguments& a, Scene& scene) {
-    GltfScene file(*a.scene, gltf_options(a.allow_outside));
+    GltfScene file(*a.scene, gltf_options(a.picture));
     check_fits(file.size(), *a.scene);
     scene = file.at_rest();
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
     facts.update(facts_of(a, scene, !motion.at("animations").empty()));
     facts.update(motion);
+    facts["variants"] = file.variants();
+    return facts;
+}
+
+/// Returns the facts of a page file.
+Json page_facts(const std::filesystem::path& path) {
+    const paging::PageFile file(path);
+    const paging::PageIndex& index = file.index();
+    const paging::PageFileSizes sizes = file.sizes();
+    std::size_t pairs = 0, nodes = 0;
+    for (const paging::PageIndex::Size& page : index.pages) pairs += page.pairs, nodes += page.nodes;
+    const std::size_t pool = 16 * (pairs * shared::kBvhPairTexels + nodes * shared::kBvhPageTexels);
+    const auto each = [&](std::uint64_t bytes) {
+        return static_cast<double>(bytes) / std::max<double>(index.triangles, 1);
+    };
+    const auto list = [](const auto& v) { return Json::array({v.x, v.y, v.z}); };
+    Json facts{
+        {"file", path.string()},        {"bytes", sizes.file},        {"page_file_version", paging::kPageFileVersion},
+        {"triangles", index.triangles}, {"vertices", index.vertices}, {"meshes", index.ranges.size()},
+        {"origin", list(index.origin)}};
+    if (!index.bounds.empty()) facts["bounds"] = {list(index.bounds.lower), list(index.bounds.upper)};
+    facts.update(Json{{"slivers", index.slivers},
+                      {"texels_per_vertex", index.vertex_texels},
+                      {"pages", index.pages.size()},
+                      {"subtrees", index.roots.size()},
+                      {"pairs", pairs},
+                      {"nodes", nodes},
+                      {"largest_page", {{"pairs", index.limits.pairs}, {"nodes", index.limits.nodes}}},
+                      {"part_bytes", {{"pages", sizes.pages}, {"tables", sizes.tables}, {"index", sizes.index}}},
+                      {"bytes_per_triangle",
+                       {{"pages", each(sizes.pages)}, {"tables", each(sizes.tables)}, {"loaded_pages", each(pool)}}}});
     return facts;
 }
 
@@ -154,8 +188,10 @@ Json file_facts(const InfoArguments& a, Scene& scene) {
 void run_info(const InfoArguments& a) {
     Json all = Json::object(), facts = Json::object();
     Scene scene;
+    const bool paged = a.scene && paging::is_page_file(*a.scene);
+    if (paged && a.needs) throw Error(a.scene->string(), "is a page file: --needs describes glTF scenes");
     if (a.device) all["devices"] = device_facts();
-    if (a.scene) facts = file_facts(a, scene);
+    if (a.scene) facts = paged ? page_facts(*a.scene) : file_facts(a, scene);
     if (!a.json) {
         if (a.device) print_devices(all["devices"]);
         print_text(facts, 0);

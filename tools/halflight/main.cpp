@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
         if (std::holds_alternative<PreviewArguments>(arguments)) start_viewer(argv);
         if (const auto* converge = std::get_if<ConvergeArguments>(&arguments)) run_converge(*converge);
         if (const auto* info = std::get_if<InfoArguments>(&arguments)) run_info(*info);
+        if (const auto* pack = std::get_if<PackArguments>(&arguments)) run_pack(*pack);
         if (const auto* bench = std::get_if<BenchArguments>(&arguments)) run_bench(*bench);
         if (const auto* pair = std::get_if<CompareArguments>(&arguments))
             status = static_cast<int>(compare::run(*pair));

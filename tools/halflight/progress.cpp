@@ -51,6 +51,12 @@ std::string progress_text(const RenderProgress& progress, double time_limit) {
                        clock_text(progress.seconds), clock_text(std::ceil(seconds_remaining(progress, time_limit))));
 }
 
+std::string share_text(double share, double seconds) {
+    const double remaining = share > 0 ? seconds * (1 - share) / share : 0;
+    return fmt::format("{:.0f} %, {} elapsed, {} remaining", std::floor(100 * share), clock_text(seconds),
+                       clock_text(std::ceil(remaining)));
+}
+
 std::string sequence_text(std::size_t done, std::size_t total, double seconds) {
     const double each = done > 0 ? seconds / static_cast<double>(done) : 0;
     return fmt::format("{}/{} frames, {:.2f} s/frame, {} remaining", done, total, each,
@@ -64,30 +70,38 @@ ProgressDisplay::ProgressDisplay(std::FILE* stream, bool quiet, double time_limi
             : is_terminal(stream) ? Mode::bar
                                   : Mode::lines) {}
 
-ProgressDisplay::~ProgressDisplay() {
+void ProgressDisplay::clear() {
     if (bar_shown_) put(stream_, "\r\033[K");
     std::fflush(stream_);
+    bar_shown_ = false;
 }
 
 void ProgressDisplay::show(const RenderProgress& progress) {
+    show(fraction(progress, time_limit_), progress.seconds, progress_text(progress, time_limit_));
+}
+
+void ProgressDisplay::show(double share, double seconds) {
+    show(share, seconds, share_text(share, seconds));
+}
+
+void ProgressDisplay::show(double share, double seconds, const std::string& text) {
     if (mode_ == Mode::bar) {
-        const bool due = drawn_at_ < 0 || progress.seconds - drawn_at_ >= kSecondsPerBar;
-        if (due) draw_bar(progress);
+        if (drawn_at_ >= 0 && seconds - drawn_at_ < kSecondsPerBar) return;
+        draw_bar(share, text);
+        drawn_at_ = seconds;
     } else if (mode_ == Mode::lines) {
-        const int tenths = static_cast<int>(fraction(progress, time_limit_) * 10);
-        if (tenths > tenths_) put(stream_, fmt::format("halflight: {}\n", progress_text(progress, time_limit_)));
+        const int tenths = static_cast<int>(share * 10);
+        if (tenths > tenths_) put(stream_, fmt::format("halflight: {}\n", text));
         tenths_ = tenths;
     }
 }
 
-void ProgressDisplay::draw_bar(const RenderProgress& progress) {
-    const std::string text = progress_text(progress, time_limit_);
+void ProgressDisplay::draw_bar(double share, const std::string& text) {
     const int width = std::max(0, columns(stream_) - static_cast<int>(text.size()) - 4);  // 4: "[", "] ", last column
-    const int filled = static_cast<int>(std::lround(fraction(progress, time_limit_) * width));
+    const int filled = static_cast<int>(std::lround(share * width));
     const std::string bar = width < 4 ? "" : fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
     put(stream_, fmt::format("\r{}{}\033[K", bar, text));
     std::fflush(stream_);
-    drawn_at_ = progress.seconds;
     bar_shown_ = true;
 }
 

@@ -22,18 +22,26 @@ std::string sequence_text(std::size_t done, std::size_t total, double seconds);
 /// Returns "12/64 samples, 0:03 elapsed, 0:13 remaining"; with a time limit there is no target number of samples.
 std::string progress_text(const RenderProgress& progress, double time_limit);
 
+/// Returns "25 %, 0:03 elapsed, 0:09 remaining".
+std::string share_text(double share, double seconds);
+
 class ProgressDisplay {
   public:
     /// quiet: shows nothing. A terminal is detected by isatty() and TERM.
     ProgressDisplay(std::FILE* stream, bool quiet, double time_limit);
     ProgressDisplay(const ProgressDisplay&) = delete;
     ProgressDisplay& operator=(const ProgressDisplay&) = delete;
-    ~ProgressDisplay();  ///< Clears the bar.
+    ~ProgressDisplay() { clear(); }
 
     void show(const RenderProgress& progress);
+    /// Shows work without samples. share: the share that is done, [0, 1]; seconds: time since its start.
+    void show(double share, double seconds);
+    /// Removes the bar, so that another line can be written.
+    void clear();
 
   private:
-    void draw_bar(const RenderProgress& progress);
+    void show(double share, double seconds, const std::string& text);
+    void draw_bar(double share, const std::string& text);
 
     enum class Mode { quiet, lines, bar };
     std::FILE* stream_;

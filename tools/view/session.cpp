@@ -26,7 +26,7 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 /// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
-    t.file = std::make_shared<SceneFile>(a.scene, gltf_options(a.allow_outside));
+    t.file = std::make_shared<SceneFile>(a.scene, gltf_options(a));
     t.animation = a.animation.value_or("none");
     try {
         t.animations = titles(t.file->gltf().animations());
@@ -322,6 +322,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.bounces = bounces;
     s.settings.preview = modes.preview;
     s.settings.clamp = modes.clamp;
+    s.variant = arguments_.variant;
     s.environment = arguments_.environment;
     s.edits = edits;
     if (!timeline_.playing.empty() || timeline_.frame > 0)

@@ -29,7 +29,7 @@ Progress.__doc__ = """Progress of a picture: samples per pixel that are done, ex
 since its start."""
 
 Setting = _namedtuple("Setting", "name values description")
-Layer = _namedtuple("Layer", "name channels description debug")
+Layer = _namedtuple("Layer", "name channels description debug in_all")
 Device = _namedtuple("Device", "name taken reason")
 
 
@@ -91,7 +91,7 @@ def limit_memory(size):
     _native.limit_memory(str(size))
 
 
-def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, sky=None):
+def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None, sky=None):
     """Loads a glTF scene and returns it as a Scene.
 
       environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
@@ -101,6 +101,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
       fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
       allow_outside  lets the scene name files outside its folder
       strict         refuses a scene in which an image of an optional extension cannot be read
+      variant        name of a material variant of the file, or None: its own materials
 
     Warnings go to the logger "halflight". Raises Error.
     """
@@ -109,7 +110,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
     return Scene(_call(_native.load, path=path, environment=environment, sky=sky,
                        animation=None if animation is None else str(animation),
                        fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
-                       log=_log))
+                       variant=variant, log=_log))
 
 
 class Scene:
@@ -120,6 +121,7 @@ class Scene:
         self._native = native
 
     file = property(lambda self: self._native.file, doc="The path of the scene's file.")
+    variants = property(lambda self: self._native.variants, doc="Names of the material variants, for load(variant=).")
     cameras = property(lambda self: self._native.cameras, doc="Names of the cameras.")
     materials = property(lambda self: self._native.materials, doc="Names of the materials.")
     instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes.")
@@ -265,7 +267,7 @@ class Renderer:
 
     Renderer(scene, layers="all", measure=False, pictures=0, **settings)
 
-      layers    names of layers(), "all" (without those for debugging), or []
+      layers    names of layers(), "all" (those whose in_all is True), or []
       measure   times each pass, which makes rendering slower
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),

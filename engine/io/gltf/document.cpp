@@ -211,6 +211,30 @@ void choose_images(GltfDocument& document, const std::set<std::string>& required
     }
 }
 
+/// Reads the names of the material variants, and gives primitives the materials of the variant that was asked for. A
+/// primitive without a material for the variant keeps its own.
+void choose_variant(Json& root, GltfDocument& document) {
+    const Json::json_pointer list("/extensions/KHR_materials_variants/variants");
+    if (root.contains(list))
+        for (const Json& variant : root[list]) document.variants.push_back(variant["name"].get<std::string>());
+    const std::string& wanted = document.options.variant;
+    if (wanted.empty()) return;
+    if (document.variants.empty()) throw Error(document.file, "has no material variants, so not '{}' either", wanted);
+    const auto found = std::ranges::find(document.variants, wanted);
+    if (found == document.variants.end())
+        throw Error(document.file, "no material variant '{}': there are '{}'", wanted,
+                    fmt::join(document.variants, "', '"));
+    const std::size_t index = static_cast<std::size_t>(found - document.variants.begin());
+    const Json::json_pointer mappings("/extensions/KHR_materials_variants/mappings");
+    if (!root.contains("meshes")) return;
+    for (Json& mesh : root["meshes"])
+        for (Json& primitive : mesh["primitives"])
+            if (primitive.contains(mappings))
+                for (const Json& mapping : primitive[mappings])
+                    if (std::ranges::find(mapping["variants"], Json(index)) != mapping["variants"].end())
+                        primitive["material"] = mapping["material"];
+}
+
 }  // namespace
 
 void GltfWarnings::add(const std::string& what, const std::string& element) {
@@ -294,6 +318,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_gltf(root, document.file);
     check_version(root, document.file);
     const std::set<std::string> required = check_extensions(root, document);
+    choose_variant(root, document);
     if (root.contains("animations")) {  // read on demand; tinygltf would refuse a damaged animation at once
         document.animations = std::move(root["animations"]);
         root.erase("animations");

@@ -261,6 +261,10 @@ const std::optional<FrameRate>& GltfScene::frame_rate() const {
     return state_->document.frame_rate;
 }
 
+const std::vector<std::string>& GltfScene::variants() const {
+    return state_->document.variants;
+}
+
 GltfDeformers GltfScene::deformers() const {
     const tinygltf::Model& model = state_->document.model;
     GltfDeformers deformers;
@@ -331,6 +335,75 @@ bool GltfScene::surfaces_move(Playing playing) {
 
 const std::vector<std::filesystem::path>& GltfScene::files() const {
     return state_->document.files;
+}
+
+struct GltfMeshSource::State {
+    State(const std::filesystem::path& p, const GltfOptions& options)
+        : path(p),
+          document(open_gltf(p, options)),
+          nodes(resolve_nodes(document)),
+          materials(convert_materials(document)),
+          stream(document, nodes, meshes, nothing, scene),
+          read_once(stream.meshes(), false) {
+        scene.name = path.string();
+        for (std::size_t i = 0; i < stream.meshes(); ++i) scene.meshes.emplace_back().name = stream.name(i);
+        std::vector<GltfMaterial> loaded = materials;  // meshes need the texture references of the file
+        MaterialSet material_set = load_material_set(document, loaded);
+        scene.images = std::move(material_set.images);
+        scene.materials = std::move(material_set.materials);
+        scene.materials.emplace_back().name = "default";
+        document.warnings.add(material_set.warnings);
+        scene.cameras = convert_cameras(document, nodes);
+        scene.lights = convert_lights(document, nodes);
+        scene.environment = convert_environment(document);
+        check(scene, path);
+    }
+
+    Mesh read(std::size_t index) {
+        const SceneReport report = scene.report;
+        const GltfWarnings warnings = document.warnings;
+        Mesh mesh = stream.read(index);
+        free_views(document, {});
+        if (read_once[index]) {  // the report already includes the mesh
+            scene.report = report;
+            document.warnings = warnings;
+        } else {
+            scene.report.warnings.clear();
+            GltfWarnings all = document.warnings;
+            warn_of_left_out(scene.report, all);
+            all.write_to(scene.report);
+        }
+        read_once[index] = true;
+        try {
+            validate(mesh, index, scene.materials.size());
+        } catch (const Error& e) {
+            throw Error(path.string(), e.what());
+        }
+        return mesh;
+    }
+
+    std::filesystem::path path;
+    GltfDocument document;
+    GltfNodes nodes;
+    std::vector<GltfMaterial> materials;
+    Scene scene;
+    GltfMeshes meshes{document, materials, scene.report};
+    GltfPoseCache nothing;
+    GltfMeshStream stream;
+    std::vector<bool> read_once;  // per mesh: the mesh has been read
+};
+
+GltfMeshSource::GltfMeshSource(const std::filesystem::path& path, const GltfOptions& options)
+    : state_(guarded(path, [&] { return std::make_unique<State>(path, options); })) {}
+GltfMeshSource::GltfMeshSource(GltfMeshSource&&) noexcept = default;
+GltfMeshSource::~GltfMeshSource() = default;
+
+const Scene& GltfMeshSource::scene() const {
+    return state_->scene;
+}
+
+Mesh GltfMeshSource::read(std::size_t mesh) {
+    return guarded(state_->path, [&] { return state_->read(mesh); });
 }
 
 }  // namespace halflight

@@ -12,6 +12,7 @@
 #include "engine/core/frames.h"
 #include "engine/scene/animation.h"
 #include "engine/scene/deformer.h"
+#include "engine/scene/mesh_source.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/scene_size.h"
 
@@ -23,6 +24,7 @@ struct GltfOptions {
     int max_image_side = 16384;                  // texels along an edge
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
     bool strict = false;                         // whether an unreadable image of an optional extension is an error
+    std::string variant;                         // variant of KHR_materials_variants; empty: the file's own materials
 };
 
 /// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives
@@ -71,6 +73,8 @@ class GltfScene {
     /// Returns the frame rate for which the file was made, from its extras: "fps" or "frame_rate" of its scene, else of
     /// its asset.
     const std::optional<FrameRate>& frame_rate() const;
+    /// Returns the names of the material variants (GltfOptions::variant).
+    const std::vector<std::string>& variants() const;
     GltfDeformers deformers() const;
     /// Returns the size that at_rest() will have, from headers alone (engine/io/gltf/size.h).
     SceneSize size();
@@ -93,6 +97,24 @@ class GltfScene {
     bool surfaces_move(Playing playing);
     /// Returns the files read so far: the scene's own first, then buffers, and images once at() has been called.
     const std::vector<std::filesystem::path>& files() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// The scene of load_gltf(), whose meshes are read one by one.
+class GltfMeshSource final : public MeshSource {
+  public:
+    /// Reads everything but meshes. Throws what load_gltf() throws.
+    explicit GltfMeshSource(const std::filesystem::path& path, const GltfOptions& options = {});
+    GltfMeshSource(GltfMeshSource&&) noexcept;
+    ~GltfMeshSource() override;
+
+    /// Returns the scene. It has a default material after the others whether triangles have it or not. Its report
+    /// includes the meshes read so far.
+    const Scene& scene() const override;
+    Mesh read(std::size_t mesh) override;
 
   private:
     struct State;

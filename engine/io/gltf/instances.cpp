@@ -5,18 +5,10 @@
 
 #include "engine/io/gltf/accessor.h"
 #include "engine/io/gltf/value.h"
+#include "engine/scene/mesh_source.h"
 
 namespace halflight {
 namespace {
-
-void add_report(SceneReport& to, const SceneReport& of_mesh) {
-    to.non_finite_triangles_dropped += of_mesh.non_finite_triangles_dropped;
-    to.degenerate_triangles_dropped += of_mesh.degenerate_triangles_dropped;
-    to.normals_generated += of_mesh.normals_generated;
-    to.tangents_generated += of_mesh.tangents_generated;
-    to.point_primitives_skipped += of_mesh.point_primitives_skipped;
-    to.line_primitives_skipped += of_mesh.line_primitives_skipped;
-}
 
 /// A requested mesh.
 struct MeshRequest {
@@ -72,6 +64,12 @@ class Instances {
             if (i.mesh != kNone && i.name.empty()) i.name = scene_.meshes[static_cast<std::size_t>(i.mesh)].name;
         }
         std::erase_if(scene_.instances, [](const Instance& i) { return i.mesh == kNone; });
+    }
+
+    std::size_t meshes() const { return requests_.size(); }
+    Mesh read(std::size_t mesh) { return finish(open(requests_[mesh])); }
+    std::string mesh_name(std::size_t mesh) const {
+        return meshes_.name(static_cast<std::size_t>(std::get<0>(requests_[mesh].key)));
     }
 
   private:
@@ -285,6 +283,31 @@ bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& m
     for (const int node : nodes.shown) instances.add(node);
     instances.finish();
     return instances.used_default_material();
+}
+
+struct GltfMeshStream::State {
+    Instances instances;
+};
+
+GltfMeshStream::GltfMeshStream(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,
+                               Scene& scene)
+    : state_(std::make_unique<State>(State{Instances(document, nodes, meshes, kept, scene)})) {
+    for (const int node : nodes.shown) state_->instances.add(node);
+    for (Instance& instance : scene.instances)
+        if (instance.name.empty()) instance.name = name(static_cast<std::size_t>(instance.mesh));
+}
+GltfMeshStream::~GltfMeshStream() = default;
+
+std::size_t GltfMeshStream::meshes() const {
+    return state_->instances.meshes();
+}
+
+std::string GltfMeshStream::name(std::size_t mesh) const {
+    return state_->instances.mesh_name(mesh);
+}
+
+Mesh GltfMeshStream::read(std::size_t mesh) {
+    return state_->instances.read(mesh);
 }
 
 }  // namespace halflight

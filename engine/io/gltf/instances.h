@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -61,5 +63,22 @@ std::size_t count_instances(const GltfDocument& document, const tinygltf::Value&
 /// Fills Scene::meshes and Scene::instances. Returns whether some triangle has the default material.
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,
                    Scene& scene);
+
+/// The meshes of a document, which are read one by one. Fills Scene::instances; Instance::mesh is an index for read().
+class GltfMeshStream {
+  public:
+    /// The arguments are those of add_instances() and must outlive the object.
+    GltfMeshStream(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,
+                   Scene& scene);
+    ~GltfMeshStream();
+    std::size_t meshes() const;  ///< Returns the number of meshes.
+    std::string name(std::size_t mesh) const;
+    /// Reads a mesh; it has no triangles where add_instances() leaves it out.
+    Mesh read(std::size_t mesh);
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 }  // namespace halflight

@@ -21,11 +21,16 @@ bool normalize_tangents(std::vector<vec4>& tangents) {
 
 }  // namespace
 
+std::string GltfMeshes::name(std::size_t index) const {
+    const std::string& name = document_.model.meshes[index].name;
+    return name.empty() ? fmt::format("mesh{}", index) : name;
+}
+
 GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weights, const GltfPose& pose,
                                  GltfPrimitives* kept) {
     const tinygltf::Mesh& from = document_.model.meshes[index];
     GltfUnposedMesh mesh;
-    mesh.name = from.name.empty() ? fmt::format("mesh{}", index) : from.name;
+    mesh.name = name(index);
     for (std::size_t i = 0; i < from.primitives.size(); ++i) {
         const tinygltf::Primitive& primitive = from.primitives[i];
         const std::string element = fmt::format("meshes[{}].primitives[{}]", index, i);

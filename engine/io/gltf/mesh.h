@@ -44,6 +44,8 @@ class GltfMeshes {
     GltfMeshes(GltfDocument& document, const std::vector<GltfMaterial>& materials, SceneReport& report)
         : document_(document), materials_(materials), report_(report) {}
 
+    /// Returns the name of a mesh.
+    std::string name(std::size_t index) const;
     /// Reads the triangle primitives of a mesh. `weights` are those of the morph targets; the pose must outlive the
     /// result. `kept` is a cache of primitives for other poses, or null.
     GltfUnposedMesh open(std::size_t index, std::span<const double> weights, const GltfPose& pose,

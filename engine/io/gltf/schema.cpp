@@ -25,8 +25,11 @@ class Checker {
         for (auto& [key, value] : root.items()) {
             if (value.is_array()) list_sizes_[key] = value.size();
         }
-        const auto lights = Json::json_pointer("/extensions/KHR_lights_punctual/lights");
-        if (root.contains(lights) && root[lights].is_array()) list_sizes_["lights"] = root[lights].size();
+        for (const auto& [list, place] : {std::pair("lights", "/extensions/KHR_lights_punctual/lights"),
+                                          std::pair("variants", "/extensions/KHR_materials_variants/variants")}) {
+            const Json::json_pointer pointer(place);
+            if (root.contains(pointer) && root[pointer].is_array()) list_sizes_[list] = root[pointer].size();
+        }
     }
 
     /// Checks an object. `path` is the position of `value`, for messages; it is unchanged on return.

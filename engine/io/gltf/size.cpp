@@ -106,6 +106,7 @@ SceneSize measure_gltf(GltfDocument& document) {
         if (!stored.emplace(node.mesh, node.skin, node.weights).second) continue;
         size.stored += mesh.triangles;
         size.geometry_bytes += mesh.bytes;
+        size.largest_mesh = std::max(size.largest_mesh, mesh.bytes);
     }
     const ImageSizes images = measure_images(document, materials);
     size.texture_bytes = images.texels;

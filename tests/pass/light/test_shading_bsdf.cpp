@@ -12,11 +12,12 @@
 namespace halflight {
 namespace {
 
-/// A material and a pair of directions as three rows of input.
+/// A material and a pair of directions as four rows of input.
 struct Case {
     float metallic = 0, roughness = 0.5f, r0 = 0.04f, specular = 1;
     float coat = 0, coat_roughness = 0, transmission = 0, cosine = 0.7f;
     float base_color = 1, specular_color = 1, tilt = 0;  // radians between n_g (+z) and n, towards wo if > 0
+    float sheen = 0, sheen_roughness = 0;
 };
 
 /// Returns a scene with all lobes, so that all code is compiled.
@@ -26,6 +27,7 @@ Scene full_scene() {
     m.clearcoat = 1;
     m.transmission = 0.5f;
     m.specular_color = vec3(0.5f);
+    m.sheen_color = vec3(0.5f);
     return triangle_scene(m);
 }
 
@@ -34,13 +36,14 @@ const char* const kLibrary = R"(
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/sobol.glsl"
 vec3 wo_of(uint c) {
-    float cosine = inputs[3u * c + 1u].w;
+    float cosine = inputs[4u * c + 1u].w;
     return vec3(sqrt((1.0 - cosine) * (1.0 + cosine)) * vec2(0.6, 0.8), cosine);
 }
 Bsdf bsdf_of(uint c) {
-    vec4 a = inputs[3u * c];
-    vec4 b = inputs[3u * c + 1u];
-    vec4 d = inputs[3u * c + 2u];
+    vec4 a = inputs[4u * c];
+    vec4 b = inputs[4u * c + 1u];
+    vec4 d = inputs[4u * c + 2u];
+    vec4 e = inputs[4u * c + 3u];
     Material m;
     m.base_color = vec3(d.x);
     m.metallic = a.x;
@@ -54,6 +57,8 @@ Bsdf bsdf_of(uint c) {
     m.coat = b.x;
     m.coat_roughness = b.y;
     m.transmission = b.z;
+    m.sheen_color = vec3(e.x);
+    m.sheen_roughness = e.y;
     return make_bsdf(m, vec3(0.0, 0.0, 1.0), wo_of(c));
 }
 float random_at(uint n, uint dimension) { return unit_float(hash_combine(hash_u32(n), dimension)); }
@@ -65,14 +70,17 @@ std::vector<vec4> rows_of(const std::vector<Case>& cases) {
         rows.emplace_back(c.metallic, c.roughness, c.r0, c.specular);
         rows.emplace_back(c.coat, c.coat_roughness, c.transmission, c.cosine);
         rows.emplace_back(c.base_color, c.specular_color, c.tilt, 0);
+        rows.emplace_back(c.sheen, c.sheen_roughness, 0, 0);
     }
     return rows;
 }
 
 std::string describe(const Case& c) {
     return fmt::format(
-        "metallic {} roughness {} r0 {} specular {} coat {} coat roughness {} transmission {} cosine {} tilt {}",
-        c.metallic, c.roughness, c.r0, c.specular, c.coat, c.coat_roughness, c.transmission, c.cosine, c.tilt);
+        "metallic {} roughness {} r0 {} specular {} coat {} coat roughness {} transmission {} cosine {} tilt {} "
+        "sheen {} sheen roughness {}",
+        c.metallic, c.roughness, c.r0, c.specular, c.coat, c.coat_roughness, c.transmission, c.cosine, c.tilt, c.sheen,
+        c.sheen_roughness);
 }
 
 class ShadingBsdf : public GpuTest {
@@ -103,6 +111,15 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
                                  .transmission = 0.5f,
                                  .cosine = cosine});
             }
+            // The sheen takes its roughness from the loop, from below its least one up to 1.
+            cases.push_back({.metallic = 0.5f, .cosine = cosine, .sheen = 1, .sheen_roughness = roughness});
+            cases.push_back({.roughness = 0.3f,
+                             .coat = 0.7f,
+                             .coat_roughness = 0.2f,
+                             .transmission = 0.4f,
+                             .cosine = cosine,
+                             .sheen = 0.8f,
+                             .sheen_roughness = roughness});
         }
     }
     const auto albedo = run(R"(
@@ -110,7 +127,7 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
         vec3 wo = wo_of(i);
         vec3 sum = vec3(0.0);
         float bad = 0.0;
-        float rest = 1.0 - b.p_coat - b.p_transmission;
+        float rest = 1.0 - b.p_coat - b.p_transmission - b.p_sheen;
         for (uint n = 0u; n < 16384u; ++n) {
             Sampler s = make_sampler(i, 0u, n, 7u);
             vec2 xi = sample_2d(s, 0u);
@@ -118,8 +135,10 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
             BsdfSample d = sample_diffuse(b, wo, xi);
             BsdfSample coat = sample_glossy(b, wo, xi, 0.5 * b.p_coat);
             BsdfSample through = sample_glossy(b, wo, xi, b.p_coat + 0.5 * b.p_transmission);
-            BsdfSample specular = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + 0.5 * rest);
-            sum += d.weight + b.p_coat * coat.weight + b.p_transmission * through.weight + rest * specular.weight;
+            BsdfSample sheen = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + 0.5 * b.p_sheen);
+            BsdfSample specular = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + b.p_sheen + 0.5 * rest);
+            sum += d.weight + b.p_coat * coat.weight + b.p_transmission * through.weight + b.p_sheen * sheen.weight +
+                   rest * specular.weight;
             bad += abs(length(specular.direction) - 1.0) > 1e-6 ? 1.0 : 0.0;
         }
         result[0] = vec4(sum / 16384.0, bad);
@@ -161,6 +180,16 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
          .cosine = 0.4f,
          .tilt = 0.5f},
         {.roughness = 0.5f, .transmission = 0.5f, .cosine = 0.3f, .tilt = -0.9f},
+        {.roughness = 0.5f, .specular = 0, .cosine = 0.2f, .sheen = 1, .sheen_roughness = 0.3f},
+        {.metallic = 0.3f,
+         .roughness = 0.4f,
+         .coat = 0.5f,
+         .coat_roughness = 0.4f,
+         .transmission = 0.5f,
+         .cosine = 0.4f,
+         .tilt = 0.4f,
+         .sheen = 0.8f,
+         .sheen_roughness = 0.5f},
     };
     constexpr std::uint32_t kSamples = 1u << 17;
     constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
@@ -296,6 +325,29 @@ TEST_F(ShadingBsdf, AlbedoOfColouredLobesAgreesWithTheTables) {
     for (std::size_t i = 0; i < cases.size(); ++i) EXPECT_NEAR(albedo[i].x, expected[i], 1e-3) << describe(cases[i]);
 }
 
+TEST_F(ShadingBsdf, SheenIsReciprocal) {
+    // All above the cosine from which albedo scaling sets in at this roughness.
+    const std::vector<Case> cases = {
+        {.roughness = 0, .specular = 0, .cosine = 0.3f, .base_color = 0, .sheen = 1, .sheen_roughness = 0.3f},
+        {.roughness = 0, .specular = 0, .cosine = 0.9f, .base_color = 0, .sheen = 1, .sheen_roughness = 0.8f}};
+    const auto found = run(R"(
+        uint c = i / 64u;
+        vec3 wo = wo_of(c);
+        vec2 xi = vec2(random_at(i, 0u), 0.2 + 0.8 * random_at(i, 1u));
+        vec3 wi = sphere_direction(xi.y, xi.x);
+        Bsdf b = bsdf_of(c);
+        float there = sheen_scattered(b.normal, b.sheen_alpha, wo, wi) / wi.z;
+        float back = sheen_scattered(b.normal, b.sheen_alpha, wi, wo) / wo.z;
+        result[0] = vec4(there, back, evaluate_bsdf(b, wo, wi).glossy.x / wi.z, 0.0);
+    )",
+                           64 * static_cast<std::uint32_t>(cases.size()), 1, cases);
+    for (const vec4& f : found) {
+        EXPECT_NEAR(f.x, f.y, 1e-5 * f.x);
+        EXPECT_NEAR(f.z, f.x, 1e-5 * f.x) << "the whole lobe";
+        EXPECT_GT(f.x, 0);
+    }
+}
+
 TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
     std::mt19937 random(1);
     const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
@@ -304,9 +356,19 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
     };
     std::vector<Case> cases(4096);
     for (Case& c : cases) {
-        c = {extreme(), extreme(), extreme(),           extreme(),
-             extreme(), extreme(), extreme(),           std::max(extreme(), 1e-7f),
-             extreme(), extreme(), 3 * uniform() - 1.5f};
+        c = {extreme(),
+             extreme(),
+             extreme(),
+             extreme(),
+             extreme(),
+             extreme(),
+             extreme(),
+             std::max(extreme(), 1e-7f),
+             extreme(),
+             extreme(),
+             3 * uniform() - 1.5f,
+             extreme(),
+             extreme()};
     }
     const auto found = run(R"(
         Bsdf b = bsdf_of(i);
@@ -333,7 +395,7 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
             bool between = dot(wi, b.geometric_normal) * dot(wi, b.normal) <= 0.0;  // the sides of n_g and n
             bad += between && !is_dark && b.coat == 0.0 ? 1.0 : 0.0;
         }
-        result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission);
+        result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission + b.p_sheen);
     )",
                            static_cast<std::uint32_t>(cases.size()), 1, cases);
     for (std::size_t i = 0; i < cases.size(); ++i) {

@@ -208,7 +208,8 @@ std::string left_out(gpu::Context& context, const Scene& scene, int bounces) {
 
 TEST_F(FrameTest, ListsWhatIsLeftOutAndWhy) {
     Scene scene = tilted_quad();
-    EXPECT_EQ(left_out(context, scene, 4), "glossy: no material has a specular, coat or transmission component; ");
+    EXPECT_EQ(left_out(context, scene, 4),
+              "glossy: no material has a specular, coat, sheen or transmission component; ");
     EXPECT_EQ(left_out(context, scene, 0),
               "shadow: there are no bounces; diffuse: there are no bounces; glossy: there are no bounces; "
               "continuation: there are no bounces; ");

@@ -18,7 +18,7 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     RecordingThread thread;
     Request r = request();
     for (const AovInfo& aov : known_aovs())
-        if (!aov.debug()) r.aovs.emplace_back(aov.name);
+        if (aov.in_all()) r.aovs.emplace_back(aov.name);
     thread->limit(5);
     const std::uint64_t number = thread->show(r);
     EXPECT_EQ(number, 1u);

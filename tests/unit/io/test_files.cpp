@@ -183,6 +183,47 @@ TEST_F(Files, AFullDiskFailsAtCloseAtTheLatest) {
     EXPECT_EQ(error_message([&] { swallowed.close(); }), "out.exr: cannot write: No space left on device");
 }
 
+TEST_F(Files, UnnamedFilesAppearOnlyWhenComplete) {
+    const fs::path path = folder_ / "a.pages";
+    for (const char* text : {"first", "second"}) {
+        const std::size_t before = entries();
+        write_unnamed(path, [&](const fs::path& temporary) {
+            CheckedFile file(temporary, path.string());
+            file.write(text, std::string_view(text).size());
+            file.close();
+            EXPECT_EQ(entries(), before) << "the temporary has no name";
+        });
+        EXPECT_EQ(read_file(path, 100), text);
+        EXPECT_EQ(entries(), 1u);
+    }
+    EXPECT_EQ(fs::status(path).permissions() & fs::perms::owner_all, fs::perms::owner_read | fs::perms::owner_write);
+    fs::permissions(path, fs::perms::owner_all);
+    fs::create_symlink("a.pages", folder_ / "link");
+    write_unnamed(folder_ / "link", [](const fs::path& temporary) { std::ofstream(temporary) << "third"; });
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_EQ(read_file(path, 100), "third");
+    EXPECT_EQ(fs::status(path).permissions(), fs::perms::owner_all) << "a replaced file keeps its permissions";
+    const auto fail = [](const fs::path&) { throw std::runtime_error("no more"); };
+    EXPECT_THROW(write_unnamed(path, fail), std::runtime_error);
+    EXPECT_EQ(read_file(path, 100), "third");
+    EXPECT_EQ(entries(), 2u);
+    EXPECT_EQ(error_message([&] { write_unnamed(folder_ / "no/a", fail); }),
+              (folder_ / "no/a").string() + ": cannot write: No such file or directory");
+}
+
+TEST_F(Files, ScratchFilesHaveNoName) {
+    ScratchFile file(folder_.path, "out");
+    file.append(std::string(1000, 'a'));
+    file.append(std::string(1000, 'b'));
+    EXPECT_EQ(file.size(), 2000u);
+    EXPECT_EQ(entries(), 0u);
+    std::string bytes(4, ' ');
+    file.read(998, bytes);
+    EXPECT_EQ(bytes, "aabb");
+    EXPECT_EQ(error_message([&] { ScratchFile(folder_ / "no", "out"); }),
+              "out: cannot write: No such file or directory");
+}
+
 TEST_F(Files, DetectsLfsPointers) {
     EXPECT_TRUE(is_lfs_pointer("version https://git-lfs.github.com/spec/v1\noid sha256:15258e\nsize 2616\n"));
     EXPECT_FALSE(is_lfs_pointer("version"));

@@ -189,6 +189,7 @@ TEST_F(GltfText, FilesOfOtherProgramsAreNamed) {
     using namespace std::literals;
     const std::pair<std::string, const char*> cases[] = {
         {"BLENDER-v300RENDH", "a Blender file"},
+        {"\x89HLP\r\n\x1a\n", "a page file of Halflight"},
         {"\x28\xb5\x2f\xfd\0\0"s, "a Zstandard file, such as a compressed Blender file"},
         {"Kaydara FBX Binary  \0\x1a\0"s, "an FBX file"},
         {"; FBX 7.3.0 project file", "an FBX file"},

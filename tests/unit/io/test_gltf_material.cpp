@@ -76,6 +76,7 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     extension("KHR_materials_specular") = {{"specularFactor", 0.5}, {"specularColorFactor", {1, 2, 0}}};
     extension("KHR_materials_clearcoat") = {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.125}};
     extension("KHR_materials_transmission") = {{"transmissionFactor", 0.875}};
+    extension("KHR_materials_sheen") = {{"sheenColorFactor", {0.5, 0.25, 1}}, {"sheenRoughnessFactor", 0.375}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     EXPECT_EQ(m.name, "all");
@@ -92,6 +93,8 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_EQ(m.clearcoat, 1);
     EXPECT_EQ(m.clearcoat_roughness, 0.125f);
     EXPECT_EQ(m.transmission, 0.875f);
+    EXPECT_EQ(m.sheen_color, vec3(0.5f, 0.25f, 1));
+    EXPECT_EQ(m.sheen_roughness, 0.375f);
     EXPECT_TRUE(scene.report.warnings.empty());
 }
 
@@ -160,6 +163,8 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
                                             {"clearcoatRoughnessTexture", info("coat_roughness.png")},
                                             {"clearcoatNormalTexture", coat_normal}};
     extension("KHR_materials_transmission") = {{"transmissionTexture", info("transmission.png")}};
+    extension("KHR_materials_sheen") = {{"sheenColorTexture", info("sheen_color.png")},
+                                        {"sheenRoughnessTexture", info("sheen_roughness.png")}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     const auto name = [&](const TextureRef& t) { return scene.images.at(static_cast<std::size_t>(t.image)).name; };
@@ -173,9 +178,71 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(name(m.clearcoat_roughness_texture), "coat_roughness.png");
     EXPECT_EQ(name(m.clearcoat_normal_texture), "coat_normal.png");
     EXPECT_EQ(name(m.transmission_texture), "transmission.png");
+    EXPECT_EQ(name(m.sheen_color_texture), "sheen_color.png");
+    EXPECT_EQ(name(m.sheen_roughness_texture), "sheen_roughness.png");
     EXPECT_EQ(m.normal_scale, 0.5f);
     EXPECT_EQ(m.clearcoat_normal_scale, 2);
-    EXPECT_EQ(scene.images.size(), 10u) << "images that nothing uses are not loaded";
+    EXPECT_EQ(scene.images.size(), 12u) << "images that nothing uses are not loaded";
+}
+
+/// A file with three triangles, each with a material of its own, and the variants "day" and "night".
+class GltfVariants : public GltfTest {
+  protected:
+    void SetUp() override {
+        GltfTest::SetUp();
+        for (int i = 0; i < 3; ++i) {
+            Json& primitive = b.add_triangle();
+            primitive["material"] = b.push("materials", {{"name", std::to_string(i)}});
+        }
+        b.json["extensions"][kName]["variants"] = {{{"name", "day"}}, {{"name", "night"}}};
+        b.json["extensionsRequired"] = b.json["extensionsUsed"] = {kName};
+        mappings(0) = {{{"material", 2}, {"variants", {0, 1}}}};
+        mappings(1) = {{{"material", 0}, {"variants", Json::array()}}, {{"material", 2}, {"variants", {1}}}};
+    }
+    Json& mappings(std::size_t mesh) {
+        return b.json["meshes"][mesh]["primitives"][0]["extensions"][kName]["mappings"];
+    }
+    /// Returns the names of the materials of all triangles.
+    std::string materials(const std::string& variant) {
+        const Scene scene = load_gltf(write("scene.glb", b.glb()), {.variant = variant});
+        std::string names;
+        for (const Mesh& mesh : scene.meshes)
+            for (const std::uint32_t m : mesh.triangle_material) names += scene.materials[m].name;
+        return names;
+    }
+
+    static constexpr const char* kName = "KHR_materials_variants";
+    GltfBuilder b;
+};
+
+TEST_F(GltfVariants, ChooseMaterials) {
+    EXPECT_EQ(materials(""), "012");
+    EXPECT_EQ(materials("day"), "212");
+    EXPECT_EQ(materials("night"), "222");
+    const GltfScene scene(write("scene.glb", b.glb()));
+    EXPECT_EQ(scene.variants(), (std::vector<std::string>{"day", "night"}));
+}
+
+TEST_F(GltfVariants, UnknownNamesAreRefusedWithTheNamesOfTheFile) {
+    const auto message = [&] { return without_name(error_message([&] { materials("dusk"); })); };
+    EXPECT_EQ(message(), "no material variant 'dusk': there are 'day', 'night'");
+    b.json.erase("extensions");
+    for (Json& mesh : b.json["meshes"]) mesh["primitives"][0].erase("extensions");
+    EXPECT_EQ(message(), "has no material variants, so not 'dusk' either");
+}
+
+TEST_F(GltfVariants, DamagedMappingsAreRefused) {
+    mappings(0)[0]["variants"][1] = 2;
+    EXPECT_NE(refusal(b).find("mappings[0].variants[1]: 2 is not an index into variants, which has 2"),
+              std::string::npos)
+        << refusal(b);
+    mappings(0)[0]["variants"][1] = 1;
+    mappings(0)[0]["material"] = 3;
+    EXPECT_NE(refusal(b).find("material: 3 is not an index into materials, which has 3"), std::string::npos)
+        << refusal(b);
+    mappings(0)[0]["material"] = 0;
+    b.json["extensions"][kName]["variants"][0] = Json::object();
+    EXPECT_EQ(refusal(b), "extensions.KHR_materials_variants.variants[0]: has no 'name'");
 }
 
 TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {

@@ -95,7 +95,8 @@ TEST(FrameNeeds, FollowFromTheSettings) {
 }
 
 TEST(FrameNeeds, EverythingCanBeKept) {
-    const FrameOptions all{.runs = 1,
+    const FrameOptions all{.denoise = true,
+                           .runs = 1,
                            .kept = Kept::everything(),
                            .group_size = 16,
                            .camera_rays = 4,
@@ -147,7 +148,7 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never :
          {"environment map", "light tree", "sun apart", "double precision for slivers", "path reuse", "radiance cache",
-          "camera rays for light alone", "temporal accumulation", "filter of noise"})
+          "camera rays for light alone", "temporal accumulation", "filter of noise", "denoiser"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
@@ -167,7 +168,7 @@ TEST(LeftOut, ListsWhatCanBeKept) {
 
 TEST(LeftOut, ListsFactsAndBytes) {
     const auto plain = facts(plain_scene());
-    EXPECT_EQ(plain.at("glossy"), "no material has a specular, coat or transmission component");
+    EXPECT_EQ(plain.at("glossy"), "no material has a specular, coat, sheen or transmission component");
     EXPECT_EQ(plain.at("alpha tests"), "alpha decides no hit");
     EXPECT_FALSE(plain.contains("shadow") || plain.contains("area lights"));
     const auto all = left_out(plain_scene(), {}, {10, 20, 256, 200});

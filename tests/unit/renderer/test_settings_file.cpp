@@ -28,6 +28,7 @@ SavedSettings all_kinds() {
     s.settings.preview = {.cache = true, .filter = true};
     s.settings.clamp = 0.3f;
     s.given = saved_settings();
+    s.variant = "red 'velvet'";
     s.edits.environment_rotation = 12.5;
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
@@ -61,6 +62,7 @@ TEST(SettingsFile, RoundTrips) {
         EXPECT_EQ(r.settings.bounces, s.settings.bounces);
         EXPECT_EQ(r.settings.preview, s.settings.preview);
         EXPECT_EQ(r.settings.clamp, s.settings.clamp);
+        EXPECT_EQ(r.variant, s.variant);
         EXPECT_EQ(r.environment, s.environment);
         EXPECT_EQ(r.edits, s.edits);
         EXPECT_EQ(r.bookmarks, s.bookmarks);

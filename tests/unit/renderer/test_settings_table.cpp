@@ -24,6 +24,7 @@ RenderSettings unusual() {
     s.error = ErrorTarget{ErrorMetric::mse, 0.1};
     s.seed = 4294967295u;
     s.frame = 12;
+    s.denoise = true;
     s.aovs = {"albedo", "nodes"};
     s.half_color = true;
     s.bounces = 0;
@@ -84,7 +85,7 @@ TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
     EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, not 'cpu'");
     EXPECT_EQ(problem("half", "1"), "expects yes or no, not '1'");
     EXPECT_EQ(problem("aov", "all"), "");
-    EXPECT_EQ(s.aovs.size() + 2, known_aovs().size()) << "all but two for debugging";
+    EXPECT_EQ(s.aovs.size() + 4, known_aovs().size()) << "all but two for debugging and two of the denoiser";
     EXPECT_TRUE(problem("aov", "depht").starts_with("has no layer 'depht'; known layers are: none, all, emission"));
     EXPECT_EQ(s.samples, 16) << "unchanged";
 

@@ -91,5 +91,28 @@ TEST(DirectionalAlbedo, TableInterpolatesWithinTolerance) {
     }
 }
 
+TEST(SheenAlbedo, TableInterpolatesWithinTolerance) {
+    const Image table = build_albedo_table(true), without = build_albedo_table();
+    ASSERT_EQ(table.height, 2 * shared::kAlbedoTableSize);
+    EXPECT_TRUE(std::equal(without.pixels.begin(), without.pixels.end(), table.pixels.begin()));
+    std::mt19937 random(6);
+    const auto uniform = [&] { return static_cast<double>(random()) * 0x1p-32; };
+    for (int k = 0; k < 2000; ++k) {
+        const double mu = std::pow(uniform(), 2);
+        const double roughness = glm::mix<double>(shared::kLeastSheenRoughness, 1, std::pow(uniform(), 2));
+        const vec2 at = shared::sheen_coordinates(static_cast<float>(mu), static_cast<float>(roughness)) *
+                        static_cast<float>(shared::kAlbedoTableSize - 1);
+        const ivec2 cell = glm::clamp(ivec2(at), 0, shared::kAlbedoTableSize - 2);
+        const dvec2 f = dvec2(at) - dvec2(cell);
+        const auto texel = [&](int x, int y) -> double {
+            return table.at(cell.x + x, shared::kAlbedoTableSize + cell.y + y)[0];
+        };
+        const double found =
+            glm::mix(glm::mix(texel(0, 0), texel(1, 0), f.x), glm::mix(texel(0, 1), texel(1, 1), f.x), f.y);
+        const double exact = sheen_albedo(mu, roughness, 48);
+        EXPECT_NEAR(found, exact, 1e-3 * std::max(exact, 1.0)) << mu << ' ' << roughness;
+    }
+}
+
 }  // namespace
 }  // namespace halflight

@@ -149,7 +149,7 @@ TEST(DisplayImage, EveryViewIsFinite) {
         EXPECT_FALSE(description(view).empty());
         EXPECT_EQ(required_aovs(layer_view), view == kFinal ? std::vector<std::string>{} : aovs);
         const bool scaled = view == kError || view == "variance" || view == "depth" || view == "samples" ||
-                            view == "nodes" || view == "culling";
+                            view == "nodes" || view == "culling" || view == "denoiser";
         ASSERT_EQ(shown.scale.has_value(), scaled);
         EXPECT_TRUE(!scaled || (shown.scale->top > 0 && !shown.scale->unit.empty()));
     }

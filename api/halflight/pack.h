@@ -1,0 +1,27 @@
+// Conversion of scenes that are larger than memory to page files.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "api/halflight/log.h"
+#include "engine/paging/page_file.h"
+
+namespace halflight {
+
+struct PackOptions {
+    bool allow_outside = false;                    // lets the scene name files outside its folder
+    std::function<void(double share)> progress{};  // called with the share of the work done; may throw to stop
+};
+
+/// Converts a scene at rest to a page file, within the memory budget (MemoryLedger::process()). The scene is a glTF
+/// file or a list of such files, NAME.parts.json. The log gets the warnings of the loader. The file is written
+/// completely or not at all. Throws Error that names file and element:
+///   - what loading throws,
+///   - geometry that animations move or deform,
+///   - textures, or a mesh, for which the memory budget has too little left,
+///   - a full disk.
+paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
+                                 const PackOptions& options = {}, const Log& log = {});
+
+}  // namespace halflight

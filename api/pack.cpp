@@ -1,0 +1,55 @@
+#include "api/halflight/pack.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "api/halflight/loaded_scene.h"
+#include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
+#include "engine/io/gltf/parts.h"
+#include "engine/paging/convert.h"
+
+namespace halflight {
+namespace {
+
+/// Throws Error for a file whose animations move geometry.
+void check_animations(const std::filesystem::path& path, GltfScene& file) {
+    std::vector<std::size_t> playing(file.animations().size());
+    std::iota(playing.begin(), playing.end(), std::size_t{0});
+    if (file.surfaces_move(playing))
+        throw Error(path.string(), "has animations that move more than cameras, which page files cannot hold");
+}
+
+}  // namespace
+
+paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
+                                 const PackOptions& options, const Log& log) {
+    SceneChoice choice;
+    choice.allow_outside = options.allow_outside;
+    const GltfOptions gltf = gltf_options(choice);
+    std::vector<GltfScene> parts;
+    for (const std::filesystem::path& path : scene_parts(scene, gltf))
+        check_animations(path, parts.emplace_back(path, gltf));
+    const SceneSize size = size_of_parts(parts);
+    MemoryLedger& ledger = MemoryLedger::process();
+    // The largest mesh is held as read, as placed, and in the copies that reading makes.
+    const std::size_t contents = size.texture_bytes + 2 * size.instance_bytes, mesh = 4 * size.largest_mesh;
+    ledger.check(contents + std::max(size.decoding_bytes, mesh + paging::kLeastConvertBytes), scene.string(),
+                 fmt::format("textures and instances {}, largest mesh {}, conversion at least {}",
+                             text_of_bytes(contents), text_of_bytes(mesh), text_of_bytes(paging::kLeastConvertBytes)));
+    const MemoryLedger::Entry memory(ledger, MemoryPart::scene, contents + mesh);
+    const std::unique_ptr<MeshSource> source = open_parts(scene, gltf);
+
+    constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // more makes conversions no faster
+    paging::ConvertOptions convert;
+    convert.memory = std::clamp(ledger.free() / 2, paging::kLeastConvertBytes, kMostBytes);
+    convert.expected_triangles = size.drawn;
+    convert.scene = identity_of(parts);
+    parts.clear();
+    convert.progress = options.progress;
+    const paging::PageFileSizes sizes = paging::convert(*source, output, convert);
+    for (const std::string& warning : source->scene().report.warnings) log.warn("{}", warning);
+    return sizes;
+}
+
+}  // namespace halflight

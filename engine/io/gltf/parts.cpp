@@ -1,0 +1,76 @@
+#include "engine/io/gltf/parts.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "engine/core/hash.h"
+#include "engine/io/files.h"
+#include "engine/io/gltf/document.h"
+#include "engine/io/gltf/schema.h"
+#include "engine/io/gltf/uri.h"
+
+namespace halflight {
+
+std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path, const GltfOptions& options) {
+    if (!path.filename().string().ends_with(".parts.json")) return {path};
+    GltfDocument list;  // finds the files as it finds those of a scene
+    list.file = path.string();
+    list.folder = path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
+    list.options = options;
+    constexpr std::uint64_t kMostBytes = 1u << 24;
+    const nlohmann::json root = parse_gltf_json(read_file(path, kMostBytes), list.file);
+    const auto parts = root.is_object() ? root.find("parts") : root.end();
+    if (parts == root.end() || !parts->is_array() || parts->empty()) throw Error(list.file, "has no list of parts");
+    std::vector<std::filesystem::path> files;
+    for (std::size_t i = 0; i < parts->size(); ++i) {
+        const std::string element = fmt::format("parts[{}]", i);
+        const nlohmann::json& part = (*parts)[i];
+        const auto uri = part.is_object() ? part.find("uri") : part.end();
+        if (uri == part.end() || !uri->is_string()) list.fail(element, "has no uri");
+        if (uri_scheme(uri->get<std::string>()) == "data") list.fail(element, "its uri is no file");
+        list.open_uri(uri->get<std::string>(), element);
+        files.push_back(list.files.back());
+    }
+    return files;
+}
+
+SceneSize size_of_parts(std::span<GltfScene> parts) {
+    SceneSize all;
+    for (GltfScene& part : parts) {
+        const SceneSize size = part.size();
+        all.texture_bytes += size.texture_bytes;
+        all.instance_bytes += size.instance_bytes;
+        all.decoding_bytes = std::max(all.decoding_bytes, size.decoding_bytes);
+        all.largest_mesh = std::max(all.largest_mesh, size.largest_mesh);
+        all.drawn += size.drawn;
+    }
+    return all;
+}
+
+std::uint64_t identity_of(std::span<const GltfScene> parts) {
+    constexpr std::uint64_t kStart = std::uint64_t{4} << 20, kEnd = std::uint64_t{64} << 10;  // bytes
+    Hash hash;
+    std::string buffer;
+    for (const GltfScene& part : parts) {
+        for (const std::filesystem::path& path : part.files()) {
+            const ByteSource file(path);
+            hash.add(file.size());
+            for (const std::uint64_t count : {std::min(kStart, file.size()), std::min(kEnd, file.size())}) {
+                const std::string_view bytes = file.read(count > kEnd ? 0 : file.size() - count, count, buffer);
+                hash.add_bytes(bytes.data(), bytes.size());
+            }
+        }
+    }
+    return hash.value();
+}
+
+std::unique_ptr<MeshSource> open_parts(const std::filesystem::path& path, const GltfOptions& options) {
+    const std::vector<std::filesystem::path> files = scene_parts(path, options);
+    if (files.size() == 1 && files[0] == path) return std::make_unique<GltfMeshSource>(path, options);
+    std::vector<std::unique_ptr<MeshSource>> parts;
+    for (const std::filesystem::path& file : files) parts.push_back(std::make_unique<GltfMeshSource>(file, options));
+    return std::make_unique<JoinedScenes>(path.string(), std::move(parts));
+}
+
+}  // namespace halflight

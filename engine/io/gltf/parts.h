@@ -1,0 +1,29 @@
+// Scenes in several glTF files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/io/gltf/gltf.h"
+
+namespace halflight {
+
+/// Returns the files of a scene: those that a list "NAME.parts.json" names, {"parts": [{"uri": "NAME.000.glb"}, ...]},
+/// or else the path itself. The files lie in the folder of the list unless `options` allows others. Throws Error for a
+/// list that is unreadable or malformed.
+std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path, const GltfOptions& options = {});
+
+/// Returns the sizes of all files together, without geometry but for the largest mesh and the triangles drawn.
+SceneSize size_of_parts(std::span<GltfScene> parts);
+
+/// Returns a number that changes with a file of a scene: a hash of sizes, starts and ends of its files and their
+/// buffers. It does not depend on names, nor on images.
+std::uint64_t identity_of(std::span<const GltfScene> parts);
+
+/// Opens the scene of such files for reading mesh by mesh.
+std::unique_ptr<MeshSource> open_parts(const std::filesystem::path& path, const GltfOptions& options = {});
+
+}  // namespace halflight

@@ -1,0 +1,102 @@
+// Page files: pages and table rows of a scene that is larger than memory. No OpenGL is used.
+//
+//   header   64 bytes: magic, version, places and checksums
+//   blocks   table rows of kTrianglesPerBlock consecutive triangles each, and pages, in any order
+//   index    PageIndex, and the sizes and places of blocks
+//
+// Blocks and index are Zstandard frames with checksums. Numbers are little-endian. The header is written last.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/io/files.h"
+#include "engine/paging/pages.h"
+
+namespace halflight::paging {
+
+inline constexpr std::uint32_t kPageFileVersion = 1;
+/// Triangles per block of table rows. The rows of a triangle are one read of about 64 KiB before compression.
+inline constexpr std::uint32_t kTrianglesPerBlock = 512;
+
+/// Table rows of consecutive triangles, and of the vertices that they use. A vertex is in all blocks that use it.
+struct TableBlock {
+    std::vector<uvec4> triangles;                       // TraceTables::triangles
+    std::vector<std::array<std::uint16_t, 3>> corners;  // per triangle, places in the arrays below
+    std::vector<vec3> positions;                        // TraceTables::positions
+    std::vector<vec4> attributes;                       // ShadingTables::vertices
+    std::size_t bytes() const;                          ///< Returns the bytes of the arrays.
+};
+
+/// Returns a block or page as it is stored. Thread-safe.
+std::string encode(const TableBlock& block);
+std::string encode(const Page& page);
+
+/// Sizes of a page file.
+struct PageFileSizes {
+    std::uint64_t file = 0;    // bytes of the file
+    std::uint64_t pages = 0;   // bytes of all pages
+    std::uint64_t tables = 0;  // bytes of all table rows
+    std::uint64_t index = 0;   // bytes of the index
+};
+
+/// Writes a page file in one pass.
+class PageFileWriter {
+  public:
+    /// Opens an empty file, which write_unnamed() has made. Errors name `subject`.
+    PageFileWriter(const std::filesystem::path& temporary, std::string subject);
+    /// Appends the encoded block of the next kTrianglesPerBlock triangles; the last block may have fewer.
+    void add_block(std::string_view encoded);
+    /// Appends the next page. `size` is its size before encoding.
+    void add_page(std::string_view encoded, const PageIndex::Size& size);
+    /// Returns the number of pages so far.
+    std::uint32_t pages() const { return static_cast<std::uint32_t>(page_sizes_.size()); }
+    /// Writes index and header. PageIndex::pages are filled in. Throws the error of an earlier failure again.
+    PageFileSizes finish(PageIndex index);
+
+  private:
+    struct Place {
+        std::uint64_t offset;  // bytes from the start of the file
+        std::uint64_t bytes;
+    };
+    Place append(std::string_view bytes);
+
+    std::string subject_;
+    CheckedFile file_;
+    std::uint64_t end_;
+    std::vector<Place> blocks_, pages_;
+    std::vector<PageIndex::Size> page_sizes_;
+};
+
+/// Returns whether a file starts like a page file of any version. Throws Error where it cannot be read.
+bool is_page_file(const std::filesystem::path& path);
+
+/// A page file, opened for reading. It stays open, so another file may take its name. Damage is detected when the part
+/// is read, and is an Error that names the file.
+class PageFile final : public PageSource {
+  public:
+    /// Reads the index. `cache_bytes` is the limit of the cache of table rows. Throws Error for files that are missing,
+    /// truncated, damaged, of another kind or of another version.
+    explicit PageFile(const std::filesystem::path& path, std::size_t cache_bytes = kCacheBytes);
+    PageFile(PageFile&&) noexcept;
+    ~PageFile() override;
+    static constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+
+    const PageIndex& index() const override;
+    Page read(std::uint32_t page) const override;
+    void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override;
+    PageFileSizes sizes() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace halflight::paging

@@ -1,0 +1,29 @@
+// Statistics of scenes that are loaded in pages. No OpenGL is used.
+#pragma once
+
+#include <cstdint>
+
+namespace halflight::paging {
+
+/// Counts since construction or reset.
+struct PageTraffic {
+    std::uint64_t loaded = 0;   // pages read and uploaded
+    std::uint64_t revived = 0;  // pages that were still in their slot
+    std::uint64_t evicted = 0;
+    std::uint64_t bytes = 0;  // bytes uploaded
+    double seconds = 0;       // seconds of reading and uploading
+};
+
+/// Counts since construction or reset.
+struct PagingStatistics {
+    PageTraffic traffic;
+    std::uint32_t slots = 0;  // pages that fit into the pool
+    std::uint32_t pages = 0;  // pages of the scene
+    std::uint64_t batches = 0;
+    std::uint64_t rounds = 0;   // dispatches of the tracing kernel
+    std::uint64_t again = 0;    // rays traced again
+    std::uint64_t sweeps = 0;   // batches that needed a sweep
+    std::uint64_t windows = 0;  // portions of all sweeps
+};
+
+}  // namespace halflight::paging

@@ -1,0 +1,169 @@
+#include "engine/paging/pages.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+
+#include "engine/rays/bvh.h"
+#include "engine/rays/page_node.h"
+#include "engine/rays/pair_texels.h"
+#include "shaders/shared/bvh.h"
+
+namespace halflight::paging {
+namespace {
+
+using rays::Bvh;
+using rays::BvhChild;
+using rays::BvhNode;
+using shared::kBvhTag;
+
+/// Content of a subtree.
+struct Subtree {
+    std::uint32_t nodes = 0;
+    std::uint32_t pairs = 0;
+};
+
+/// Cuts a hierarchy into pages.
+class Cutter {
+  public:
+    Cutter(const Bvh& bvh, std::span<const rays::TrianglePair> pairs, std::span<const rays::Ring> rings,
+           std::span<const std::uint32_t> ids, std::span<const bool> alpha, const PageLimits& limits)
+        : bvh_(bvh), pairs_(pairs), rings_(rings), ids_(ids), alpha_(alpha), limits_(limits) {}
+
+    PageSet cut() {
+        set_.stack_entries = std::max(bvh_.stack_entries, 1u);
+        if (bvh_.nodes.empty()) return std::move(set_);
+        measure();
+        Bounds all;
+        for (const BvhChild& child : bvh_.nodes.front().children) all.add(child.bounds);
+        descend(0, all);
+        return std::move(set_);
+    }
+
+  private:
+    /// Sets the content of each node's subtree. Nodes come depth first, so children have higher indices.
+    void measure() {
+        content_.resize(bvh_.nodes.size());
+        for (std::size_t i = bvh_.nodes.size(); i-- > 0;) {
+            Subtree s{1, 0};
+            for (const BvhChild& child : bvh_.nodes[i].children) {
+                if (child.bounds.empty()) continue;
+                s.pairs += child.leaf() ? child.count : content_[child.first].pairs;
+                s.nodes += child.leaf() ? 0 : content_[child.first].nodes;
+            }
+            content_[i] = s;
+        }
+    }
+
+    bool fits(const Subtree& s, std::size_t nodes, std::size_t pairs) const {
+        return s.nodes + nodes <= limits_.nodes && s.pairs + pairs <= limits_.pairs;
+    }
+
+    /// Puts the largest subtrees that fit into pages, depth first.
+    void descend(std::uint32_t node, const Bounds& bounds) {
+        if (fits(content_[node], 0, 0)) {
+            add(node, bounds);
+            return;
+        }
+        for (const BvhChild& child : bvh_.nodes[node].children) {
+            if (child.bounds.empty()) continue;
+            if (child.leaf())
+                add_leaf(child);
+            else
+                descend(child.first, child.bounds);
+        }
+    }
+
+    /// Returns the page that takes such a subtree: the last one, or a new one.
+    Page& page_for(const Subtree& s, const Bounds& bounds) {
+        if (set_.pages.empty() || !fits(s, set_.pages.back().nodes.size() / shared::kBvhPageTexels,
+                                        set_.pages.back().pairs.size() / shared::kBvhPairTexels)) {
+            set_.pages.emplace_back();
+        }
+        Page& page = set_.pages.back();
+        set_.roots.push_back({bounds, static_cast<std::uint32_t>(set_.pages.size() - 1),
+                              static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels)});
+        return page;
+    }
+
+    void add(std::uint32_t node, const Bounds& bounds) {
+        Page& page = page_for(content_[node], bounds);
+        // Nodes of a subtree are consecutive, so their references shift by a constant.
+        const auto shift = static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels) - node;
+        for (std::uint32_t i = node; i < node + content_[node].nodes; ++i) {
+            std::array<std::uint32_t, 4> references{};
+            for (std::size_t k = 0; k < 4; ++k) {
+                const BvhChild& child = bvh_.nodes[i].children[k];
+                references[k] = child.bounds.empty() ? shared::kBvhNoChild
+                                : child.leaf()       ? put_pairs(page, child)
+                                                     : kBvhTag | (child.first + shift);
+            }
+            put_node(page, bvh_.nodes[i], references);
+        }
+    }
+
+    /// Adds a leaf whose parent is too large for a page, below a node of its own.
+    void add_leaf(const BvhChild& leaf) {
+        Page& page = page_for({1, leaf.count}, leaf.bounds);
+        BvhNode node;
+        node.children[0] = leaf;
+        const std::uint32_t none = shared::kBvhNoChild;
+        put_node(page, node, {put_pairs(page, leaf), none, none, none});
+    }
+
+    static void put_node(Page& page, const BvhNode& node, const std::array<std::uint32_t, 4>& references) {
+        const rays::PageNode texels = rays::encode_page_node(node, references);
+        page.nodes.insert(page.nodes.end(), texels.begin(), texels.end());
+    }
+
+    std::uint32_t put_pairs(Page& page, const BvhChild& leaf) const {
+        const auto first = static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels);
+        for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+            const std::uint32_t primitive = bvh_.primitives[i];
+            const auto texels = rays::pair_texels(rings_[primitive], pairs_[primitive], [&](std::uint32_t triangle) {
+                return ids_[triangle] | (!alpha_.empty() && alpha_[triangle] ? shared::kBvhAlphaTested : 0u);
+            });
+            page.pairs.insert(page.pairs.end(), texels.begin(), texels.end());
+        }
+        return kBvhTag | shared::kBvhLeaf | (leaf.count << shared::kBvhCountShift) | first;
+    }
+
+    const Bvh& bvh_;
+    std::span<const rays::TrianglePair> pairs_;
+    std::span<const rays::Ring> rings_;
+    std::span<const std::uint32_t> ids_;
+    std::span<const bool> alpha_;
+    const PageLimits& limits_;
+    std::vector<Subtree> content_;
+    PageSet set_;
+};
+
+}  // namespace
+
+TraceTables resident_tables(const PageIndex& index) {
+    TraceTables tables;
+    tables.origin = index.origin;
+    tables.bounds = index.bounds;
+    tables.ranges = index.ranges;
+    tables.slivers = index.slivers;
+    tables.alpha_tested = index.alpha;
+    tables.absent = index.geometry;
+    if (index.triangles == 0) return tables;
+    tables.blocks.push_back({.first_triangle = 0, .triangle_count = index.triangles, .bounds = index.bounds});
+    tables.instances.push_back({.identity = true});
+    return tables;
+}
+
+PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
+                    std::span<const bool> alpha, const PageLimits& limits) {
+    assert(ids.size() == triangles.size() && (alpha.empty() || alpha.size() == triangles.size()));
+    const std::vector<rays::TrianglePair> pairs = rays::pair_triangles(triangles);
+    std::vector<rays::Ring> rings;
+    rings.reserve(pairs.size());
+    for (const rays::TrianglePair& pair : pairs) rings.push_back(rays::ring_of(pair, triangles));
+    const Bvh bvh = rays::build_pair_bvh(rings, rays::Splits::none);
+    return Cutter(bvh, pairs, rings, ids, alpha, limits).cut();
+}
+
+}  // namespace halflight::paging

@@ -1,0 +1,94 @@
+// Pages: parts of a scene's hierarchy that can be loaded one by one, for scenes larger than memory. No OpenGL is used.
+//
+// The triangles of a scene are divided into buckets that fit in memory. Each bucket has a hierarchy, which is cut into
+// subtrees. Consecutive subtrees are the content of a page. The roots of all subtrees are the leaves of a small
+// hierarchy, which stays in memory.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/core/math.h"
+#include "engine/rays/pairs.h"
+#include "engine/tables/tables.h"
+
+namespace halflight::paging {
+
+/// Largest content of a page. A slot of the device's pool has room for it.
+struct PageLimits {
+    std::uint32_t pairs = 4096;
+    std::uint32_t nodes = 1280;
+};
+
+/// A page as kernels read it (shaders/shared/bvh.h, nodes in the page format). References count from the first node and
+/// pair of the page. Ids of triangles are indices into TraceTables::triangles.
+struct Page {
+    std::vector<uvec4> nodes;  // kBvhPageTexels texels per node
+    std::vector<vec4> pairs;   // kBvhPairTexels texels per pair
+};
+
+/// A subtree that is reached from outside its page.
+struct PageRoot {
+    Bounds bounds;           // exact bounds of its triangles
+    std::uint32_t page = 0;  // index of the page
+    std::uint32_t node = 0;  // index of the subtree's root in the page
+};
+
+/// The hierarchy of a bucket.
+struct PageSet {
+    std::vector<Page> pages;
+    std::vector<PageRoot> roots;      // `page` counts from the first page of the bucket, ascending
+    std::uint32_t stack_entries = 0;  // maximum stack of a traversal that starts at a root, entries
+};
+
+/// Builds the pages of a bucket. `ids` has the index of each triangle in TraceTables::triangles, in ascending order.
+/// `alpha` tells for each triangle whether hits need the alpha test; it is empty if none does. Pairs are not split
+/// between leaves. The result is a function of the input. Throws Error where Embree fails.
+PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
+                    std::span<const bool> alpha = {}, const PageLimits& limits = {});
+
+/// The part of a paged scene that stays in memory. Everything is relative to TraceTables::origin.
+struct PageIndex {
+    struct Size {
+        std::uint32_t nodes = 0;
+        std::uint32_t pairs = 0;
+    };
+    PageLimits limits;
+    std::uint64_t scene = 0;          // identity of the scene's files (identity_of() in engine/io/gltf/parts.h)
+    dvec3 origin{0};                  // TraceTables::origin
+    Bounds bounds;                    // bounds of all triangles
+    std::uint32_t triangles = 0;      // number of triangles
+    std::uint64_t vertices = 0;       // number of vertices
+    std::uint32_t vertex_texels = 1;  // texels of a vertex attribute row (shaders/shared/vertex.h)
+    std::uint32_t stack_entries = 0;  // maximum of PageSet::stack_entries
+    bool slivers = false;             // TraceTables::slivers
+    std::vector<Size> pages;          // sizes of the pages
+    std::vector<PageRoot> roots;      // roots of all pages, ascending by page
+    std::vector<MeshRange> ranges;    // TraceTables::ranges
+    AbsentGeometry geometry;          // facts about triangles and vertices
+    bool alpha = false;               // some triangle needs the alpha test
+};
+
+/// Returns the tables of a paged scene, without what is in its pages.
+TraceTables resident_tables(const PageIndex& index);
+
+/// Table rows of triangles, as kernels look them up.
+struct TriangleRows {
+    std::vector<uvec4> triangles;  // TraceTables::triangles
+    std::vector<vec3> positions;   // 3 per triangle, TraceTables::positions
+    std::vector<vec4> attributes;  // 3 * PageIndex::vertex_texels per triangle, ShadingTables::vertices
+};
+
+/// Pages and tables of a scene, in a file or in memory. Reading is thread-safe.
+class PageSource {
+  public:
+    virtual ~PageSource() = default;
+    virtual const PageIndex& index() const = 0;
+    /// Reads a page. Throws Error that names the source where its data is damaged.
+    virtual Page read(std::uint32_t page) const = 0;
+    /// Reads the rows of triangles, which need not be sorted or different. Throws Error like read().
+    virtual void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const = 0;
+};
+
+}  // namespace halflight::paging

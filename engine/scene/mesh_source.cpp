@@ -1,0 +1,61 @@
+#include "engine/scene/mesh_source.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/scene/material_properties.h"
+
+namespace halflight {
+
+void add_report(SceneReport& to, const SceneReport& more) {
+    to.warnings.insert(to.warnings.end(), more.warnings.begin(), more.warnings.end());
+    to.non_finite_triangles_dropped += more.non_finite_triangles_dropped;
+    to.degenerate_triangles_dropped += more.degenerate_triangles_dropped;
+    to.normals_generated += more.normals_generated;
+    to.tangents_generated += more.tangents_generated;
+    to.point_primitives_skipped += more.point_primitives_skipped;
+    to.line_primitives_skipped += more.line_primitives_skipped;
+    to.environment_texels_repaired += more.environment_texels_repaired;
+}
+
+JoinedScenes::JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts) {
+    scene_.name = std::move(name);
+    for (std::unique_ptr<MeshSource>& source : parts) {
+        const Scene& part = source->scene();
+        const auto images = static_cast<int>(scene_.images.size()), meshes = static_cast<int>(scene_.meshes.size());
+        const std::size_t materials = scene_.materials.size();
+        scene_.images.insert(scene_.images.end(), part.images.begin(), part.images.end());
+        for (Material material : part.materials) {
+            for (const MaterialTexture& texture : material_textures())
+                if (TextureRef& t = material.*texture.field) t.image += images;
+            scene_.materials.push_back(std::move(material));
+        }
+        scene_.meshes.insert(scene_.meshes.end(), part.meshes.begin(), part.meshes.end());
+        for (Instance instance : part.instances) {
+            instance.mesh += meshes;
+            scene_.instances.push_back(std::move(instance));
+        }
+        scene_.lights.insert(scene_.lights.end(), part.lights.begin(), part.lights.end());
+        scene_.cameras.insert(scene_.cameras.end(), part.cameras.begin(), part.cameras.end());
+        if (scene_.environment.black()) scene_.environment = part.environment;
+        parts_.push_back({std::move(source), static_cast<std::size_t>(meshes), materials});
+    }
+    update_report();
+}
+
+Mesh JoinedScenes::read(std::size_t mesh) {
+    const auto after = std::ranges::upper_bound(parts_, mesh, {}, &Part::first_mesh);
+    const Part& part = *(after - 1);
+    Mesh result = part.source->read(mesh - part.first_mesh);
+    for (std::uint32_t& material : result.triangle_material)
+        material += static_cast<std::uint32_t>(part.first_material);
+    update_report();
+    return result;
+}
+
+void JoinedScenes::update_report() {
+    scene_.report = {};
+    for (const Part& part : parts_) add_report(scene_.report, part.source->scene().report);
+}
+
+}  // namespace halflight

@@ -1,0 +1,47 @@
+// Scenes whose meshes are read one by one, for geometry that does not fit into memory.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// A scene at rest, without its vertices and triangles.
+class MeshSource {
+  public:
+    virtual ~MeshSource() = default;
+    /// Returns the scene. Its meshes have names only, and may turn out to have no triangles. Instances refer to them.
+    virtual const Scene& scene() const = 0;
+    /// Reads a mesh, which meets the requirements of scene.h. The same mesh can be read again. Throws Error that names
+    /// file and element.
+    virtual Mesh read(std::size_t mesh) = 0;
+};
+
+/// Adds the numbers and warnings of another report.
+void add_report(SceneReport& to, const SceneReport& more);
+
+/// Several scenes as one. Meshes, instances, materials, images, lights and cameras follow each other in the order of
+/// the parts. The environment is the first one that is not black. The report is that of all parts.
+class JoinedScenes final : public MeshSource {
+  public:
+    JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts);
+    const Scene& scene() const override { return scene_; }
+    Mesh read(std::size_t mesh) override;
+
+  private:
+    void update_report();
+
+    struct Part {
+        std::unique_ptr<MeshSource> source;
+        std::size_t first_mesh = 0;
+        std::size_t first_material = 0;
+    };
+    std::vector<Part> parts_;
+    Scene scene_;
+};
+
+}  // namespace halflight

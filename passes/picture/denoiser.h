@@ -1,0 +1,58 @@
+// Joint non-local means with two half buffers, for final pictures (Rousselle, Manzi, Zwicker 2013, Robust Denoising
+// using Feature and Color Information).
+//
+// Direct diffuse, indirect diffuse and glossy light are filtered apart, each divided by its albedo. The weights of one
+// half of the samples filter the other half. Fireflies are spread over their neighbourhood instead of clamped. Where
+// the halves show that the filter is wrong, the picture stays the mean of the samples, to which it converges. Emission
+// and directly visible environment are not filtered.
+#pragma once
+
+#include <array>
+
+#include "passes/picture/accumulate.h"
+
+namespace halflight {
+
+/// Component of light that is filtered apart from the others.
+enum class FilteredLight { direct_diffuse, indirect_diffuse, glossy };
+inline constexpr std::array kFilteredLights = {FilteredLight::direct_diffuse, FilteredLight::indirect_diffuse,
+                                               FilteredLight::glossy};
+
+/// Peak number of bytes per pixel: textures of DenoiserPixels, transients, and the picture with its weights.
+inline constexpr std::size_t kDenoiserPixelBytes = (5 + 2 * kFilteredLights.size() + 12) * sizeof(vec4);
+
+/// Halves of a component, RGBA32F. rgb: light over albedo; a: share of the samples that are in the first half, 0 where
+/// there is nothing to filter. Empty: the picture has no such light.
+struct LightHalves {
+    graph::TextureHandle first, second;
+};
+
+/// RGBA32F textures of the whole picture. Means of surface properties are means over the samples that meet a surface.
+struct DenoiserPixels {
+    graph::TextureHandle mean;            // the picture
+    graph::TextureHandle guide;           // xyz: mean of shading normals; w: mean of ln(depth)
+    graph::TextureHandle reflectance;     // rgb: mean albedo of all lobes
+    graph::TextureHandle diffuse_albedo;  // rgb: albedo by which diffuse light is divided
+    graph::TextureHandle glossy_albedo;   // rgb: albedo by which glossy light is divided
+    std::array<LightHalves, kFilteredLights.size()> light{};
+};
+
+/// Number of a band's samples.
+struct SampleHalves {
+    int all = 0;
+    int first = 0;  // number of samples in the first half
+};
+
+/// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has features
+/// and halves. beauty: mean of the band.
+DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
+                                  graph::TextureHandle beauty, const SampleHalves& samples, const DenoiserPixels& to);
+
+struct DenoisedPicture {
+    graph::TextureHandle picture;  // RGBA32F
+    graph::TextureHandle weights;  // rgb: share of the filtered light, [0,1], by FilteredLight; the rest is the mean
+};
+/// Returns the denoised picture. Pixels without reflected light equal the mean, bit for bit.
+DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels);
+
+}  // namespace halflight

@@ -1,0 +1,46 @@
+// Replaces the light of one component: fireflies are spread, and filtered light is blended in as far as it is expected to
+// be nearer to the truth.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+uniform sampler2D first;
+uniform sampler2D second;
+uniform sampler2D calm_first;  // halves without fireflies
+uniform sampler2D calm_second;
+uniform sampler2D filtered_first;
+uniform sampler2D filtered_second;
+uniform sampler2D spread;  // rgb: light of fireflies, spread
+uniform sampler2D errors;  // rg: terms of the best share of filtered light, averaged
+uniform sampler2D albedo;
+uniform sampler2D picture_before;
+#ifdef HALFLIGHT_WEIGHTS_BEFORE
+uniform sampler2D weights_before;
+#endif
+layout(rgba32f) writeonly uniform image2D picture;
+layout(rgba32f) writeonly uniform image2D weights;
+
+uniform int component;  // channel of the component in `weights`
+
+#include "shaders/lib/finite.glsl"
+#include "shaders/lib/halves.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, imageSize(picture)))) return;
+    vec4 one = texelFetch(first, pixel, 0);
+    vec4 before = texelFetch(picture_before, pixel, 0);
+    vec4 shares = vec4(0.0, 0.0, 0.0, 1.0);
+#ifdef HALFLIGHT_WEIGHTS_BEFORE
+    shares = texelFetch(weights_before, pixel, 0);
+#endif
+    float share = one.a > 0.0 ? best_share(texelFetch(errors, pixel, 0).rg) : 0.0;
+    vec3 mean = mean_of(one, texelFetch(second, pixel, 0));
+    vec3 calm = mix(texelFetch(calm_second, pixel, 0).rgb, texelFetch(calm_first, pixel, 0).rgb, one.a);
+    vec3 filtered = mix(texelFetch(filtered_second, pixel, 0).rgb, texelFetch(filtered_first, pixel, 0).rgb, one.a);
+    vec3 change = calm - mean + texelFetch(spread, pixel, 0).rgb + share * (filtered - calm);
+    // Where nothing is changed, the sum adds nothing: the mean stays as it is, bit for bit.
+    vec3 made = max(before.rgb + texelFetch(albedo, pixel, 0).rgb * change, vec3(0.0));
+    bool good = one.a > 0.0 && all_finite(made);
+    shares[component] = good ? share : 0.0;
+    imageStore(picture, pixel, vec4(good ? made : before.rgb, before.a));
+    imageStore(weights, pixel, shares);
+}

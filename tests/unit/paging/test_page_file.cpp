@@ -1,0 +1,284 @@
+// Tests page files: round trips, damaged, truncated, foreign and replaced files.
+#include "engine/paging/page_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <thread>
+
+#include "shaders/shared/bvh.h"
+#include "tests/support/error_message.h"
+#include "tests/unit/paging/scene_meshes.h"
+#include "tools/common/temporary_folder.h"
+
+namespace halflight::paging {
+namespace {
+
+using test::same_bytes;
+
+/// Content of a page file.
+struct Content {
+    PageIndex index;
+    std::vector<Page> pages;
+    std::vector<TableBlock> blocks;
+};
+
+/// Returns content without meaning, whose rows and pages can be told apart.
+Content content_of(std::uint32_t triangles, std::uint32_t pages) {
+    std::mt19937 random(1);
+    const auto number = [&] { return static_cast<float>(random()); };
+    Content content;
+    PageIndex& index = content.index;
+    index.origin = dvec3(1e7, -2, 0.1);
+    index.bounds.add(vec3(-1)), index.bounds.add(vec3(2));
+    index.triangles = triangles;
+    index.vertices = triangles > 0 ? triangles + 2 : 0;
+    index.vertex_texels = 2;
+    index.stack_entries = 17;
+    index.slivers = true;
+    MeshRange range;
+    range.merged = true;
+    range.vertex_count = triangles + 2;
+    range.triangle_count = triangles;
+    if (triangles > 0) index.ranges.push_back(range);
+    for (std::uint32_t first = 0; first < triangles; first += kTrianglesPerBlock) {
+        TableBlock block;
+        const std::uint32_t count = std::min(kTrianglesPerBlock, triangles - first);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            block.triangles.emplace_back(first + i, first + i + 1, first + i + 2, random());
+            const auto corner = static_cast<std::uint16_t>(i);
+            block.corners.push_back(
+                {corner, static_cast<std::uint16_t>(corner + 1), static_cast<std::uint16_t>(corner + 2)});
+        }
+        for (std::uint32_t i = 0; i < count + 2; ++i) {
+            block.positions.emplace_back(number(), number(), number());
+            for (int k = 0; k < 2; ++k) block.attributes.emplace_back(number(), number(), number(), number());
+        }
+        content.blocks.push_back(std::move(block));
+    }
+    for (std::uint32_t p = 0; p < pages; ++p) {
+        Page page;
+        page.nodes.resize((p % 5 + 1) * shared::kBvhPageTexels);
+        page.pairs.resize((p % 7 + 1) * shared::kBvhPairTexels);
+        for (uvec4& texel : page.nodes) texel = uvec4(random(), random(), random(), random());
+        for (vec4& texel : page.pairs) texel = vec4(number(), number(), number(), number());
+        index.roots.push_back({index.bounds, p, p % 5});
+        content.pages.push_back(std::move(page));
+    }
+    return content;
+}
+
+void write(const Content& content, const std::filesystem::path& path) {
+    write_unnamed(path, [&](const auto& temporary) {
+        PageFileWriter writer(temporary, path.string());
+        for (std::size_t i = 0; i < std::max(content.blocks.size(), content.pages.size()); ++i) {
+            if (i < content.blocks.size()) writer.add_block(encode(content.blocks[i]));
+            if (i >= content.pages.size()) continue;
+            const Page& page = content.pages[i];
+            writer.add_page(encode(page), {static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels),
+                                           static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels)});
+        }
+        writer.finish(content.index);
+    });
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+    return read_file(path, 1u << 30);
+}
+
+/// Reads everything in a file.
+void read_all(const PageFile& file) {
+    for (std::uint32_t p = 0; p < file.index().pages.size(); ++p) file.read(p);
+    TriangleRows rows;
+    file.read_rows(test::all_triangles(file.index().triangles), rows);
+}
+
+class PageFiles : public testing::Test {
+  protected:
+    std::filesystem::path path() const { return folder / "scene.pages"; }
+    TemporaryFolder folder;
+};
+
+TEST_F(PageFiles, ReturnWhatWasWritten) {
+    for (const std::uint32_t triangles : {0u, 1u, 512u, 513u, 3000u}) {
+        const Content content = content_of(triangles, triangles / 50);
+        write(content, path());
+        const PageFile file(path(), 1 << 14);  // a cache of less than a block
+        const PageIndex& index = file.index();
+        EXPECT_EQ(index.origin, content.index.origin);
+        EXPECT_EQ(index.bounds.lower, content.index.bounds.lower);
+        EXPECT_EQ(index.bounds.upper, content.index.bounds.upper);
+        EXPECT_EQ(index.triangles, triangles);
+        EXPECT_EQ(index.vertices, content.index.vertices);
+        EXPECT_EQ(index.vertex_texels, 2u);
+        EXPECT_EQ(index.stack_entries, 17u);
+        EXPECT_TRUE(index.slivers);
+        EXPECT_EQ(index.ranges, content.index.ranges);
+        EXPECT_TRUE(same_bytes(index.roots, content.index.roots));
+        ASSERT_EQ(index.pages.size(), content.pages.size());
+        for (std::uint32_t p = 0; p < content.pages.size(); ++p) {
+            EXPECT_EQ(index.pages[p].nodes * shared::kBvhPageTexels, content.pages[p].nodes.size());
+            const Page page = file.read(p);
+            EXPECT_TRUE(same_bytes(page.nodes, content.pages[p].nodes)) << p;
+            EXPECT_TRUE(same_bytes(page.pairs, content.pages[p].pairs)) << p;
+        }
+        // Rows in any order, some more than once, by several threads.
+        const auto read_some = [&](unsigned seed) {
+            std::mt19937 random(seed);
+            std::vector<std::uint32_t> wanted(triangles > 0 ? 700 : 0);
+            for (std::uint32_t& t : wanted) t = static_cast<std::uint32_t>(random() % triangles);
+            TriangleRows rows;
+            file.read_rows(wanted, rows);
+            ASSERT_EQ(rows.triangles.size(), wanted.size());
+            for (std::size_t i = 0; i < wanted.size(); ++i) {
+                const TableBlock& block = content.blocks[wanted[i] / kTrianglesPerBlock];
+                const std::size_t row = wanted[i] % kTrianglesPerBlock;
+                ASSERT_EQ(rows.triangles[i], block.triangles[row]);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    ASSERT_EQ(rows.positions[3 * i + k], block.positions[block.corners[row][k]]);
+                    for (std::size_t x = 0; x < 2; ++x)
+                        ASSERT_EQ(rows.attributes[6 * i + 2 * k + x], block.attributes[2 * block.corners[row][k] + x]);
+                }
+            }
+        };
+        std::vector<std::thread> threads;
+        for (unsigned seed = 0; seed < 4; ++seed) threads.emplace_back(read_some, seed);
+        for (std::thread& thread : threads) thread.join();
+        EXPECT_EQ(file.sizes().file, std::filesystem::file_size(path()));
+        EXPECT_EQ(file.sizes().file, 64 + file.sizes().pages + file.sizes().tables + file.sizes().index);
+    }
+}
+
+TEST_F(PageFiles, EveryFlippedBitIsDetectedOrHarmless) {
+    const Content content = content_of(700, 10);
+    write(content, path());
+    const std::string whole = bytes_of(path());
+    std::mt19937 random(7);
+    int detected = 0;
+    constexpr int kRuns = 1000;
+    for (int run = 0; run < kRuns; ++run) {
+        std::string bytes = whole;
+        // The header and the index get half of the flips.
+        const std::size_t index = whole.size() - PageFile(path()).sizes().index;
+        const std::size_t at = run % 4 == 0   ? random() % 64
+                               : run % 4 == 1 ? index + random() % (whole.size() - index)
+                                              : random() % whole.size();
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << random() % 8));
+        std::ofstream(folder / "bad.pages", std::ios::binary) << bytes;  // write_file() would wait for the disk
+        const std::string message = error_message([&] {
+            const PageFile file(folder / "bad.pages");
+            read_all(file);
+            // Zstandard ignores some bits; what it returns has the right checksum.
+            for (std::uint32_t p = 0; p < content.pages.size(); ++p)
+                ASSERT_TRUE(same_bytes(file.read(p).pairs, content.pages[p].pairs));
+        });
+        detected += !message.empty();
+        if (message.empty()) continue;
+        EXPECT_TRUE(message.starts_with((folder / "bad.pages").string() + ": ")) << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos);
+    }
+    EXPECT_GT(detected, kRuns * 95 / 100);
+}
+
+TEST_F(PageFiles, TruncatedFilesAreRefused) {
+    write(content_of(700, 10), path());
+    const std::string whole = bytes_of(path());
+    const std::filesystem::path bad = folder / "bad.pages";
+    for (std::size_t size = 0; size < whole.size(); size += 1 + size / 8) {
+        write_file(bad, whole.substr(0, size));
+        const std::string message = error_message([&] { PageFile{bad}; });
+        EXPECT_TRUE(message.find(size == 0 ? "is not a page file" : "truncated page file") != std::string::npos)
+            << size << ": " << message;
+    }
+    write_file(bad, whole + "x");
+    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("damaged"), std::string::npos);
+    // A file of which some pages never reached the disk has zeros in their place.
+    std::string holes = whole;
+    std::fill_n(holes.begin() + 64, 2000, '\0');
+    write_file(bad, holes);
+    EXPECT_NE(error_message([&] { read_all(PageFile(bad)); }).find("is damaged"), std::string::npos);
+}
+
+TEST_F(PageFiles, ForeignFilesAndOtherVersionsAreNamed) {
+    const std::filesystem::path bad = folder / "bad.pages";
+    EXPECT_EQ(error_message([&] { PageFile{bad}; }), bad.string() + ": cannot read: No such file or directory");
+    EXPECT_EQ(error_message([&] { PageFile{folder.path}; }), folder.path.string() + ": cannot read: Is a directory");
+    write_file(bad, std::string(1000, 'x'));
+    EXPECT_EQ(error_message([&] { PageFile{bad}; }), bad.string() + ": is not a page file");
+    EXPECT_FALSE(is_page_file(bad));
+    write(content_of(10, 1), path());
+    EXPECT_TRUE(is_page_file(path()));
+    std::string bytes = bytes_of(path());
+    bytes[8] = 9;
+    write_file(bad, bytes);
+    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 1 is needed"),
+              std::string::npos);
+    EXPECT_TRUE(is_page_file(bad));
+}
+
+TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
+    const auto message = [&](const std::function<void(Content&)>& change) {
+        Content content = content_of(700, 10);
+        change(content);
+        write(content, path());
+        return error_message([&] { read_all(PageFile(path())); });
+    };
+    EXPECT_EQ(message([](Content&) {}), "");
+    const std::string damaged = path().string() + ": its index is damaged";
+    EXPECT_EQ(message([](Content& c) { c.index.triangles = 2000; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.roots[3].page = 70; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.roots[3].node = 70; }), damaged);
+    EXPECT_EQ(message([](Content& c) { std::swap(c.index.roots[3], c.index.roots[5]); }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.limits.nodes = 3; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.vertex_texels = 1000; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.ranges[0].first_vertex = 1; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.vertex_texels = 3; }),
+              path().string() + ": block 0 of its table rows is damaged");
+}
+
+TEST_F(PageFiles, ReplacedFilesAreReadOn) {
+    const Content content = content_of(700, 10);
+    write(content, path());
+    const PageFile file(path(), 0);
+    write(content_of(100, 1), path());
+    EXPECT_EQ(PageFile(path()).index().triangles, 100u);
+    read_all(file);
+    EXPECT_TRUE(same_bytes(file.read(9).pairs, content.pages[9].pairs));
+    // A file that is overwritten in its place is an error.
+    const PageFile overwritten(path(), 0);
+    std::ofstream(path(), std::ios::in | std::ios::out).write("xyz", 3);
+    std::filesystem::last_write_time(path(), std::filesystem::last_write_time(path()) + std::chrono::seconds(1));
+    EXPECT_NE(error_message([&] { read_all(overwritten); }).find("was changed while it was read"), std::string::npos);
+    // So is one that is cut.
+    write(content, path());
+    const PageFile cut(path(), 0);
+    std::filesystem::resize_file(path(), 100);
+    EXPECT_NE(error_message([&] { read_all(cut); }).find("cannot read"), std::string::npos);
+}
+
+TEST_F(PageFiles, FullDisksLeaveNothing) {
+    const Content content = content_of(700, 10);
+    write_file(path(), "old");
+    // A limit on file sizes makes a write fail in the middle, like a full disk.
+    rlimit whole{};
+    getrlimit(RLIMIT_FSIZE, &whole);
+    for (const rlim_t room : {rlim_t{0}, rlim_t{100}, rlim_t{20000}}) {
+        const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit tight{room, whole.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &tight);
+        const std::string message = error_message([&] { write(content, path()); });
+        setrlimit(RLIMIT_FSIZE, &whole);
+        std::signal(SIGXFSZ, ignored);
+        EXPECT_EQ(message, path().string() + ": cannot write: File too large") << room;
+        EXPECT_EQ(folder.entries(), std::vector<std::string>{"scene.pages"});
+        EXPECT_EQ(bytes_of(path()), "old");
+    }
+}
+
+}  // namespace
+}  // namespace halflight::paging
