@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "api/default_camera.h"
 #include "engine/core/error.h"
 #include "engine/settings/render_settings.h"
 
@@ -31,7 +32,9 @@ std::size_t find_camera(const Scene& scene, const std::string& wanted, const std
 
 }  // namespace
 
-ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
+namespace {
+
+ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c) {
     if (c.look_from) {
         if (!c.look_at) throw Error("camera", "look_from needs look_at");
         return {look_at_camera(*c.look_from, *c.look_at, c.up, glm::radians(c.vertical_fov)), std::nullopt,
@@ -43,14 +46,34 @@ ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
         const Camera& camera = scene.cameras[index];
         return {camera, index, fmt::format("'{}' of the scene", camera.name)};
     }
-    if (scene.cameras.empty())
-        return {framing_camera(scene), std::nullopt, "that frames the scene, which has none of its own"};
+    if (scene.cameras.empty()) {
+        const DefaultCamera made = default_camera(scene, c.aspect > 0 ? c.aspect : kUsualAspect, c.turntable > 0);
+        return {made.camera, std::nullopt,
+                made.inside ? "inside the scene, which is closed and has none of its own"
+                            : "that frames the scene, which has none of its own"};
+    }
     return {scene.cameras[0], 0, fmt::format("'{}', the scene's first", scene.cameras[0].name)};
 }
 
+}  // namespace
+
+ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
+    ChosenCamera chosen = camera_of_choice(scene, c);
+    if (c.turntable == 0) return chosen;
+    const WorldBounds box = world_bounds(scene);
+    if (c.look_from)
+        chosen.pivot = *c.look_at;
+    else if (c.pose)
+        chosen.pivot = c.pose->at;
+    else if ((scene.cameras.empty() && chosen.camera.name == kInsideCamera) || box.empty())
+        chosen.pivot = dvec3(chosen.camera.camera_to_world[3]);
+    else
+        chosen.pivot = 0.5 * box.lower + 0.5 * box.upper;
+    return chosen;
+}
+
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera) {
-    constexpr double kDefaultAspect = 16.0 / 9.0;
-    const double aspect = camera.aspect > 0 ? camera.aspect : kDefaultAspect;
+    const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
     const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };
     if (width) return {*width, height ? *height : pixels(*width / aspect)};
     if (height) return {pixels(*height * aspect), *height};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "api/default_camera.h"
 #include "engine/scene/light_types.h"
 
 namespace halflight {
@@ -156,7 +157,6 @@ dvec3 cosine_direction(const dvec3& normal, Random& random) {
 
 /// Returns a ray through a point of the picture, x and y in [0,1].
 std::pair<dvec3, dvec3> camera_ray(const Camera& camera, double x, double y) {
-    constexpr double kUsualAspect = 16.0 / 9;
     const dmat4& m = camera.camera_to_world;
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
@@ -205,7 +205,7 @@ bool needs_sky(const Scene& scene) {
     if (!has_light(scene)) return true;
     const rays::SceneProbe probe(scene);
     const std::vector<Camera> cameras =
-        scene.cameras.empty() ? std::vector<Camera>{framing_camera(scene)} : scene.cameras;
+        scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect).camera} : scene.cameras;
     const LightShares shares = light_shares(scene, probe, cameras);
     return shares.lit < kLitShare && shares.sky_lit >= kSkyShare;
 }

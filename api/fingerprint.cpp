@@ -55,6 +55,7 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
     } else {
         print.text(optional_text(chosen.index));
     }
+    if (a.turntable > 0) print.values("turntable {}", a.turntable);
 }
 
 void add_environment(Fingerprint& print, const SceneChoice& a) {

@@ -261,6 +261,7 @@ struct FrameRenderer::State {
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
     void set_frame(std::uint32_t frame) {
+        scene.frame_for(double(settings.width) / settings.height);
         const FrameRate& rate = scene.frame_rate();
         settings.frame = frame;
         settings.camera = scene.camera(rate.seconds(frame)).camera;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/animation_choice.h"
+#include "api/default_camera.h"
 #include "api/default_light.h"
 #include "api/scene_cache.h"
 #include "engine/core/error.h"
@@ -269,6 +270,15 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
     camera_choice_ = camera;
 }
 
+void LoadedScene::frame_for(double aspect) {
+    const CameraChoice& c = camera_choice_;
+    const double now = c.aspect > 0 ? c.aspect : kUsualAspect;
+    if (!scene_.cameras.empty() || c.look_from || c.pose || aspect == now || freed_) return;
+    pose(0);
+    camera_choice_.aspect = aspect;
+    camera_ = choose_camera(scene_, camera_choice_);
+}
+
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
     file_->pose(scene_, seconds);
@@ -314,6 +324,10 @@ Scene LoadedScene::posed(double seconds) {
 ChosenCamera LoadedScene::camera(double seconds) {
     ChosenCamera chosen = camera_;
     if (chosen.index && !playing_.empty()) chosen.camera = file_->cameras_at(seconds).at(*chosen.index);
+    if (const int frames = camera_choice_.turntable; frames > 0) {
+        const double frame = seconds * frame_rate_.numerator / frame_rate_.denominator;
+        chosen.camera = turned(chosen.camera, chosen.pivot, 2 * kPi * frame / frames);
+    }
     return chosen;
 }
 

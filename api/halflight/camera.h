@@ -11,7 +11,7 @@
 namespace halflight {
 
 /// Selects a camera. The first member that is set decides, in this order: look_from, pose, camera. Where none is set,
-/// the scene's first camera is taken; a scene without cameras gets one that frames it.
+/// the scene's first camera is taken; a scene without cameras gets default_camera().
 struct CameraChoice {
     std::optional<std::string> camera{};  // camera of the scene: its name, or its number from 0
     std::optional<dvec3> look_from{};     // position, world, metres; needs look_at
@@ -19,7 +19,9 @@ struct CameraChoice {
     dvec3 up{0, 1, 0};                    // up direction of look_from
     double vertical_fov = 45;             // field of view of look_from, degrees, (0, 180)
     std::optional<CameraPose> pose{};     // camera of a settings file or of the caller
-    std::string source{};                 // settings file that names `camera`, for errors; empty: none
+    double aspect = 0;     // width / height of the picture, for the camera of a scene that has none; 0: 16 / 9
+    int turntable = 0;     // frames in which the camera turns once about the scene's centre, or about look_at; 0: none
+    std::string source{};  // settings file that names `camera`, for errors; empty: none
 };
 
 /// The chosen camera and its source.
@@ -27,6 +29,7 @@ struct ChosenCamera {
     Camera camera;
     std::optional<std::size_t> index;  // number of the scene's camera; none: not a camera of the scene
     std::string origin;                // phrase after "camera": "'nave' of the scene", "of the command line", ...
+    dvec3 pivot{0};                    // point about which a turntable turns the camera, world units
 };
 
 /// Returns the camera of `choice`. Throws Error that lists the scene's cameras where there is none of that name.

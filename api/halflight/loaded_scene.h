@@ -131,6 +131,9 @@ class LoadedScene {
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
     void set_camera(const CameraChoice& camera);
 
+    /// Fits a default camera into pictures of that width / height. Does nothing where another camera was chosen.
+    void frame_for(double aspect);
+
     /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and then leaves
     /// scene() unchanged.
     void pose(double seconds);

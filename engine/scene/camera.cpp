@@ -40,7 +40,7 @@ Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, doubl
     return camera;
 }
 
-Camera framing_camera(const Scene& scene) {
+Camera framing_camera(const Scene& scene, double aspect, bool turns) {
     constexpr double kFov = kPi / 4;
     WorldBounds bounds = world_bounds(scene);
     if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
@@ -51,14 +51,16 @@ Camera framing_camera(const Scene& scene) {
     const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                      std::cos(azimuth) * std::cos(elevation));
     Camera camera = look_at_camera(back, dvec3(0), dvec3(0, 1, 0), kFov);
-    // Finds the nearest position from which all corners lie within the view pyramid of a square picture, with a margin
-    // of a tenth.
+    // Finds the nearest position from which all corners lie within the view pyramid, with a margin of a tenth.
     const double slope = 0.9 * std::tan(kFov / 2);
     double distance = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const dvec3 sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-        const dvec3 p = glm::transpose(dmat3(camera.camera_to_world)) * (sign * half);
-        distance = std::max(distance, p.z + std::max(std::abs(p.x), std::abs(p.y)) / slope);
+    const int angles = turns ? 90 : 1;
+    for (int i = 0; i < 8 * angles; ++i) {
+        const dvec3 corner = half * dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+        const double angle = 2 * kPi * (i / 8) / angles, c = std::cos(angle), s = std::sin(angle);
+        const dvec3 p = glm::transpose(dmat3(camera.camera_to_world)) *
+                        dvec3(c * corner.x + s * corner.z, corner.y, c * corner.z - s * corner.x);
+        distance = std::max(distance, p.z + std::max(std::abs(p.x) / aspect, std::abs(p.y)) / slope);
     }
     if (distance == 0) distance = 1;  // the scene is a single point
     camera.name = "framing";

@@ -144,9 +144,10 @@ bool has_light(const Scene& scene);
 /// white floor has radiance 1. Below the horizon it has the horizon's radiance, 3/7.
 Environment default_sky();
 
-/// Returns a camera that frames world_bounds() from the front, right and above (+Z, +X, +Y). They fit into every
-/// picture that is at least as wide as high. Its vertical field of view is 45 degrees.
-Camera framing_camera(const Scene& scene);
+/// Returns a camera that frames world_bounds() from the front, right and above (+Z, +X, +Y). They fit into a picture of
+/// that aspect, width / height, with a margin of a tenth. With `turns`, they stay in it while the camera turns about
+/// the vertical axis through their centre. Its vertical field of view is 45 degrees.
+Camera framing_camera(const Scene& scene, double aspect = 1, bool turns = false);
 /// Returns a camera at `from` that looks at `at`. `vertical_fov` is in radians. Throws Error if they define no view.
 Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, double vertical_fov);
 

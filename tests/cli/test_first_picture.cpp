@@ -118,7 +118,7 @@ class FirstPicture : public testing::Test {
             for (int x = 0; x < shown.width; ++x)
                 if (depth.at(x, y)[0] < 1e9f) values.push_back(shown.at(x, y)[1]);
         std::ranges::sort(values);
-        ASSERT_GT(values.size(), 300U);
+        ASSERT_GT(values.size(), 700U) << "the scene fills the picture";
         const auto percentile = [&](std::size_t p) { return values[(values.size() - 1) * p / 100]; };
         EXPECT_GT(percentile(50), 0.15f);
         EXPECT_LT(percentile(50), 0.85f);
@@ -191,6 +191,35 @@ TEST_F(FirstPicture, ASequenceHasOneExposure) {
     const auto first = outcome.err.find("by metering");
     EXPECT_NE(first, std::string::npos);
     EXPECT_EQ(outcome.err.find("by metering", first + 1), std::string::npos) << "one note";
+}
+
+TEST_F(FirstPicture, TurntableTurnsOnce) {
+    render(blocks(), {"turn.##.exr"}, {"--turntable", "4", "--reproducible"});
+    std::vector<std::string> frames;
+    for (int frame = 0; frame < 4; ++frame) frames.push_back(read_text(folder / fmt::format("turn.{:02}.exr", frame)));
+    EXPECT_FALSE(std::filesystem::exists(folder / "turn.04.exr"));
+    EXPECT_NE(frames[0], frames[2]);
+    render(blocks(), {"next.##.exr"}, {"--turntable", "4", "--frames", "4", "--seed", "0"});
+    const auto camera = [&](const char* name) { return *read_exr(folder / name).attributes.world_to_camera; };
+    const auto distance = [](const dmat4& a, const dmat4& b) {
+        double most = 0;
+        for (int c = 0; c < 4; ++c) most = std::max(most, glm::length(dvec4(a[c]) - dvec4(b[c])));
+        return most;
+    };
+    EXPECT_LT(distance(dmat4(camera("turn.00.exr")), dmat4(camera("next.04.exr"))), 1e-5) << "a whole turn";
+    EXPECT_GT(distance(dmat4(camera("turn.00.exr")), dmat4(camera("turn.01.exr"))), 1);
+    const auto refused = [&](const Strings& options) {
+        Strings arguments = {"render", folder / "scene.gltf"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 2);
+        return outcome.err;
+    };
+    EXPECT_NE(refused({folder / "a.exr", "--turntable", "4"}).find("has no placeholder"), std::string::npos);
+    EXPECT_NE(refused({folder / "a.#.exr", "--turntable", "0"}).find("--turntable: expects a whole number from 1 to"),
+              std::string::npos);
+    EXPECT_NE(refused({folder / "a.#.exr", "--turntable", "4", "--frame", "1"}).find("--turntable: cannot be given"),
+              std::string::npos);
 }
 
 TEST_F(FirstPicture, PhysicalCamerasReplaceMetering) {

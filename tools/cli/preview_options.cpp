@@ -66,6 +66,7 @@ void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_camera_options(app, a);
     check_environment_options(app);
     use_settings(app, a);
+    if (a.width && a.height) a.aspect = double(*a.width) / *a.height;
     check_preview_options(app, a);
 }
 

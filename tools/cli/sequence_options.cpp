@@ -75,6 +75,10 @@ void add_sequence_options(Options& options, RenderArguments& a) {
     options.path("--movie", "FILE.mp4|.mov",
                  "writes the frames as a movie through the view transform, H.264 or ProRes; needs ffmpeg in PATH",
                  a.movie);
+    options.value("--turntable", "FRAMES",
+                  "turns the camera once about the scene's centre, or about --look-at, in so many frames; --frames is "
+                  "then all of them by default",
+                  [&](const auto& name, const auto& text) { a.turntable = whole(name, text, 1, 1000000); });
     options.flag("--overwrite", a.overwrite,
                  "replaces frames that were made with other settings or from another scene");
     options.value("--part", "I/N", "renders the I-th of N parts of the frames, for use on N machines",
@@ -87,6 +91,7 @@ void add_sequence_options(Options& options, RenderArguments& a) {
 void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     const bool sequence = !a.frames.empty();
     exclude(app, "--frames", "--frame");
+    exclude(app, "--turntable", "--frame");
     exclude(app, "--frames", "--dump-graph");
     if (app.count("--overwrite") > 0 && !sequence) throw UsageError("--overwrite", "needs --frames");
     if (app.count("--part") > 0 && !sequence) throw UsageError("--part", "needs --frames");

@@ -92,6 +92,7 @@ void add_settings_option(Options& options, RenderArguments& a) {
 void take_size_options(const CLI::App& app, ViewArguments& a) {
     if (app.count("--width") > 0) a.width = a.settings.width;
     if (app.count("--height") > 0) a.height = a.settings.height;
+    if (a.width && a.height) a.aspect = double(*a.width) / *a.height;
 }
 
 void use_settings(const CLI::App& app, RenderArguments& a) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/core/error.h"
 #include "renderer/render.h"
@@ -284,6 +285,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     check_command(app);
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
+        if (render.turntable > 0 && render.frames.empty()) {
+            render.frames.resize(static_cast<std::size_t>(render.turntable));
+            std::iota(render.frames.begin(), render.frames.end(), 0u);
+        }
         check_files(render);  // precedes reading: the settings file may be one of the files
         take_size_options(render_app, render);
         if (render.settings_file) use_settings(render_app, render);

@@ -89,11 +89,14 @@ void run_converge(const ConvergeArguments& a) {
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
     set_environment(scene, a.environment, console);
     apply(a.edits, scene);
-    const auto [camera, index, origin] = choose_camera(scene, a);
+    CameraChoice choice = a;
+    if (a.width && a.height) choice.aspect = double(*a.width) / *a.height;
+    const ChosenCamera chosen = choose_camera(scene, choice);
+    const Camera& camera = chosen.camera;
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     Subject subject{.program = "halflight " HALFLIGHT_VERSION,
                     .scene = a.scene.string(),
-                    .camera = origin,
+                    .camera = chosen.origin,
                     .environment = environment_name(scene.environment),
                     .device = {},
                     .view = {size.x, size.y, camera, a.settings.bounces, a.settings.filter},

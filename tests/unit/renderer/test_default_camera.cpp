@@ -1,0 +1,111 @@
+// Tests the camera of scenes that have none, and turntables.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "api/default_camera.h"
+#include "api/halflight/camera.h"
+#include "tests/support/scenes.h"
+
+namespace halflight {
+namespace {
+
+using namespace test;
+
+/// Returns the largest |x| and |y| of the bounds' corners in the picture, where 1 is its edge.
+dvec2 extent(const Scene& scene, const Camera& camera, double aspect) {
+    const WorldBounds box = world_bounds(scene);
+    const dmat4 to_camera = glm::inverse(camera.camera_to_world);
+    const double half = std::tan(camera.vertical_fov / 2);
+    dvec2 most(0);
+    for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 p(corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
+                      corner & 4 ? box.upper.z : box.lower.z);
+        const dvec3 q(to_camera * dvec4(p, 1));
+        EXPECT_LT(q.z, 0);
+        most = glm::max(most, glm::abs(dvec2(q) / -q.z / half) / dvec2(aspect, 1));
+    }
+    return most;
+}
+
+Scene block(const vec3& size) {
+    Scene scene;
+    add_box(scene, add_material(scene, diffuse_material(vec3(0.5f))), -0.5f * size, 0.5f * size);
+    return scene;
+}
+
+/// Returns a closed room of 4 x 3 x 5 m whose faces point inwards, with three blocks on its floor.
+Scene room() {
+    Scene scene;
+    const int grey = add_material(scene, diffuse_material(vec3(0.5f)));
+    add_box(scene, grey, {-2, 0, -2.5f}, {2, 3, 2.5f});
+    for (uvec3& triangle : scene.meshes[0].triangles) std::swap(triangle.x, triangle.y);
+    for (vec3& normal : scene.meshes[0].normals) normal = -normal;
+    for (const float x : {-1.0f, 0.0f, 1.0f}) add_box(scene, grey, {x - 0.2f, 0, -0.2f}, {x + 0.2f, 0.8f, 0.2f});
+    return scene;
+}
+
+TEST(DefaultCamera, FitsTheAspectOfThePicture) {
+    for (const vec3& size : {vec3(1), vec3(4, 1, 1), vec3(1, 5, 1), vec3(3, 0.1f, 3)})
+        for (const double aspect : {0.5, 1.0, 16.0 / 9, 3.0}) {
+            const Scene scene = block(size);
+            const DefaultCamera made = default_camera(scene, aspect);
+            EXPECT_FALSE(made.inside);
+            const dvec2 seen = extent(scene, made.camera, aspect);
+            EXPECT_NEAR(std::max(seen.x, seen.y), 0.9, 1e-6) << "aspect " << aspect;
+        }
+}
+
+TEST(DefaultCamera, StandsInsideClosedRooms) {
+    const Scene scene = room();
+    const DefaultCamera made = default_camera(scene, 16.0 / 9);
+    ASSERT_TRUE(made.inside);
+    const dvec3 at(made.camera.camera_to_world[3]);
+    const WorldBounds box = world_bounds(scene);
+    EXPECT_TRUE(glm::all(glm::greaterThan(at, box.lower)) && glm::all(glm::lessThan(at, box.upper)));
+    EXPECT_EQ(made.camera.camera_to_world, default_camera(scene, 16.0 / 9).camera.camera_to_world);
+    EXPECT_NE(choose_camera(scene, {}).origin.find("inside"), std::string::npos);
+    // It sees a block: some of them lie ahead of it.
+    const dvec3 ahead = -dvec3(made.camera.camera_to_world[2]);
+    EXPECT_GT(std::max(glm::dot(dvec3(-1, 0.4, 0) - at, ahead), glm::dot(dvec3(1, 0.4, 0) - at, ahead)), 0);
+}
+
+TEST(DefaultCamera, StaysOutsideObjectsAndOpenRooms) {
+    EXPECT_FALSE(default_camera(block(vec3(1)), 1).inside) << "a solid block";
+    EXPECT_FALSE(default_camera(cornell_box(), 1).inside) << "one side is open";
+    Scene shell = block(vec3(1));
+    add_box(shell, 0, vec3(-3, -0.5f, -3), vec3(3, -0.4f, 3));
+    EXPECT_FALSE(default_camera(shell, 1).inside);
+    EXPECT_FALSE(default_camera(Scene(), 1).inside);
+}
+
+TEST(Turntable, KeepsTheSceneInThePicture) {
+    const Scene scene = block(vec3(4, 1, 1));
+    CameraChoice choice;
+    choice.aspect = 1;
+    choice.turntable = 24;
+    const ChosenCamera chosen = choose_camera(scene, choice);
+    double most = 0;
+    for (int frame = 0; frame < 24; ++frame) {
+        const dvec2 seen = extent(scene, turned(chosen.camera, chosen.pivot, 2 * kPi * frame / 24), 1);
+        most = std::max({most, seen.x, seen.y});
+    }
+    EXPECT_LE(most, 0.9 + 1e-6);
+    EXPECT_GT(most, 0.85);
+}
+
+TEST(Turntable, TurnsAboutItsPivot) {
+    const Scene scene = block(vec3(1));
+    CameraChoice choice;
+    choice.look_from = dvec3(0, 2, 5), choice.look_at = dvec3(1, 0, 0), choice.turntable = 4;
+    const ChosenCamera chosen = choose_camera(scene, choice);
+    EXPECT_EQ(chosen.pivot, dvec3(1, 0, 0));
+    const Camera quarter = turned(chosen.camera, chosen.pivot, kPi / 2);
+    EXPECT_NEAR(glm::length(dvec3(quarter.camera_to_world[3]) - dvec3(6, 2, 1)), 0, 1e-12);
+    const dvec3 back(quarter.camera_to_world[2]);
+    EXPECT_NEAR(glm::length(back - glm::normalize(dvec3(5, 2, 1))), 0, 1e-12) << "it still looks at the pivot";
+}
+
+}  // namespace
+}  // namespace halflight
