@@ -82,7 +82,7 @@ DefaultCamera default_camera(const Scene& scene, double aspect, bool turns) {
     constexpr int kYaws = 12;
     constexpr std::size_t kCandidates = 48;
     const DefaultCamera outside{framing_camera(scene, aspect, turns)};
-    if (world_bounds(scene).empty()) return outside;
+    if (scene.paged_bounds || world_bounds(scene).empty()) return outside;
     const rays::SceneProbe probe(scene);
     const std::vector<dvec3> points = enclosed_points(probe);
     if (double(points.size()) < kEnclosed * kPoints) return outside;

@@ -19,7 +19,8 @@ inline constexpr double kUsualAspect = 16.0 / 9;  ///< width / height of a pictu
 ///
 /// A scene is a closed interior if most points within its bounds are enclosed: nearly all rays from them meet surfaces,
 /// most of them front faces. Solid objects show their back faces there. The camera inside has a vertical field of view
-/// of 60 degrees and looks horizontally. Among fixed candidates it has the longest view of the most objects.
+/// of 60 degrees and looks horizontally. Among fixed candidates it has the longest view of the most objects. Scenes in
+/// pages are always seen from outside.
 DefaultCamera default_camera(const Scene& scene, double aspect, bool turns = false);
 
 /// Returns a camera turned about the vertical axis through a point; positive angles (radians) turn it to the right as
