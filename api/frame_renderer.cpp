@@ -141,9 +141,10 @@ struct FrameRenderer::State {
             const std::size_t paths =
                 std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
             const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
-            ledger.check(rows, "table rows of hits", text_of_bytes(rows));
-            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - rows) / 2;
-            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + rows};
+            const std::size_t reading = paging::PagePool::reading_bytes(scene.pages()->index().limits);
+            ledger.check(rows + reading, "pages that are read, and table rows of hits", text_of_bytes(rows + reading));
+            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - rows - reading) / 2;
+            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + rows + reading};
         }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);

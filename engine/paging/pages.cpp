@@ -141,6 +141,15 @@ class Cutter {
 
 }  // namespace
 
+rays::Bvh hierarchy_over(std::span<const PageRoot> roots) {
+    std::vector<Bounds> boxes;
+    boxes.reserve(roots.size());
+    for (const PageRoot& root : roots) boxes.push_back(root.bounds);
+    rays::Bvh bvh = rays::build_bvh(boxes);
+    if (bvh.nodes.empty()) bvh.nodes.emplace_back();
+    return bvh;
+}
+
 TraceTables resident_tables(const PageIndex& index) {
     TraceTables tables;
     tables.origin = index.origin;

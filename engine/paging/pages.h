@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
+#include "engine/rays/bvh.h"
 #include "engine/rays/pairs.h"
 #include "engine/tables/tables.h"
 
@@ -69,6 +70,10 @@ struct PageIndex {
     AbsentGeometry geometry;          // facts about triangles and vertices
     bool alpha = false;               // some triangle needs the alpha test
 };
+
+/// Builds the hierarchy over the roots of all pages. Its primitives are the roots. It has a root without children if
+/// there are no pages.
+rays::Bvh hierarchy_over(std::span<const PageRoot> roots);
 
 /// Returns the tables of a paged scene, without what is in its pages.
 TraceTables resident_tables(const PageIndex& index);
