@@ -32,8 +32,10 @@ layout(std430) buffer Wanted { uint rays_that_want[]; };  // per root, number of
 
 uniform usamplerBuffer shown_roots;  // per root, 1: its page is there
 uniform bool again;                  // true: the rays have been traced before
+uniform uint group_stride;           // one work group in so many traces its rays
 
 void main() {
+    if (gl_WorkGroupID.x % group_stride != 0u) return;
     uint path = gl_GlobalInvocationID.x;
 #ifdef HALFLIGHT_LIST
     if (path >= header.count) return;

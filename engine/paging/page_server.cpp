@@ -19,6 +19,9 @@ using graph::Access;
 /// Share of the demand that has to be there before rays are traced (again). The rest is read meanwhile.
 constexpr double kShareToTrace = 0.5;
 
+/// One work group in so many goes ahead of its batch.
+constexpr std::uint32_t kScouts = 16;
+
 struct Handles {
     graph::BufferHandle results;
     graph::BufferHandle waiting[2];  // paths of waiting rays, of the last and of the next dispatch
@@ -58,18 +61,26 @@ class PageServer::Run {
         ++server_.sums_.batches;
         pool_.uses().begin(memory_.number);
         prefetch();
-        trace({}, 0);
-        std::uint32_t list = 0;
-        memory_.waited = waiting(list) > 0;
-        for (; waiting_ > 0; list = 1 - list) {
-            demand();
-            trace(list, 1 - list);
-            waiting(1 - list);
-        }
+        // Rays of a batch that misses many pages would start again and again, so a few go ahead and fetch the pages.
+        if (memory_.waited) serve(kScouts);
+        memory_.waited = serve(1);
         end();
     }
 
   private:
+    /// Traces one work group of rays in `stride`, until no ray waits. Returns whether many rays of the batch had to
+    /// wait.
+    bool serve(std::uint32_t stride) {
+        trace({}, 0, stride);
+        const bool many = waiting(0) > batch_.capacity / kScouts;
+        for (std::uint32_t list = 0; waiting_ > 0; list = 1 - list) {
+            demand();
+            trace(list, 1 - list);
+            waiting(1 - list);
+        }
+        return many;
+    }
+
     /// Loads pages that the batch will need.
     void prefetch() {
         if (server_.schedule_ == PageSchedule::demand) return;
@@ -102,7 +113,7 @@ class PageServer::Run {
         Source() = default;
         Source(std::uint32_t waiting) : again(true), list(waiting) {}
     };
-    void trace(Source from, std::uint32_t to) {
+    void trace(Source from, std::uint32_t to, std::uint32_t stride = 1) {
         ++server_.sums_.rounds;
         gpu::Defines defines = pool_.scene().defines();
         if (any_hit_) defines.set("HALFLIGHT_ANY_HIT");
@@ -126,6 +137,7 @@ class PageServer::Run {
         program.bind_storage("Wanted", server_.wanted_);
         program.bind_texture("shown_roots", pool_.shown_roots(), GL_R32UI);
         program.set("again", from.again);
+        program.set("group_stride", stride);
         if (touches_) {
             server_.touched_.clear();
             program.bind_storage("Touched", server_.touched_);

@@ -28,10 +28,8 @@ std::vector<std::uint32_t> PageUses::set() const {
 }
 
 std::uint32_t PageUses::next_use(std::uint32_t page) const {
-    const std::uint64_t users = std::rotr(users_[page], batch_);
-    const std::uint64_t later = touched_[page] ? users & ~std::uint64_t{1} : users;
-    if (later != 0) return static_cast<std::uint32_t>(std::countr_zero(later));
-    return users != 0 || touched_[page] ? kBatches : kBatches + 1;
+    // A page that the batch has touched may serve more of its rays.
+    return touched_[page] ? 0 : static_cast<std::uint32_t>(std::countr_zero(std::rotr(users_[page], batch_)));
 }
 
 }  // namespace halflight::paging
