@@ -27,8 +27,8 @@ class PageUses {
 
     /// Returns the pages that the last run of the current batch has touched, in ascending order.
     std::vector<std::uint32_t> set() const;
-    /// Returns the number of batches until a page is used next, if all batches use what they used last: 0 for pages of
-    /// the current batch, kBatches for pages that no batch uses.
+    /// Returns the number of batches until a page is used next, if all batches use what they used last. It is 0 for
+    /// pages of the current batch, and kBatches for pages that no batch uses.
     std::uint32_t next_use(std::uint32_t page) const;
 
   private:

@@ -31,7 +31,7 @@ struct TileBuffers {
     graph::BufferHandle rest_header;  // one RestHeader
     graph::BufferHandle rest;         // rest_bytes() bytes of rays for search_rest()
     bool counts = false;              // true: RestHeader::remembered is filled in
-    // For cull_tiles() alone. Per ray, a float beyond which nodes do not count; null: its t_max.
+    // Per ray, a float beyond which nodes do not count for cull_tiles(); null: its t_max.
     const gpu::Buffer* ends = nullptr;
     bool finest = false;  // for cull_tiles() alone: refines nodes of any size while the list has room
 };

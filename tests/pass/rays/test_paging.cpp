@@ -23,7 +23,7 @@ using namespace test;
 
 constexpr paging::PageLimits kSmallPages{32, 16};
 
-/// What a source does wrong.
+/// Faults of a source.
 struct Disk {
     std::chrono::microseconds delay{0};  // time that a page takes
     std::uint32_t damaged_after = ~0u;   // pages that can be read before one is damaged

@@ -5,10 +5,10 @@
 
 namespace halflight::bench {
 
-/// Throw Error where no page file is given. The pool has room for Bench::pool_bytes.
+/// Returns a method with a pool of Bench::pool_bytes. Throws Error where no page file is given.
 Method paged_method(const Bench& bench);
 Method paged_cold_method(const Bench& bench);
-/// Throw Error where no page file is given. The pool has room for a part of the pages that the ray set needs.
+/// Returns a method whose pool has room for a part of the pages that the set needs. Throws Error like paged_method().
 Method paged_half_method(const Bench& bench);
 Method paged_quarter_method(const Bench& bench);
 
