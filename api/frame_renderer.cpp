@@ -141,12 +141,14 @@ struct FrameRenderer::State {
             const std::size_t paths =
                 std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
             const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
+            const std::size_t reading = paging::PagePool::reading_bytes(scene.pages()->index());
             const std::size_t lamps = scene.pages()->index().geometry.emitters.size() * paging::kEmitterBytes;
-            ledger.check(
-                rows + lamps, "pages",
-                fmt::format("table rows of hits {}, emissive triangles {}", text_of_bytes(rows), text_of_bytes(lamps)));
-            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - rows - lamps) / 2;
-            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + rows + lamps};
+            const std::size_t fixed = rows + reading + lamps;
+            ledger.check(fixed, "pages",
+                         fmt::format("table rows of hits {}, pages that are read {}, emissive triangles {}",
+                                     text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps)));
+            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - fixed) / 2;
+            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + fixed};
         }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);

@@ -29,14 +29,15 @@ Json paging_json(const RenderStats::Paging& p) {
             {"slots", t.slots},
             {"loaded", t.traffic.loaded},
             {"loaded_bytes", t.traffic.bytes},
-            {"revived", t.traffic.revived},
             {"evicted", t.traffic.evicted},
             {"seconds", t.traffic.seconds},
             {"batches", t.batches},
             {"rounds", t.rounds},
             {"rays_again", t.again},
-            {"sweeps", t.sweeps},
-            {"windows", t.windows},
+            {"prefetched_used", t.prefetched_used},
+            {"prefetched_unused", t.prefetched_unused},
+            {"queries", t.queries},
+            {"query_seconds", t.query_seconds},
             {"rows", p.rows},
             {"row_seconds", p.row_seconds}};
 }

@@ -28,7 +28,10 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (paging::PagePool* const pool = scene.pool()) {
         if (server)
             throw Error("render settings", "ray servers of callers cannot trace scenes that are loaded in pages");
-        page_server = std::make_unique<paging::PageServer>(*pool);
+        using Method = paging::PageQueries::Method;
+        page_server = std::make_unique<paging::PageServer>(
+            *pool, settings.page_schedule,
+            settings.culling == rays::Culling::raster ? Method::raster : Method::compute);
         page_rows = std::make_unique<paging::RowGather>(pool->source());
         server = page_server.get();
         if (settings.primary == PrimaryVisibility::raster)

@@ -1,5 +1,7 @@
 // Runs before anything is traced, one texel per tile. It stores the shaft of the rays, the set of live rays, and the
 // reach of the farthest ray (as depth). It also sets all answers to misses.
+//
+// Variant: HALFLIGHT_ENDS (rays end where the buffer Ends says, at the latest).
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -9,6 +11,9 @@
 
 layout(std430) writeonly buffer Shafts { vec4 shafts[]; };
 layout(std430) writeonly buffer Alive { uvec2 alive[]; };
+#ifdef HALFLIGHT_ENDS
+layout(std430) readonly buffer Ends { float ends_of_rays[]; };
+#endif
 
 void main() {
     uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));
@@ -22,6 +27,9 @@ void main() {
     for (uint entry = first; entry < count; ++entry) {
         uint path = path_of(entry);
         Ray ray = load_ray(path);
+#ifdef HALFLIGHT_ENDS
+        ray.t_max = min(ray.t_max, ends_of_rays[path]);
+#endif
 #ifdef HALFLIGHT_ANY_HIT
         occluded[path] = kFree;
 #else

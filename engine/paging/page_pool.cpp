@@ -1,10 +1,11 @@
 #include "engine/paging/page_pool.h"
 
 #include <epoxy/gl.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
+#include <tuple>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
@@ -22,9 +23,6 @@ using shared::kBvhPageTexels;
 using shared::kBvhPairTexels;
 using shared::kBvhTag;
 
-constexpr std::uint32_t kNone = ~0u;
-constexpr std::uint32_t kHiddenShare = 8;  // one page in so many is hidden once the pool is full
-
 std::uint32_t missing(std::uint32_t root) {
     return kBvhTag | shared::kBvhLeaf | (root + 1);
 }
@@ -35,13 +33,23 @@ bool is_leaf_within(std::uint32_t reference, std::size_t pairs) {
     return shared::is_leaf(reference) && count > 0 && (reference & kBvhIndexMask) + std::size_t{count} <= pairs;
 }
 
-rays::Bvh hierarchy_over(const std::vector<PageRoot>& roots) {
-    std::vector<Bounds> boxes;
-    boxes.reserve(roots.size());
-    for (const PageRoot& root : roots) boxes.push_back(root.bounds);
-    rays::Bvh bvh = rays::build_bvh(boxes);
-    if (bvh.nodes.empty()) bvh.nodes.emplace_back();  // a root without children, for a scene without triangles
-    return bvh;
+/// Throws Error where a page does not fit into a slot or leads out of it.
+void check(std::uint32_t page, const LoadedPage& loaded, const PageLimits& limits) {
+    const Page& content = loaded.page;
+    const std::size_t nodes = content.nodes.size() / kBvhPageTexels, pairs = content.pairs.size() / kBvhPairTexels;
+    if (nodes > limits.nodes || pairs > limits.pairs || loaded.rows.triangles.size() > limits.alpha_tested)
+        throw Error("pages", "page {} is larger than the limits of the scene", page);
+    for (std::size_t node = 0; node < nodes; ++node) {
+        for (int k = 0; k < 4; ++k) {
+            const std::uint32_t reference = content.nodes[node * kBvhPageTexels + kBvhPageTexels - 1][k];
+            if (reference == shared::kBvhNoChild) continue;
+            const std::uint32_t index = reference & kBvhIndexMask;
+            // Nodes follow their parents, so a damaged file cannot make kernels go in circles.
+            const bool valid =
+                shared::is_inner_node(reference) ? index > node && index < nodes : is_leaf_within(reference, pairs);
+            if (!valid) throw Error("pages", "page {} has a node that leads out of it", page);
+        }
+    }
 }
 
 /// Returns the table rows of alpha-tested triangles in a slot.
@@ -50,10 +58,9 @@ std::uint32_t alpha_rows(const PageIndex& index) {
 }
 
 std::uint32_t slots_for(const PageIndex& index, std::size_t top_nodes, std::size_t bytes) {
-    const std::size_t nodes = index.limits.nodes, pairs = index.limits.pairs, rows = alpha_rows(index);
-    const std::size_t attributes = 3 * rows * index.vertex_texels;
-    const std::size_t slot =
-        (nodes * kBvhPageTexels + pairs * kBvhPairTexels + rows + attributes) * sizeof(vec4);  // texels have 16 bytes
+    const std::size_t nodes = index.limits.nodes, pairs = index.limits.pairs;
+    const std::size_t attributes = std::size_t{3} * alpha_rows(index) * index.vertex_texels;
+    const std::size_t slot = PagePool::slot_bytes(index);
     GLint texels = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
     const std::size_t most_nodes =
@@ -73,10 +80,23 @@ std::uint32_t slots_for(const PageIndex& index, std::size_t top_nodes, std::size
 
 }  // namespace
 
+std::size_t PagePool::slot_bytes(const PageIndex& index) {
+    const std::size_t rows = alpha_rows(index);
+    const std::size_t texels = index.limits.nodes * std::size_t{kBvhPageTexels} +
+                               index.limits.pairs * std::size_t{kBvhPairTexels} + rows + 3 * rows * index.vertex_texels;
+    return texels * sizeof(vec4);
+}
+
 PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defines& shading)
     : source_(source),
+      asked_at_(source.index().pages.size(), 0),
+      used_at_(source.index().pages.size(), 0),
+      shown_(source.index().roots.size(), 0),
+      shown_roots_("roots of resident pages", source.index().roots.size() * sizeof(std::uint32_t)),
+      uses_(source.index().pages.size()),
       alpha_triangles_("rows of alpha-tested triangles", 0),
-      alpha_attributes_("attributes of alpha-tested triangles", 0) {
+      alpha_attributes_("attributes of alpha-tested triangles", 0),
+      reader_(source) {
     const PageIndex& index = source.index();
     const rays::Bvh top = hierarchy_over(index.roots);
     top_nodes_ = static_cast<std::uint32_t>(top.nodes.size()) + 1;
@@ -85,7 +105,6 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
     for (std::size_t root = index.roots.size(); root-- > 0;)
         first_root_[index.roots[root].page] = static_cast<std::uint32_t>(root);
     slot_of_page_.assign(index.pages.size(), kNone);
-    state_.assign(index.pages.size(), State::missing);
 
     std::vector<uvec4> nodes = rays::packed_head(index.bounds);
     nodes.resize(kBvhPageTexels);
@@ -123,98 +142,93 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
     scene_->nodes().write(std::span<const uvec4>(nodes));
 }
 
-std::uint32_t PagePool::lasting_slots() const {
-    return slots() - slots() / kHiddenShare;
+const gpu::Buffer& PagePool::shown_roots() {
+    if (std::exchange(shown_changed_, false)) shown_roots_.write(std::span<const std::uint32_t>(shown_));
+    return shown_roots_;
 }
 
-void PagePool::load(std::span<const std::uint32_t> asked) {
-    const Stopwatch watch;
-    std::vector<std::uint32_t> wanted(asked.begin(), asked.end());
-    std::ranges::sort(wanted);
-    wanted.erase(std::ranges::unique(wanted).begin(), wanted.end());
-    if (wanted.size() > slots()) throw Error("pages", "{} pages for {} slots", wanted.size(), slots());
-
-    std::vector<bool> kept(state_.size(), false);
+void PagePool::ask(std::span<const std::uint32_t> pages) {
+    const std::vector<std::uint32_t> earlier = std::exchange(asked_, {});
     std::vector<std::uint32_t> absent;
-    for (const std::uint32_t page : wanted) {
-        kept[page] = true;
-        if (state_[page] == State::missing) absent.push_back(page);
-        if (state_[page] != State::hidden) continue;
-        std::erase(hidden_, page);
-        queue_.push_back(page);
-        show(page, true);
-        ++traffic_.revived;
+    ++asks_;
+    leaving_.clear();
+    const auto add = [&](std::uint32_t page) {
+        if (asked_for(page) || asked_.size() == slots()) return;
+        asked_at_[page] = asks_;
+        asked_.push_back(page);
+        if (!resident(page)) absent.push_back(page);
+    };
+    std::ranges::for_each(pages, add);
+    for (const std::uint32_t page : earlier)
+        if (!resident(page)) add(page);
+    reader_.ask(absent);
+}
+
+bool PagePool::take(bool wait) {
+    const Stopwatch watch;
+    for (PageReader::Arrival& arrival : reader_.take(wait)) {
+        // A page that nobody asks for any more may come if that costs no other page.
+        if (!resident(arrival.page) && (asked_for(arrival.page) || !free_.empty()))
+            upload(arrival.page, std::move(arrival.content));
     }
-    // Pages are read by all threads, in portions that bound the memory.
-    constexpr std::size_t kPortion = 64;
-    std::vector<Loaded> contents(std::min(kPortion, absent.size()));
-    for (std::size_t first = 0; first < absent.size(); first += kPortion) {
-        const std::size_t count = std::min(kPortion, absent.size() - first);
-        tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { contents[i] = read(absent[first + i]); });
-        for (std::size_t i = 0; i < count; ++i) upload(absent[first + i], free_slot(kept), std::move(contents[i]));
-    }
-    // A full pool hides its oldest pages.
-    if (free_.empty() && slots() < pages()) {
-        for (std::size_t i = 0; hidden_.size() < slots() / kHiddenShare && i < queue_.size(); ++i) {
-            const std::uint32_t page = queue_.front();
-            queue_.pop_front();
-            if (kept[page]) {
-                queue_.push_back(page);
-                continue;
-            }
-            show(page, false);
-            hidden_.push_back(page);
-        }
-    }
+    const bool more = std::ranges::any_of(asked_, [&](std::uint32_t page) { return !resident(page); });
     traffic_.seconds += watch.seconds();
+    return more;
+}
+
+void PagePool::forget() {
+    ++asks_;
+    asked_.clear();
+    reader_.ask({});
+}
+
+void PagePool::load(std::span<const std::uint32_t> pages) {
+    ask(pages);
+    while (take(true)) {
+    }
 }
 
 void PagePool::clear() {
-    for (std::uint32_t page = 0; page < pages(); ++page) {
-        if (state_[page] == State::resident) show(page, false);
-        if (state_[page] == State::missing) continue;
-        free_.push_back(slot_of_page_[page]);
-        page_of_slot_[slot_of_page_[page]] = slot_of_page_[page] = kNone;
-        state_[page] = State::missing;
-    }
-    queue_.clear();
-    hidden_.clear();
+    leaving_.clear();
+    for (std::uint32_t page = 0; page < pages(); ++page)
+        if (resident(page)) leave(page);
 }
 
-/// Returns a slot; where none is free, the oldest page that is not kept leaves.
-std::uint32_t PagePool::free_slot(const std::vector<bool>& kept) {
+void PagePool::touch(std::span<const std::uint32_t> slots) {
+    ++time_;
+    leaving_.clear();
+    for (std::size_t slot = 0; slot < slots.size(); ++slot) {
+        const std::uint32_t page = slots[slot] != 0 ? page_of_slot_[slot] : kNone;
+        if (page == kNone) continue;
+        used_at_[page] = time_;
+        uses_.touch(page);
+    }
+}
+
+void PagePool::leave(std::uint32_t page) {
+    show(page, false);
+    const std::uint32_t slot = std::exchange(slot_of_page_[page], kNone);
+    page_of_slot_[slot] = kNone;
+    free_.push_back(slot);
+}
+
+/// Returns a slot. If none is free, a page leaves that has not been asked for.
+std::uint32_t PagePool::free_slot() {
     if (free_.empty()) {
-        std::deque<std::uint32_t>& from = hidden_.empty() ? queue_ : hidden_;
-        const auto oldest = std::ranges::find_if(from, [&](std::uint32_t page) { return !kept[page]; });
-        const std::uint32_t page = *oldest;
-        from.erase(oldest);
-        if (state_[page] == State::resident) show(page, false);
-        state_[page] = State::missing;
-        free_.push_back(slot_of_page_[page]);
-        slot_of_page_[page] = kNone;
+        if (leaving_.empty()) {
+            for (const std::uint32_t page : page_of_slot_)
+                if (!asked_for(page)) leaving_.push_back(page);
+            std::ranges::sort(leaving_, {}, [&](std::uint32_t page) {
+                return std::tuple(uses_.next_use(page), ~used_at_[page], page);
+            });
+        }
+        leave(leaving_.back());
+        leaving_.pop_back();
         ++traffic_.evicted;
     }
     const std::uint32_t slot = free_.back();
     free_.pop_back();
     return slot;
-}
-
-/// Reads a page and the rows of its alpha-tested triangles, whose pairs get the place of their first row. Thread-safe.
-PagePool::Loaded PagePool::read(std::uint32_t page) const {
-    Loaded loaded{source_.read(page), {}};
-    if (!source_.index().alpha) return loaded;
-    std::vector<std::uint32_t> triangles;
-    for (std::size_t i = kBvhPairTexels - 1; i < loaded.page.pairs.size(); i += kBvhPairTexels) {
-        uvec4 words = std::bit_cast<uvec4>(loaded.page.pairs[i]);
-        words.w = kBvhTag | static_cast<std::uint32_t>(triangles.size());
-        const bool single = words.x == words.y;
-        for (int which = 0; which < (single ? 1 : 2); ++which)
-            if ((words.z & (shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift))) != 0)
-                triangles.push_back(words[which] & shared::kBvhTriangleMask);
-        loaded.page.pairs[i] = std::bit_cast<vec4>(words);
-    }
-    source_.read_rows(triangles, loaded.rows);
-    return loaded;
 }
 
 void PagePool::bind_rows() const {
@@ -223,31 +237,19 @@ void PagePool::bind_rows() const {
     alpha_attributes_.bind_texture(UNIT_VERTICES, GL_RGBA32F);
 }
 
-void PagePool::upload(std::uint32_t page, std::uint32_t slot, Loaded loaded) {
+/// Uploads a page to a slot, with references to nodes, pairs and rows as they are there.
+void PagePool::upload(std::uint32_t page, LoadedPage loaded) {
+    const PageLimits& limits = source_.index().limits;
+    check(page, loaded, limits);
     Page& content = loaded.page;
     std::vector<uvec4>& rows = loaded.rows.triangles;
-    const PageLimits& limits = source_.index().limits;
-    const std::uint32_t first_row = slot * alpha_rows(source_.index());
+    const std::uint32_t slot = free_slot();
     const std::uint32_t first_node = top_nodes_ + slot * limits.nodes, first_pair = slot * limits.pairs;
-    if (content.nodes.size() > std::size_t{limits.nodes} * kBvhPageTexels ||
-        content.pairs.size() > std::size_t{limits.pairs} * kBvhPairTexels || rows.size() > limits.alpha_tested) {
-        free_.push_back(slot);
-        throw Error("pages", "page {} is larger than the limits of the scene", page);
-    }
-    const std::size_t nodes = content.nodes.size() / kBvhPageTexels, pairs = content.pairs.size() / kBvhPairTexels;
-    for (std::size_t node = 0; node < nodes; ++node) {
+    const std::uint32_t first_row = slot * alpha_rows(source_.index());
+    for (std::size_t texel = kBvhPageTexels - 1; texel < content.nodes.size(); texel += kBvhPageTexels) {
         for (int k = 0; k < 4; ++k) {
-            std::uint32_t& reference = content.nodes[node * kBvhPageTexels + kBvhPageTexels - 1][k];
-            if (reference == shared::kBvhNoChild) continue;
-            const std::uint32_t index = reference & kBvhIndexMask;
-            const bool inner = shared::is_inner_node(reference);
-            // Nodes follow their parents, so a damaged file cannot make kernels go in circles.
-            const bool valid = inner ? index > node && index < nodes : is_leaf_within(reference, pairs);
-            if (!valid) {
-                free_.push_back(slot);
-                throw Error("pages", "page {} has a node that leads out of it", page);
-            }
-            reference += inner ? first_node : first_pair;
+            std::uint32_t& reference = content.nodes[texel][k];
+            if (reference != shared::kBvhNoChild) reference += shared::is_leaf(reference) ? first_pair : first_node;
         }
     }
     if (!rows.empty()) {
@@ -265,21 +267,22 @@ void PagePool::upload(std::uint32_t page, std::uint32_t slot, Loaded loaded) {
     scene_->pairs().write(std::span<const vec4>(content.pairs), std::size_t{first_pair} * kBvhPairTexels);
     slot_of_page_[page] = slot;
     page_of_slot_[slot] = page;
-    queue_.push_back(page);
+    used_at_[page] = ++time_;
     show(page, true);
     ++traffic_.loaded;
     traffic_.bytes += content.nodes.size() * sizeof(uvec4) + content.pairs.size() * sizeof(vec4);
 }
 
-/// Lets references lead to the page, or tell kernels that it is missing. The page stays in its slot.
+/// Lets references lead to the page in its slot, or tell kernels that it is missing.
 void PagePool::show(std::uint32_t page, bool visible) {
     const std::uint32_t first_node = top_nodes_ + slot_of_page_[page] * source_.index().limits.nodes;
     for (std::uint32_t root = first_root_[page]; root < first_root_[page + 1]; ++root) {
         const std::uint32_t reference =
             visible ? kBvhTag | (first_node + source_.index().roots[root].node) : missing(root);
         scene_->nodes().write(std::span(&reference, 1), word_of_root_[root]);
+        shown_[root] = visible ? 1 : 0;
     }
-    state_[page] = visible ? State::resident : State::hidden;
+    shown_changed_ = true;
 }
 
 }  // namespace halflight::paging

@@ -3,12 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/gpu/buffer.h"
+#include "engine/paging/page_reader.h"
 #include "engine/paging/page_statistics.h"
+#include "engine/paging/page_uses.h"
 #include "engine/paging/pages.h"
 #include "engine/rays/rays.h"
 
@@ -17,9 +19,8 @@ namespace halflight::paging {
 /// Slots for pages in the buffers of a TraceScene. The hierarchy over the roots of all pages is always there. A root
 /// whose page is missing is a leaf without pairs, which kernels report (shaders/lib/traverse.glsl).
 ///
-/// Pages leave in the order in which they came. Some of the oldest are hidden before they leave. A page that is
-/// requested while it is hidden comes back without being read. So pages in use stay (the clock algorithm), although
-/// kernels do not record which pages they visit.
+/// Pages are read in the background and uploaded by the thread that owns the pool. If there is no free slot, the page
+/// leaves that the following batches will need last, and of several such pages the one loaded or used least recently.
 class PagePool {
   public:
     /// Uses at most `bytes` bytes of device memory for slots, and at least one slot. The source outlives the pool.
@@ -27,19 +28,38 @@ class PagePool {
     /// `shading`: SceneBuffers::defines(), needed where triangles have alpha tests.
     PagePool(const PageSource& source, std::size_t bytes, const gpu::Defines& shading = {});
 
+    /// Returns the bytes of device memory that a slot takes.
+    static std::size_t slot_bytes(const PageIndex& index);
+
+    /// Returns the bytes that pages take between reading and upload.
+    static std::size_t reading_bytes(const PageIndex& index) {
+        return (PageReader::kMostArrived + PageReader::kPortion) * slot_bytes(index);
+    }
+
     const rays::TraceScene& scene() const { return *scene_; }
     const PageSource& source() const { return source_; }
     std::uint32_t slots() const { return static_cast<std::uint32_t>(page_of_slot_.size()); }
-    /// Returns how many pages stay if they are loaded one after another: the others may be hidden meanwhile.
-    std::uint32_t lasting_slots() const;
     std::uint32_t pages() const { return static_cast<std::uint32_t>(first_root_.size()) - 1; }
     /// Returns the first root of a page; `pages()` gives the number of roots.
     std::uint32_t first_root(std::uint32_t page) const { return first_root_[page]; }
     std::uint32_t page_of(std::uint32_t root) const { return source_.index().roots[root].page; }
+    bool resident(std::uint32_t page) const { return slot_of_page_[page] != kNone; }
+    /// Returns whether a page has to leave before another one comes.
+    bool full() const { return free_.empty() && slots() < pages(); }
+    /// Returns one word per root: 1 if its page is resident.
+    const gpu::Buffer& shown_roots();
 
-    /// Makes pages resident, at most slots() different ones; others leave for them. Throws Error like
-    /// PageSource::read(); the pool then holds what it held, less the pages that left.
-    void load(std::span<const std::uint32_t> asked);
+    /// Asks for pages, the most urgent one first. Of more than slots() pages, the first are taken. They stay until
+    /// other pages are asked for. Pages that were asked for earlier and have not come follow those asked for now, as
+    /// far as there is room.
+    void ask(std::span<const std::uint32_t> pages);
+    /// Uploads the pages that have been read. If `wait` is set and there are none, waits for one. Returns whether more
+    /// pages will come. Throws Error like PageSource::read(); the pool then holds what it held, less pages that left.
+    bool take(bool wait);
+    /// Asks for no page any more.
+    void forget();
+    /// Asks for pages and waits for all of them.
+    void load(std::span<const std::uint32_t> pages);
     /// Lets every page leave.
     void clear();
 
@@ -47,34 +67,43 @@ class PagePool {
     void set_shading(const gpu::Defines& shading) { scene_->set_shading(shading); }
     /// Binds the table rows of the alpha-tested triangles in the pool, if there are any, in place of the scene's.
     void bind_rows() const;
+    /// Returns what batches use, which decides which page leaves.
+    PageUses& uses() { return uses_; }
+    /// Records which slots the current batch has used: one word per slot, not 0 if used.
+    void touch(std::span<const std::uint32_t> slots);
 
     const PageTraffic& traffic() const { return traffic_; }
     void reset_traffic() { traffic_ = {}; }
 
   private:
-    enum class State : std::uint8_t { missing, hidden, resident };
-    std::uint32_t free_slot(const std::vector<bool>& kept);
-    struct Loaded {
-        Page page;
-        TriangleRows rows;  // of its alpha-tested triangles
-    };
-    Loaded read(std::uint32_t page) const;
-    void upload(std::uint32_t page, std::uint32_t slot, Loaded content);
+    static constexpr std::uint32_t kNone = ~0u;
+    bool asked_for(std::uint32_t page) const { return asked_at_[page] == asks_; }
+    std::uint32_t free_slot();
+    void leave(std::uint32_t page);
+    void upload(std::uint32_t page, LoadedPage loaded);
     void show(std::uint32_t page, bool visible);
 
     const PageSource& source_;
     std::uint32_t top_nodes_ = 0;              // nodes before the slots, the head included
     std::vector<std::uint32_t> first_root_;    // per page, and the end
     std::vector<std::uint32_t> word_of_root_;  // per root: index of its reference in the node buffer, 32-bit words
-    std::vector<std::uint32_t> slot_of_page_;
-    std::vector<State> state_;  // per page
+    std::vector<std::uint32_t> slot_of_page_;  // kNone: not resident
     std::vector<std::uint32_t> page_of_slot_;
-    std::vector<std::uint32_t> free_;   // free slots
-    std::deque<std::uint32_t> queue_;   // resident pages, oldest first
-    std::deque<std::uint32_t> hidden_;  // hidden pages, oldest first
+    std::vector<std::uint32_t> free_;      // free slots
+    std::vector<std::uint32_t> asked_;     // pages of the last ask(), the most urgent one first
+    std::vector<std::uint64_t> asked_at_;  // per page: number of the last ask() that had it
+    std::uint64_t asks_ = 1;               // number of the last ask()
+    std::vector<std::uint64_t> used_at_;   // per page: time of its last use or upload
+    std::uint64_t time_ = 0;               // uses and uploads so far
+    std::vector<std::uint32_t> leaving_;   // pages that leave next, the last one first; empty: to be chosen anew
+    std::vector<std::uint32_t> shown_;     // content of shown_roots_
+    bool shown_changed_ = true;            // shown_roots_ has to be written
+    gpu::Buffer shown_roots_;
+    PageUses uses_;
     std::optional<rays::TraceScene> scene_;
     gpu::Buffer alpha_triangles_, alpha_attributes_;  // per slot: table rows of its alpha-tested triangles
     PageTraffic traffic_;
+    PageReader reader_;
 };
 
 }  // namespace halflight::paging

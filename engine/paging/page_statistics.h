@@ -7,11 +7,10 @@ namespace halflight::paging {
 
 /// Counts since construction or reset.
 struct PageTraffic {
-    std::uint64_t loaded = 0;   // pages read and uploaded
-    std::uint64_t revived = 0;  // pages that were still in their slot
+    std::uint64_t loaded = 0;  // pages uploaded
     std::uint64_t evicted = 0;
     std::uint64_t bytes = 0;  // bytes uploaded
-    double seconds = 0;       // seconds of reading and uploading
+    double seconds = 0;       // seconds in which tracing waited for pages and their upload
 };
 
 /// Counts since construction or reset.
@@ -20,10 +19,12 @@ struct PagingStatistics {
     std::uint32_t slots = 0;  // pages that fit into the pool
     std::uint32_t pages = 0;  // pages of the scene
     std::uint64_t batches = 0;
-    std::uint64_t rounds = 0;   // dispatches of the tracing kernel
-    std::uint64_t again = 0;    // rays traced again
-    std::uint64_t sweeps = 0;   // batches that needed a sweep
-    std::uint64_t windows = 0;  // portions of all sweeps
+    std::uint64_t rounds = 0;             // dispatches of the tracing kernel
+    std::uint64_t again = 0;              // rays traced again
+    std::uint64_t prefetched_used = 0;    // pages loaded before a batch that used them
+    std::uint64_t prefetched_unused = 0;  // pages loaded before a batch that did not use them
+    std::uint64_t queries = 0;            // batches that queried the hierarchy over all roots
+    double query_seconds = 0;             // seconds of these queries
 };
 
 }  // namespace halflight::paging

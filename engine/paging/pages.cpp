@@ -156,6 +156,33 @@ class Cutter {
 
 }  // namespace
 
+rays::Bvh hierarchy_over(std::span<const PageRoot> roots) {
+    std::vector<Bounds> boxes;
+    boxes.reserve(roots.size());
+    for (const PageRoot& root : roots) boxes.push_back(root.bounds);
+    rays::Bvh bvh = rays::build_bvh(boxes);
+    if (bvh.nodes.empty()) bvh.nodes.emplace_back();
+    return bvh;
+}
+
+LoadedPage read_with_rows(const PageSource& source, std::uint32_t page) {
+    LoadedPage loaded{source.read(page), {}};
+    if (!source.index().alpha) return loaded;
+    std::vector<std::uint32_t> triangles;
+    std::vector<vec4>& pairs = loaded.page.pairs;
+    for (std::size_t i = shared::kBvhPairTexels - 1; i < pairs.size(); i += shared::kBvhPairTexels) {
+        uvec4 words = std::bit_cast<uvec4>(pairs[i]);
+        words.w = kBvhTag | static_cast<std::uint32_t>(triangles.size());
+        const bool single = words.x == words.y;
+        for (int which = 0; which < (single ? 1 : 2); ++which)
+            if ((words.z & (shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift))) != 0)
+                triangles.push_back(words[which] & shared::kBvhTriangleMask);
+        pairs[i] = std::bit_cast<vec4>(words);
+    }
+    source.read_rows(triangles, loaded.rows);
+    return loaded;
+}
+
 TraceTables resident_tables(const PageSource& source) {
     const PageIndex& index = source.index();
     TraceTables tables;

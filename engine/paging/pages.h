@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
+#include "engine/rays/bvh.h"
 #include "engine/rays/pairs.h"
 #include "engine/tables/tables.h"
 
@@ -71,6 +72,10 @@ struct PageIndex {
     bool alpha = false;               // some triangle needs the alpha test
 };
 
+/// Builds the hierarchy over the roots of all pages. Its primitives are the roots. It has a root without children if
+/// there are no pages.
+rays::Bvh hierarchy_over(std::span<const PageRoot> roots);
+
 /// Table rows of triangles, as kernels look them up.
 struct TriangleRows {
     std::vector<uvec4> triangles;  // TraceTables::triangles
@@ -88,6 +93,14 @@ class PageSource {
     /// Reads the rows of triangles, which need not be sorted or different. Throws Error like read().
     virtual void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const = 0;
 };
+
+/// A page as the pool takes it.
+struct LoadedPage {
+    Page page;          // the pairs of alpha-tested triangles have the place of their first row
+    TriangleRows rows;  // of the alpha-tested triangles, in the order of the pairs
+};
+/// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read().
+LoadedPage read_with_rows(const PageSource& source, std::uint32_t page);
 
 /// Returns the tables of a paged scene, without what is in its pages. Throws Error like PageSource::read_rows().
 TraceTables resident_tables(const PageSource& source);

@@ -341,6 +341,16 @@ std::vector<uvec4> packed_head(const Bounds& block) {
     return {head.begin(), head.end()};
 }
 
+PackedScene pack_boxes(const Bvh& bvh, const Bounds& bounds) {
+    TraceTables tables;
+    tables.blocks.push_back({.bounds = bounds});
+    tables.instances.push_back({.identity = true});
+    std::vector<PartTree> trees(1);
+    trees.front().bvh.nodes = bvh.nodes;
+    trees.front().bvh.stack_entries = bvh.stack_entries;
+    return Packer(tables, {Part()}, trees).pack(NodeFormat::grid, 0);
+}
+
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies) {
     return packed(Packer(tables, hierarchies.parts(), hierarchies.trees()), hierarchies);
 }

@@ -38,6 +38,10 @@ PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies);
 PackedScene pack_scene(const TraceTables& tables);
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format);
 
+/// Packs a hierarchy over boxes in the format `grid`. Its leaves refer to places in Bvh::primitives, and there are no
+/// pairs: kernels can cull by it, but not trace.
+PackedScene pack_boxes(const Bvh& bvh, const Bounds& bounds);
+
 /// Returns the head of a block's hierarchy: two texels.
 std::vector<uvec4> packed_head(const Bounds& block);
 

@@ -53,7 +53,12 @@ struct RasterMemory {
     std::optional<gpu::Buffer> starts;  // block shafts of the previous run, which are complete
 };
 
+struct Survey;
+
 struct RasterCulling::Parts {
+    void run(RasterCulling& culling, graph::Resources& r, const TraceScene& scene, const RayBatch& batch,
+             const RasterTargets& targets, bool any_hit, Survey* survey = nullptr);
+
     RasterSettings settings;
     CullTree tree;
     gpu::Buffer boxes;
@@ -143,21 +148,17 @@ vec3 eye_of(const std::vector<vec4>& shafts) {
     return count == 0 ? sum : sum / count;
 }
 
-/// Handles of one batch's pass.
-struct RasterTargets {
-    graph::BufferHandle results;
-    graph::BufferHandle shafts;  // vec4[4] per tile, then per block
-    graph::BufferHandle alive;   // uvec2 per tile: a bit per ray
-    graph::TextureHandle depth;  // reach of rays, one texel per tile
-    graph::TextureHandle sizes;  // one texel per tile: size of its list
-    graph::BufferHandle lists;   // kRasterList entries per tile
+/// A run that only collects the leaves which rays can meet.
+struct Survey {
+    const gpu::Buffer* ends = nullptr;
+    std::vector<std::uint32_t> leaves{};
 };
 
 /// One run of one batch.
 class RasterRun final : public CullDevice {
   public:
     RasterRun(graph::Resources& r, const TraceScene& scene, RasterCulling& culling, const RayBatch& batch,
-              const RasterTargets& targets, bool any_hit)
+              const RasterTargets& targets, bool any_hit, Survey* survey = nullptr)
         : parts_(*culling.parts_),
           statistics_(culling.statistics(batch.kind, batch.depth)),
           layout_(batch.capacity),
@@ -165,12 +166,15 @@ class RasterRun final : public CullDevice {
           scene_(scene),
           batch_(batch),
           targets_(targets),
-          any_hit_(any_hit) {
+          any_hit_(any_hit),
+          survey_(survey) {
         gpu::Defines defines = scene.defines();
         if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
         if (batch.list) defines.set("HALFLIGHT_LIST");
         gpu::ProgramCache& cache = r.programs();
-        bounds_ = &cache.graphics("shaders/raster_cover.vert", "shaders/raster_bounds.frag", defines);
+        gpu::Defines of_bounds = defines;
+        if (survey && survey->ends) of_bounds.set("HALFLIGHT_ENDS");
+        bounds_ = &cache.graphics("shaders/raster_cover.vert", "shaders/raster_bounds.frag", of_bounds);
         ends_ = &cache.graphics("shaders/raster_cover.vert", "shaders/raster_ends.frag", defines);
         trace_ = &cache.graphics("shaders/raster_tiles.vert", "shaders/raster_trace.frag", defines);
         blocks_ = &cache.compute("shaders/raster_blocks.comp");
@@ -188,7 +192,7 @@ class RasterRun final : public CullDevice {
         glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_WIDTH, layout_.ray_texels().x);
         glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_HEIGHT, layout_.ray_texels().y);
         stage(&RasterStages::bounds, [&] { add_bounds(); });
-        if (parts_.tree.survey.size() <= kWideTile) return;
+        if (survey_ || parts_.tree.survey.size() <= kWideTile) return;
         stage(&RasterStages::mark, [&] { fill_lists(*wide_, parts_.tree.survey); });
         trace_lists(true);
     }
@@ -226,6 +230,10 @@ class RasterRun final : public CullDevice {
     }
 
     void trace(std::span<const std::uint32_t> leaves) override {
+        if (survey_) {
+            survey_->leaves.insert(survey_->leaves.end(), leaves.begin(), leaves.end());
+            return;
+        }
         stage(&RasterStages::mark, [&] { fill_lists(*cut_, leaves); });
         trace_lists(false);
     }
@@ -261,6 +269,7 @@ class RasterRun final : public CullDevice {
             bind_batch(r, program, scene_, batch_);
             program.bind_storage(any_hit_ ? "Occluded" : "Hits", r.buffer(targets_.results));
         }
+        if (is({bounds_}) && survey_ && survey_->ends) program.bind_storage("Ends", *survey_->ends);
         if (is({bounds_, blocks_})) program.bind_storage("Shafts", r.buffer(targets_.shafts));
         if (is({bounds_, ends_})) program.bind_storage("Alive", r.buffer(targets_.alive));
         if (is({ends_, ask_, cut_, wide_})) program.bind_texture("shafts", r.buffer(targets_.shafts), GL_RGBA32F);
@@ -370,6 +379,7 @@ class RasterRun final : public CullDevice {
     const RayBatch& batch_;
     const RasterTargets& targets_;
     const bool any_hit_;
+    Survey* const survey_;  // null: leaves are traced
     const gpu::Program* bounds_;
     const gpu::Program* blocks_;
     const gpu::Program* ask_;
@@ -385,17 +395,24 @@ class RasterRun final : public CullDevice {
 
 graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                        graph::BufferHandle results, bool any_hit) {
-    const RasterLayout layout(batch.capacity);
-    layout.check_driver();
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}, raster", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     read_batch(pass, scene, batch);
+    const RasterTargets targets = declare(graph, pass, batch, write_results(pass, batch, results));
+    pass.execute([=, this, &scene](graph::Resources& r) { parts_->run(*this, r, scene, batch, targets, any_hit); });
+    return targets.results;
+}
+
+RasterTargets RasterCulling::declare(graph::Graph& graph, graph::Pass& pass, const RayBatch& batch,
+                                     graph::BufferHandle results) {
+    const RasterLayout layout(batch.capacity);
+    layout.check_driver();
     const std::size_t tiles = layout.tiles();
     const auto texels = [&](GLenum format) {
         return gpu::TextureDesc{layout.tile_texels.x, layout.tile_texels.y, format};
     };
     RasterTargets targets;
-    targets.results = write_results(pass, batch, results);
+    targets.results = results;
     targets.shafts = pass.write(graph.create_buffer("ray shafts", {(tiles + layout.blocks) * 4 * sizeof(vec4)}),
                                 Access::storage_write);
     targets.alive = pass.write(graph.create_buffer("living rays", {tiles * sizeof(uvec2)}), Access::storage_write);
@@ -405,17 +422,27 @@ graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& sc
     targets.lists =
         pass.write(graph.create_buffer("lists of nodes", {tiles * shared::kRasterList * sizeof(std::uint32_t)}),
                    Access::storage_write);
-    pass.execute([=, this, &scene](graph::Resources& r) {
-        const Stopwatch watch;
-        RasterStatistics& sums = statistics(batch.kind, batch.depth);
-        RasterMemory& memory = parts_->memories[key_of(batch)];
-        if (memory.starts) memory.state.eye = eye_of(memory.starts->read<vec4>());
-        RasterRun run(r, scene, *this, batch, targets, any_hit);
-        run.keep_starts(memory.starts);
-        walk(tree(), memory.state, run, sums);
-        sums.seconds += watch.seconds();
-    });
-    return targets.results;
+    return targets;
+}
+
+std::vector<std::uint32_t> RasterCulling::visible_leaves(graph::Resources& resources, const TraceScene& scene,
+                                                         const RayBatch& batch, const RasterTargets& targets,
+                                                         bool any_hit, const gpu::Buffer* ends) {
+    Survey survey{ends};
+    parts_->run(*this, resources, scene, batch, targets, any_hit, &survey);
+    return std::move(survey.leaves);
+}
+
+void RasterCulling::Parts::run(RasterCulling& culling, graph::Resources& r, const TraceScene& scene,
+                               const RayBatch& batch, const RasterTargets& targets, bool any_hit, Survey* survey) {
+    const Stopwatch watch;
+    RasterStatistics& sums = culling.statistics(batch.kind, batch.depth);
+    RasterMemory& memory = memories[key_of(batch)];
+    if (memory.starts) memory.state.eye = eye_of(memory.starts->read<vec4>());
+    RasterRun run(r, scene, culling, batch, targets, any_hit, survey);
+    run.keep_starts(memory.starts);
+    walk(tree, memory.state, run, sums);
+    sums.seconds += watch.seconds();
 }
 
 }  // namespace halflight::rays

@@ -22,6 +22,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/graph/execute.h"
 #include "engine/rays/batch_server.h"
 #include "engine/rays/raster_walk.h"
 #include "engine/rays/rays.h"
@@ -32,6 +33,16 @@ struct RasterSettings {
     CutSizes cut;
     bool believe_queries = true;  // false: every answer is "visible", like from a driver that overcounts
     bool measure = false;         // true: fills in RasterStatistics::pairs and ::stages, and waits for every draw
+};
+
+/// Resources of one batch's pass.
+struct RasterTargets {
+    graph::BufferHandle results;
+    graph::BufferHandle shafts;  // vec4[4] per tile, then per block
+    graph::BufferHandle alive;   // uvec2 per tile: a bit per ray
+    graph::TextureHandle depth;  // reach of rays, one texel per tile
+    graph::TextureHandle sizes;  // one texel per tile: size of its list
+    graph::BufferHandle lists;   // kRasterList entries per tile
 };
 
 /// Server of batches by raster culling. It owns the culling tree of a scene, and the visibility state of batches. add()
@@ -58,6 +69,14 @@ class RasterCulling final : public BatchServer {
     TraceMethod method() const override { return TraceMethod::raster; }
     graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
+    /// Declares the resources of a batch in its pass. `results` are declared by the caller. Throws Error like add().
+    static RasterTargets declare(graph::Graph& graph, graph::Pass& pass, const RayBatch& batch,
+                                 graph::BufferHandle results);
+    /// Returns the leaves of the tree that rays can meet, about front to back, without tracing any; results become
+    /// misses. `ends` has a float per ray beyond which nodes do not count; null: its t_max.
+    std::vector<std::uint32_t> visible_leaves(graph::Resources& resources, const TraceScene& scene,
+                                              const RayBatch& batch, const RasterTargets& targets, bool any_hit,
+                                              const gpu::Buffer* ends);
     /// Returns the visibility state of a batch, which may be overwritten with any bits.
     CullState& state(const BatchKey& key);
     void invalidate() override;

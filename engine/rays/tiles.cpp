@@ -84,14 +84,16 @@ gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, const 
 void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                 bool any_hit, const gpu::Buffer& culled) {
     const std::uint32_t count = tile_count(batch, tiles.settings);
-    const gpu::Program& program =
-        r.programs().compute("shaders/cull.comp", search_defines(scene, batch, tiles, any_hit));
+    gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
+    if (tiles.ends) defines.set("HALFLIGHT_ENDS");
+    const gpu::Program& program = r.programs().compute("shaders/cull.comp", defines);
     bind_tiles(r, program, scene, batch, tiles);
+    if (tiles.ends) program.bind_storage("Ends", *tiles.ends);
     program.bind_storage("Lists", r.buffer(tiles.lists));
     program.bind_storage("Counts", culled);
     if (any_hit) program.bind_storage("Blockers", r.buffer(tiles.blockers));
     program.set("tiles", count);
-    program.set("stop", stop_of(batch.kind));
+    program.set("stop", tiles.finest ? 0.0f : stop_of(batch.kind));
     program.set("seed", scene.serial());
     program.dispatch((count + 63) / 64);
 }

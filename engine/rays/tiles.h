@@ -31,6 +31,9 @@ struct TileBuffers {
     graph::BufferHandle rest_header;  // one RestHeader
     graph::BufferHandle rest;         // rest_bytes() bytes of rays for search_rest()
     bool counts = false;              // true: RestHeader::remembered is filled in
+    // Per ray, a float beyond which nodes do not count for cull_tiles(); null: its t_max.
+    const gpu::Buffer* ends = nullptr;
+    bool finest = false;  // for cull_tiles() alone: refines nodes of any size while the list has room
 };
 
 /// Returns the rays per tile: side^2, or 16 where paths have several rays. These 16 connect the receivers of a group

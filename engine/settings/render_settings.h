@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/view_transform.h"
+#include "engine/paging/page_schedule.h"
 #include "engine/rays/culling.h"
 #include "engine/settings/estimator.h"
 #include "engine/settings/frame_settings.h"
@@ -64,6 +65,7 @@ struct ScheduleSettings {
     // Bytes of device memory for the pages of a scene that is loaded in pages; 0: half of what the memory budget has
     // left.
     std::size_t pool_bytes = 0;
+    paging::PageSchedule page_schedule = paging::kDefaultPageSchedule;  // how such pages are found
     // Adds one sample to every band before the next sample, so that there is a whole picture after each sample
     // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. An error target
     // disables it.

@@ -1,6 +1,7 @@
 // The rays of a batch by slot: consecutive slots are a tile. This file binds the batch.
 //
-// Variant: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths).
+// Variants: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths), HALFLIGHT_ENDS (rays end where
+// the buffer Ends says, at the latest).
 #include "shaders/lib/batch_rays.glsl"
 
 #ifdef HALFLIGHT_LIST
@@ -8,6 +9,9 @@ layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #else
 uniform uint capacity;  // number of rays
+#endif
+#ifdef HALFLIGHT_ENDS
+layout(std430) readonly buffer Ends { float ends[]; };
 #endif
 
 struct TileRay {
@@ -26,5 +30,8 @@ TileRay tile_ray(uint slot) {
     uint path = slot;
 #endif
     Ray ray = load_ray(path);
+#ifdef HALFLIGHT_ENDS
+    ray.t_max = min(ray.t_max, ends[path]);
+#endif
     return TileRay(ray, path, listed, listed && ray.t_max >= ray.t_min);
 }

@@ -142,18 +142,20 @@ uint nodes_visited = 0u;  // inner nodes, with four boxes each
 
 #ifdef HALFLIGHT_NODES_PAGE
 // A leaf without pairs stands for a subtree whose page is missing: its index is the subtree's root plus 1
-// (engine/paging/page_pool.h). Of the missing roots that a traversal meets, the one entered first is kept.
-uniform uvec2 awaited_roots;  // first root that rays wait for, and the end of these roots
-uint missing_root = kMiss;
-int missing_near = kBvhFar;  // entry of the ray; 0 for any_hit
+// (engine/paging/page_pool.h). A ray has an order of subtrees: by its entry, or 0 for any_hit, and then by root. Of the
+// missing ones that a traversal meets, the first one is kept that is not before `searched`.
+uvec2 searched = uvec2(0u);  // entry and root; earlier traversals have searched all subtrees before it
+uvec2 first_missing = uvec2(uint(kBvhFar), kMiss);
 
-void note_missing(uint node, int near) {
-    uint root = (node & kBvhIndexMask) - 1u;
-    bool missing = is_leaf(node) && places_in(node) == 0 && root >= awaited_roots.x && root < awaited_roots.y;
-    if (missing && near < missing_near) {
-        missing_root = root;
-        missing_near = near;
-    }
+bool is_before(uvec2 a, uvec2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
+
+void note_leaf(uint node, int near) {
+    uvec2 subtree = uvec2(uint(near), (node & kBvhIndexMask) - 1u);
+    bool missing = is_leaf(node) && places_in(node) == 0 && node != kBvhNoChild;
+    if (missing && is_before(subtree, first_missing) && !is_before(subtree, searched)) first_missing = subtree;
+#ifdef HALFLIGHT_TOUCH
+    if (places_in(node) > 0) touched_slots[(node & kBvhIndexMask) / pairs_of_slot] = 1u;
+#endif
 }
 #endif
 
@@ -219,7 +221,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             } while (is_inner_node(node));
 
 #ifdef HALFLIGHT_NODES_PAGE
-            note_missing(node, any_hit ? 0 : near);
+            note_leaf(node, any_hit ? 0 : near);
 #endif
             int place = first_place(node);
             int end = place + places_in(node);

@@ -63,6 +63,17 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.value("--page-pool", "SIZE",
                   "memory for pages on the device, such as 512M; by default half of what the memory budget has left",
                   [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });
+    options.value("--page-schedule", "NAME",
+                  fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "
+                              "docs/page-files.md",
+                              name(paging::kDefaultPageSchedule)),
+                  [&](const auto& option, const auto& text) {
+                      const auto found =
+                          std::ranges::find(paging::kPageSchedules, text, [](auto s) { return std::string(name(s)); });
+                      if (found == std::end(paging::kPageSchedules))
+                          throw UsageError(option, "expects demand, set or queries, not '{}'", text);
+                      a.settings.page_schedule = *found;
+                  });
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",

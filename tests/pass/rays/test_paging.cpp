@@ -1,12 +1,18 @@
 // Tests that hits do not depend on which pages are in memory.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <thread>
+#include <utility>
 
+#include "engine/core/error.h"
 #include "engine/paging/page_server.h"
 #include "tests/pass/rays/tracer_harness.h"
+#include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
 #include "tests/support/memory_pages.h"
 
@@ -17,26 +23,53 @@ using namespace test;
 
 constexpr paging::PageLimits kSmallPages{32, 16};
 
-std::size_t bytes_of(const paging::PageLimits& limits, std::size_t slots) {
-    return slots * (limits.pairs + limits.nodes) * 64;
-}
+/// Faults of a source.
+struct Disk {
+    std::chrono::microseconds delay{0};  // time that a page takes
+    std::uint32_t damaged_after = ~0u;   // pages that can be read before one is damaged
+};
+
+class SlowPages final : public paging::PageSource {
+  public:
+    SlowPages(const paging::PageSource& pages, const Disk& disk) : pages_(pages), disk_(disk) {}
+    const paging::PageIndex& index() const override { return pages_.index(); }
+    paging::Page read(std::uint32_t page) const override {
+        std::this_thread::sleep_for(disk_.delay);
+        if (reads_++ >= disk_.damaged_after) throw Error("slow.pages", "page {} is damaged", page);
+        return pages_.read(page);
+    }
+    void read_rows(std::span<const std::uint32_t> triangles, paging::TriangleRows& rows) const override {
+        pages_.read_rows(triangles, rows);
+    }
+
+  private:
+    const paging::PageSource& pages_;
+    Disk disk_;
+    mutable std::atomic<std::uint32_t> reads_{0};
+};
 
 /// A scene in memory, without triangles split between leaves, and the same scene in pages.
 class InCoreAgainstPages {
   public:
-    InCoreAgainstPages(const Scene& scene, std::size_t slots, const paging::PageLimits& limits = kSmallPages)
+    using Schedule = paging::PageSchedule;
+    using Method = paging::PageQueries::Method;
+    InCoreAgainstPages(const Scene& scene, std::size_t slots, Schedule schedule = paging::kDefaultPageSchedule,
+                       const Disk& disk = {}, Method method = Method::compute,
+                       const paging::PageLimits& limits = kSmallPages)
         : tables_(build_trace_tables(scene, ~std::size_t{0})),
           core_(tables_, rays::pack_scene(tables_, rays::Hierarchies(tables_, tables_.triangles.size() / 3 + 1)), {}),
-          source_(tables_, 200, limits),
-          pool_(source_, bytes_of(limits, slots)),
-          server_(pool_),
+          pages_(tables_, 200, limits),
+          source_(pages_, disk),
+          pool_(source_, slots * paging::PagePool::slot_bytes(source_.index())),
+          server_(pool_, schedule, method),
           paged_(pool_.scene(), server_),
           executor_(programs_) {
         executor_.poison(true);
     }
 
-    std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr) {
-        TraceRequest request{.rays = rays, .list = list};
+    std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
+                                  rays::RayKind kind = rays::RayKind::primary) {
+        TraceRequest request{.rays = rays, .list = list, .kind = kind};
         const auto plain = [&](auto trace) {
             return [this, trace](graph::Graph& g, const rays::RayBatch& b, graph::BufferHandle r) {
                 return trace(g, core_, b, r);
@@ -68,7 +101,8 @@ class InCoreAgainstPages {
     gpu::ProgramCache programs_;
     TraceTables tables_;
     rays::TraceScene core_;
-    MemoryPages source_;
+    MemoryPages pages_;
+    SlowPages source_;
     paging::PagePool pool_;
     paging::PageServer server_;
     rays::Tracer paged_;
@@ -91,6 +125,8 @@ class PagingTest : public GpuTest {
             EXPECT_EQ(pair.different_answers(others), 0u) << "other rays";
         }
     }
+
+    static constexpr rays::RayKind kKinds[] = {rays::RayKind::primary, rays::RayKind::shadow, rays::RayKind::diffuse};
 };
 
 TEST_F(PagingTest, HitsDoNotDependOnThePool) {
@@ -124,7 +160,6 @@ TEST_F(PagingTest, AWarmPoolLoadsNothing) {
     const paging::PagingStatistics cold = pair.server().statistics();
     EXPECT_GT(cold.traffic.loaded, 50u);
     EXPECT_GT(cold.rounds, 2u);
-    EXPECT_EQ(cold.sweeps, 0u);
     pair.server().reset_statistics();
     pair.different_answers(rays);
     const paging::PagingStatistics warm = pair.server().statistics();
@@ -133,12 +168,82 @@ TEST_F(PagingTest, AWarmPoolLoadsNothing) {
     EXPECT_EQ(warm.again, 0u);
 }
 
-TEST_F(PagingTest, ASmallPoolSweeps) {
+TEST_F(PagingTest, ASmallPoolEnds) {
     InCoreAgainstPages pair(soup(5000, 0.3f, vec3(1), 3), 4);
     const std::vector<Ray> rays = rays_through(pair.tables().bounds, 2000, 1);
     EXPECT_EQ(pair.different_answers(rays), 0u);
-    EXPECT_GT(pair.server().statistics().sweeps, 0u);
-    EXPECT_GT(pair.server().statistics().windows, pair.server().statistics().sweeps);
+    EXPECT_GT(pair.server().statistics().traffic.evicted, 100u);
+}
+
+TEST_F(PagingTest, SchedulesAgree) {
+    using Method = paging::PageQueries::Method;
+    const Scene scene = soup(5000, 0.1f, vec3(1), 3);
+    for (const auto& [schedule, method] : {std::pair(paging::PageSchedule::demand, Method::compute),
+                                           std::pair(paging::PageSchedule::set, Method::compute),
+                                           std::pair(paging::PageSchedule::queries, Method::compute),
+                                           std::pair(paging::PageSchedule::queries, Method::raster)}) {
+        for (const std::size_t slots : std::initializer_list<std::size_t>{1, 25, 50, 1000}) {
+            SCOPED_TRACE(testing::Message() << name(schedule) << ", " << slots << " slots");
+            InCoreAgainstPages pair(scene, slots, schedule, {}, method);
+            for (int turn = 0; turn < 3; ++turn) {
+                const vec3 from(1, 0.3f + 0.05f * static_cast<float>(turn), 0.2f);
+                std::vector<Ray> rays = camera_rays(pair.tables().bounds, from);
+                if (slots == 1) rays.resize(64);
+                for (const rays::RayKind kind : kKinds)
+                    EXPECT_EQ(pair.different_answers(rays, nullptr, kind), 0u) << "turn " << turn;
+            }
+        }
+    }
+}
+
+TEST_F(PagingTest, ABatchFindsThePagesOfItsLastRun) {
+    InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 60, paging::PageSchedule::set);
+    const std::vector<Ray> left = camera_rays(vec3(-0.6f, 0, 5), vec3(-0.6f, 0, 0));
+    const std::vector<Ray> right = camera_rays(vec3(0, 5, 0.6f), vec3(0, 0, 0.6f));
+    for (int turn = 0; turn < 3; ++turn) {
+        pair.server().reset_statistics();
+        EXPECT_EQ(pair.different_answers(left, nullptr, rays::RayKind::diffuse), 0u);
+        EXPECT_EQ(pair.different_answers(right, nullptr, rays::RayKind::glossy), 0u);
+        const paging::PagingStatistics s = pair.server().statistics();
+        if (turn == 0) continue;
+        EXPECT_GT(s.traffic.evicted, 0u);
+        EXPECT_GT(s.prefetched_used, s.prefetched_unused);
+    }
+}
+
+TEST_F(PagingTest, QueriesFindPagesBeforeTheyAreMissed) {
+    using Method = paging::PageQueries::Method;
+    const Scene scene = soup(5000, 0.02f, vec3(1), 3);
+    const auto run = [&](paging::PageSchedule schedule, Method method) {
+        InCoreAgainstPages pair(scene, 1000, schedule, {}, method);
+        const std::vector<Ray> rays = camera_rays(pair.tables().bounds, vec3(1, 0.3f, 0.2f));
+        EXPECT_EQ(pair.different_answers(rays, nullptr, rays::RayKind::shadow), 0u);
+        return pair.server().statistics();
+    };
+    const paging::PagingStatistics demand = run(paging::PageSchedule::demand, Method::compute);
+    EXPECT_EQ(demand.queries, 0u);
+    for (const Method method : {Method::compute, Method::raster}) {
+        const paging::PagingStatistics queries = run(paging::PageSchedule::queries, method);
+        EXPECT_GT(queries.queries, 0u);
+        EXPECT_LT(queries.again, demand.again);
+    }
+}
+
+TEST_F(PagingTest, ASlowSourceChangesNothing) {
+    InCoreAgainstPages pair(soup(3000, 0.1f, vec3(1), 3), 20, paging::PageSchedule::set,
+                            {.delay = std::chrono::microseconds(300)});
+    const std::vector<Ray> rays = rays_through(pair.tables().bounds, 2000, 1);
+    EXPECT_EQ(pair.different_answers(rays), 0u);
+    EXPECT_EQ(pair.different_answers(rays), 0u);
+}
+
+TEST_F(PagingTest, DamageReachesTheRenderer) {
+    for (const std::uint32_t pages : {0u, 7u, 40u}) {
+        InCoreAgainstPages pair(soup(5000, 0.1f, vec3(1), 3), 20, paging::PageSchedule::set, {.damaged_after = pages});
+        const std::vector<Ray> rays = rays_through(pair.tables().bounds, 2000, 1);
+        const std::string message = error_message([&] { pair.different_answers(rays); });
+        EXPECT_TRUE(message.starts_with("slow.pages: page ") && message.ends_with(" is damaged")) << message;
+    }
 }
 
 // Stiff cases: many ties, distant scenes, extreme scales, rays that cross all pages, scenes without triangles.

@@ -3,10 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <thread>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "engine/paging/page_file.h"
 #include "shaders/shared/tile_list.h"
 #include "tools/measure/bench/capture.h"
 #include "tools/measure/bench/frames_report.h"
@@ -22,6 +24,7 @@ std::vector<Method> make_methods(const std::vector<std::string>& wanted, const B
     std::vector<Method> methods;
     for (const std::string& name : method_names()) {
         if (!wanted.empty() && std::ranges::find(wanted, name) == wanted.end()) continue;
+        if (wanted.empty() && !bench.pages && name.starts_with("paged")) continue;
         try {
             methods.push_back(make_method(name, bench));
         } catch (const Error& error) {
@@ -53,8 +56,19 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
                                              arguments.kinds.empty() ? ray_kinds() : arguments.kinds);
     const rays::TileSettings tiles{static_cast<std::uint32_t>(arguments.tile),
                                    static_cast<std::uint32_t>(arguments.entries)};
-    const std::vector<Method> methods =
-        make_methods(arguments.methods, {context, programs, tables, packed, trace, embree, tiles}, result.left_out);
+    std::optional<paging::PageFile> pages;
+    if (!arguments.pages.empty()) pages.emplace(arguments.pages);
+    const Bench bench{context,
+                      programs,
+                      tables,
+                      packed,
+                      trace,
+                      embree,
+                      tiles,
+                      pages ? &*pages : nullptr,
+                      arguments.pool_bytes,
+                      arguments.page_schedule};
+    const std::vector<Method> methods = make_methods(arguments.methods, bench, result.left_out);
     for (const RaySet& set : sets) {
         if (set.live == 0) {
             result.left_out.push_back(set.kind + ": no rays");
@@ -152,6 +166,25 @@ void add_options(CLI::App& app, BenchArguments& a) {
            fmt::format("capacity of a tile's list, at most {} (default {})", shared::kMostTileEntries, a.entries))
         ->type_name("N")
         ->check(whole_number(1, shared::kMostTileEntries))
+        ->excludes(frames);
+    app.add_option("--pages", a.pages, "page file of the scene, for the methods paged and paged-*")
+        ->type_name("FILE")
+        ->excludes(frames);
+    app.add_option_function<double>(
+           "--page-pool", [&a](double mib) { a.pool_bytes = static_cast<std::size_t>(mib * 1048576); },
+           "room for pages of paged and paged-cold in MiB (default: for all pages)")
+        ->type_name("MIB")
+        ->check(CLI::PositiveNumber)
+        ->excludes(frames);
+    app.add_option_function<std::string>(
+           "--page-schedule",
+           [&a](const std::string& text) {
+               a.page_schedule = *std::ranges::find(paging::kPageSchedules, text,
+                                                    [](auto schedule) { return std::string(name(schedule)); });
+           },
+           fmt::format("how pages are found that rays need (default {})", name(a.page_schedule)))
+        ->type_name("")
+        ->check(one_of({"demand", "set", "queries"}))
         ->excludes(frames);
     app.add_option("--variants", a.variants,
                    fmt::format("tracing methods of the frames (default {})", fmt::join(a.variants, ",")))

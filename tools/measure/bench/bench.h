@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/paging/page_schedule.h"
 #include "tools/measure/common/clock.h"
 
 namespace CLI {
@@ -26,7 +27,10 @@ struct BenchArguments {
     int repeats = 1;                   // runs of a method in each turn, whose times are averaged
     int tile = 8;                      // side of a tile of rays, pixels: 8 or 16
     int entries = 32;                  // capacity of a tile's list
-    bool frames = false;               // measures whole frames (frames.h) instead of ray sets
+    std::string pages;                 // page file of the scene, for the methods that need it; empty: none
+    std::size_t pool_bytes = ~std::size_t{0};  // bytes of a pool of pages; at most all pages are held
+    paging::PageSchedule page_schedule = paging::kDefaultPageSchedule;
+    bool frames = false;  // measures whole frames (frames.h) instead of ray sets
     // The following members are used for frames only; see FrameOrder.
     std::vector<std::string> variants{"off", "compute", "fresh", "auto"};
     int bounces = 8;

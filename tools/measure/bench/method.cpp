@@ -11,6 +11,7 @@
 #include "tools/measure/bench/culling_methods.h"
 #include "tools/measure/bench/graph_run.h"
 #include "tools/measure/bench/naive_tracer.h"
+#include "tools/measure/bench/paged_methods.h"
 #include "tools/measure/bench/treelets.h"
 
 namespace halflight::bench {
@@ -163,10 +164,19 @@ struct Entry {
     const char* name;
     Method (*make)(const Bench&);
 };
-constexpr std::array kMethods{
-    Entry{"naive", naive_method},   Entry{"plain", plain_method},     Entry{"compute", compute_method},
-    Entry{"kept", kept_method},     Entry{"auto", automatic_method},  Entry{"raster", raster_method},
-    Entry{"embree", embree_method}, Entry{"packets", packets_method}, Entry{"ceiling", ceiling_method}};
+constexpr std::array kMethods{Entry{"naive", naive_method},
+                              Entry{"plain", plain_method},
+                              Entry{"compute", compute_method},
+                              Entry{"kept", kept_method},
+                              Entry{"auto", automatic_method},
+                              Entry{"raster", raster_method},
+                              Entry{"embree", embree_method},
+                              Entry{"packets", packets_method},
+                              Entry{"ceiling", ceiling_method},
+                              Entry{"paged", paged_method},
+                              Entry{"paged-cold", paged_cold_method},
+                              Entry{"paged-half", paged_half_method},
+                              Entry{"paged-quarter", paged_quarter_method}};
 
 }  // namespace
 

@@ -8,6 +8,8 @@
 
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
+#include "engine/paging/page_schedule.h"
+#include "engine/paging/pages.h"
 #include "engine/rays/tiles.h"
 #include "tools/measure/bench/embree_tracer.h"
 #include "tools/measure/bench/ray_set.h"
@@ -45,6 +47,9 @@ struct Bench {
     const rays::TraceScene& trace;    // buffers of `tables` and `packed`
     const EmbreeTracer& embree;
     rays::TileSettings tiles;
+    const paging::PageSource* pages;  // the scene's page file; null: none
+    std::size_t pool_bytes;           // bytes of a pool of pages
+    paging::PageSchedule page_schedule;
 };
 
 /// Returns the names in the order of reports:
@@ -56,6 +61,10 @@ struct Bench {
 ///   raster   culling by occlusion queries, with the state of the runs before over the same set
 ///   embree   Embree, ray by ray
 ///   packets  Embree, the fastest of its packet and stream modes for that set
+///   paged    the scene's page file (--pages), with the pool of the run before
+///   paged-cold     the page file, from an empty pool
+///   paged-half     as paged, but the pool has room for half of the pages that the set needs
+///   paged-quarter  as paged-half, for a quarter
 ///   ceiling  plain with perfect culling: traverses only the treelet of up to 64 triangles that contains the hit
 const std::vector<std::string>& method_names();
 /// Returns the method of this name. Throws Error where it cannot take the scene.
