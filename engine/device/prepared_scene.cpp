@@ -131,7 +131,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
     has_environment_ = !shading.environment.pixels.empty();
-    buffers_.emplace(tables_, shading, options_.bank_shift);
+    buffers_.emplace(tables_, shading, options_.bank_shift, options_.tile_bytes);
     pool_.emplace(*options_.pages, options_.pool_bytes);
     seconds_ = watch.seconds();
 }
@@ -174,7 +174,7 @@ void PreparedScene::prepare(const Scene& scene) {
             memory_ ? std::optional(SceneBuffers::Content{tables_, memory_->shading}) : std::nullopt;
         buffers_->update(tables, shading, last ? &*last : nullptr);
     } else {
-        buffers_.emplace(tables, shading, options_.bank_shift);
+        buffers_.emplace(tables, shading, options_.bank_shift, options_.tile_bytes);
     }
     if (!moves) shading = {};  // hierarchies need the memory
     rays::PackedScene packed = packing.get();

@@ -29,7 +29,8 @@ struct PrepareOptions {
     bool single_pose = false;                      // nothing is kept for update(), which throws Error
     // Pages of a scene whose geometry is not in memory; the scene's meshes are then empty. Null: the scene has it all.
     std::shared_ptr<const paging::PageSource> pages{};
-    std::size_t pool_bytes = std::size_t{1} << 30;  // bytes of device memory for pages
+    std::size_t pool_bytes = std::size_t{1} << 30;    // bytes of device memory for pages
+    std::size_t tile_bytes = std::size_t{256} << 20;  // bytes of device memory for textures in tiles
     // Called by the constructor once it does not read the scene any more, before hierarchies of large scenes are built.
     std::function<void()> scene_read{};
 };
