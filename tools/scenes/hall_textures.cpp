@@ -175,7 +175,8 @@ std::string hall_texture(HallSurface surface, HallMap map, std::uint32_t seed, i
         Point p = point(surface, noise, centre(x), centre(y), tint);
         // Each texel differs from its neighbours, as in photographs.
         const auto column = static_cast<std::uint32_t>((x + size) % size);
-        const float grain = static_cast<float>(hash(column, static_cast<std::uint32_t>((y + size) % size))) * 0x1p-32f;
+        const auto row = static_cast<std::uint32_t>((y + size) % size);
+        const float grain = static_cast<float>(hash(column, row + (seed << 16))) * 0x1p-32f;
         p.color *= 0.94f + 0.12f * grain;
         p.roughness *= 0.97f + 0.06f * grain;
         p.height += 0.1f * texel * grain;
