@@ -44,6 +44,15 @@ void note_exposure(const ViewTransform& requested, const ViewTransform& used, co
                  used.stops());
 }
 
+namespace {
+
+/// Returns whether textures are loaded in tiles.
+bool in_tiles(const Scene& scene) {
+    return std::ranges::any_of(scene.images, [](const TextureImage& image) { return image.tiles != nullptr; });
+}
+
+}  // namespace
+
 struct FrameRenderer::State {
     LoadedScene& scene;
     RenderSettings settings;
@@ -59,7 +68,7 @@ struct FrameRenderer::State {
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
-    MemoryLedger::Entry tables_memory, pages_memory, picture_memory, bands_memory, visibility_memory;
+    MemoryLedger::Entry tables_memory, pages_memory, textures_memory, picture_memory, bands_memory, visibility_memory;
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
@@ -149,6 +158,13 @@ struct FrameRenderer::State {
                                      text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps)));
             options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - fixed) / 2;
             pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + fixed};
+        }
+        if (in_tiles(scene.scene())) {
+            const std::size_t batch = paging::TilePool::bytes_of_batch(
+                std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height)));
+            ledger.check(batch, "hits that wait for textures", text_of_bytes(batch));
+            textures_memory = {ledger, MemoryPart::textures, batch};
+            options.tile_bytes = settings.tile_bytes > 0 ? settings.tile_bytes : ledger.free() / 2;
         }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);

@@ -8,12 +8,15 @@
 #include "api/default_camera.h"
 #include "api/default_light.h"
 #include "api/scene_cache.h"
+#include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/io/environment.h"
 #include "engine/io/gltf/parts.h"
+#include "engine/io/texture_store.h"
 #include "engine/paging/page_file.h"
 #include "renderer/memory.h"
+#include "shaders/shared/texture.h"
 
 namespace halflight {
 
@@ -44,11 +47,24 @@ bool can_be_paged(const SceneChoice& choice) {
 
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes) {
     const std::size_t scene = scene_bytes(size);
-    MemoryLedger::process().check(scene + picture_bytes, file.string(),
-                                  fmt::format("geometry {}, textures {}, their tables and buffers {}, picture {}{}",
-                                              text_of_bytes(size.geometry_bytes + size.instance_bytes),
-                                              text_of_bytes(size.texture_bytes), text_of_bytes(scene - size.contents()),
-                                              picture_bytes > 0 ? "at least " : "", text_of_bytes(picture_bytes)));
+    MemoryLedger::process().check(
+        scene + picture_bytes, file.string(),
+        fmt::format("geometry {}, textures {}, their tables and buffers {}, picture {}{}",
+                    text_of_bytes(size.geometry_bytes + size.instance_bytes),
+                    text_of_bytes(size.texture_bytes + size.tile_bytes), text_of_bytes(scene - size.contents()),
+                    picture_bytes > 0 ? "at least " : "", text_of_bytes(picture_bytes)));
+}
+
+std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSize& size, std::size_t picture_bytes,
+                                            bool always) {
+    // Pools in memory end at so many texels of a kind (engine/device/scene_buffers.h).
+    constexpr std::size_t kMostBytes = std::size_t{4} * (std::size_t{shared::kMostBanks} << shared::kMostBankShift);
+    const bool fit = scene_bytes(size) + picture_bytes <= MemoryLedger::process().free();
+    if (size.texture_bytes == 0 || (fit && size.texture_bytes <= kMostBytes && !always)) return nullptr;
+    const auto store = std::make_shared<TextureStore>(scratch_folder());
+    for (GltfScene& file : files) file.put_textures_into(store);
+    size = with_tiles(size);
+    return store;
 }
 
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log) {
@@ -86,10 +102,11 @@ void take_sun(Scene& pose, const Scene& from) {
 }
 
 SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes,
-                     bool moves)
+                     bool moves, bool tile)
     : path_(path), file_(path, options) {
     SceneSize size = file_.size();
     size.moves = moves;
+    tile_textures({&file_, 1}, size, picture_bytes, tile);
     check_fits(size, path, picture_bytes);
 }
 
@@ -183,7 +200,7 @@ bool LoadedScene::load_whole(const Log& log) {
     const GltfOptions options = gltf_options(choice_);
     bool lit_later = false;
     if (choice_.animation) {
-        file_.emplace(choice_.scene, options, choice_.picture_bytes);
+        file_.emplace(choice_.scene, options, choice_.picture_bytes, true, choice_.tile_textures);
         file_->set_frame_rate(choice_.frame_rate, log);
         file_->play(*choice_.animation, log);
         frame_rate_ = file_->frame_rate();
@@ -196,7 +213,7 @@ bool LoadedScene::load_whole(const Log& log) {
         if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
-        SceneFile file(choice_.scene, options, choice_.picture_bytes, false);
+        SceneFile file(choice_.scene, options, choice_.picture_bytes, false, choice_.tile_textures);
         scene_ = file.gltf().at_rest();
         files_ = file.gltf().files();
         variants_ = file.gltf().variants();
@@ -208,7 +225,7 @@ void LoadedScene::load_pages(const Log& log) {
     if (choice_.animation) throw Error(choice_.scene.string(), "animations cannot play with pages");
     if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
-    const GltfOptions options = gltf_options(choice_);
+    GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     std::vector<GltfScene> parts;
     for (const std::filesystem::path& part : scene_parts(choice_.scene, options)) {
@@ -217,6 +234,7 @@ void LoadedScene::load_pages(const Log& log) {
     }
     SceneSize size = size_of_parts(parts);
     size.drawn = 0;  // pages take what the budget leaves
+    options.textures = tile_textures(parts, size, choice_.picture_bytes, choice_.tile_textures);
     check_fits(size, choice_.scene, choice_.picture_bytes);
     const std::uint64_t identity = identity_of(parts);
     const std::filesystem::path pages =

@@ -26,14 +26,18 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
                                  const PackOptions& options, const Log& log) {
     SceneChoice choice;
     choice.allow_outside = options.allow_outside;
-    const GltfOptions gltf = gltf_options(choice);
+    GltfOptions gltf = gltf_options(choice);
     std::vector<GltfScene> parts;
     for (const std::filesystem::path& path : scene_parts(scene, gltf))
         check_animations(path, parts.emplace_back(path, gltf));
-    const SceneSize size = size_of_parts(parts);
+    SceneSize size = size_of_parts(parts);
     MemoryLedger& ledger = MemoryLedger::process();
+    // Conversions read textures for their alpha alone.
+    if (size.texture_bytes + 4 * size.largest_mesh + paging::kLeastConvertBytes > ledger.free())
+        gltf.textures = tile_textures(parts, size, 0, true);
     // The largest mesh is held as read, as placed, and in the copies that reading makes.
-    const std::size_t contents = size.texture_bytes + 2 * size.instance_bytes, mesh = 4 * size.largest_mesh;
+    const std::size_t contents = size.texture_bytes + size.tile_bytes + 2 * size.instance_bytes,
+                      mesh = 4 * size.largest_mesh;
     ledger.check(contents + std::max(size.decoding_bytes, mesh + paging::kLeastConvertBytes), scene.string(),
                  fmt::format("textures and instances {}, largest mesh {}, conversion at least {}",
                              text_of_bytes(contents), text_of_bytes(mesh), text_of_bytes(paging::kLeastConvertBytes)));

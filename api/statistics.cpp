@@ -42,6 +42,12 @@ Json paging_json(const RenderStats::Paging& p) {
             {"row_seconds", p.row_seconds}};
 }
 
+Json textures_json(const paging::TileStatistics& t) {
+    return {{"tiles", t.tiles},      {"slots", t.slots},     {"loaded", t.loaded},   {"loaded_bytes", t.bytes},
+            {"evicted", t.evicted},  {"seconds", t.seconds}, {"batches", t.batches}, {"rounds", t.rounds},
+            {"hits_again", t.again}, {"splits", t.splits}};
+}
+
 Json batch_statistics(const rays::BatchStatistics& b) {
     Json methods = Json::object();
     for (std::size_t i = 0; i < rays::kTraceMethods; ++i) {
@@ -232,6 +238,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"refitted", stats.hierarchies.refitted},
           {"built", stats.hierarchies.built}}},
         {"paging", stats.paging ? paging_json(*stats.paging) : Json()},
+        {"textures", stats.textures ? textures_json(*stats.textures) : Json()},
         {"passes", passes},
         {"ray_batches", batches},
         {"raster_culling", raster},

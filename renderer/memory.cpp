@@ -22,6 +22,7 @@ namespace {
 using Source = LayerSource;
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
+constexpr std::size_t kLeastTilePool = 16 * kMiB;
 constexpr std::size_t kTexel = sizeof(vec4);
 constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // bytes per path: emission, direct and indirect light
 /// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several
@@ -151,8 +152,10 @@ std::size_t scene_bytes(const SceneSize& size) {
     constexpr std::size_t kPools = 4;  // bytes of half floats per byte of an image, in the tables and on the device
     const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
     const std::size_t images = size.moves ? 2 : 1;
+    // Textures in tiles share a pool, which holds those of alpha tests and lights as half floats, and some others.
+    const std::size_t pool = size.tile_bytes > 0 ? 2 * size.pinned_bytes + kLeastTilePool : 0;
     return std::max(per_triangle * traced(size) + copies * (size.contents() - size.texture_bytes) +
-                        (images + kPools) * size.texture_bytes,
+                        (images + kPools) * size.texture_bytes + pool,
                     size.contents() + size.decoding_bytes);
 }
 

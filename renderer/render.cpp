@@ -84,6 +84,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     s.executor.reset_times();
     s.tracer->reset_statistics();
     if (s.page_rows) s.page_rows->reset_statistics();
+    if (s.scene.buffers().tiles()) s.scene.buffers().tiles()->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
     if (s.denoiser) s.denoiser->begin();

@@ -112,6 +112,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.batches = tracer->statistics();
     if (const auto* raster = dynamic_cast<const rays::RasterCulling*>(server)) stats.raster = raster->batches();
     if (page_server) stats.paging = {page_server->statistics(), page_rows->rows(), page_rows->seconds()};
+    if (const paging::TilePool* tiles = scene.buffers().tiles()) stats.textures = tiles->statistics();
     stats.bad_values = in_flight->counted().by_component();
     if (preview) preview->fill_stats(stats);
     if (denoiser) denoiser->fill_stats(stats);

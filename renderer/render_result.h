@@ -63,8 +63,9 @@ struct RenderStats {
         std::uint64_t rows = 0;  // table rows of hits that were read
         double row_seconds = 0;  // seconds of reading them
     };
-    std::optional<Paging> paging;       // statistics of scenes that are loaded in pages
-    rays::HierarchyCounts hierarchies;  // hierarchies built, refitted or kept for this picture
+    std::optional<Paging> paging;                    // statistics of scenes that are loaded in pages
+    std::optional<paging::TileStatistics> textures;  // statistics of textures that are loaded in tiles
+    rays::HierarchyCounts hierarchies;               // hierarchies built, refitted or kept for this picture
 };
 
 /// A picture with its layers.

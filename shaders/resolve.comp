@@ -7,6 +7,8 @@
 //   otherwise                the visibility buffer; HALFLIGHT_STORE_RAYS and HALFLIGHT_STORE_HITS store rays and hits, too
 // HALFLIGHT_GATHERED_ROWS: the scene's tables hold the rows of these hits, in the order of the invocations
 // (engine/paging/row_gather.h).
+// HALFLIGHT_TILE_REQUESTS: invocations that miss tiles of textures request them and store nothing. They go into a list,
+// and run again when the tiles are there (engine/paging/tile_pool.h).
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
@@ -21,6 +23,13 @@
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
+#ifdef HALFLIGHT_TILE_REQUESTS
+layout(std430) buffer TileRequests { uint requested_count; uint waiting_count; uint requested_tiles[]; };
+layout(std430) buffer TileBits { uint requested_bits[]; };                 // one bit per tile
+layout(std430) writeonly buffer TileWaiting { uvec2 waiting[]; };          // invocation, a tile that it misses
+layout(std430) readonly buffer TileAgain { uint invocations_again[]; };    // invocations of this run
+uniform uint again_count;  // number of `invocations_again`; 0: all invocations run
+#endif
 #ifdef HALFLIGHT_LIST
 #define HALFLIGHT_TRACED
 uniform usamplerBuffer list;    // R32UI: path indices
@@ -91,13 +100,20 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
 #endif
 
 void main() {
+    uint invocation = gl_GlobalInvocationID.x;
+#ifdef HALFLIGHT_TILE_REQUESTS
+    bool runs = again_count == 0u || invocation < again_count;
+    if (again_count > 0u) invocation = invocations_again[min(invocation, again_count - 1u)];
+#else
+    const bool runs = true;
+#endif
 #ifdef HALFLIGHT_LIST
-    bool listed = gl_GlobalInvocationID.x < texelFetch(header, 0).w;
-    uint path = texelFetch(list, int(listed ? gl_GlobalInvocationID.x : 0u)).x;
+    bool listed = runs && invocation < texelFetch(header, 0).w;
+    uint path = texelFetch(list, int(listed ? invocation : 0u)).x;
     const bool inside = true;
 #else
-    const bool listed = true;
-    uint path = gl_GlobalInvocationID.x;
+    bool listed = runs;
+    uint path = invocation;
     ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
     bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
 #endif
@@ -110,7 +126,7 @@ void main() {
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
 #ifdef HALFLIGHT_GATHERED_ROWS
-    hit.triangle = listed ? gl_GlobalInvocationID.x : 0u;
+    hit.triangle = listed ? invocation : 0u;
 #endif
 #else
     // Invocations beyond the picture's edge look up the last pixel again, in vain.
@@ -127,12 +143,21 @@ void main() {
     vec3 direction = ray.direction;
 #endif
     Surface surface = surface_at(hit, ray.direction);
+#ifdef HALFLIGHT_TILE_REQUESTS
+    tiles_wanted = listed && is_hit;
+#endif
     Material material = evaluate_material(surface, -direction);
+#ifdef HALFLIGHT_TILE_REQUESTS
+    if (missing_tile != kNoTile) {
+        waiting[atomicAdd(waiting_count, 1u)] = uvec2(invocation, missing_tile);
+        listed = false;
+    }
+#endif
     vec3 emission = is_hit ? material.emission : inside ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
 #ifdef HALFLIGHT_SEEN
     vec4 before = begins ? vec4(0.0) : light_seen[path];
-    light_seen[path] = before + weight * vec4(emission, 0.0);
+    if (listed) light_seen[path] = before + weight * vec4(emission, 0.0);
 #elif defined(HALFLIGHT_LAST_VERTEX)
     if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
 #else

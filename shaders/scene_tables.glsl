@@ -15,6 +15,9 @@ layout(binding = UNIT_ENVIRONMENT) uniform sampler2D environment_map;
 layout(binding = UNIT_ENVIRONMENT_ALIAS) uniform samplerBuffer environment_cells;
 layout(binding = UNIT_LIGHT_TREE) uniform usamplerBuffer light_tree;
 layout(binding = UNIT_ALBEDO) uniform sampler2D albedo_table;
+#ifdef HALFLIGHT_TILED_TEXTURES
+layout(binding = UNIT_TILE_SLOTS) uniform usamplerBuffer tile_slots;
+#endif
 #ifdef HALFLIGHT_COLOR_BANK_1
 layout(binding = UNIT_COLOR_BANKS) uniform samplerBuffer color_bank_1;
 #endif

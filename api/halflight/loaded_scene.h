@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct SceneChoice {
     std::filesystem::path pages{};
     bool in_memory = false;                       // refuses scenes that need a page file
     std::function<void(double share)> packing{};  // called with the share of the conversion done; may throw to stop
+    bool tile_textures = false;                   // loads textures in tiles even if they fit into memory
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     std::string variant{};         // material variant of the file, by name; empty: the file's own materials
     EnvironmentChoice environment{};
@@ -57,6 +59,12 @@ bool can_be_paged(const SceneChoice& choice);
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes = 0);
 
+/// Lets a temporary file (engine/io/texture_store.h) take the textures of files that do not fit into the memory budget,
+/// or all textures if `always` is set. `size` is that of the files together, and changes to what is left of it. Returns
+/// the file, or null where textures stay in memory.
+std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSize& size, std::size_t picture_bytes,
+                                            bool always = false);
+
 /// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene whose own light is
 /// negligible for what its cameras see gets a neutral sky, which the log notes.
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log);
@@ -69,7 +77,7 @@ class SceneFile {
     /// Reads the file. Throws Error as GltfScene() and check_fits() do. moves: poses other than at_rest() are wanted,
     /// for which contents of the file are kept.
     SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes = 0,
-              bool moves = true);
+              bool moves = true, bool tile_textures = false);
 
     /// Selects animations (SceneChoice::animation). The log names ignored channels and animations that drive the same
     /// properties. Throws Error for damaged animations, and for unknown names (the error lists the names).

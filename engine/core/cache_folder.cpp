@@ -15,4 +15,14 @@ std::filesystem::path cache_folder(std::string_view name) {
     return cache.empty() ? cache : cache / "halflight" / name;
 }
 
+std::filesystem::path scratch_folder() {
+    std::error_code none;
+    if (const char* wanted = std::getenv("TMPDIR"); wanted && std::filesystem::is_directory(wanted, none))
+        return wanted;
+    const std::filesystem::path cache = cache_folder("temporary");
+    if (!cache.empty()) std::filesystem::create_directories(cache, none);
+    return !cache.empty() && std::filesystem::is_directory(cache, none) ? cache
+                                                                        : std::filesystem::temp_directory_path();
+}
+
 }  // namespace halflight

@@ -109,8 +109,8 @@ std::optional<std::size_t> parse_bytes(std::string_view text) {
 }
 
 const char* name(MemoryPart part) {
-    constexpr std::array<const char*, kMemoryParts> kNames = {"program", "scene",      "tables", "picture",
-                                                              "bands",   "visibility", "pages"};
+    constexpr std::array<const char*, kMemoryParts> kNames = {"program", "scene",      "tables",   "picture",
+                                                              "bands",   "visibility", "textures", "pages"};
     return kNames.at(static_cast<std::size_t>(part));
 }
 

@@ -33,9 +33,10 @@ enum class MemoryPart : std::uint8_t {
     picture,     // pictures with their layers, copies and buffers for writing them
     bands,       // buffers of bands
     visibility,  // tile lists that are carried from sample to sample
+    textures,    // pool of texture tiles, and tables for it
     pages,       // pages and table rows of scenes larger than memory, and buffers of their conversion
 };
-inline constexpr std::size_t kMemoryParts = 7;
+inline constexpr std::size_t kMemoryParts = 8;
 const char* name(MemoryPart part);
 
 /// Bytes of MemoryPart::program: those of a first run, which compiles all shaders (measured, and rounded up).

@@ -134,7 +134,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
         buffers_->update(tables_, shading, nullptr);
         pool_->set_shading(buffers_->defines());
     } else {
-        buffers_.emplace(tables_, shading, options_.bank_shift);
+        buffers_.emplace(tables_, shading, options_.bank_shift, options_.tile_bytes);
         pool_.emplace(*options_.pages, options_.pool_bytes, buffers_->defines());
     }
     seconds_ = watch.seconds();
@@ -178,7 +178,7 @@ void PreparedScene::prepare(const Scene& scene) {
             memory_ ? std::optional(SceneBuffers::Content{tables_, memory_->shading}) : std::nullopt;
         buffers_->update(tables, shading, last ? &*last : nullptr);
     } else {
-        buffers_.emplace(tables, shading, options_.bank_shift);
+        buffers_.emplace(tables, shading, options_.bank_shift, options_.tile_bytes);
     }
     if (!moves) shading = {};  // hierarchies need the memory
     rays::PackedScene packed = packing.get();

@@ -54,8 +54,10 @@ bool same_image(const Image& a, const Image& b) {
 
 }  // namespace
 
-SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift)
+SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift,
+                           std::size_t tile_bytes)
     : bank_shift_(std::min(bank_shift, texture_buffer_shift())),
+      tile_bytes_(tile_bytes),
       positions_("positions", 0),
       indices_("triangle indices", 0),
       instance_rows_("block instances", 0),
@@ -125,6 +127,9 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     bring(UNIT_MATERIALS, shading.materials, shaded ? &shaded->materials : nullptr);
     bring(UNIT_TEXTURES, shading.textures, shaded ? &shaded->textures : nullptr);
     if (!shading.texels_left_out) {
+        tiles_.reset();  // frees its memory first
+        if (!shading.tiled.empty())
+            tiles_ = std::make_unique<paging::TilePool>(shading.tiled, tile_bytes_, bank_shift_);
         bring_pool("colour texels", UNIT_COLOR_TEXELS, UNIT_COLOR_BANKS, GL_RGBA16F, shading.color_texels);
         bring_pool("data texels", UNIT_DATA_TEXELS, UNIT_DATA_BANKS, GL_RGBA8, shading.data_texels);
     }
@@ -133,8 +138,9 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
         if (v.unit < UNIT_COLOR_BANKS) continue;
         defines_.set(fmt::format("HALFLIGHT_{}_BANK_{}", color ? "COLOR" : "DATA",
                                  1 + v.unit - (color ? UNIT_COLOR_BANKS : UNIT_DATA_BANKS)));
-        defines_.set("HALFLIGHT_BANK_SHIFT", std::to_string(bank_shift_));
+        defines_.set(color ? "HALFLIGHT_COLOR_BANK_SHIFT" : "HALFLIGHT_DATA_BANK_SHIFT", std::to_string(bank_shift_));
     }
+    if (tiles_) tiles_->define(defines_);
     bring(UNIT_LIGHTS, shading.lights, shaded ? &shaded->lights : nullptr);
     bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
     bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
@@ -178,6 +184,7 @@ std::size_t SceneBuffers::bytes() const {
     std::size_t total = positions_.bytes() + indices_.bytes() + instance_rows_.bytes() + instances_.bytes() +
                         gpu::texture_bytes(environment_.desc()) + gpu::texture_bytes(albedo_.desc());
     for (const View& v : views_) total += v.buffer.bytes();
+    if (tiles_) total += tiles_->bytes();
     return total;
 }
 
@@ -187,6 +194,7 @@ void SceneBuffers::bind() const {
     instance_rows_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
     environment_.bind(UNIT_ENVIRONMENT);
     albedo_.bind(UNIT_ALBEDO);
+    if (tiles_) tiles_->bind();
 }
 
 void SceneBuffers::draw(const gpu::Program& program) const {

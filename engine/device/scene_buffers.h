@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/object.h"
 #include "engine/gpu/program.h"
 #include "engine/gpu/texture.h"
+#include "engine/paging/tile_pool.h"
 #include "engine/tables/shading_tables.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/texture.h"
@@ -19,7 +21,9 @@ class SceneBuffers {
   public:
     /// Throws Error where an array exceeds what the driver can address. bank_shift: largest logarithm of the texels of
     /// a bank of a texel pool (shaders/shared/texture.h); banks are never larger than the driver's texture buffers.
-    SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift = shared::kMostBankShift);
+    /// tile_bytes: bytes of device memory for tiles of textures, where these are in tiles.
+    SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift = shared::kMostBankShift,
+                 std::size_t tile_bytes = std::size_t{256} << 20);
 
     /// Tables that the buffers hold.
     struct Content {
@@ -40,6 +44,10 @@ class SceneBuffers {
 
     /// Returns the block instances as shaders/shared/instances.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }
+
+    /// Returns the pool of texture tiles, or null where all textures are in memory. Kernels that look up any texture
+    /// run by TilePool::shade().
+    paging::TilePool* tiles() const { return tiles_.get(); }
 
     /// Binds every table to its texture unit (shaders/shared/bindings.h).
     void bind() const;
@@ -68,6 +76,8 @@ class SceneBuffers {
     SceneNeeds needs_;
     gpu::Defines defines_;
     unsigned bank_shift_;
+    std::size_t tile_bytes_;
+    std::unique_ptr<paging::TilePool> tiles_;
     std::vector<View> views_;
     std::vector<Draw> draws_;
     gpu::Buffer positions_;

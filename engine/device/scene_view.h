@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "engine/device/scene_buffers.h"
 #include "engine/gpu/program.h"
@@ -41,6 +42,12 @@ struct SceneView {
     paging::RowGather* rows = nullptr;        // table rows of hits, for scenes that are loaded in pages; else null
     std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
+
+    /// Returns the defines of kernels that look up the textures of hits, shaders/resolve.comp.
+    gpu::Defines shading_defines() const;
+    /// Runs such a kernel. `all` dispatches it for its whole batch, one invocation per path at most. Where textures are
+    /// in tiles, some invocations run again.
+    void shade(const gpu::Program& kernel, const std::function<void()>& all) const;
 };
 
 }  // namespace halflight

@@ -1,7 +1,5 @@
 #include "engine/paging/page_file.h"
 
-#include <zstd.h>
-
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -18,6 +16,7 @@
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/core/memory_ledger.h"
+#include "engine/io/zstd_frame.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::paging {
@@ -51,31 +50,8 @@ constexpr std::size_t kMostBlockBytes =
 
 // --- Compression -----------------------------------------------------------------------------------------------------
 
-/// Returns a Zstandard frame with a checksum.
-std::string compress(std::string_view bytes) {
-    constexpr int kLevel = 3;
-    struct Free {
-        void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
-    };
-    thread_local const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
-    if (!context) throw std::bad_alloc();
-    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
-    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-    std::string frame(ZSTD_compressBound(bytes.size()), '\0');
-    const std::size_t size = ZSTD_compress2(context.get(), frame.data(), frame.size(), bytes.data(), bytes.size());
-    if (ZSTD_isError(size)) throw Error("Zstandard", ZSTD_getErrorName(size));
-    frame.resize(size);
-    frame.shrink_to_fit();
-    return frame;
-}
-
-/// Decompresses a frame of at most `most` bytes. Returns false where it is damaged.
-bool decompress(std::string_view frame, std::size_t most, std::string& bytes) {
-    const unsigned long long size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-    if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most) return false;
-    bytes.resize(size);
-    return ZSTD_decompress(bytes.data(), bytes.size(), frame.data(), frame.size()) == size;
-}
+// Level of Zstandard's compression.
+constexpr int kLevel = 3;
 
 /// Appends the bytes of records of `fields` words each, sorted by their place in the record: all lowest bytes of the
 /// first field, of the second, and so on. Bytes of one place resemble each other, which halves what Zstandard leaves.
@@ -349,9 +325,9 @@ bool consistent(const StoredIndex& stored, const Header& header) {
         index.vertex_texels > kMostVertexTexels || stored.block_offsets.size() != blocks ||
         stored.page_offsets.size() != index.pages.size() ||
         index.pages.size() > std::numeric_limits<std::uint32_t>::max() ||
-        !within(stored.block_offsets, stored.block_bytes, ZSTD_compressBound(kMostBlockBytes), header) ||
+        !within(stored.block_offsets, stored.block_bytes, most_compressed(kMostBlockBytes), header) ||
         !within(stored.page_offsets, stored.page_bytes,
-                ZSTD_compressBound(page_bytes(index.limits.nodes, index.limits.pairs)), header))
+                most_compressed(page_bytes(index.limits.nodes, index.limits.pairs)), header))
         return false;
     for (const PageIndex::Size& size : index.pages)
         if (size.nodes > index.limits.nodes || size.pairs > index.limits.pairs) return false;
@@ -421,14 +397,14 @@ std::string encode(const TableBlock& block) {
     shuffle(indices.data(), 1, indices.size(), bytes);
     shuffle(words_of(block.positions), 3, vertices, bytes);
     if (vertices > 0) shuffle(words_of(block.attributes), 4 * block.attributes.size() / vertices, vertices, bytes);
-    return compress(bytes);
+    return compress(bytes, kLevel);
 }
 
 std::string encode(const Page& page) {
     std::string bytes;
     shuffle(words_of(page.nodes), 4 * shared::kBvhPageTexels, page.nodes.size() / shared::kBvhPageTexels, bytes);
     shuffle(words_of(page.pairs), 4 * shared::kBvhPairTexels, page.pairs.size() / shared::kBvhPairTexels, bytes);
-    return compress(bytes);
+    return compress(bytes, kLevel);
 }
 
 PageFileWriter::PageFileWriter(const std::filesystem::path& temporary, std::string subject)
@@ -465,7 +441,7 @@ PageFileSizes PageFileWriter::finish(PageIndex index) {
     }
     const std::string bytes = bytes_of(stored);
     Header header;
-    const Place place = append(compress(bytes));
+    const Place place = append(compress(bytes, kLevel));
     header.index_offset = place.offset;
     header.index_bytes = place.bytes;
     header.index_raw_bytes = bytes.size();

@@ -27,4 +27,18 @@ struct PagingStatistics {
     double query_seconds = 0;             // seconds of these queries
 };
 
+/// Counts of a pool of texture tiles since construction or reset.
+struct TileStatistics {
+    std::uint64_t tiles = 0;  // tiles of the scene; a tile of colour has 32 x 32 texels, one of data 64 x 32
+    std::uint64_t slots = 0;  // tiles that fit into the pool
+    std::uint64_t loaded = 0;
+    std::uint64_t evicted = 0;
+    std::uint64_t bytes = 0;    // bytes read from the file
+    double seconds = 0;         // seconds of reading and uploading
+    std::uint64_t batches = 0;  // batches of hits that were shaded
+    std::uint64_t rounds = 0;   // dispatches of the shading kernel
+    std::uint64_t again = 0;    // hits that missed a tile; a hit counts as often as it was shaded in vain
+    std::uint64_t splits = 0;   // portions of batches that needed more tiles than the pool has
+};
+
 }  // namespace halflight::paging

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/scene/image_tiles.h"
 #include "engine/tables/light_textures.h"
 
 namespace halflight::rays {
@@ -46,9 +47,8 @@ vec4 texel(const Scene& scene, const TextureRef& texture, const Mesh& mesh, cons
     for (int k = 0; k < 3 && !uvs.empty(); ++k) uv += weights[k] * uvs[corners[k]];
     uv = texture.uv_transform * vec3(uv, 1);
     const TextureImage& image = scene.images[static_cast<std::size_t>(texture.image)];
-    const auto x = static_cast<std::size_t>(wrapped(uv.x, image.width, texture.wrap_u));
-    const auto y = static_cast<std::size_t>(wrapped(uv.y, image.height, texture.wrap_v));
-    const std::uint8_t* const rgba = &image.rgba[4 * (y * static_cast<std::size_t>(image.width) + x)];
+    const std::array<std::uint8_t, 4> rgba =
+        texel_of(image, {wrapped(uv.x, image.width, texture.wrap_u), wrapped(uv.y, image.height, texture.wrap_v)});
     return {srgb_to_linear(rgba[0]), srgb_to_linear(rgba[1]), srgb_to_linear(rgba[2]), float(rgba[3]) / 255};
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,16 @@ inline constexpr int kNone = -1;  ///< "no such element" for every index of the 
 
 enum class Wrap : std::uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 
+class ImageTiles;
+
 /// Decoded image: 8-bit RGBA, row-major, top row first. The slot that refers to it says whether it is sRGB-encoded.
 struct TextureImage {
     std::string name;
     int width = 0;                   // width, texels, > 0
     int height = 0;                  // height, texels, > 0
-    std::vector<std::uint8_t> rgba;  // 4 * width * height bytes
+    std::vector<std::uint8_t> rgba;  // 4 * width * height bytes; empty where there are tiles
+    std::shared_ptr<const ImageTiles>
+        tiles{};  // texels that are not in memory (image_tiles.h); null: they are in `rgba`
 };
 
 /// Reference to a texture. (u, v) = uv_transform * (s, t, 1); v runs from the top row down (glTF 2.0, section 3.8).

@@ -1,7 +1,9 @@
 #include "engine/scene/scene_size.h"
 
+#include <algorithm>
 #include <vector>
 
+#include "engine/scene/image_tiles.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -14,6 +16,15 @@ std::size_t bytes_of(const std::vector<T>& values) {
 
 }  // namespace
 
+SceneSize with_tiles(SceneSize size) {
+    // Per tile, with some to spare: 4 bytes for its place in the file, 16 for slots and requests.
+    size.tile_bytes = size.texture_bytes / ImageTiles::kBytes * 24;
+    size.texture_bytes = 0;
+    // An image is decoded as a whole before it is cut. Its luminance is summed where it lights the scene.
+    size.decoding_bytes += std::max(size.largest_image, 3 * std::min(size.largest_image, size.pinned_bytes));
+    return size;
+}
+
 SceneSize size_of(const Scene& scene) {
     SceneSize size;
     for (const Mesh& mesh : scene.meshes) {
@@ -25,7 +36,10 @@ SceneSize size_of(const Scene& scene) {
     }
     for (const Instance& instance : scene.instances)
         size.drawn += scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.size();
-    for (const TextureImage& image : scene.images) size.texture_bytes += bytes_of(image.rgba);
+    for (const TextureImage& image : scene.images) {
+        size.texture_bytes += bytes_of(image.rgba);
+        if (image.tiles) size.tile_bytes += image.tiles->bytes();
+    }
     size.instance_bytes = bytes_of(scene.instances);
     size.environment_bytes = 2 * bytes_of(scene.environment.map.pixels);
     return size;

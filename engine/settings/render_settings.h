@@ -66,6 +66,8 @@ struct ScheduleSettings {
     // left.
     std::size_t pool_bytes = 0;
     paging::PageSchedule page_schedule = paging::kDefaultPageSchedule;  // how such pages are found
+    // Bytes of device memory for tiles of textures that are not in memory; 0: half of what the memory budget has left.
+    std::size_t tile_bytes = 0;
     // Adds one sample to every band before the next sample, so that there is a whole picture after each sample
     // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. An error target
     // disables it.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/scene/image_tiles.h"
+
 namespace halflight {
 namespace {
 
@@ -51,7 +53,8 @@ LuminanceSums::LuminanceSums(const TextureImage& image)
     std::array<double, 256> linear;
     for (int i = 0; i < 256; ++i) linear[i] = srgb_to_linear(static_cast<std::uint8_t>(i));
     const std::size_t pitch = static_cast<std::size_t>(size_.x) + 1;
-    const std::uint8_t* texel = image.rgba.data();
+    const std::vector<std::uint8_t> read = image.tiles ? all_texels(image) : std::vector<std::uint8_t>();
+    const std::uint8_t* texel = image.tiles ? read.data() : image.rgba.data();
     for (std::size_t y = 1; y <= static_cast<std::size_t>(size_.y); ++y) {
         std::uint64_t row = 0;
         for (std::size_t x = 1; x < pitch; ++x, texel += 4) {

@@ -33,7 +33,11 @@ class Builder {
 
     ShadingTables build(const std::vector<PooledImage>* last) {
         std::vector<bool> used(scene_.materials.size(), false);
-        for (const uvec4& triangle : trace_.triangles) used[triangle.w & kTriangleMaterialMask] = true;
+        std::vector<bool> tested(scene_.materials.size(), false);
+        for (const uvec4& triangle : trace_.triangles) {
+            used[triangle.w & kTriangleMaterialMask] = true;
+            if (triangle.w & kTriangleAlpha) tested[triangle.w & kTriangleMaterialMask] = true;
+        }
         if (trace_.absent) used = trace_.absent->used_materials;
         SceneNeeds& needs = tables_.needs;
         for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
@@ -43,7 +47,7 @@ class Builder {
         const auto rows = static_cast<std::size_t>(material_rows());
         tables_.materials.assign(scene_.materials.size() * rows, vec4(0));
         for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
-            if (used[i]) add_material(scene_.materials[i], &tables_.materials[i * rows]);
+            if (used[i]) add_material(scene_.materials[i], tested[i], &tables_.materials[i * rows]);
         }
         complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
@@ -71,7 +75,8 @@ class Builder {
 
     // --- Materials ------------------------------------------------------------------------------------------------
 
-    void add_material(const Material& m, vec4* rows) {
+    /// Adds a material. alpha_tested: alpha decides hits on some of its triangles.
+    void add_material(const Material& m, bool alpha_tested, vec4* rows) {
         SceneNeeds& needs = tables_.needs;
         for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= lobe.present(m);
         for (const MaterialProperty& property : material_properties()) {
@@ -83,11 +88,18 @@ class Builder {
             const TextureRef& ref = m.*texture.field;
             const bool used = looks_up(m, texture, attributes_);
             needs.*texture.need |= used;
-            const std::uint32_t slot = !used                              ? shared::kNoTexture
-                                       : texture.use == TextureUse::color ? pools_.color(ref)
-                                                                          : pools_.data(ref);
+            const std::uint32_t slot = !used ? shared::kNoTexture
+                                       : texture.use == TextureUse::color
+                                           ? pools_.color(ref, is_pinned(texture, alpha_tested))
+                                           : pools_.data(ref);
             rows[texture.packing.row][texture.packing.component] = shared::float_of_word(slot);
         }
+    }
+
+    /// Returns whether kernels other than shaders/resolve.comp look the texture up.
+    bool is_pinned(const MaterialTexture& texture, bool alpha_tested) const {
+        if (texture.field == &Material::base_color_texture) return alpha_tested;
+        return texture.field == &Material::emission_texture && !trace_.absent;  // geometry in pages gives no lights
     }
 
     // --- Vertices -------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/core/image.h"
@@ -17,7 +18,21 @@ namespace halflight {
 struct PooledImage {
     int image = 0;          // index into Scene::images
     bool is_color = false;  // true: in color_texels, decoded from sRGB; false: in data_texels
+    bool pinned = false;    // kernels other than shaders/resolve.comp look it up: for tests of alpha, at lights
     bool operator==(const PooledImage&) const = default;
+};
+
+/// A use of an image whose texels are loaded in tiles. Uses of the same texels have tiles of their own.
+struct TiledTexture {
+    std::shared_ptr<const ImageTiles> tiles;
+    ivec2 size{0};          // texels
+    bool is_color = false;  // PooledImage
+    bool pinned = false;    // PooledImage
+    std::uint32_t first_tile = 0;
+
+    /// Returns the texels of a tile along its edges (shaders/shared/texture.h).
+    ivec2 tile_size() const;
+    ivec2 tile_count() const;  ///< Returns the tiles along both edges.
 };
 
 /// Packed tables. shaders/shared/{vertex,texture,light,environment}.h define their layouts, and
@@ -31,6 +46,7 @@ struct ShadingTables {
     bool texels_left_out = false;                            // true: the pools equal those of `last`
     std::vector<std::array<std::uint16_t, 4>> color_texels;  // RGBA16F: pool of linear colours
     std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8: pool of data
+    std::vector<TiledTexture> tiled;                         // in place of both pools, for scenes with tiled textures
     std::vector<vec4> lights;                                // RGBA32F: rows of lights
     std::vector<vec2> light_alias;                           // RG32F: alias table over lights
     std::vector<uvec4> light_tree;                           // RGBA32UI: light tree

@@ -1,6 +1,8 @@
 #include "engine/tables/shading_textures.h"
 
+#include <algorithm>
 #include <bit>
+#include <cassert>
 #include <glm/gtc/packing.hpp>
 
 #include "engine/core/error.h"
@@ -9,26 +11,58 @@
 
 namespace halflight {
 
-std::uint32_t TexturePools::first_texel(int image, bool is_color) {
-    const auto [found, fresh] = first_texels_.try_emplace({image, is_color}, 0);
-    if (!fresh) return found->second;
+ivec2 TiledTexture::tile_size() const {
+    return {1 << (is_color ? shared::kColorTileShift : shared::kDataTileShift), 1 << shared::kTileRowShift};
+}
+
+ivec2 TiledTexture::tile_count() const {
+    return (size + tile_size() - 1) / tile_size();
+}
+
+TexturePools::TexturePools(const Scene& scene, ShadingTables& tables)
+    : scene_(scene),
+      tables_(tables),
+      tiles_(std::ranges::any_of(scene.images, [](const TextureImage& image) { return image.tiles != nullptr; })) {}
+
+TiledTexture TexturePools::tiled(const PooledImage& pooled) const {
+    const TextureImage& image = scene_.images[static_cast<std::size_t>(pooled.image)];
+    assert(image.tiles);
+    return {image.tiles, {image.width, image.height}, pooled.is_color, pooled.pinned, 0};
+}
+
+std::uint32_t TexturePools::first_texel(int image, bool is_color, bool pinned) {
+    const auto [found, fresh] = places_.try_emplace({image, is_color}, Place{0, tables_.pooled.size()});
+    if (fresh) tables_.pooled.push_back({image, is_color, false});
+    tables_.pooled[found->second.pooled].pinned |= pinned;
+    if (!fresh) return found->second.first;
+    if (tiles_) {
+        const ivec2 count = tiled(tables_.pooled.back()).tile_count();
+        found->second.first = static_cast<std::uint32_t>(tile_count_);
+        tile_count_ += static_cast<std::uint64_t>(count.x) * static_cast<std::uint64_t>(count.y);
+        constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
+        if (tile_count_ > kMost) throw Error(scene_.name, "has textures of more than {} tiles", kMost);
+        return found->second.first;
+    }
     std::size_t& used = is_color ? color_texels_ : data_texels_;
     const std::size_t first = used;
     used += scene_.images[static_cast<std::size_t>(image)].rgba.size() / 4;
     constexpr std::size_t kMost = std::size_t{shared::kMostBanks} << shared::kMostBankShift;
     if (used > kMost)
         throw Error(scene_.name, "has textures of more than {} texels of {}", kMost, is_color ? "colour" : "data");
-    tables_.pooled.push_back({image, is_color});
-    return found->second = static_cast<std::uint32_t>(first);
+    return found->second.first = static_cast<std::uint32_t>(first);
 }
 
 void TexturePools::fill() {
-    std::array<std::uint16_t, 256> linear;
-    std::array<std::uint16_t, 256> alpha;
-    for (std::size_t i = 0; i < 256; ++i) {
-        linear[i] = glm::packHalf1x16(static_cast<float>(srgb_to_linear(static_cast<std::uint8_t>(i))));
-        alpha[i] = glm::packHalf1x16(static_cast<float>(i) / 255.0f);
+    if (tiles_) {
+        std::uint32_t first = 0;
+        for (const PooledImage& pooled : tables_.pooled) {
+            TiledTexture& texture = tables_.tiled.emplace_back(tiled(pooled));
+            texture.first_tile = first;
+            first += static_cast<std::uint32_t>(texture.tile_count().x * texture.tile_count().y);
+        }
+        return;
     }
+    const auto& [linear, alpha] = color_halves();
     tables_.color_texels.reserve(color_texels_);
     tables_.data_texels.reserve(data_texels_);
     for (const PooledImage& pooled : tables_.pooled) {
@@ -43,7 +77,19 @@ void TexturePools::fill() {
     }
 }
 
-std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color) {
+const ColorHalves& color_halves() {
+    static const ColorHalves halves = [] {
+        ColorHalves h;
+        for (std::size_t i = 0; i < 256; ++i) {
+            h.linear[i] = glm::packHalf1x16(static_cast<float>(srgb_to_linear(static_cast<std::uint8_t>(i))));
+            h.alpha[i] = glm::packHalf1x16(static_cast<float>(i) / 255.0f);
+        }
+        return h;
+    }();
+    return halves;
+}
+
+std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color, bool pinned) {
     const TextureImage& image = scene_.images[static_cast<std::size_t>(texture.image)];
     const std::uint32_t flags = static_cast<std::uint32_t>(texture.wrap_u) |
                                 (static_cast<std::uint32_t>(texture.wrap_v) << shared::kTextureWrapVShift) |
@@ -51,7 +97,7 @@ std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color) {
                                 (texture.uv_set == 1 ? shared::kTextureUvSet1 : 0u);
     const glm::mat3x2& m = texture.uv_transform;
     const std::array<uvec4, shared::kTextureStride> descriptor = {
-        uvec4(first_texel(texture.image, is_color), image.width, image.height, flags),
+        uvec4(first_texel(texture.image, is_color, pinned), image.width, image.height, flags),
         uvec4(std::bit_cast<std::uint32_t>(m[0].x), std::bit_cast<std::uint32_t>(m[1].x),
               std::bit_cast<std::uint32_t>(m[2].x), 0),
         uvec4(std::bit_cast<std::uint32_t>(m[0].y), std::bit_cast<std::uint32_t>(m[1].y),

@@ -1,6 +1,7 @@
 // Texel pools and texture descriptors (shaders/shared/texture.h).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -11,27 +12,41 @@
 
 namespace halflight {
 
+/// Values of the colour pool by the 8-bit values of an image: half floats.
+struct ColorHalves {
+    std::array<std::uint16_t, 256> linear;  // decoded from sRGB
+    std::array<std::uint16_t, 256> alpha;
+};
+const ColorHalves& color_halves();
+
 /// Allocator of images in the texel pools of `tables`, when they are first referred to. Every pair of image and use is
 /// stored once, and so is every descriptor.
 class TexturePools {
   public:
-    TexturePools(const Scene& scene, ShadingTables& tables) : scene_(scene), tables_(tables) {}
+    TexturePools(const Scene& scene, ShadingTables& tables);
 
     /// Returns the index of a descriptor of a colour, decoded from sRGB. Throws Error where the pool would exceed 2^31
-    /// texels.
-    std::uint32_t color(const TextureRef& texture) { return add(texture, true); }
+    /// texels, or 2^31 tiles. pinned: PooledImage.
+    std::uint32_t color(const TextureRef& texture, bool pinned) { return add(texture, true, pinned); }
     /// Returns the index of a descriptor of data, with the same limit.
-    std::uint32_t data(const TextureRef& texture) { return add(texture, false); }
-    /// Fills the pools. Call it after all calls of color() and data().
+    std::uint32_t data(const TextureRef& texture) { return add(texture, false, false); }
+    /// Fills the pools, or the list of tiled textures. Call it after all calls of color() and data().
     void fill();
 
   private:
-    std::uint32_t add(const TextureRef& texture, bool is_color);
-    std::uint32_t first_texel(int image, bool is_color);
+    std::uint32_t add(const TextureRef& texture, bool is_color, bool pinned);
+    std::uint32_t first_texel(int image, bool is_color, bool pinned);
+    TiledTexture tiled(const PooledImage& pooled) const;
 
+    struct Place {
+        std::uint32_t first = 0;  // first texel in the pool, or first tile
+        std::size_t pooled = 0;   // index into ShadingTables::pooled
+    };
     const Scene& scene_;
     ShadingTables& tables_;
-    std::map<std::pair<int, bool>, std::uint32_t> first_texels_;
+    const bool tiles_;  // the scene's images are in tiles
+    std::map<std::pair<int, bool>, Place> places_;
+    std::uint64_t tile_count_ = 0;
     std::size_t color_texels_ = 0;
     std::size_t data_texels_ = 0;
     std::map<std::pair<std::string, bool>, std::uint32_t>

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/scene/image_tiles.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/bvh.h"
 #include "shaders/shared/vertex.h"
@@ -93,8 +94,10 @@ TriangleWords::TriangleWords(const Scene& scene) : scene_(scene) {
         const auto index = static_cast<std::size_t>(material.base_color_texture.image);
         if (image_alpha_[index] >= 0) continue;
         const TextureImage& image = scene_.images[index];
+        const std::vector<std::uint8_t> read = image.tiles ? all_texels(image) : std::vector<std::uint8_t>();
+        const std::vector<std::uint8_t>& rgba = image.tiles ? read : image.rgba;
         std::uint8_t lowest = 255;
-        for (std::size_t i = 3; i < image.rgba.size(); i += 4) lowest = std::min(lowest, image.rgba[i]);
+        for (std::size_t i = 3; i < rgba.size(); i += 4) lowest = std::min(lowest, rgba[i]);
         image_alpha_[index] = static_cast<float>(lowest) / 255.0f;
     }
 }

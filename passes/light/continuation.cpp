@@ -35,7 +35,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     const graph::BufferHandle surfaces =
         pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
     if (reuse) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
-    gpu::Defines defines = view.scene.defines();
+    gpu::Defines defines = view.shading_defines();
     defines.set("HALFLIGHT_LIST");
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (reuse) defines.set("HALFLIGHT_REUSE_POINTS");
@@ -44,7 +44,8 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
         if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
         view.scene.bind();
         if (view.rows) view.rows->bind();
-        r.compute("shaders/resolve.comp", defines).dispatch_indirect(r.buffer(header));
+        const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
+        view.shade(program, [&] { program.dispatch_indirect(r.buffer(header)); });
     });
     return surfaces;
 }

@@ -117,7 +117,7 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     const bool traced = !g.visibility;
     graph::Pass pass = graph.add_pass("gbuffer: resolve");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
-    gpu::Defines defines = view.scene.defines();
+    gpu::Defines defines = view.shading_defines();
     read_hits(pass, view, g, defines);
     if (outputs.rays && !traced) {
         g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write,
@@ -133,7 +133,8 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
                             Access::storage_write, "Surfaces");
     pass.execute([view, g, paths, defines](graph::Resources& r) {
         bind_scene(view, g, r);
-        r.compute("shaders/resolve.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
+        const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
+        view.shade(program, [&] { program.dispatch(static_cast<std::uint32_t>(paths / 64)); });
     });
 }
 
@@ -158,7 +159,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         const bool first = constants == frame_constants.front();
         graph::Pass pass = graph.add_pass("gbuffer: light seen");
         pass.read(constants, Access::uniform_read, "FrameBlock");
-        gpu::Defines defines = view.scene.defines();
+        gpu::Defines defines = view.shading_defines();
         defines.set("HALFLIGHT_SEEN");
         read_hits(pass, view, g, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
@@ -168,7 +169,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
             const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
             program.set("weight", weight);
             program.set("begins", first);
-            program.dispatch(static_cast<std::uint32_t>(paths / 64));
+            view.shade(program, [&] { program.dispatch(static_cast<std::uint32_t>(paths / 64)); });
         });
     }
     return seen;

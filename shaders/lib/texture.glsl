@@ -1,8 +1,11 @@
 // Texture lookups: level 0, bilinear or nearest, wraps and transforms of glTF. Needs shaders/scene_tables.glsl.
+//
+// HALFLIGHT_TILE_REQUESTS: tiles that are missing are requested (engine/paging/tile_pool.h). Needs requested_bits,
+// requested_tiles and requested_count of a storage block.
 #include "shaders/shared/texture.h"
 
 struct TexelFootprint {
-    ivec4 texel;  // upper left, upper right, lower left, lower right
+    ivec4 texel;  // places in the pool: upper left, upper right, lower left, lower right
     vec2 weight;  // weight of the right and of the lower texels
 };
 
@@ -29,7 +32,40 @@ void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out in
     second = clamp(second, 0, size - 1);
 }
 
-TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1) {
+#ifdef HALFLIGHT_TILED_TEXTURES
+#ifdef HALFLIGHT_TILE_REQUESTS
+bool tiles_wanted = false;   // false: the invocation looks textures up in vain
+uint missing_tile = kNoTile;  // lowest tile that the invocation misses; kNoTile: none
+
+void request_tile(int tile) {
+    uint bit = 1u << (uint(tile) & 31u);
+    missing_tile = min(missing_tile, uint(tile));
+    if ((atomicOr(requested_bits[tile >> 5], bit) & bit) == 0u)
+        requested_tiles[atomicAdd(requested_count, 1u)] = uint(tile);
+}
+#endif
+
+// Returns the places in the pool of the texels of two rows and two columns of a texture of `size` texels. Texels of
+// missing tiles are in the blank slot. A tile has 2^shift columns.
+ivec4 tiled_texels(int first_tile, ivec2 size, ivec2 rows, ivec2 columns, int shift) {
+    int pitch = (size.x + (1 << shift) - 1) >> shift;
+    ivec2 row_tiles = first_tile + (rows >> kTileRowShift) * pitch;
+    ivec4 tiles = row_tiles.xxyy + (columns >> shift).xyxy;
+    uvec4 slots;
+    for (int k = 0; k < 4; ++k) slots[k] = texelFetch(tile_slots, tiles[k]).x;
+#ifdef HALFLIGHT_TILE_REQUESTS
+    // The loop runs only where some tile is missing. A branch would not be skipped by software drivers.
+    bvec4 absent = equal(slots, uvec4(kBlankSlot));
+    for (int k = tiles_wanted && any(absent) ? 0 : 4; k < 4; ++k)
+        if (absent[k]) request_tile(tiles[k]);
+#endif
+    ivec2 in_rows = (rows & ((1 << kTileRowShift) - 1)) << shift;
+    ivec2 in_columns = columns & ((1 << shift) - 1);
+    return (ivec4(slots) << (kTileRowShift + shift)) + in_rows.xxyy + in_columns.xyxy;
+}
+#endif
+
+TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1, int tile_shift) {
     int row = int(descriptor) * kTextureStride;
     uvec4 head = texelFetch(scene_textures, row);
     uint flags = head.w;
@@ -50,8 +86,12 @@ TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1) {
     TexelFootprint f;
     wrap_axis(uv.x, size.x, flags & kTextureWrapMask, nearest, first.x, second.x, f.weight.x);
     wrap_axis(uv.y, size.y, (flags >> kTextureWrapVShift) & kTextureWrapMask, nearest, first.y, second.y, f.weight.y);
+#ifdef HALFLIGHT_TILED_TEXTURES
+    f.texel = tiled_texels(int(head.x), size, ivec2(first.y, second.y), ivec2(first.x, second.x), tile_shift);
+#else
     ivec2 rows = int(head.x) + ivec2(first.y, second.y) * size.x;
     f.texel = ivec4(rows.x + first.x, rows.x + second.x, rows.y + first.x, rows.y + second.x);
+#endif
     return f;
 }
 
@@ -61,8 +101,8 @@ vec4 blend_footprint(TexelFootprint f, vec4 a, vec4 b, vec4 c, vec4 d) {
 
 vec4 color_texel(int index) {
 #ifdef HALFLIGHT_COLOR_BANK_1
-    int bank = index >> HALFLIGHT_BANK_SHIFT;
-    index &= (1 << HALFLIGHT_BANK_SHIFT) - 1;
+    int bank = index >> HALFLIGHT_COLOR_BANK_SHIFT;
+    index &= (1 << HALFLIGHT_COLOR_BANK_SHIFT) - 1;
     if (bank == 1) return texelFetch(color_bank_1, index);
 #endif
 #ifdef HALFLIGHT_COLOR_BANK_2
@@ -76,8 +116,8 @@ vec4 color_texel(int index) {
 
 vec4 data_texel(int index) {
 #ifdef HALFLIGHT_DATA_BANK_1
-    int bank = index >> HALFLIGHT_BANK_SHIFT;
-    index &= (1 << HALFLIGHT_BANK_SHIFT) - 1;
+    int bank = index >> HALFLIGHT_DATA_BANK_SHIFT;
+    index &= (1 << HALFLIGHT_DATA_BANK_SHIFT) - 1;
     if (bank == 1) return texelFetch(data_bank_1, index);
 #endif
 #ifdef HALFLIGHT_DATA_BANK_2
@@ -92,7 +132,7 @@ vec4 data_texel(int index) {
 // Returns linear colour and alpha; 1 where the slot is empty.
 vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
-    TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
+    TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kColorTileShift);
     return blend_footprint(f, color_texel(f.texel.x), color_texel(f.texel.y), color_texel(f.texel.z),
                            color_texel(f.texel.w));
 }
@@ -100,7 +140,7 @@ vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
 // Returns data in [0, 1]; 1 where the slot is empty.
 vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
-    TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
+    TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kDataTileShift);
     return blend_footprint(f, data_texel(f.texel.x), data_texel(f.texel.y), data_texel(f.texel.z),
                            data_texel(f.texel.w));
 }

@@ -5,8 +5,13 @@
 //   texel 2   transform: bits of m10, m11, m12 and 0, v = m10 s + m11 t + m12
 //
 // Pools hold level 0 only, row-major, top row first: colour as linear half floats, everything else as 8-bit unorm. A
-// pool with more texels than a texture buffer can address has several banks, texture buffers of 2^HALFLIGHT_BANK_SHIFT
-// texels each. HALFLIGHT_COLOR_BANK_n and HALFLIGHT_DATA_BANK_n tell whether bank n > 0 exists.
+// pool with more texels than a texture buffer can address has several banks, texture buffers of
+// 2^HALFLIGHT_COLOR_BANK_SHIFT or 2^HALFLIGHT_DATA_BANK_SHIFT texels each. HALFLIGHT_COLOR_BANK_n and
+// HALFLIGHT_DATA_BANK_n tell whether bank n > 0 exists.
+//
+// HALFLIGHT_TILED_TEXTURES: textures are cut into tiles, of which some are in the slots of one pool with two views
+// (engine/paging/tile_pool.h). Component x of texel 0 is then the texture's first tile. Its tiles follow each other row
+// by row. A table has the slot of each tile. Tiles of colour and of data take as many bytes, so data tiles are wider.
 #ifndef HALFLIGHT_SHARED_TEXTURE_H
 #define HALFLIGHT_SHARED_TEXTURE_H
 
@@ -19,6 +24,13 @@ HALFLIGHT_SHARED_CONST uint kNoTexture = 0x1fffffffu;  // value in place of a de
 
 HALFLIGHT_SHARED_CONST uint kMostBanks = 4u;
 HALFLIGHT_SHARED_CONST uint kMostBankShift = 27u;
+
+HALFLIGHT_SHARED_CONST int kTileRowShift = 5;    // logarithm of the rows of a tile
+HALFLIGHT_SHARED_CONST int kColorTileShift = 5;  // logarithm of the columns of a tile of colour
+HALFLIGHT_SHARED_CONST int kDataTileShift = 6;   // logarithm of the columns of a tile of data
+// Slot of missing tiles. Its colours are 1, so that surfaces without tests of alpha stay opaque.
+HALFLIGHT_SHARED_CONST uint kBlankSlot = 0u;
+HALFLIGHT_SHARED_CONST uint kNoTile = 0xffffffffu;
 
 HALFLIGHT_SHARED_CONST uint kWrapRepeat = 0u;  // values of Wrap in engine/scene/scene.h
 HALFLIGHT_SHARED_CONST uint kWrapMirroredRepeat = 1u;

@@ -327,6 +327,34 @@ TEST(Emitters, HasTheRequestedLights) {
     refused({"emitters"}, "hall.png", "hall.png: is not the name of a .glb");
 }
 
+TEST(Hall, HasTheRequestedTextures) {
+    const TemporaryFolder folder;
+    for (const int textures : {1, 7, 70}) {
+        SCOPED_TRACE(textures);
+        const auto hall = [&] {
+            const Outcome outcome =
+                make({"hall", "--textures", std::to_string(textures), "--texture-size", "20"}, folder / "hall.glb");
+            EXPECT_EQ(outcome.status, 0) << outcome.err;
+            return Glb(folder / "hall.glb");
+        };
+        const Glb glb = hall();
+        expect_sound(glb, "hall");
+        ASSERT_EQ(glb.json["images"].size(), static_cast<std::size_t>(textures));
+        std::vector<std::string> files{read_text(folder / "hall.glb")};
+        for (const Json& image : glb.json["images"]) files.push_back(read_text(folder / image["uri"]));
+        const std::set<std::string> different(files.begin(), files.end());
+        EXPECT_EQ(different.size(), files.size());
+        std::set<std::size_t> used;
+        for (const Json& mesh : glb.json["meshes"])
+            for (const Json& primitive : mesh["primitives"]) used.insert(primitive["material"].get<std::size_t>());
+        EXPECT_EQ(used.size(), glb.json["materials"].size());
+        hall();
+        std::vector<std::string> again{read_text(folder / "hall.glb")};
+        for (const Json& image : glb.json["images"]) again.push_back(read_text(folder / image["uri"]));
+        EXPECT_TRUE(again == files);
+    }
+}
+
 TEST(Eel, RestPoseEqualsTheModel) {
     const TemporaryFolder folder;
     const auto eel = [&](const char* triangles) {

@@ -20,6 +20,7 @@ SMALL = [
     (r"--size \d+x\d+", "--size 64x48"),
     (r"--triangles \d+", "--triangles 4000"),
     (r"--lights \d+", "--lights 20"),
+    (r"--texture-size \d+", "--texture-size 64"),
     (r"--frames \d+-\d+", "--frames 1-3"),
     (r"\b(samples|width|height|frames)=\d+", lambda m: f"{m[1]}={dict(samples=1, frames=2).get(m[1], 32)}"),
 ]

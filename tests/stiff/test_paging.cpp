@@ -41,9 +41,7 @@ class Paging : public StiffTest {
         RenderSettings elsewhere = settings;
         elsewhere.camera.camera_to_world[3] += elsewhere.camera.camera_to_world[2];
         const auto source = std::make_shared<MemoryPages>(scene, 200, limits);
-        const std::size_t page =
-            std::size_t{limits.pairs + limits.nodes} * 64 +
-            (source->index().alpha ? limits.alpha_tested * (1 + 3 * source->index().vertex_texels) * 16 : 0);
+        const std::size_t page = paging::PagePool::slot_bytes(source->index());
         for (const std::size_t slots : {1, 5, 100000}) {
             PreparedScene paged(context, scene, {.pages = source, .pool_bytes = slots * page});
             const std::string pool = slots == 1 ? "one page" : slots == 5 ? "five pages" : "all pages";

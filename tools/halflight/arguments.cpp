@@ -74,6 +74,13 @@ void add_run_options(Options& options, RenderArguments& a) {
                           throw UsageError(option, "expects demand, set or queries, not '{}'", text);
                       a.settings.page_schedule = *found;
                   });
+    options.value("--texture-pool", "SIZE",
+                  "loads textures in tiles, and sets the memory for tiles on the device, such as 512M. By default, "
+                  "textures that do not fit into the memory budget get half of what it has left",
+                  [&](const auto& name, const auto& text) {
+                      a.settings.tile_bytes = size_of_text(name, text);
+                      a.tile_textures = true;
+                  });
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",

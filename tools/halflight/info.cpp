@@ -143,7 +143,9 @@ Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
 /// Reads the scene as it will be rendered, and returns the facts of its file.
 Json file_facts(const InfoArguments& a, Scene& scene) {
     GltfScene file(*a.scene, gltf_options(a.picture));
-    check_fits(file.size(), *a.scene);
+    SceneSize size = file.size();
+    tile_textures({&file, 1}, size, 0);
+    check_fits(size, *a.scene);
     scene = file.at_rest();
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};

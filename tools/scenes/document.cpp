@@ -103,15 +103,28 @@ int Document::accessor(int view, int component_type, const char* type, std::uint
                   {{"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}});
 }
 
-int Document::texture(const std::string& name, std::string png) {
+void Document::add_sampler() {
     if (!json_.contains("samplers"))
         append("samplers",
                {{"magFilter", kLinear}, {"minFilter", kLinearMipmapLinear}, {"wrapS", kRepeat}, {"wrapT", kRepeat}});
+}
+
+int Document::add_texture(nlohmann::ordered_json image) {
+    add_sampler();
+    const int source = append("images", std::move(image));
+    return append("textures", {{"sampler", 0}, {"source", source}});
+}
+
+int Document::texture_file(const std::string& name, const std::string& uri) {
+    return add_texture({{"name", name}, {"uri", uri}});
+}
+
+int Document::texture(const std::string& name, std::string png) {
+    add_sampler();  // its place among the lists of the file
     const std::uint64_t bytes = png.size();
     const int bytes_view =
         view(bytes, 0, [png = std::move(png)](CheckedFile& file) { file.write(png.data(), png.size()); });
-    const int image = append("images", {{"name", name}, {"mimeType", "image/png"}, {"bufferView", bytes_view}});
-    return append("textures", {{"sampler", 0}, {"source", image}});
+    return add_texture({{"name", name}, {"mimeType", "image/png"}, {"bufferView", bytes_view}});
 }
 
 int Document::material(const Material& m) {

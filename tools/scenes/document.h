@@ -67,6 +67,8 @@ class Document {
 
     /// Adds an embedded texture and returns its index; `png` are the bytes of a PNG file.
     int texture(const std::string& name, std::string png);
+    /// Adds a texture in a file beside the document, by its relative path.
+    int texture_file(const std::string& name, const std::string& uri);
     int material(const Material& material);
     int mesh(const Mesh& mesh);
     /// Adds a named node under the root. `matrix` must be a translation, rotation and scale without shear.
@@ -111,6 +113,8 @@ class Document {
     int accessor(int view, int component_type, const char* type, std::uint64_t count);
     void use(const char* extension);
     int append(const char* list, nlohmann::ordered_json value);
+    void add_sampler();
+    int add_texture(nlohmann::ordered_json image);
     int root_node(nlohmann::ordered_json value);
 
     nlohmann::ordered_json json_;

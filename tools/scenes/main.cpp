@@ -6,6 +6,7 @@
 #include "engine/core/error.h"
 #include "tools/common/tool_main.h"
 #include "tools/scenes/city.h"
+#include "tools/scenes/hall.h"
 #include "tools/scenes/path.h"
 #include "tools/scenes/scenes.h"
 
@@ -66,6 +67,15 @@ int run(int argc, char** argv) {
         ->check(CLI::Range(16, 4095))
         ->capture_default_str();
 
+    scenes::HallOptions maps;
+    CLI::App* hall = command("hall", "A hall with any number of textures");
+    hall->add_option("--textures", maps.textures, "number of textures, three for each material")
+        ->check(CLI::Range(1, 10'000))
+        ->capture_default_str();
+    hall->add_option("--texture-size", maps.texture_size, "texels along the edges of a texture")
+        ->check(CLI::Range(1, 16384))
+        ->capture_default_str();
+
     std::string flown;
     scenes::PathOptions flight;
     CLI::App* path = app.add_subcommand("path", "A scene with one more camera, path, moved by an animation");
@@ -92,6 +102,10 @@ int run(int argc, char** argv) {
         if (*still_life) write(scenes::still_life());
         if (*room) write(scenes::room());
         if (*emitters) write(scenes::emitters(lights, hall_triangles));
+        if (*hall) {
+            const std::uint64_t triangles = scenes::write_hall(output, maps);
+            std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(triangles));
+        }
         if (*eel) write(scenes::eel(eel_triangles));
         if (*path) {
             scenes::write_camera_path(flown, output, flight);

@@ -281,6 +281,10 @@ SceneSize GltfScene::size() {
     return guarded(state_->path, [&] { return measure_gltf(state_->document); });
 }
 
+void GltfScene::put_textures_into(std::shared_ptr<TextureStore> store) {
+    state_->document.options.textures = std::move(store);
+}
+
 Scene GltfScene::at(double seconds, Playing playing) {
     return guarded(state_->path, [&] { return validated(state_->posed(seconds, playing, true), state_->path); });
 }

@@ -18,6 +18,8 @@
 
 namespace halflight {
 
+class TextureStore;
+
 /// Limits for the contents of a file.
 struct GltfOptions {
     std::uint64_t max_json_bytes = 0xffffffffu;  // bytes of the JSON, which is parsed in memory
@@ -25,6 +27,7 @@ struct GltfOptions {
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
     bool strict = false;                         // whether an unreadable image of an optional extension is an error
     std::string variant;                         // variant of KHR_materials_variants; empty: the file's own materials
+    std::shared_ptr<TextureStore> textures{};    // takes the texels of all images; null: they stay in memory
 };
 
 /// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives
@@ -78,6 +81,8 @@ class GltfScene {
     GltfDeformers deformers() const;
     /// Returns the size that at_rest() will have, from headers alone (engine/io/gltf/size.h).
     SceneSize size();
+    /// Lets a store take the texels of all images, which are read later. Precondition: no images have been read.
+    void put_textures_into(std::shared_ptr<TextureStore> store);
     /// Returns the scene at a time, with finite skins, morph targets, nodes, cameras, lights and materials; without
     /// animations, the scene of load_gltf(). Animated parts are marked (Instance::moves, Mesh::deforms), even if they
     /// are at rest at that time. Throws what load_gltf() throws, also for an invalid pose: "nodes[3]: its transform

@@ -1,4 +1,5 @@
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <map>
@@ -10,6 +11,7 @@
 #include "engine/io/jpeg.h"
 #include "engine/io/ktx2.h"
 #include "engine/io/png.h"
+#include "engine/io/texture_store.h"
 #include "engine/io/webp.h"
 
 namespace halflight {
@@ -83,6 +85,22 @@ void decode(const GltfDocument& document, std::size_t image, const ByteSource& e
 
 using DecodedImages = std::map<int, DecodedImage>;  // by glTF image
 
+/// Returns the number of images to decode at once where a store takes them: as many as half of the memory that is left
+/// holds, at most one per core.
+int threads_for_decoding(const GltfDocument& document, const std::vector<ByteSource>& encoded) {
+    std::size_t largest = 1;
+    for (const ByteSource& source : encoded) {
+        try {
+            const ImageHeader header = read_header(source, document.options.max_image_side);
+            largest = std::max(largest, 4 * header.width * header.height + header.decoding_bytes);
+        } catch (const Error&) {  // decoding reports the error
+        }
+    }
+    const std::size_t threads = MemoryLedger::process().free() / 2 / largest;
+    const auto cores = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+    return static_cast<int>(std::clamp(threads, std::size_t{1}, cores));
+}
+
 /// Decodes images, and the fallbacks of those that cannot be read. Throws the error of an image that its textures need.
 DecodedImages decode_all(GltfDocument& document, std::set<int> wanted) {
     DecodedImages decoded;
@@ -102,9 +120,17 @@ DecodedImages decode_all(GltfDocument& document, std::set<int> wanted) {
         };
         for (std::size_t i = 0; i < round.size(); ++i)
             attempt(i, [&](std::size_t image) { encoded[i] = open_encoded(document, image); });
-        tbb::parallel_for(std::size_t{0}, round.size(), [&](std::size_t i) {
-            attempt(i, [&](std::size_t image) { decode(document, image, encoded[i], results[i]); });
-        });
+        TextureStore* const store = document.options.textures.get();
+        const auto decode_round = [&] {
+            tbb::parallel_for(std::size_t{0}, round.size(), [&](std::size_t i) {
+                attempt(i, [&](std::size_t image) { decode(document, image, encoded[i], results[i]); });
+                if (store && results[i].error.empty()) store->take(results[i].image);
+            });
+        };
+        if (store)
+            tbb::task_arena(threads_for_decoding(document, encoded)).execute(decode_round);
+        else
+            decode_round();
         for (std::size_t i = 0; i < round.size(); ++i) {
             const GltfImageSource& source = document.images[static_cast<std::size_t>(round[i])];
             if (!results[i].error.empty() && source.fallback != kNone) wanted.insert(source.fallback);
@@ -150,8 +176,10 @@ void warn_of_transfer(TextureUse use, const DecodedImage& image, const std::stri
 
 /// Returns a metallic-roughness texture: roughness 1 - factor * A in G, no metalness.
 TextureImage roughness_from(const TextureImage& specular_glossiness, float factor) {
-    TextureImage result = specular_glossiness;
-    result.name += " (roughness)";
+    TextureImage result{.name = specular_glossiness.name + " (roughness)",
+                        .width = specular_glossiness.width,
+                        .height = specular_glossiness.height,
+                        .rgba = all_texels(specular_glossiness)};
     for (std::size_t i = 0; i < result.rgba.size(); i += 4) {
         const float glossiness = factor * static_cast<float>(result.rgba[i + 3]);
         result.rgba[i] = result.rgba[i + 2] = 0;
@@ -175,6 +203,7 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
                                                        document.options.max_image_side);
                 it->second = 4 * header.width * header.height;
                 sizes.texels += it->second;
+                sizes.largest = std::max(sizes.largest, it->second);
                 sizes.largest_decoder = std::max(sizes.largest_decoder, header.decoding_bytes);
                 return it->second;
             } catch (const Error&) {
@@ -183,13 +212,18 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
         return std::size_t{0};
     };
     std::set<std::pair<int, float>> roughness;
+    std::set<int> pinned;
     for (const GltfMaterial& m : materials) {
         for_each_texture(m.material, [&](const TextureRef& t) {
             if (t) measure(t.image);
         });
+        const TextureRef& coverage = m.material.base_color_texture;
+        if (coverage && m.material.alpha_mode != AlphaMode::opaque) pinned.insert(coverage.image);
+        if (m.material.emission_texture) pinned.insert(m.material.emission_texture.image);
         const TextureRef& from = m.material.specular_color_texture;
         if (m.glossiness && roughness.emplace(from.image, *m.glossiness).second) sizes.texels += measure(from.image);
     }
+    for (const int image : pinned) sizes.pinned += measure(image);
     return sizes;
 }
 
@@ -228,7 +262,10 @@ std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMa
         if (!m.glossiness || !m.material.specular_color_texture) continue;
         TextureRef& t = m.material.metallic_roughness_texture = m.material.specular_color_texture;
         const auto [it, is_new] = roughness.try_emplace({t.image, *m.glossiness}, static_cast<int>(images.size()));
-        if (is_new) images.push_back(roughness_from(images[static_cast<std::size_t>(t.image)], *m.glossiness));
+        if (is_new) {
+            images.push_back(roughness_from(images[static_cast<std::size_t>(t.image)], *m.glossiness));
+            if (document.options.textures) document.options.textures->take(images.back());
+        }
         t.image = it->second;
         m.material.roughness = 1;
     }

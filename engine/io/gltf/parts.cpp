@@ -44,6 +44,8 @@ SceneSize size_of_parts(std::span<GltfScene> parts) {
     for (GltfScene& part : parts) {
         const SceneSize size = part.size();
         all.texture_bytes += size.texture_bytes;
+        all.pinned_bytes += size.pinned_bytes;
+        all.largest_image = std::max(all.largest_image, size.largest_image);
         all.instance_bytes += size.instance_bytes;
         all.decoding_bytes = std::max(all.decoding_bytes, size.decoding_bytes);
         all.largest_mesh = std::max(all.largest_mesh, size.largest_mesh);

@@ -110,6 +110,8 @@ SceneSize measure_gltf(GltfDocument& document) {
     }
     const ImageSizes images = measure_images(document, materials);
     size.texture_bytes = images.texels;
+    size.pinned_bytes = images.pinned;
+    size.largest_image = images.largest;
     size.decoding_bytes = images.largest_decoder * std::max(1u, std::thread::hardware_concurrency());
     for (const auto& [index, mesh] : sizes) size.decoding_bytes = std::max(size.decoding_bytes, mesh.decoding_bytes);
     for (const int view : compressed_views_in_use(document)) {

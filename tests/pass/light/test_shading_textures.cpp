@@ -114,7 +114,7 @@ TEST_F(ShadingTextures, NonFiniteCoordinatesStayInThePool) {
     const float nan = std::nanf("");
     const auto found =
         shading.run("#include \"shaders/lib/texture.glsl\"",
-                    "TexelFootprint f = texture_footprint(0u, inputs[i].xy, inputs[i].xy);"
+                    "TexelFootprint f = texture_footprint(0u, inputs[i].xy, inputs[i].xy, 0);"
                     "result[0] = vec4(f.texel);",
                     3, 1, {vec4(nan, nan, 0, 0), vec4(kInfinity, -kInfinity, 0, 0), vec4(1e38f, -1e38f, 0, 0)});
     for (const vec4& texels : found) {

@@ -1,0 +1,94 @@
+// Tests textures that do not fit into memory, as a user meets them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/process.h"
+#include "tools/common/temporary_folder.h"
+
+namespace halflight::test {
+namespace {
+
+using Json = nlohmann::json;
+using Strings = std::vector<std::string>;
+
+class Textures : public testing::Test {
+  protected:
+    std::string file(const std::string& name) const { return folder / name; }
+    std::string hall(int textures, int size) const {
+        const Outcome made = run({HALFLIGHT_SCENES, "hall", "--textures", std::to_string(textures), "--texture-size",
+                                  std::to_string(size), file("hall.glb")});
+        EXPECT_EQ(made.status, 0) << made.err;
+        return file("hall.glb");
+    }
+    Outcome render(const std::string& scene, const std::string& output, const Strings& more,
+                   const RunOptions& options = {}) const {
+        Strings arguments = {"render",    scene, file(output), "--width", "96",
+                             "--samples", "2",   "--bounces",  "3",       "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments, options);
+    }
+    const TemporaryFolder folder;
+};
+
+TEST_F(Textures, PicturesOfAllPoolsAreEqual) {
+    const std::string scene = hall(30, 250);
+    const Strings layers = {"--reproducible", "--aov",
+                            "direct_diffuse,direct_glossy,indirect_diffuse,indirect_glossy,albedo,normal,depth,ids"};
+    for (const char* primary : {"raster", "traced"}) {
+        Strings more = layers;
+        more.insert(more.end(), {"--primary", primary});
+        const Outcome memory = render(scene, "memory.exr", more);
+        ASSERT_EQ(memory.status, 0) << memory.err;
+        more.insert(more.end(), {"--texture-pool", ""});
+        for (const char* pool : {"1", "3M", "64M"}) {
+            more.back() = pool;
+            const Outcome tiled = render(scene, "tiled.exr", more);
+            ASSERT_EQ(tiled.status, 0) << tiled.err;
+            EXPECT_TRUE(read_text(file("tiled.exr")) == read_text(file("memory.exr"))) << pool << ' ' << primary;
+        }
+    }
+}
+
+TEST_F(Textures, StayWithinTheMemoryBudget) {
+    constexpr std::size_t kBudget = std::size_t{500} << 20;  // bytes; in memory the textures take 630 MB
+    const std::string scene = hall(30, 1024);
+    const Outcome outcome = render(scene, "a.exr", {"--memory", "500M", "--stats", file("a.json")});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_LT(outcome.peak_bytes, kBudget);
+    const Json stats = Json::parse(read_text(file("a.json")));
+    const Json textures = stats.at("textures");
+    ASSERT_TRUE(textures.is_object());
+    EXPECT_EQ(textures.at("tiles"), 10 * (32 * 32 + 2 * 16 * 32)) << "colours in 32 x 32 texels, data in 64 x 32";
+    EXPECT_GT(textures.at("loaded"), 0);
+    EXPECT_GT(textures.at("loaded_bytes"), 0);
+    EXPECT_GE(textures.at("rounds"), textures.at("batches"));
+    EXPECT_GT(stats.at("memory").at("part_bytes").at("textures"), 0);
+
+    const Outcome whole = render(scene, "b.exr", {"--stats", file("b.json")});
+    ASSERT_EQ(whole.status, 0) << whole.err;
+    EXPECT_TRUE(Json::parse(read_text(file("b.json"))).at("textures").is_null());
+    const Outcome info = run_program({"info", scene, "--memory", "500M", "--json"});
+    EXPECT_EQ(info.status, 0) << info.err;
+}
+
+TEST_F(Textures, RefusalsAreOneLine) {
+    const std::string scene = hall(6, 1024);
+    const auto expect = [&](const Strings& more, const std::string& text, const RunOptions& options = {},
+                            int status = 1) {
+        const Outcome outcome = render(scene, "no.exr", more, options);
+        EXPECT_EQ(outcome.status, status);
+        EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(file("no.exr")));
+    };
+    expect({"--memory", "170M"}, "of the budget of 170 MiB are left (--memory)");
+    expect({"--texture-pool", "much"}, "--texture-pool: expects a size", {}, 2);
+    expect({"--texture-pool", "8M", "--no-shader-cache"},
+           "temporary file of textures: cannot write temporary data: File too large",
+           {.wrapper = {"prlimit", "--fsize=1000000"}});
+}
+
+}  // namespace
+}  // namespace halflight::test

@@ -1,0 +1,127 @@
+// Tests the temporary file of texture tiles: sizes, damage, and disks that are full.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <random>
+#include <set>
+
+#include "engine/core/cache_folder.h"
+#include "engine/io/texture_store.h"
+#include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
+
+namespace halflight {
+namespace {
+
+TextureImage noise(int width, int height, unsigned seed = 1) {
+    TextureImage image{.name = "noise", .width = width, .height = height, .rgba = {}};
+    std::mt19937 random(seed);
+    for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height); ++i)
+        image.rgba.push_back(static_cast<std::uint8_t>(random()));
+    return image;
+}
+
+/// Returns the descriptors of this process that are regular files.
+std::set<int> open_files() {
+    std::set<int> files;
+    for (int descriptor = 0; descriptor < 256; ++descriptor) {
+        struct stat info {};
+        if (fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode)) files.insert(descriptor);
+    }
+    return files;
+}
+
+class TextureStores : public testing::Test {
+  protected:
+    const TemporaryFolder folder_;
+};
+
+TEST_F(TextureStores, GiveBackTheTexelsOfAnySize) {
+    const auto store = std::make_shared<TextureStore>(folder_.path);
+    std::vector<std::pair<TextureImage, TextureImage>> images;  // in memory, in tiles
+    for (const ivec2 size : {ivec2(1, 1), ivec2(64, 64), ivec2(65, 63), ivec2(200, 130), ivec2(16384, 1), ivec2(1, 700),
+                             ivec2(128, 64), ivec2(129, 65)}) {
+        const TextureImage image = noise(size.x, size.y);
+        TextureImage tiled = image;
+        store->take(tiled);
+        EXPECT_TRUE(tiled.rgba.empty());
+        images.emplace_back(image, tiled);
+    }
+    EXPECT_GT(store->bytes(), 100000u);
+    for (const auto& [image, tiled] : images) {
+        SCOPED_TRACE(fmt::format("{} x {}", image.width, image.height));
+        EXPECT_TRUE(all_texels(tiled) == image.rgba);
+        const ivec2 last(image.width - 1, image.height - 1);
+        EXPECT_EQ(texel_of(tiled, last), texel_of(image, last));
+        EXPECT_EQ(texel_of(tiled, last / 2), texel_of(image, last / 2));
+    }
+    std::vector<std::uint8_t> tile(ImageTiles::kBytes, 1);
+    images[2].second.tiles->read({2, 0}, tile);
+    EXPECT_EQ(tile[4], 0) << "beyond the image";
+    EXPECT_EQ(folder_.entries().size(), 0u) << "the file has no name";
+}
+
+TEST_F(TextureStores, LastAsLongAsTheirImages) {
+    const TextureImage image = noise(100, 100);
+    TextureImage tiled = image;
+    std::make_shared<TextureStore>(folder_.path)->take(tiled);
+    EXPECT_TRUE(all_texels(tiled) == image.rgba);
+}
+
+TEST_F(TextureStores, DetectDamage) {
+    const std::set<int> before = open_files();
+    const auto store = std::make_shared<TextureStore>(folder_.path);
+    TextureImage tiled = noise(200, 200);
+    store->take(tiled);
+    int file = -1;
+    for (const int descriptor : open_files())
+        if (!before.contains(descriptor)) file = descriptor;
+    ASSERT_GE(file, 0);
+    char byte = 0;
+    const auto middle = static_cast<off_t>(store->bytes() / 2);
+    ASSERT_EQ(pread(file, &byte, 1, middle), 1);
+    byte = static_cast<char>(byte ^ 16);
+    ASSERT_EQ(pwrite(file, &byte, 1, middle), 1);
+    const std::string message = error_message([&] { all_texels(tiled); });
+    EXPECT_EQ(message.find(folder_.path.string() + ": the temporary file of textures is damaged (tile "), 0u)
+        << message;
+    EXPECT_NE(message.find(" of noise)"), std::string::npos) << message;
+    ASSERT_EQ(ftruncate(file, 100), 0);
+    EXPECT_EQ(error_message([&] { all_texels(tiled); }),
+              folder_.path.string() + ": temporary file of textures: cannot read: became shorter while it was read");
+}
+
+TEST_F(TextureStores, ReportDisksThatAreFull) {
+    EXPECT_EQ(error_message([&] { TextureStore(folder_ / "no"); }),
+              (folder_ / "no").string() + ": temporary file of textures: cannot write: No such file or directory");
+    const auto handler = signal(SIGXFSZ, SIG_IGN);
+    rlimit whole{};
+    getrlimit(RLIMIT_FSIZE, &whole);
+    const auto store = std::make_shared<TextureStore>(folder_.path);
+    TextureImage image = noise(500, 500);
+    rlimit tight = whole;
+    tight.rlim_cur = 200000;
+    setrlimit(RLIMIT_FSIZE, &tight);
+    const std::string message = error_message([&] { store->take(image); });
+    setrlimit(RLIMIT_FSIZE, &whole);
+    signal(SIGXFSZ, handler);
+    EXPECT_EQ(message,
+              folder_.path.string() + ": temporary file of textures: cannot write temporary data: File too large");
+}
+
+TEST_F(TextureStores, LieInAFolderThatExists) {
+    const char* variable = std::getenv("TMPDIR");
+    const std::string old = variable ? variable : "";
+    setenv("TMPDIR", folder_.path.c_str(), 1);
+    EXPECT_EQ(scratch_folder(), folder_.path);
+    setenv("TMPDIR", (folder_ / "no").c_str(), 1);
+    EXPECT_TRUE(std::filesystem::is_directory(scratch_folder()));
+    old.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", old.c_str(), 1);
+}
+
+}  // namespace
+}  // namespace halflight
