@@ -297,6 +297,39 @@ TEST_F(Pack, ScenesThatDoNotFitIntoMemoryAreConvertedOnce) {
     EXPECT_NE(none.err.find("list.parts.json: is a list of files, which needs a page file"), std::string::npos);
 }
 
+TEST_F(Pack, TakesGeneratedScenes) {
+    const std::string generator = std::filesystem::path(HALFLIGHT_PROGRAM).parent_path() / "halflight-scenes";
+    const auto pages_of = [&](const char* kind, const Strings& form, const std::string& scene) {
+        Strings command = {generator, kind, file("scene.glb"), "--triangles", "250000"};
+        command.insert(command.end(), form.begin(), form.end());
+        const Outcome made = run(command);
+        EXPECT_EQ(made.status, 0) << made.err;
+        const Outcome packed = pack(file(scene), file("scene.pages"), {"--quiet"});
+        EXPECT_EQ(packed.status, 0) << packed.err;
+        const Json facts = Json::parse(run_program({"info", file("scene.pages"), "--json"}).out);
+        EXPECT_NEAR(facts.at("triangles").get<double>(), 250000, 0.03 * 250000) << kind;
+        return facts.at("triangles").get<std::uint64_t>();
+    };
+    const auto render = [&](const std::string& output, const Strings& more) {
+        Strings arguments = {"render", file("scene.glb"), file(output), "--camera", "inside",           "--width",
+                             "96",     "--samples",       "2",          "--aov",    "depth,normal,ids", "--primary",
+                             "traced", "--reproducible",  "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_text(file(output));
+    };
+    for (const char* kind : {"airliner", "powerplants"}) {
+        const std::uint64_t shared = pages_of(kind, {}, "scene.glb");
+        EXPECT_EQ(pages_of(kind, {"--parts"}, "scene.parts.json"), shared) << kind;
+        EXPECT_EQ(pages_of(kind, {"--flatten"}, "scene.glb"), shared) << kind;
+        const std::string core = render("core.exr", {});
+        const std::string paged = render("paged.exr", {"--pages", file("scene.pages"), "--page-pool", "8M"});
+        // Emissive triangles in pages are no lights yet, so pictures of the airliner's cabin differ in their noise.
+        EXPECT_TRUE(paged == core || std::string_view(kind) == "airliner") << kind;
+    }
+}
+
 TEST_F(Pack, InterruptedConversionsLeaveNothing) {
     const std::string scene = large_scene();
     write_text(file("a.pages"), "old");

@@ -1,5 +1,5 @@
-// Tests halflight-scenes: it reproduces the committed scenes byte by byte, they are valid, and cities have the
-// requested features.
+// Tests halflight-scenes: it reproduces the committed scenes byte by byte, they are valid, and large scenes have
+// the requested features.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -281,6 +281,100 @@ TEST_F(City, RefusesInOneLine) {
     EXPECT_NE(unwritable.status, 0);
     EXPECT_NE(unwritable.err.find("missing/cornell.glb"), std::string::npos) << unwritable.err;
 }
+
+/// Scenes that consist of placed models.
+class Assemblies : public ::testing::TestWithParam<const char*> {
+  protected:
+    Glb scene(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), GetParam());
+        const Outcome outcome = make(arguments, folder / "scene.glb");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return Glb(folder / "scene.glb");
+    }
+
+    TemporaryFolder folder;
+};
+
+TEST_P(Assemblies, HaveTheRequestedNumberOfTriangles) {
+    for (const int triangles : {250'000, 500'000, 1'000'000}) {
+        const std::string count = std::to_string(triangles);
+        const std::uint64_t instanced = scene({"--triangles", count}).triangles();
+        EXPECT_NEAR(static_cast<double>(instanced), triangles, 0.03 * triangles);
+        EXPECT_EQ(scene({"--triangles", count, "--flatten"}).triangles(), instanced);
+        EXPECT_EQ(scene({"--triangles", count, "--gpu-instancing"}).triangles(), instanced);
+    }
+}
+
+TEST_P(Assemblies, AreValidInEveryForm) {
+    for (const char* triangles : {"250000", "1000000"}) {
+        expect_sound(scene({"--triangles", triangles}), "instanced");
+        const Glb flat = scene({"--triangles", triangles, "--flatten"});
+        expect_sound(flat, "flattened");
+        std::vector<std::string> cameras;
+        for (const Json& camera : flat.json["cameras"]) cameras.push_back(camera["name"]);
+        EXPECT_EQ(cameras, (std::vector<std::string>{"inside", "air"}));
+    }
+}
+
+TEST_P(Assemblies, FlattenedEqualInstanced) {
+    const auto sum_of = [](const Glb& glb) {  // of all corners, in world space
+        dvec3 sum(0);
+        for (const Json& node : glb.json["nodes"]) {
+            if (!node.contains("mesh")) continue;
+            const dvec3 move = node.contains("translation") ? dvec3(triple(node["translation"])) : dvec3(0);
+            const Json turn = node.value("rotation", Json{0, 0, 0, 1});
+            const dvec3 axis(turn[0], turn[1], turn[2]);
+            for (const Json& primitive : glb.json["meshes"][node["mesh"].get<std::size_t>()]["primitives"])
+                for (const vec3& p : glb.values<vec3>(glb.accessor(primitive["attributes"]["POSITION"]))) {
+                    const dvec3 t = 2.0 * glm::cross(axis, dvec3(p));
+                    sum += dvec3(p) + turn[3].get<double>() * t + glm::cross(axis, t) + move;
+                }
+        }
+        return sum;
+    };
+    const Glb shared = scene({"--triangles", "250000"});
+    const dvec3 instanced = sum_of(shared);
+    const Glb flat = scene({"--triangles", "250000", "--flatten"});
+    const dvec3 flattened = sum_of(flat);
+    const double most = std::max({std::abs(instanced.x), std::abs(instanced.y), std::abs(instanced.z)});
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(instanced[axis], flattened[axis], 1e-6 * most);
+    EXPECT_LT(shared.bytes.size(), flat.bytes.size() / 2);
+}
+
+TEST_P(Assemblies, AreDeterministicAndNeedLittleMemory) {
+    for (const char* run : {"a", "b"}) {
+        fs::create_directory(folder / run);
+        const Outcome outcome = make({GetParam(), "--triangles", "3000000", "--parts", "--part-size", "32"},
+                                     fs::path(folder / run) / "big.glb");
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+#ifndef __SANITIZE_ADDRESS__
+        EXPECT_LT(outcome.peak_bytes, std::size_t{128} << 20);
+#endif
+    }
+    const Json index = Json::parse(read_text(fs::path(folder / "a") / "big.parts.json"));
+    EXPECT_TRUE(read_text(fs::path(folder / "b") / "big.parts.json") ==
+                read_text(fs::path(folder / "a") / "big.parts.json"));
+    EXPECT_GT(index["parts"].size(), 1U);
+    std::uint64_t triangles = 0;
+    for (const Json& part : index["parts"]) {
+        const std::string name = part["uri"];
+        EXPECT_TRUE(read_text(fs::path(folder / "a") / name) == read_text(fs::path(folder / "b") / name)) << name;
+        triangles += Glb(fs::path(folder / "a") / name).triangles();
+    }
+    EXPECT_EQ(index["triangles"], triangles);
+    EXPECT_NEAR(static_cast<double>(triangles), 3e6, 0.03 * 3e6);
+}
+
+TEST_P(Assemblies, RefuseTooFewTriangles) {
+    const Outcome outcome = make({GetParam(), "--triangles", "5000"}, folder / "few.glb");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("5000 triangles are fewer than the "), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_TRUE(folder.entries().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Large, Assemblies, ::testing::Values("airliner", "powerplants"),
+                         [](const auto& one) { return std::string(one.param); });
 
 TEST(Emitters, HasTheRequestedLights) {
     const TemporaryFolder folder;

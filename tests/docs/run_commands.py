@@ -18,7 +18,8 @@ SMALL = [
     (r"--(time|seeds|reference-samples|warm-up) \d+", lambda m: f"--{m[1]} {dict(time=1, seeds=2).get(m[1], 4)}"),
     (r"--(width|height) \d+", lambda m: f"--{m[1]} 32"),
     (r"--size \d+x\d+", "--size 64x48"),
-    (r"--triangles \d+", "--triangles 4000"),
+    (r"(?<!airliner )(?<!powerplants )--triangles \d+", "--triangles 4000"),
+    (r"(airliner|powerplants) --triangles \d+", lambda m: f"{m[1]} --triangles 250000"),  # near their coarsest forms
     (r"--lights \d+", "--lights 20"),
     (r"--texture-size \d+", "--texture-size 64"),
     (r"--frames \d+-\d+", "--frames 1-3"),

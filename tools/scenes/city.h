@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "tools/scenes/document.h"
+#include "tools/scenes/assembly.h"
 
 namespace halflight::scenes {
 
@@ -29,7 +29,7 @@ enum class ModelKind {
 };
 inline constexpr std::size_t kModelKinds = 14;
 
-struct Model {
+struct CityModel {
     ModelKind kind;
     Mesh mesh;
 };
@@ -37,7 +37,7 @@ struct Model {
 /// Returns the materials of the city in the order in which `city_models` numbers them.
 std::vector<Material> city_materials();
 /// Returns all models in a fixed order. Each stands on y = 0 around the origin, its front towards +z.
-std::vector<Model> city_models();
+std::vector<CityModel> city_models();
 
 // Plan, in metres: blocks in a grid, with streets of 12 m between pavements.
 inline constexpr double kBlockX = 84, kBlockZ = 64;  // size of a block with its pavement
@@ -53,20 +53,9 @@ struct Placement {
 
 /// Places models until the remaining triangles are fewer than the smallest model has. Throws Error for fewer triangles
 /// than one block's ground needs.
-std::vector<Placement> city_plan(const std::vector<Model>& models, std::uint64_t triangles);
+std::vector<Placement> city_plan(const std::vector<CityModel>& models, std::uint64_t triangles);
 
-struct CityOptions {
-    std::uint64_t triangles = 1'000'000;
-    bool flatten = false;                               // writes unique geometry instead of nodes that share meshes
-    bool gpu_instancing = false;                        // writes one node per model (EXT_mesh_gpu_instancing)
-    bool parts = false;                                 // writes several files; with flatten only
-    std::uint64_t part_bytes = std::uint64_t{1} << 30;  // upper limit of a part's size
-};
-
-/// Writes `path`, or with `parts` its parts beside it ("city.000.glb", ...) and then "city.parts.json", which lists
-/// them:
-/// {"triangles": n, "parts": [{"uri", "triangles", "bytes", "min": [x, y, z], "max": [x, y, z]}, ...]}.
-/// The first part has cameras, sun and sky. Returns the number of triangles written.
-std::uint64_t write_city(const std::filesystem::path& path, const CityOptions& options);
+/// Writes the city as write_assembly() does. Returns the number of triangles written.
+std::uint64_t write_city(const std::filesystem::path& path, const SceneOptions& options);
 
 }  // namespace halflight::scenes

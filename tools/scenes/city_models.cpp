@@ -182,8 +182,8 @@ std::vector<Material> city_materials() {
             matte("tyre", dvec3(0.02))};
 }
 
-std::vector<Model> city_models() {
-    std::vector<Model> models;
+std::vector<CityModel> city_models() {
+    std::vector<CityModel> models;
     const auto add = [&](ModelKind kind, Mesh mesh) { models.push_back({kind, std::move(mesh)}); };
     add(ModelKind::ground_urban, block("urban block", gravel));
     add(ModelKind::ground_tower, block("tower block", concrete));

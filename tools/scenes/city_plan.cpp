@@ -32,7 +32,7 @@ ivec2 spiral(std::uint32_t n) {
 
 class Planner {
   public:
-    Planner(const std::vector<Model>& models, std::uint64_t triangles) : remaining_(triangles) {
+    Planner(const std::vector<CityModel>& models, std::uint64_t triangles) : remaining_(triangles) {
         for (std::uint32_t i = 0; i < models.size(); ++i) {
             counts_.push_back(models[i].mesh.triangles());
             by_kind_[static_cast<std::size_t>(models[i].kind)].push_back(i);
@@ -173,7 +173,7 @@ class Planner {
 
 }  // namespace
 
-std::vector<Placement> city_plan(const std::vector<Model>& models, std::uint64_t triangles) {
+std::vector<Placement> city_plan(const std::vector<CityModel>& models, std::uint64_t triangles) {
     Planner planner(models, triangles);
     if (triangles < planner.largest_ground())
         throw Error("city", "{} triangles are fewer than the {} of one block's ground", triangles,

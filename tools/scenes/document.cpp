@@ -298,6 +298,18 @@ void Document::sun(const std::string& name, const dvec3& toward, const dvec3& co
                {"extensions", {{"KHR_lights_punctual", {{"light", lights.size() - 1}}}}}});
 }
 
+void Document::lamp(const std::string& name, const dvec3& at, const dvec3& color, double candela, double cone) {
+    use("KHR_lights_punctual");
+    Json& lights = json_["extensions"]["KHR_lights_punctual"]["lights"];
+    Json lamp{{"name", name}, {"type", cone < 90 ? "spot" : "point"}, {"color", triple(color)}, {"intensity", candela}};
+    if (cone < 90) lamp["spot"] = {{"innerConeAngle", 0.5 * cone * kPi / 180}, {"outerConeAngle", cone * kPi / 180}};
+    lights.push_back(std::move(lamp));
+    root_node({{"name", name},
+               {"translation", triple(at)},
+               {"rotation", rotation(dmat3(turn_x(-90)))},
+               {"extensions", {{"KHR_lights_punctual", {{"light", lights.size() - 1}}}}}});
+}
+
 void Document::sky(const dvec3& radiance) {
     use("HALFLIGHT_environment");
     json_["extensions"]["HALFLIGHT_environment"]["color"] = triple(radiance);

@@ -82,6 +82,8 @@ class Document {
     /// Adds a directional light; `toward` points from the scene to the sun, lux is the illuminance of a surface that
     /// faces it.
     void sun(const std::string& name, const dvec3& toward, const dvec3& color, double lux);
+    /// Adds a light that shines down from `at`, candela, within `cone` degrees of the vertical; 180: in all directions.
+    void lamp(const std::string& name, const dvec3& at, const dvec3& color, double candela, double cone);
     /// Adds constant radiance from all directions by this project's extension HALFLIGHT_environment; glTF has no
     /// environments.
     void sky(const dvec3& radiance);
@@ -97,6 +99,7 @@ class Document {
     };
     int mesh(const std::string& name, std::vector<StreamedPart> parts);
 
+    int meshes() const { return static_cast<int>(mesh_triangles_.size()); }  ///< Returns the number of meshes.
     std::uint64_t triangles() const;  ///< Returns the triangles of all nodes; meshes count as often as they are used.
     std::uint64_t bytes() const;      ///< Returns the size of the binary chunk so far, without the file's JSON.
     /// Writes a .glb. Throws Error where it would exceed the container's 4 GiB.

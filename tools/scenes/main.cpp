@@ -5,9 +5,11 @@
 
 #include "engine/core/error.h"
 #include "tools/common/tool_main.h"
+#include "tools/scenes/airliner.h"
 #include "tools/scenes/city.h"
 #include "tools/scenes/hall.h"
 #include "tools/scenes/path.h"
+#include "tools/scenes/power_plants.h"
 #include "tools/scenes/scenes.h"
 
 namespace {
@@ -48,24 +50,31 @@ int run(int argc, char** argv) {
     eel->add_option("--triangles", eel_triangles, "approximate number of triangles")
         ->check(CLI::Range(100LL, 100'000'000LL))
         ->capture_default_str();
-    scenes::CityOptions options;
+    scenes::SceneOptions options;
     std::uint64_t part_mib = options.part_bytes >> 20;
-    CLI::App* city = command("city", "A procedural city of any size");
-    city->add_option("--triangles", options.triangles, "number of triangles; instances count as often as they are used")
-        ->check(CLI::Range(1LL, 1'000'000'000LL))
-        ->capture_default_str();
-    CLI::Option* flatten =
-        city->add_flag("--flatten", options.flatten, "write unique geometry instead of shared meshes");
-    city->add_flag("--gpu-instancing", options.gpu_instancing,
-                   "use EXT_mesh_gpu_instancing instead of a node for each instance")
-        ->excludes(flatten);
-    CLI::Option* parts =
-        city->add_flag("--parts", options.parts, "write several files OUT.000.glb, ... and the list OUT.parts.json")
-            ->needs(flatten);
-    city->add_option("--part-size", part_mib, "largest size of a part in MiB")
-        ->needs(parts)
-        ->check(CLI::Range(16, 4095))
-        ->capture_default_str();
+    const auto scalable = [&](const char* name, const char* what) {
+        CLI::App* sub = command(name, what);
+        sub->add_option("--triangles", options.triangles,
+                        "number of triangles; instances count as often as they are used")
+            ->check(CLI::Range(1LL, 1'000'000'000LL))
+            ->capture_default_str();
+        CLI::Option* flatten =
+            sub->add_flag("--flatten", options.flatten, "write unique geometry instead of shared meshes");
+        CLI::Option* parts = sub->add_flag("--parts", options.parts,
+                                           "flatten into several files OUT.000.glb, ... and the list OUT.parts.json");
+        sub->add_flag("--gpu-instancing", options.gpu_instancing,
+                      "use EXT_mesh_gpu_instancing instead of a node for each instance")
+            ->excludes(flatten)
+            ->excludes(parts);
+        sub->add_option("--part-size", part_mib, "largest size of a part in MiB")
+            ->needs(parts)
+            ->check(CLI::Range(16, 4095))
+            ->capture_default_str();
+        return sub;
+    };
+    CLI::App* airliner = scalable("airliner", "An airliner of any size: cabin, structure, systems, wings, engines");
+    CLI::App* city = scalable("city", "A procedural city of any size");
+    CLI::App* plants = scalable("powerplants", "Sixteen power plants of any size: boilers, pipes, girders, ducts");
 
     scenes::HallOptions maps;
     CLI::App* hall = command("hall", "A hall with any number of textures");
@@ -111,11 +120,16 @@ int run(int argc, char** argv) {
             scenes::write_camera_path(flown, output, flight);
             std::printf("%s: %d frames\n", output.c_str(), flight.frames);
         }
-        if (*city) {
-            options.part_bytes = part_mib << 20;
-            const std::uint64_t triangles = scenes::write_city(output, options);
+        options.part_bytes = part_mib << 20;
+        options.flatten = options.flatten || options.parts;
+        const auto write_scalable = [&](const CLI::App* chosen, auto writer) {
+            if (!*chosen) return;
+            const std::uint64_t triangles = writer(output, options);
             std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(triangles));
-        }
+        };
+        write_scalable(airliner, scenes::write_airliner);
+        write_scalable(city, scenes::write_city);
+        write_scalable(plants, scenes::write_power_plants);
         return 0;
     });
 }

@@ -46,6 +46,7 @@ class MeshBuilder {
     MeshBuilder& material(int index);
     /// Sets the affine transform from object to mesh; a mirroring one reverses triangles, so that fronts stay outside.
     MeshBuilder& frame(const dmat4& matrix);
+    const dmat4& frame() const { return frame_; }  ///< Returns the transform that frame() has set.
     /// Sets the metres of surface that one repeat of the texture covers, for shapes that derive uv from their size.
     MeshBuilder& texel_size(double metres);
 

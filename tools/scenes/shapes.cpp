@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "tools/scenes/exact.h"
 
@@ -26,6 +27,14 @@ void facet(MeshBuilder& mesh, const dvec3& centre, double radius, const dvec3& a
 }
 
 }  // namespace
+
+const std::vector<dvec2>& ring_of(int sides) {
+    static std::map<int, std::vector<dvec2>> rings;  // sines take longer than all else that makes a small part
+    std::vector<dvec2>& ring = rings[sides];
+    for (int i = static_cast<int>(ring.size()); i <= sides; ++i)
+        ring.push_back(cos_sin_degrees(360.0 * (i % sides) / sides));
+    return ring;
+}
 
 void surface(MeshBuilder& mesh, int columns, int rows, const std::function<dvec3(double, double)>& p,
              const dvec2& repeat) {
@@ -72,12 +81,13 @@ void lathe(MeshBuilder& mesh, std::span<const dvec2> profile, int segments, doub
         const bool smooth = neighbour < pieces && glm::dot(normals[piece], normals[neighbour]) > kCos35;
         return smooth ? glm::normalize(normals[piece] + normals[neighbour]) : normals[piece];
     };
+    const std::vector<dvec2>& around = ring_of(segments);
     for (std::size_t k = 0; k < pieces; ++k) {
         const std::array<dvec2, 2> ring{profile[k], profile[k + 1]};
         const std::array<dvec2, 2> n{corner_normal(k, k - 1), corner_normal(k, k + 1)};
         std::uint32_t first = 0;
         for (int i = 0; i <= segments; ++i) {
-            const dvec2 t = cos_sin_degrees(360.0 * (i % segments) / segments);
+            const dvec2 t = around[static_cast<std::size_t>(i)];
             for (std::size_t e = 0; e < 2; ++e) {
                 const std::uint32_t index = mesh.vertex({{ring[e].x * t.x, ring[e].y, -ring[e].x * t.y},
                                                          {n[e].x * t.x, n[e].y, -n[e].x * t.y},
@@ -130,6 +140,7 @@ void sphere(MeshBuilder& mesh, const dvec3& centre, double radius, int segments,
 }
 
 void tube(MeshBuilder& mesh, std::span<const dvec3> path, double radius, int sides) {
+    const std::vector<dvec2>& around = ring_of(sides);
     dvec3 side(0);
     double length = 0;
     std::uint32_t first = 0;
@@ -142,7 +153,7 @@ void tube(MeshBuilder& mesh, std::span<const dvec3> path, double radius, int sid
         side = glm::normalize(side - along * glm::dot(side, along));  // keeps the tube from twisting
         const dvec3 other = glm::cross(along, side);
         for (int i = 0; i <= sides; ++i) {
-            const dvec2 t = cos_sin_degrees(360.0 * (i % sides) / sides);
+            const dvec2 t = around[static_cast<std::size_t>(i)];
             const dvec3 n = side * t.x + other * t.y;
             const std::uint32_t index = mesh.vertex({path[k] + radius * n, n, {double(i) / sides, -length}});
             if (k == 0 && i == 0) first = index;

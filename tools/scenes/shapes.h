@@ -9,6 +9,9 @@
 
 namespace halflight::scenes {
 
+/// Returns (cos, sin) of `sides` equal angles from 0 on, and the first one again. Not thread-safe.
+const std::vector<dvec2>& ring_of(int sides);
+
 /// Adds the surface p(u, v), u and v in [0, 1], of columns x rows cells. Its front is in the direction of dp/du x
 /// dp/dv, its normals are smooth, its uv is (u, 1 - v) * repeat. A border row may shrink to a point.
 void surface(MeshBuilder& mesh, int columns, int rows, const std::function<dvec3(double, double)>& p,
