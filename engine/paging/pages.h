@@ -97,7 +97,7 @@ class PageSource {
 /// A page as the pool takes it.
 struct LoadedPage {
     Page page;          // the pairs of alpha-tested triangles have the place of their first row
-    TriangleRows rows;  // of the alpha-tested triangles, in the order of the pairs
+    TriangleRows rows;  // rows of the alpha-tested triangles, in the order of the pairs
 };
 /// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read().
 LoadedPage read_with_rows(const PageSource& source, std::uint32_t page);

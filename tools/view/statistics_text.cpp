@@ -63,7 +63,7 @@ std::vector<std::string> paging_lines(const RenderStats& stats) {
     return {fmt::format("{} pages, {} fit into the pool", t.pages, t.slots),
             fmt::format("{} loaded ({:.1f} MiB in {:.2f} s), {} left", t.traffic.loaded, mebibytes(t.traffic.bytes),
                         t.traffic.seconds, t.traffic.evicted),
-            fmt::format("{} batches in {} rounds, {} sweeps", t.batches, t.rounds, t.sweeps),
+            fmt::format("{} batches in {} rounds", t.batches, t.rounds),
             fmt::format("{} table rows in {:.2f} s", stats.paging->rows, stats.paging->row_seconds)};
 }
 

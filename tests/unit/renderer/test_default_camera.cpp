@@ -66,7 +66,7 @@ TEST(DefaultCamera, StandsInsideClosedRooms) {
     EXPECT_TRUE(glm::all(glm::greaterThan(at, box.lower)) && glm::all(glm::lessThan(at, box.upper)));
     EXPECT_EQ(made.camera.camera_to_world, default_camera(scene, 16.0 / 9).camera.camera_to_world);
     EXPECT_NE(choose_camera(scene, {}).origin.find("inside"), std::string::npos);
-    // It sees a block: some of them lie ahead of it.
+    // The camera sees a block: some of them lie ahead.
     const dvec3 ahead = -dvec3(made.camera.camera_to_world[2]);
     EXPECT_GT(std::max(glm::dot(dvec3(-1, 0.4, 0) - at, ahead), glm::dot(dvec3(1, 0.4, 0) - at, ahead)), 0);
 }
