@@ -46,12 +46,14 @@ bool can_be_paged(const SceneChoice& choice) {
 }
 
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes) {
-    const std::size_t scene = scene_bytes(size);
+    const std::size_t scene = scene_bytes(size), rest = scene - size.contents();
+    const bool decoding = size.decoding_bytes > 0 && rest == size.decoding_bytes;
     MemoryLedger::process().check(
         scene + picture_bytes, file.string(),
-        fmt::format("geometry {}, textures {}, their tables and buffers {}, picture {}{}",
+        fmt::format("geometry {}, textures {}, {} {}, picture {}{}",
                     text_of_bytes(size.geometry_bytes + size.instance_bytes),
-                    text_of_bytes(size.texture_bytes + size.tile_bytes), text_of_bytes(scene - size.contents()),
+                    text_of_bytes(size.texture_bytes + size.tile_bytes),
+                    decoding ? "decoding them" : "their tables and buffers", text_of_bytes(rest),
                     picture_bytes > 0 ? "at least " : "", text_of_bytes(picture_bytes)));
 }
 

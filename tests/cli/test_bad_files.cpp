@@ -206,10 +206,10 @@ TEST_F(BadFiles, BombsAreRefusedByTheMemoryBudget) {
     write("image", "\x89PNG\r\n\x1a\n" +
                        png_chunk("IHDR", big_endian(kSide) + big_endian(kSide) + std::string("\1\0\0\0\0", 5)) +
                        png_chunk("IDAT", deflated) + png_chunk("IEND", ""));
-    refused("PNG of 16384 x 16384", with_scene(scene("image")), {"/scene.gltf: ", "textures 1.0 GiB"});
+    refused("PNG of 16384 x 16384", with_scene(scene("image")), {"/scene.gltf: ", "decoding them 1.0 GiB"});
     // The header tells the size. The rest of the file only makes it long enough to hold so many texels.
     write("image", jpeg_claiming(kSide) + std::string(std::size_t{1} << 20, 'x'));
-    refused("JPEG of 16384 x 16384", with_scene(scene("image")), {"/scene.gltf: ", "textures 1.0 GiB"});
+    refused("JPEG of 16384 x 16384", with_scene(scene("image")), {"/scene.gltf: ", "decoding them 1.0 GiB"});
 
     std::string row{2, 2, kSide >> 8, 0};
     for (std::uint32_t left = 4 * kSide, run = 0; left > 0; left -= run) {

@@ -42,9 +42,9 @@ class Paging : public StiffTest {
         elsewhere.camera.camera_to_world[3] += elsewhere.camera.camera_to_world[2];
         const auto source = std::make_shared<MemoryPages>(scene, 200, limits);
         const std::size_t page = paging::PagePool::slot_bytes(source->index());
-        for (const std::size_t slots : {1, 5, 100000}) {
+        for (const std::size_t slots : {1, 5}) {
             PreparedScene paged(context, scene, {.pages = source, .pool_bytes = slots * page});
-            const std::string pool = slots == 1 ? "one page" : slots == 5 ? "five pages" : "all pages";
+            const char* const pool = slots == 1 ? "one page" : "five pages";
             const auto render = [&](const RenderSettings& s) {
                 return Renderer(paged, ColorConfig::load(), s).render();
             };
