@@ -208,9 +208,9 @@ TEST_F(ShadingTextures, AlphaDecidesByMaskAndByHash) {
         float repeated = 0.0;
         vec2 at = vec2(0.1 + 0.05 * float(i), 0.2);
         for (uint n = 0u; n < 20000u; ++n) {
-            bool hit = alpha_accept(0u, 3u, at.x, at.y, ray_key(n, i));
+            bool hit = alpha_accept(0u, 0u, 3u, at.x, at.y, ray_key(n, i));
             sum += hit ? 1.0 : 0.0;
-            repeated += hit == alpha_accept(0u, 3u, at.x, at.y, ray_key(n, i)) ? 0.0 : 1.0;
+            repeated += hit == alpha_accept(0u, 0u, 3u, at.x, at.y, ray_key(n, i)) ? 0.0 : 1.0;
         }
         result[0] = vec4(sum / 20000.0, alpha_share(0u, at.x, at.y), repeated, 0.0);
     )";
