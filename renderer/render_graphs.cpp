@@ -148,16 +148,16 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
 
 void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
     const bool aov = asked_for(settings, {LayerSource::record}) || settings.preview.of_picture();
-    const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling")};
-    if (!aov && !debug.nodes && !debug.culling) return;
+    const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling"),
+                             asked_for(settings, "residency")};
+    if (!aov && !debug.any()) return;
     const SceneView seen = view(to.data_graph, place);
     const bool keep = settings.kept.is_everything();
     const bool motion = asked_for(settings, "motion") || keep;
     const GBuffer gbuffer = add_gbuffer(
-        to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep}, settings.primary);
+        to.data_graph, seen, {.rays = debug.any() || keep, .hits = aov || debug.residency || keep}, settings.primary);
     if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
-    if (debug.nodes || debug.culling)
-        to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
+    if (debug.any()) to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
     to.data = graph::compile(to.data_graph);
 }
 

@@ -1,4 +1,5 @@
-// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; TILE_LISTS reads the lists of shadow rays.
+// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; TILE_LISTS reads the lists of shadow rays;
+// RESIDENCY finds the pages of surfaces, in scenes that are loaded in pages.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
@@ -6,6 +7,11 @@
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/traverse.glsl"
+#endif
+#ifdef RESIDENCY
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/bvh.glsl"
+#include "shaders/lib/residency.glsl"
 #endif
 #ifdef TILE_LISTS
 #include "shaders/lib/tile_list.glsl"
@@ -15,11 +21,14 @@ layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) readonly buffer Rays { Ray rays[]; };
+#ifdef RESIDENCY
+layout(std430) readonly buffer Hits { Hit hits[]; };
+#endif
 layout(std430) writeonly buffer Records { DebugRecord records[]; };
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-    DebugRecord record = DebugRecord(0u, 0u, 0u);
+    DebugRecord record = DebugRecord(0u, 0u, 0u, 0u, 0u);
 #ifdef HALFLIGHT_COUNT
     traverse(rays[path], alpha_key_of_path(frame, path, 0u), false);
     record.nodes = nodes_visited;
@@ -28,6 +37,16 @@ void main() {
     TileCounts list = load_counts(path / uint(kTileRays));
     record.leaves = uint(list.leaves);
     record.others = uint(list.others);
+#endif
+#ifdef RESIDENCY
+    if (hits[path].triangle != kMiss) {
+        Ray ray = rays[path];
+        BvhHead head = bvh_head(0u);
+        float error = position_error(ray.origin, head.base, head.cell, head.slack);
+        Subtree subtree = subtree_around(ray.origin + hits[path].t * ray.direction, error);
+        record.subtree = subtree.number;
+        record.resident = uint(subtree.resident);
+    }
 #endif
     records[path] = record;
 }

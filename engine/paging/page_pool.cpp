@@ -108,6 +108,7 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
 
     std::vector<uvec4> nodes = rays::packed_head(index.bounds);
     nodes.resize(kBvhPageTexels);
+    nodes[2].x = top_nodes_;  // shaders/lib/residency.glsl
     word_of_root_.resize(index.roots.size());
     for (const rays::BvhNode& node : top.nodes) {
         std::array<std::uint32_t, 4> references{};

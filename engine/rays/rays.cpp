@@ -98,6 +98,7 @@ void TraceScene::update(const TraceTables& tables, const PackedScene& packed, co
 void TraceScene::finish_update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading) {
     serial_ = next_serial();
     alpha_tested_ = tables.alpha_tested;
+    paged_ = packed.format == NodeFormat::page;
     gpu::replace(heads_, packed.instance_head);
     if (shared_instances_ == nullptr) gpu::replace(own_instances_, instance_rows(tables));
     slivers_ = tables.slivers;

@@ -108,6 +108,7 @@ class TraceScene {
     void bind() const;
     /// Returns the defines that select the variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
     const gpu::Defines& defines() const { return defines_; }
+    bool paged() const { return paged_; }  ///< Returns whether the hierarchy is loaded in pages.
     /// Returns whether hits depend on coverage, and thus on RayBatch::frame_constants and the scene's texture units.
     bool alpha_tested() const { return alpha_tested_; }
     const TraceStatistics& statistics() const { return statistics_; }
@@ -122,6 +123,7 @@ class TraceScene {
 
     std::uint32_t serial_ = 0;
     bool alpha_tested_ = false;
+    bool paged_ = false;
     bool slivers_ = false;
     TraceStatistics statistics_;
     gpu::Defines defines_;

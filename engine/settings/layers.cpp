@@ -85,6 +85,14 @@ constexpr std::array kLayers = {
             to[0] = static_cast<float>(r.leaves);
             to[1] = static_cast<float>(r.others);
         }},
+    AovInfo{"residency", "residency.", "subtree,resident", data, Merge::none, LayerSource::debug,
+            "scenes in pages: number of the subtree of pages around the surface at the pixel's centre, 0 if there is "
+            "none, and 1 if its page is in the pool when the samples end",
+            0, nullptr,
+            [](const DebugRecord& r, float* to) {
+                to[0] = static_cast<float>(r.subtree);
+                to[1] = static_cast<float>(r.resident);
+            }},
 };
 
 const char* name(LayerStorage storage) {

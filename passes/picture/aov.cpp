@@ -32,6 +32,7 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     pass.read(gbuffer.rays, Access::storage_read, "Rays");
     if (lists) pass.read(lists, Access::texture_read, {"tile_lists", GL_RGBA32UI});
+    if (options.residency) pass.read(gbuffer.hits, Access::storage_read, "Hits");
     const graph::BufferHandle records =
         pass.write(graph.create_buffer("debug records", {view.band.paths() * sizeof(shared::DebugRecord)}),
                    Access::storage_write, "Records");
@@ -39,6 +40,7 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
         gpu::Defines defines = rays::tile_defines(view.trace, shadow, view.tracer.tile_settings());
         if (options.nodes) defines.set("HALFLIGHT_COUNT");
         if (lists && view.tracer.ran_by_tiles(shadow)) defines.set("TILE_LISTS");
+        if (options.residency && view.trace.paged()) defines.set("RESIDENCY");
         view.trace.bind();
         view.scene.bind();
         r.compute("shaders/debug_aov.comp", defines).dispatch(view.band.paths() / 64);

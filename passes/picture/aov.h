@@ -11,8 +11,10 @@ namespace halflight {
 graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, bool motion = true);
 
 struct DebugOptions {
-    bool nodes = false;    // whether to count nodes, by tracing the camera rays again
-    bool culling = false;  // whether to read the tile lists that the last frame left in the same History
+    bool nodes = false;      // whether to count nodes, by tracing the camera rays again
+    bool culling = false;    // whether to read the tile lists that the last frame left in the same History
+    bool residency = false;  // whether to find the pages of surfaces, in scenes that are loaded in pages
+    bool any() const { return nodes || culling || residency; }
 };
 /// Returns a DebugRecord (shaders/shared/aov.h) per path; fields that were not requested are 0.
 graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,

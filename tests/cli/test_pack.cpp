@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "engine/io/exr.h"
 #include "tests/support/process.h"
 #include "tests/unit/io/gltf_builder.h"
 #include "tools/common/temporary_folder.h"
@@ -173,12 +174,11 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
     ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
     const Strings layers = {"--aov",
                             "direct_diffuse,indirect_diffuse,indirect_glossy,albedo,normal,depth,ids,cryptoobject"};
+    const Strings view = {"--width",   "64",          "--samples", "2",         "--env",
+                          "1,0.9,0.8", "--look-from", "40,60,-50", "--look-at", "200,0,90"};
     const auto render = [&](const std::string& output, Strings more) {
         more.insert(more.end(), layers.begin(), layers.end());
-        return Pack::render(scene, output,
-                            {"--width", "64", "--samples", "2", "--env", "1,0.9,0.8", "--look-from", "40,60,-50",
-                             "--look-at", "200,0,90"},
-                            more);
+        return Pack::render(scene, output, view, more);
     };
     ASSERT_EQ(render("core.exr", {}).status, 0);
     const std::string core = read_text(file("core.exr"));
@@ -187,6 +187,20 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
         ASSERT_EQ(paged.status, 0) << paged.err;
         EXPECT_TRUE(read_text(file("paged.exr")) == core) << pool;
     }
+
+    // With room for all pages every surface is resident, and numbers do not depend on what is resident.
+    const auto residency = [&](const char* pool) {
+        const Strings more = {"--pages", file("a.pages"), "--page-pool", pool, "--aov", "residency"};
+        EXPECT_EQ(Pack::render(scene, "residency.exr", view, more).status, 0);
+        const ExrFile exr = read_exr(file("residency.exr"));
+        return std::pair(exr.find("residency.subtree")->values, exr.find("residency.resident")->values);
+    };
+    const auto [all_subtrees, all_resident] = residency("64M");
+    const auto [subtrees, resident] = residency("1M");
+    EXPECT_EQ(subtrees, all_subtrees);
+    EXPECT_EQ(std::ranges::count(all_resident, 0.0f), std::ranges::count(subtrees, 0.0f));
+    EXPECT_GT(std::ranges::count(resident, 0.0f), std::ranges::count(subtrees, 0.0f));
+    EXPECT_GT(std::ranges::count(resident, 1.0f), 0);
 
     const auto refused = [&](const Strings& more, const std::string& text) {
         const Outcome outcome = render("no.exr", more);

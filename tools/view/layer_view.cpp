@@ -122,6 +122,15 @@ DisplayImage data_picture(const std::string& view, const Image& image) {
                            return id == ~0u ? vec3(0) : color_of_id(id);
                        }),
                 true};
+    if (view == "residency") {
+        constexpr float kAbsent = 0.2f;  // brightness of pages that are not in the pool
+        return {mapped(image,
+                       [](const float* p, int, int) {
+                           const vec3 color = p[0] > 0 ? color_of_id(static_cast<std::uint32_t>(p[0])) : vec3(0);
+                           return p[1] > 0 ? color : kAbsent * color;
+                       }),
+                true};
+    }
     return on_scale(image, view == "culling" ? "nodes and leaves of the tile's list" : view,
                     [&](const float* p, int, int) {
                         float sum = 0;

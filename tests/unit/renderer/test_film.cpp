@@ -254,10 +254,12 @@ TEST(Film, DataGoesThroughTheTables) {
 
 TEST(Film, TracingCostIsCounted) {
     const TraceTables tables = two_triangles();
-    Film film(settings_of(2, 1, {"culling", "nodes"}), tables);
+    Film film(settings_of(2, 1, {"culling", "nodes", "residency"}), tables);
     std::vector<shared::DebugRecord> records(256);
-    records[shared::path_of_pixel({0, 0}, {1, 1})] = {.nodes = 17, .leaves = 5, .others = 2};
-    records[shared::path_of_pixel({1, 0}, {1, 1})] = {.nodes = 3, .leaves = 0, .others = 1};
+    records[shared::path_of_pixel({0, 0}, {1, 1})] = {
+        .nodes = 17, .leaves = 5, .others = 2, .subtree = 9, .resident = 1};
+    records[shared::path_of_pixel({1, 0}, {1, 1})] = {
+        .nodes = 3, .leaves = 0, .others = 1, .subtree = 4, .resident = 0};
     film.add_debug({{2, 1}, 0, 1}, records);
     RenderResult result;
     film.take(result);
@@ -265,6 +267,7 @@ TEST(Film, TracingCostIsCounted) {
     EXPECT_EQ(layer(result, "nodes.Y").image.pixels, (Values{17, 3}));
     EXPECT_EQ(layer(result, "culling.leaves").image.pixels, (Values{5, 2, 0, 1}));
     EXPECT_EQ(layer(result, "culling.others").channels[1], "culling.others");
+    EXPECT_EQ(layer(result, "residency.subtree").image.pixels, (Values{9, 1, 4, 0}));
 }
 
 TEST(Film, HalvesAreForColourOnly) {

@@ -75,7 +75,7 @@ TEST(Memory, LayersAreReadBackFromBands) {
     EXPECT_EQ(more("variance"), 128u + 24);
     EXPECT_EQ(more("normal"), 48u);
     EXPECT_EQ(more("depth"), 32u);
-    EXPECT_EQ(more("nodes"), 12u);
+    EXPECT_EQ(more("nodes"), 20u);
     EXPECT_GE(more("cryptoobject"), 20u + 4 + 12);
     RenderSettings error = settings_of(1280, 720);
     error.error.emplace();

@@ -129,7 +129,11 @@ TEST(DisplayImage, EveryViewIsFinite) {
         result.beauty = Image(4, 3, 4);
         std::ranges::fill(result.beauty.pixels, 0.5f);
         const bool wide = view.starts_with("crypto");
-        ExrLayer layer{{}, Image(4, 3, wide ? 12 : view == "culling" || view == "motion" ? 2 : 3)};
+        ExrLayer layer{{},
+                       Image(4, 3,
+                             wide                                                           ? 12
+                             : view == "culling" || view == "motion" || view == "residency" ? 2
+                                                                                            : 3)};
         if (view == "depth" || view == "samples" || view == "nodes") layer.image = Image(4, 3, 1);
         for (std::size_t i = 0; i < layer.image.pixels.size(); ++i) layer.image.pixels[i] = 0.1f * float(i % 7);
         result.aovs.push_back(layer);
