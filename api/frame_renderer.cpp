@@ -68,7 +68,8 @@ struct FrameRenderer::State {
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
-    MemoryLedger::Entry tables_memory, pages_memory, textures_memory, picture_memory, bands_memory, visibility_memory;
+    MemoryLedger::Entry tables_memory, pages_memory, pool_memory, textures_memory, picture_memory, bands_memory,
+        visibility_memory;
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
@@ -145,26 +146,33 @@ struct FrameRenderer::State {
         MemoryLedger& ledger = MemoryLedger::process();
         tables_memory = {ledger, MemoryPart::tables, scene_bytes(scene.size()) - scene.size().contents()};
         if (scene.pages()) {
-            // Half of what is left is for pictures and their bands.
             options.pages = scene.pages();
             const std::size_t paths =
                 std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
             const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
             const std::size_t reading = paging::PagePool::reading_bytes(scene.pages()->index());
             const std::size_t lamps = scene.pages()->index().geometry.emitters.size() * paging::kEmitterBytes;
-            const std::size_t fixed = rows + reading + lamps;
-            ledger.check(fixed, "pages",
+            ledger.check(rows + reading + lamps, "pages",
                          fmt::format("table rows of hits {}, pages that are read {}, emissive triangles {}",
                                      text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps)));
-            options.pool_bytes = settings.pool_bytes > 0 ? settings.pool_bytes : (ledger.free() - fixed) / 2;
-            pages_memory = {ledger, MemoryPart::pages, options.pool_bytes + fixed};
+            pages_memory = {ledger, MemoryPart::pages, rows + reading + lamps};
+            options.pool_bytes = [&](const SceneNeeds& needs) {
+                // Pages take what the picture leaves, or half of it: bands become smaller then.
+                const std::size_t free = ledger.free();
+                const std::size_t picture = estimate_memory(needs, scene.size(), settings, picture_use()).picture();
+                const std::size_t most = std::max(free / 2, free - std::min(free, picture));
+                const std::size_t pool = settings.pool_bytes > 0 ? settings.pool_bytes : most;
+                pool_memory = {ledger, MemoryPart::pages, pool};
+                return pool;
+            };
         }
         if (in_tiles(scene.scene())) {
             const std::size_t batch = paging::TilePool::bytes_of_batch(
                 std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height)));
             ledger.check(batch, "hits that wait for textures", text_of_bytes(batch));
             textures_memory = {ledger, MemoryPart::textures, batch};
-            options.tile_bytes = settings.tile_bytes > 0 ? settings.tile_bytes : ledger.free() / 2;
+            options.tile_bytes =
+                settings.tile_bytes > 0 ? settings.tile_bytes : ledger.free() / (scene.pages() ? 4 : 2);
         }
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);
@@ -178,12 +186,13 @@ struct FrameRenderer::State {
         take_memory(s);
         renderer.emplace(*prepared, colors, s, server.get());
     }
+    PictureUse picture_use() const { return {.png = settings.want_view, .shutter = shutter.open > 0}; }
     /// Chooses bands that fit into the memory budget, and enters the picture into the ledger.
     void take_memory(RenderSettings& s) {
         for (MemoryLedger::Entry* entry : {&picture_memory, &bands_memory, &visibility_memory}) *entry = {};
         MemoryLedger& ledger = MemoryLedger::process();
-        const PictureUse use{.png = settings.want_view, .shutter = shutter.open > 0};
-        const MemoryEstimate m = fit_into_memory(prepared->buffers().needs(), scene.size(), s, use, ledger.free());
+        const MemoryEstimate m =
+            fit_into_memory(prepared->buffers().needs(), scene.size(), s, picture_use(), ledger.free());
         const std::size_t whole = m.film + m.preview + m.shutter + m.writing;
         ledger.check(m.picture(), "render settings",
                      fmt::format("{} x {} pixels: picture {}, the smallest bands {}", s.width, s.height,

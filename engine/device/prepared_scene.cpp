@@ -135,7 +135,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
         pool_->set_shading(buffers_->defines());
     } else {
         buffers_.emplace(tables_, shading, options_.bank_shift, options_.tile_bytes);
-        pool_.emplace(*options_.pages, options_.pool_bytes, buffers_->defines());
+        pool_.emplace(*options_.pages, options_.pool_bytes(shading.needs), buffers_->defines());
     }
     seconds_ = watch.seconds();
 }

@@ -30,7 +30,8 @@ struct PrepareOptions {
     // Pages of a scene whose geometry is not in memory; the scene's meshes are then empty, and updates may change
     // materials, lights and environment only. Null: the scene has it all.
     std::shared_ptr<const paging::PageSource> pages{};
-    std::size_t pool_bytes = std::size_t{1} << 30;    // bytes of device memory for pages
+    // Returns the bytes of device memory for pages. The scene's other buffers have been made when it is called.
+    std::function<std::size_t(const SceneNeeds&)> pool_bytes = [](const SceneNeeds&) { return std::size_t{1} << 30; };
     std::size_t tile_bytes = std::size_t{256} << 20;  // bytes of device memory for textures in tiles
     // Called by the constructor once it does not read the scene any more, before hierarchies of large scenes are built.
     std::function<void()> scene_read{};

@@ -43,7 +43,8 @@ class Paging : public StiffTest {
         const auto source = std::make_shared<MemoryPages>(scene, 200, limits);
         const std::size_t page = paging::PagePool::slot_bytes(source->index());
         for (const std::size_t slots : {1, 5}) {
-            PreparedScene paged(context, scene, {.pages = source, .pool_bytes = slots * page});
+            PreparedScene paged(context, scene,
+                                {.pages = source, .pool_bytes = [&](const SceneNeeds&) { return slots * page; }});
             const char* const pool = slots == 1 ? "one page" : "five pages";
             const auto render = [&](const RenderSettings& s) {
                 return Renderer(paged, ColorConfig::load(), s).render();

@@ -40,7 +40,7 @@ void RendererCache::prepare_scene(const Request& r) {
             scene_.reset();  // frees the old scene first: two may not fit into memory
             raster_ = raster;
             PrepareOptions options{.raster_culling = raster, .pages = r.pages};
-            if (r.pages) options.pool_bytes = MemoryLedger::process().free() / 2;
+            if (r.pages) options.pool_bytes = [](const SceneNeeds&) { return MemoryLedger::process().free() / 2; };
             scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference), options);
         }
         if (!known && r.scene == r.reference) return;
