@@ -61,7 +61,7 @@ void add_run_options(Options& options, RenderArguments& a) {
                           a.pages = text;
                   });
     options.value("--page-pool", "SIZE",
-                  "memory for pages on the device, such as 512M; by default half of what the memory budget has left",
+                  "memory for pages on the device, such as 512M; by default what the picture leaves of the memory budget",
                   [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });
     options.value("--page-schedule", "NAME",
                   fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "
