@@ -4,6 +4,7 @@
 #include <regex>
 #include <set>
 
+#include "engine/core/metrics.h"
 #include "renderer/render.h"
 #include "tests/cli/output_test.h"
 
@@ -287,6 +288,40 @@ TEST_F(Output, DebugLayersOnlyIfNamed) {
     EXPECT_GE(std::ranges::min(exr.find("nodes.Y")->values), 1);
     render({file("b.exr"), "--aov", "culling", "--culling", "off"});
     EXPECT_EQ(std::ranges::max(read_exr(file("b.exr")).find("culling.leaves")->values), 0);
+}
+
+TEST_F(Output, DenoisedPicturesNameTheirBiasAndKeepTheMean) {
+    scene = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
+    const auto with = [&](Strings more) {
+        const Strings common = {"--samples", "4", "--seed", "3", "--width", "64", "--height", "64"};
+        more.insert(more.end(), common.begin(), common.end());
+        return more;
+    };
+    render(with({file("mean.exr")}));
+    render(with({file("clean.exr"), "--denoise", "--aov", "noisy,denoiser", "--stats", file("clean.json")}));
+    render({file("truth.exr"), "--samples", "512", "--width", "64", "--height", "64"});
+    const ExrFile mean = read_exr(file("mean.exr")), clean = read_exr(file("clean.exr")),
+                  truth = read_exr(file("truth.exr"));
+    const auto error = [&](const ExrFile& picture) {
+        double sum = 0;
+        for (std::size_t i = 0; i < truth.find("G")->values.size(); ++i) {
+            const double exact = truth.find("G")->values[i], difference = picture.find("G")->values[i] - exact;
+            sum += difference * difference / (exact * exact + kRelativeEpsilon);
+        }
+        return sum;
+    };
+    EXPECT_EQ(clean.find("noisy.G")->values, mean.find("G")->values);
+    EXPECT_LT(error(clean), 0.7 * error(mean));
+    for (const char* channel : {"denoiser.direct_diffuse", "denoiser.indirect_diffuse", "denoiser.glossy"}) {
+        const std::vector<float>& weights = clean.find(channel)->values;
+        EXPECT_GE(std::ranges::min(weights), 0) << channel;
+        EXPECT_LE(std::ranges::max(weights), 1) << channel;
+    }
+    EXPECT_GT(std::ranges::max(clean.find("denoiser.indirect_diffuse")->values), 0.5f);
+    EXPECT_NE(read_text(file("clean.exr")).find("denoised: noise of reflected light filtered"), std::string::npos);
+    const auto biases = nlohmann::json::parse(read_text(file("clean.json"))).at("biases");
+    ASSERT_EQ(biases.size(), 1u);
+    EXPECT_EQ(read_text(file("mean.exr")).find("denoised:"), std::string::npos);
 }
 
 TEST_F(Output, KeepAllKeepsThePicture) {
