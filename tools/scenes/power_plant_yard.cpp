@@ -60,8 +60,10 @@ void stack(MeshBuilder& mesh, const Detail& detail) {
     if (!detail.above(0.1)) return;
     mesh.material(index(galvanized));  // ladder
     const int rungs = detail(120, 20, 360);
-    for (const double x : {-0.25, 0.25})
-        rod(mesh, {x, 2, radius(2) + 0.25}, {x, kHigh, radius(kHigh) + 0.25}, 0.025, detail(6, 3, 16));
+    for (const double x : {-0.25, 0.25}) {
+        const dvec3 rail[] = {{x, 2, radius(2) + 0.25}, {x, kHigh, radius(kHigh) + 0.25}};
+        pipe(mesh, rail, 0.025, detail(6, 3, 16), 0, 1, 6);
+    }
     for (int i = 0; i < rungs; ++i) {
         const double y = 2.2 + (kHigh - 2.4) * i / rungs,
                      z = glm::mix(radius(2), radius(kHigh), (y - 2) / (kHigh - 2)) + 0.25;

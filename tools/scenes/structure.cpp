@@ -153,6 +153,8 @@ void pipe(MeshBuilder& mesh, std::span<const dvec3> corners, double radius, int 
     const std::vector<dvec3> path = bent(corners, bend, steps);
     std::vector<dvec3> fine{path.front()};
     for (std::size_t i = 1; i < path.size(); ++i) {
+        // Bends that meet leave runs of no length, which would be slivers.
+        if (glm::length(path[i] - path[i - 1]) < 0.01 * radius) continue;
         const int pieces = piece > 0 ? std::max(1, static_cast<int>(glm::length(path[i] - path[i - 1]) / piece)) : 1;
         for (int k = 1; k <= pieces; ++k) fine.push_back(glm::mix(path[i - 1], path[i], double(k) / pieces));
     }
