@@ -157,6 +157,22 @@ void add_memory_option(Options& options) {
         [](const auto& name, const auto& text) { MemoryLedger::process().set_limit(size_of_text(name, text)); });
 }
 
+void add_page_options(Options& options, ViewArguments& a) {
+    options.value("--pages", "FILE",
+                  "reads the geometry from a page file that `halflight pack` made of the scene; none: refuses scenes "
+                  "that do not fit into memory (default: converts them once, in the user's cache)",
+                  [&](const auto&, const auto& text) {
+                      if (text == "none")
+                          a.in_memory = true;
+                      else
+                          a.pages = text;
+                  });
+    options.value(
+        "--page-pool", "SIZE",
+        "memory for pages on the device, such as 512M; by default what the picture leaves of the memory budget",
+        [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });
+}
+
 void add_device_options(Options& options, ViewArguments& a) {
     options.group("Run");
     options.value("--device", "NAME|N", "device to render on; `halflight info --device` lists devices",

@@ -92,6 +92,8 @@ void add_variant_option(Options& options, std::string& variant);
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
 /// Declares --device, --gl-debug, --allow-outside, --memory and --quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
+/// Declares --pages and --page-pool.
+void add_page_options(Options& options, ViewArguments& arguments);
 /// Declares --memory, which sets the limit of MemoryLedger::process() when it is parsed.
 void add_memory_option(Options& options);
 

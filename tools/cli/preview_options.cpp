@@ -54,6 +54,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     add_variant_option(options, a.variant);
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
+    add_page_options(options, a);
     options.settings(a.settings, &Setting::saved);
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");

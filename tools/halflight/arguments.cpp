@@ -51,18 +51,7 @@ void add_run_options(Options& options, RenderArguments& a) {
         "--strict", [&] { a.strict = a.strict_textures = true; },
         "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
         "optional extension of the scene adds");
-    options.value("--pages", "FILE",
-                  "reads the geometry from a page file that `halflight pack` made of the scene; none: refuses scenes "
-                  "that do not fit into memory (default: converts them once, in the user's cache)",
-                  [&](const auto&, const auto& text) {
-                      if (text == "none")
-                          a.in_memory = true;
-                      else
-                          a.pages = text;
-                  });
-    options.value("--page-pool", "SIZE",
-                  "memory for pages on the device, such as 512M; by default what the picture leaves of the memory budget",
-                  [&](const auto& name, const auto& text) { a.settings.pool_bytes = size_of_text(name, text); });
+    add_page_options(options, a);
     options.value("--page-schedule", "NAME",
                   fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "
                               "docs/page-files.md",

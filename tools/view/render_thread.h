@@ -43,6 +43,7 @@ struct Request {
     std::shared_ptr<const Scene> reference;
     std::shared_ptr<const Scene> scene;  // scene at the frame, before edits; the reference itself where nothing moves
     std::shared_ptr<const paging::PageSource> pages{};  // geometry of scenes in pages; null: the scenes have it
+    std::size_t pool_bytes = 0;                         // memory for pages; 0: half of what the budget has left
     SceneEdits edits;         // for layer "motion", both scenes must have the transforms already
     std::uint32_t frame = 0;  // FrameSettings::frame
     Camera camera;

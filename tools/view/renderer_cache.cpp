@@ -40,7 +40,8 @@ void RendererCache::prepare_scene(const Request& r) {
             scene_.reset();  // frees the old scene first: two may not fit into memory
             raster_ = raster;
             PrepareOptions options{.raster_culling = raster, .pages = r.pages};
-            if (r.pages) options.pool_bytes = [](const SceneNeeds&) { return MemoryLedger::process().free() / 2; };
+            const std::size_t pool = r.pool_bytes > 0 ? r.pool_bytes : MemoryLedger::process().free() / 2;
+            options.pool_bytes = [pool](const SceneNeeds&) { return pool; };
             scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference), options);
         }
         if (!known && r.scene == r.reference) return;

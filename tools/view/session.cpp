@@ -288,8 +288,9 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{reference_, scene_,  pages_, edits, timeline_.frame, camera(), size, bounces, required_aovs(layer_view),
-              modes,      culling, measure};
+    Request r{reference_, scene_, pages_,  arguments_.settings.pool_bytes, edits, timeline_.frame,
+              camera(),   size,   bounces, required_aovs(layer_view),      modes, culling,
+              measure};
     if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
     return r;
 }
