@@ -4,6 +4,7 @@
 
 #include "engine/paging/convert.h"
 #include "tests/stiff/stiff.h"
+#include "tests/support/error_message.h"
 #include "tests/support/memory_pages.h"
 #include "tests/unit/paging/scene_meshes.h"
 #include "tools/common/temporary_folder.h"
