@@ -70,6 +70,7 @@ struct FrameRenderer::State {
     std::optional<Renderer> renderer;
     MemoryLedger::Entry tables_memory, pages_memory, pool_memory, textures_memory, picture_memory, bands_memory,
         visibility_memory;
+    std::size_t pool_size = 0;                // memory for pages, bytes; 0: not chosen yet
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
@@ -157,13 +158,14 @@ struct FrameRenderer::State {
                                      text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps)));
             pages_memory = {ledger, MemoryPart::pages, rows + reading + lamps};
             options.pool_bytes = [&](const SceneNeeds& needs) {
+                if (pool_size > 0) return pool_size;  // pools of later poses
                 // Pages take what the picture leaves, or half of it: bands become smaller then.
                 const std::size_t free = ledger.free();
                 const std::size_t picture = estimate_memory(needs, scene.size(), settings, picture_use()).picture();
                 const std::size_t most = std::max(free / 2, free - std::min(free, picture));
-                const std::size_t pool = settings.pool_bytes > 0 ? settings.pool_bytes : most;
-                pool_memory = {ledger, MemoryPart::pages, pool};
-                return pool;
+                pool_size = settings.pool_bytes > 0 ? settings.pool_bytes : most;
+                pool_memory = {ledger, MemoryPart::pages, pool_size};
+                return pool_size;
             };
         }
         if (in_tiles(scene.scene())) {

@@ -49,7 +49,7 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
     try {
         whole();
     } catch (const BudgetError& too_large) {
-        if (choice.in_memory || choice.animation || !choice.variant.empty() || !choice.edits.transforms.empty()) throw;
+        if (choice.in_memory || !choice.variant.empty() || !choice.edits.transforms.empty()) throw;
         try {
             paged();
         } catch (const BudgetError&) {
@@ -144,6 +144,7 @@ Scene SceneFile::at(double seconds, std::vector<TextureImage> images) {
 
 void SceneFile::pose(Scene& scene, double seconds) {
     Environment environment = std::move(scene.environment);
+    const std::optional<WorldBounds> paged = scene.paged_bounds;
     try {
         file_.pose(scene, seconds, playing_);
     } catch (...) {
@@ -151,6 +152,7 @@ void SceneFile::pose(Scene& scene, double seconds) {
         throw;
     }
     scene.environment = std::move(environment);
+    scene.paged_bounds = paged;
 }
 
 bool SceneFile::drives_light() {
@@ -183,10 +185,10 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     : choice_(std::move(choice)), camera_choice_(camera) {
     bool lit_later = false;
     load_whole_or_paged(
-        choice_, [&] { lit_later = load_whole(log); }, [&] { load_pages(log); });
+        choice_, [&] { lit_later = load_whole(log); }, [&] { lit_later = load_pages(log); });
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
     const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
-    if (pages_) lit_later = has_light(scene_) || emits(pages_->index(), scene_);
+    if (pages_) lit_later = lit_later || has_light(scene_) || emits(pages_->index(), scene_);
     if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     apply_edits();
@@ -199,31 +201,36 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
 
 bool LoadedScene::load_whole(const Log& log) {
     const GltfOptions options = gltf_options(choice_);
-    bool lit_later = false;
+    if (choice_.animation)
+        return take_file(SceneFile(choice_.scene, options, choice_.picture_bytes, true, choice_.tile_textures), log);
+    frame_rate_ = choice_.frame_rate.value_or(FrameRate());
+    SceneFile file(choice_.scene, options, choice_.picture_bytes, false, choice_.tile_textures);
+    scene_ = file.gltf().at_rest();
+    files_ = file.gltf().files();
+    variants_ = file.gltf().variants();
+    return false;
+}
+
+bool LoadedScene::take_file(SceneFile file, const Log& log) {
+    file_.emplace(std::move(file));
     if (choice_.animation) {
-        file_.emplace(choice_.scene, options, choice_.picture_bytes, true, choice_.tile_textures);
         file_->set_frame_rate(choice_.frame_rate, log);
         file_->play(*choice_.animation, log);
         frame_rate_ = file_->frame_rate();
-        playing_ = file_->playing();
-        lit_later = file_->drives_light();
-        surfaces_move_ = file_->surfaces_move();
-        scene_ = file_->at(0);
-        files_ = file_->gltf().files();
-        variants_ = file_->gltf().variants();
-        if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
-        SceneFile file(choice_.scene, options, choice_.picture_bytes, false, choice_.tile_textures);
-        scene_ = file.gltf().at_rest();
-        files_ = file.gltf().files();
-        variants_ = file.gltf().variants();
     }
+    playing_ = file_->playing();
+    const bool lit_later = file_->drives_light();
+    surfaces_move_ = file_->surfaces_move();
+    scene_ = file_->at(0);
+    files_ = file_->gltf().files();
+    variants_ = file_->gltf().variants();
+    if (playing_.empty()) file_.reset();  // frees its copy of the images
     return lit_later;
 }
 
-void LoadedScene::load_pages(const Log& log) {
-    if (choice_.animation) throw Error(choice_.scene.string(), "animations cannot play with pages");
+bool LoadedScene::load_pages(const Log& log) {
     if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
     GltfOptions options = gltf_options(choice_);
@@ -233,8 +240,21 @@ void LoadedScene::load_pages(const Log& log) {
         parts.emplace_back(part, options);
         files_.push_back(part);
     }
+    const bool list = is_part_list(choice_.scene);
+    const bool some = std::ranges::any_of(parts, [](GltfScene& part) { return !part.animations().empty(); });
+    if (list && choice_.animation && *choice_.animation != "none" && (some || *choice_.animation != "all"))
+        throw Error(choice_.scene.string(), "is a list of files, whose animations cannot play");
+    const bool posed = !list && !parts[0].animations().empty();
+    if (posed) parts[0].leave_out_still();
     SceneSize size = size_of_parts(parts);
     size.drawn = 0;  // pages take what the budget leaves
+    if (posed) {
+        const SceneSize moving = parts[0].size();
+        size.geometry_bytes = moving.geometry_bytes;
+        size.stored = moving.stored;
+        size.drawn = moving.drawn;
+        size.moves = true;
+    }
     options.textures = tile_textures(parts, size, choice_.picture_bytes, choice_.tile_textures);
     check_fits(size, choice_.scene, choice_.picture_bytes);
     const std::uint64_t identity = identity_of(parts);
@@ -245,12 +265,18 @@ void LoadedScene::load_pages(const Log& log) {
     if (pages_->index().scene != identity)
         throw Error(pages.string(), "was not made of {}, or the scene has changed; halflight pack makes it anew",
                     choice_.scene.string());
-    parts.clear();
+    bool lit_later = false;
+    if (posed) {
+        lit_later = take_file(SceneFile(choice_.scene, std::move(parts[0])), log);
+    } else {
+        parts.clear();
+        scene_ = open_parts(choice_.scene, options)->scene();
+    }
     files_.push_back(pages);
-    scene_ = open_parts(choice_.scene, options)->scene();
     const paging::PageIndex& index = pages_->index();
     if (!index.bounds.empty())
         scene_.paged_bounds = {index.origin + dvec3(index.bounds.lower), index.origin + dvec3(index.bounds.upper)};
+    return lit_later;
 }
 
 LoadedScene::LoadedScene(LoadedScene&&) noexcept = default;

@@ -12,12 +12,12 @@
 namespace halflight {
 namespace {
 
-/// Throws Error for a file whose animations move geometry.
-void check_animations(const std::filesystem::path& path, GltfScene& file) {
+/// Throws Error for a file of a list whose animations change more than cameras.
+void check_part(const std::filesystem::path& path, GltfScene& file) {
     std::vector<std::size_t> playing(file.animations().size());
     std::iota(playing.begin(), playing.end(), std::size_t{0});
     if (file.surfaces_move(playing))
-        throw Error(path.string(), "has animations that move more than cameras, which page files cannot hold");
+        throw Error(path.string(), "has animations that change more than cameras, which lists of files cannot have");
 }
 
 }  // namespace
@@ -28,8 +28,14 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
     choice.allow_outside = options.allow_outside;
     GltfOptions gltf = gltf_options(choice);
     std::vector<GltfScene> parts;
-    for (const std::filesystem::path& path : scene_parts(scene, gltf))
-        check_animations(path, parts.emplace_back(path, gltf));
+    for (const std::filesystem::path& path : scene_parts(scene, gltf)) parts.emplace_back(path, gltf);
+    paging::ConvertOptions convert;
+    if (is_part_list(scene)) {
+        const std::vector<std::filesystem::path> paths = scene_parts(scene, gltf);
+        for (std::size_t i = 0; i < parts.size(); ++i) check_part(paths[i], parts[i]);
+    } else {
+        convert.driven_materials = parts[0].driven_materials();
+    }
     SceneSize size = size_of_parts(parts);
     MemoryLedger& ledger = MemoryLedger::process();
     // Conversions read textures for their alpha alone.
@@ -45,7 +51,6 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
     const std::unique_ptr<MeshSource> source = open_parts(scene, gltf);
 
     constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // more makes conversions no faster
-    paging::ConvertOptions convert;
     convert.memory = std::clamp(ledger.free() / 2, paging::kLeastConvertBytes, kMostBytes);
     convert.expected_triangles = size.drawn;
     convert.scene = identity_of(parts);

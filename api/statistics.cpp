@@ -28,6 +28,7 @@ Json paging_json(const RenderStats::Paging& p) {
     return {{"pages", t.pages},
             {"slots", t.slots},
             {"loaded", t.traffic.loaded},
+            {"loaded_moving", t.traffic.moving},
             {"loaded_bytes", t.traffic.bytes},
             {"evicted", t.traffic.evicted},
             {"seconds", t.traffic.seconds},

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "api/halflight/camera.h"
@@ -79,6 +80,8 @@ class SceneFile {
     /// for which contents of the file are kept.
     SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes = 0,
               bool moves = true, bool tile_textures = false);
+    /// Takes an open file.
+    SceneFile(const std::filesystem::path& path, GltfScene file) : path_(path), file_(std::move(file)) {}
 
     /// Selects animations (SceneChoice::animation). The log names ignored channels and animations that drive the same
     /// properties. Throws Error for damaged animations, and for unknown names (the error lists the names).
@@ -95,8 +98,8 @@ class SceneFile {
     Scene at(double seconds) { return file_.at(seconds, playing_); }
     /// Returns the scene at a time, with images that the caller has already from an earlier scene of this file.
     Scene at(double seconds, std::vector<TextureImage> images);
-    /// Poses `scene`, which has the images of this file, at another time. Its environment stays. Throws Error for an
-    /// invalid pose, and then leaves the scene unchanged.
+    /// Poses `scene`, which has the images of this file, at another time. Environment and bounds of pages stay. Throws
+    /// Error for an invalid pose, and then leaves the scene unchanged.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
     /// Returns whether meshes, instances, lights or materials depend on time.
@@ -176,7 +179,10 @@ class LoadedScene {
     void apply_edits();
     /// Loads the scene into memory. Returns whether its animations may bring light later.
     bool load_whole(const Log& log);
-    void load_pages(const Log& log);
+    /// Loads the scene, with its geometry from pages. Returns like load_whole().
+    bool load_pages(const Log& log);
+    /// Takes an open file. Returns like load_whole().
+    bool take_file(SceneFile file, const Log& log);
 
     SceneChoice choice_;
     CameraChoice camera_choice_;

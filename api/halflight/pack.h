@@ -14,11 +14,12 @@ struct PackOptions {
     std::function<void(double share)> progress{};  // called with the share of the work done; may throw to stop
 };
 
-/// Converts a scene at rest to a page file, within the memory budget (MemoryLedger::process()). The scene is a glTF
+/// Converts a scene to a page file, within the memory budget (MemoryLedger::process()). Geometry that some animation
+/// moves or deforms is left out; renderers read it from the scene. The scene is a glTF
 /// file or a list of such files, NAME.parts.json. The log gets the warnings of the loader. The file is written
 /// completely or not at all. Throws Error that names file and element:
 ///   - what loading throws,
-///   - geometry that animations move or deform,
+///   - a list of files with animations of more than cameras,
 ///   - textures, or a mesh, for which the memory budget has too little left,
 ///   - a full disk.
 paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,

@@ -57,6 +57,7 @@ struct PreparedScene::Shape {
     bool alpha_tested;
     bool environment;
     std::uint64_t drawn_triangles;
+    std::uint32_t pools;
     std::vector<std::string> objects;
     std::vector<std::string> materials;
     bool operator==(const Shape&) const = default;
@@ -64,8 +65,8 @@ struct PreparedScene::Shape {
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace().statistics();
-    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,    trace().alpha_tested(),
-            has_environment_,  drawn_triangles(), object_names_, material_names_};
+    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,   trace().alpha_tested(),
+            has_environment_,  drawn_triangles(), pools_,        object_names_, material_names_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
@@ -111,10 +112,28 @@ void PreparedScene::take_names(const Scene& scene) {
         material_names_.push_back(name_or(m.name, "material", material_names_.size()));
 }
 
+const paging::PageSource& PreparedScene::pages() const {
+    return moving_pages_ ? static_cast<const paging::PageSource&>(*moving_pages_) : *options_.pages;
+}
+
+/// Makes pages of the geometry that moves. Returns whether the tables have to follow.
+bool PreparedScene::pose_pages(const Scene& scene) {
+    const bool any =
+        std::ranges::any_of(scene.instances, [&](const Instance& i) { return paging::is_moving(scene, i); });
+    if (!moving_pages_ && !any) return !pool_;
+    if (!moving_pages_) {
+        pool_.reset();  // it reads another source
+        moving_pages_ = std::make_unique<paging::MovingPages>(options_.pages);
+    }
+    if (pool_) pool_->begin_pose();
+    if (moving_pages_->pose(scene) && pool_ && !pool_->end_pose()) pool_.reset();
+    return true;
+}
+
 void PreparedScene::prepare_pages(const Scene& scene) {
     const Stopwatch watch;
     take_names(scene);
-    if (!pool_) tables_ = paging::resident_tables(*options_.pages);
+    if (pose_pages(scene)) tables_ = paging::resident_tables(pages(), tables_.absent ? &tables_ : nullptr);
     if (tables_.absent->used_materials.size() != scene.materials.size() ||
         tables_.ranges.size() != scene.instances.size()) {
         throw Error(scene.name, "its pages were made of another scene: {} materials and {} objects, not {} and {}",
@@ -123,7 +142,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
     }
     ShadingTables shading = build_shading_tables(scene, tables_, kept_needs(options_.kept), options_.estimator.lights,
                                                  options_.estimator.sun, buffers_ ? &pooled_ : nullptr);
-    if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != options_.pages->index().vertex_texels)
+    if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != pages().index().vertex_texels)
         throw Error(scene.name, "its pages have other vertex attributes than its materials need");
     if (options_.scene_read) options_.scene_read();
     estimator_ = options_.estimator;
@@ -132,10 +151,14 @@ void PreparedScene::prepare_pages(const Scene& scene) {
     pooled_ = shading.pooled;
     if (buffers_) {
         buffers_->update(tables_, shading, nullptr);
-        pool_->set_shading(buffers_->defines());
     } else {
         buffers_.emplace(tables_, shading, options_.bank_shift, options_.tile_bytes);
-        pool_.emplace(*options_.pages, options_.pool_bytes(shading.needs), buffers_->defines());
+    }
+    if (pool_) {
+        pool_->set_shading(buffers_->defines());
+    } else {
+        pool_.emplace(pages(), options_.pool_bytes(shading.needs), buffers_->defines());
+        ++pools_;
     }
     seconds_ = watch.seconds();
 }

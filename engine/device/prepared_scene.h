@@ -11,6 +11,7 @@
 #include "engine/device/scene_buffers.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
+#include "engine/paging/moving_pages.h"
 #include "engine/paging/page_pool.h"
 #include "engine/rays/hierarchies.h"
 #include "engine/rays/raster_tree.h"
@@ -27,8 +28,8 @@ struct PrepareOptions {
     unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
     std::size_t most_in_part = rays::kMostInPart;  // see rays::Hierarchies
     bool single_pose = false;                      // nothing is kept for update(), which throws Error
-    // Pages of a scene whose geometry is not in memory; the scene's meshes are then empty, and updates may change
-    // materials, lights and environment only. Null: the scene has it all.
+    // Pages of a scene whose geometry is not in memory; its meshes are then empty, but for those that move or deform
+    // (paging::is_moving()). Updates may change everything but the instances in pages. Null: the scene has it all.
     std::shared_ptr<const paging::PageSource> pages{};
     // Returns the bytes of device memory for pages. The scene's other buffers have been made when it is called.
     std::function<std::size_t(const SceneNeeds&)> pool_bytes = [](const SceneNeeds&) { return std::size_t{1} << 30; };
@@ -85,6 +86,8 @@ class PreparedScene {
     struct Shape;
     void prepare(const Scene& scene);
     void prepare_pages(const Scene& scene);
+    bool pose_pages(const Scene& scene);
+    const paging::PageSource& pages() const;
     void take_names(const Scene& scene);
     Shape shape() const;
 
@@ -97,7 +100,9 @@ class PreparedScene {
     std::vector<PooledImage> pooled_;
     std::optional<SceneBuffers> buffers_;
     std::optional<rays::TraceScene> trace_;
-    std::optional<paging::PagePool> pool_;  // in place of trace_, for scenes with pages
+    std::unique_ptr<paging::MovingPages> moving_pages_;  // null unless a scene with pages has geometry that moves
+    std::optional<paging::PagePool> pool_;               // in place of trace_, for scenes with pages
+    std::uint32_t pools_ = 0;                            // number of pools so far
     rays::CullTree cull_tree_;
     std::unique_ptr<Memory> memory_;  // state of the last pose; null unless something moves
     gpu::ProgramCache programs_;

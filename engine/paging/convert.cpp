@@ -43,6 +43,7 @@ struct MeshFacts {
     std::size_t vertices = 0;
     float lowest_alpha = 1;   // TriangleWords::lowest_vertex_alpha()
     std::uint32_t index = 0;  // index into the Scene::meshes of a scene in memory, which has no empty meshes
+    bool deforms = false;     // Mesh::deforms
 };
 
 /// A mesh at the place of an instance.
@@ -150,13 +151,15 @@ class Converter {
         if (options.memory < kLeastConvertBytes)
             throw Error(path.string(), "its conversion needs {} of memory, and {} of the budget are left (--memory)",
                         text_of_bytes(kLeastConvertBytes), text_of_bytes(options.memory));
-        for (const Material& m : scene_.materials) emits_.push_back(!m.unlit && has_emission(m));
+        for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
+            const Material& m = scene_.materials[i];
+            emits_.push_back(!m.unlit && (has_emission(m) || is_driven(i)));
+        }
         index_.limits = options.limits;
         index_.scene = options.scene;
     }
 
     PageFileSizes run() {
-        for (const Instance& instance : scene_.instances) refuse(instance.moves, "moves");
         survey();
         PageFileSizes sizes;
         write_unnamed(path_, [&](const std::filesystem::path& temporary) {
@@ -175,8 +178,21 @@ class Converter {
   private:
     static constexpr std::size_t kSampleBytes = 3 * sizeof(dvec4);  // bytes of a triangle in the sample, and in copies
 
-    void refuse(bool condition, const char* what) const {
-        if (condition) throw Error(scene_.name, "has geometry that {}, which page files cannot hold", what);
+    bool is_driven(std::size_t material) const {
+        return material < options_.driven_materials.size() && options_.driven_materials[material];
+    }
+
+    /// Returns whether an instance is left out.
+    bool moves(std::size_t instance) const {
+        return scene_.instances[instance].moves || facts_[mesh_of(instance)].deforms;
+    }
+
+    /// Returns the words of a mesh's triangles, by material.
+    std::vector<std::uint32_t> words_of(const MeshFacts& facts) const {
+        std::vector<std::uint32_t> words = words_.of(facts.lowest_alpha);
+        for (std::size_t i = 0; i < words.size(); ++i)
+            if (is_driven(i) && scene_.materials[i].alpha_mode != AlphaMode::opaque) words[i] |= kTriangleAlpha;
+        return words;
     }
 
     void report(double before, double share, std::size_t done, std::size_t all) const {
@@ -197,13 +213,15 @@ class Converter {
         std::size_t triangles = 0, vertices = 0;
         for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
             const Mesh mesh = source_.read(m);
-            refuse(mesh.deforms, "deforms");
-            facts_[m] = {extent_of(mesh), mesh.positions.size(), TriangleWords::lowest_vertex_alpha(mesh), meshes};
+            facts_[m] = {extent_of(mesh), mesh.positions.size(), TriangleWords::lowest_vertex_alpha(mesh), meshes,
+                         mesh.deforms};
             if (mesh.triangles.empty()) continue;
             ++meshes;
             attributes.add(mesh);
             for (const std::uint32_t material : mesh.triangle_material) used[material] = true;
+            if (std::ranges::any_of(instances[m], [&](std::size_t i) { return moves(i); })) add_moving(mesh, facts_[m]);
             for (const std::size_t i : instances[m]) {
+                if (moves(i)) continue;
                 triangles += mesh.triangles.size();
                 vertices += mesh.positions.size();
                 add_to_sample(mesh, i);
@@ -223,6 +241,13 @@ class Converter {
         index_.vertex_texels = static_cast<std::uint32_t>(needs_.vertex_stride());
         uses_.assign(scene_.meshes.size(), 0);
         for (std::size_t m = 0; m < instances.size(); ++m) uses_[m] = instances[m].size();
+    }
+
+    void add_moving(const Mesh& mesh, const MeshFacts& facts) {
+        const std::vector<std::uint32_t> words = words_of(facts);
+        index_.alpha = index_.alpha || std::ranges::any_of(mesh.triangle_material, [&](std::uint32_t material) {
+                           return (words[material] & kTriangleAlpha) != 0;
+                       });
     }
 
     std::size_t mesh_of(std::size_t instance) const {
@@ -271,7 +296,8 @@ class Converter {
 
     /// Places the mesh of the next instance that has triangles; null after the last one.
     std::shared_ptr<const PlacedMesh> next_mesh() {
-        while (next_instance_ < scene_.instances.size() && facts_[mesh_of(next_instance_)].extent.triangles == 0)
+        while (next_instance_ < scene_.instances.size() &&
+               (facts_[mesh_of(next_instance_)].extent.triangles == 0 || moves(next_instance_)))
             ++next_instance_;
         if (next_instance_ == scene_.instances.size()) return nullptr;
         const std::size_t i = next_instance_++;
@@ -293,7 +319,7 @@ class Converter {
         auto placed = std::make_shared<PlacedMesh>();
         placed->mesh = read(mesh_of(i));
         placed->first_vertex = range.first_vertex;
-        placed->words = words_.of(facts.lowest_alpha);
+        placed->words = words_of(facts);
         placed->positions.reserve(facts.vertices);
         for (const vec3& position : placed->mesh->positions) {
             const dvec3 at = merged_position(instance, position, index_.origin);

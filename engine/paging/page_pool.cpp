@@ -94,17 +94,39 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
       shown_(source.index().roots.size(), 0),
       shown_roots_("roots of resident pages", source.index().roots.size() * sizeof(std::uint32_t)),
       uses_(source.index().pages.size()),
+      shading_(shading),
       alpha_triangles_("rows of alpha-tested triangles", 0),
       alpha_attributes_("attributes of alpha-tested triangles", 0),
       reader_(source) {
     const PageIndex& index = source.index();
     const rays::Bvh top = hierarchy_over(index.roots);
     top_nodes_ = static_cast<std::uint32_t>(top.nodes.size()) + 1;
+    if (const std::uint32_t still = source.still().pages; still < index.pages.size()) {
+        // Poses have other hierarchies over the roots, and other roots of moving geometry. A node has two children or
+        // more, so there are fewer nodes than roots.
+        const auto moving = std::ranges::count_if(index.roots, [&](const PageRoot& r) { return r.page >= still; });
+        top_nodes_ += static_cast<std::uint32_t>(index.roots.size()) + static_cast<std::uint32_t>(moving) + 64;
+    }
+    slot_of_page_.assign(index.pages.size(), kNone);
+    const std::vector<uvec4> nodes = lay_out(top);
 
+    const std::uint32_t slots = slots_for(index, top_nodes_, bytes);
+    page_of_slot_.assign(slots, kNone);
+    for (std::uint32_t slot = slots; slot-- > 0;) free_.push_back(slot);
+    scene_.emplace(layout(top));
+    if (const std::size_t rows = std::size_t{slots} * alpha_rows(index); rows > 0) {
+        alpha_triangles_ = gpu::Buffer(alpha_triangles_.name(), rows * sizeof(uvec4));
+        alpha_attributes_ = gpu::Buffer(alpha_attributes_.name(), 3 * rows * index.vertex_texels * sizeof(vec4));
+    }
+    scene_->nodes().write(std::span<const uvec4>(nodes));
+}
+
+/// Returns the nodes of the hierarchy over the roots, with the head, and finds the places of the roots in them.
+std::vector<uvec4> PagePool::lay_out(const rays::Bvh& top) {
+    const PageIndex& index = source_.index();
     first_root_.assign(index.pages.size() + 1, static_cast<std::uint32_t>(index.roots.size()));
     for (std::size_t root = index.roots.size(); root-- > 0;)
         first_root_[index.roots[root].page] = static_cast<std::uint32_t>(root);
-    slot_of_page_.assign(index.pages.size(), kNone);
 
     std::vector<uvec4> nodes = rays::packed_head(index.bounds);
     nodes.resize(kBvhPageTexels);
@@ -119,28 +141,58 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
             references[k] = kBvhTag | (child.first + 1);
             if (!child.leaf()) continue;
             const std::uint32_t root = top.primitives[child.first];
-            references[k] = missing(root);
+            references[k] = reference_to(root);
             word_of_root_[root] = static_cast<std::uint32_t>((nodes.size() + kBvhPageTexels - 1) * 4 + k);
         }
         const rays::PageNode texels = rays::encode_page_node(node, references);
         nodes.insert(nodes.end(), texels.begin(), texels.end());
     }
+    return nodes;
+}
 
-    const std::uint32_t slots = slots_for(index, top_nodes_, bytes);
-    page_of_slot_.assign(slots, kNone);
-    for (std::uint32_t slot = slots; slot-- > 0;) free_.push_back(slot);
-    scene_.emplace(rays::PagedLayout{.triangles = index.triangles,
-                                     .nodes = top_nodes_ + std::size_t{slots} * index.limits.nodes,
-                                     .pairs = std::size_t{slots} * index.limits.pairs,
-                                     .stack_entries = top.stack_entries + index.stack_entries,
-                                     .slivers = index.slivers,
-                                     .alpha_tested = index.alpha,
-                                     .shading = shading});
-    if (const std::size_t rows = std::size_t{slots} * alpha_rows(index); rows > 0) {
-        alpha_triangles_ = gpu::Buffer(alpha_triangles_.name(), rows * sizeof(uvec4));
-        alpha_attributes_ = gpu::Buffer(alpha_attributes_.name(), 3 * rows * index.vertex_texels * sizeof(vec4));
+rays::PagedLayout PagePool::layout(const rays::Bvh& top) const {
+    const PageIndex& index = source_.index();
+    return {.triangles = index.triangles,
+            .nodes = top_nodes_ + std::size_t{slots()} * index.limits.nodes,
+            .pairs = std::size_t{slots()} * index.limits.pairs,
+            .stack_entries = top.stack_entries + index.stack_entries,
+            .slivers = index.slivers,
+            .alpha_tested = index.alpha,
+            .shading = shading_};
+}
+
+/// Returns the reference that leads to a subtree, or tells kernels that its page is missing.
+std::uint32_t PagePool::reference_to(std::uint32_t root) const {
+    const PageRoot& at = source_.index().roots[root];
+    if (!resident(at.page)) return missing(root);
+    return kBvhTag | (top_nodes_ + slot_of_page_[at.page] * source_.index().limits.nodes + at.node);
+}
+
+void PagePool::begin_pose() {
+    forget();
+    while (!reader_.take(true).empty()) {
     }
+    leaving_.clear();
+    for (std::uint32_t page = source_.still().pages; page < pages(); ++page)
+        if (resident(page)) leave(page);
+}
+
+bool PagePool::end_pose() {
+    const PageIndex& index = source_.index();
+    const rays::Bvh top = hierarchy_over(index.roots);
+    if (top.nodes.size() + 1 > top_nodes_ || index.alpha != scene_->alpha_tested()) return false;
+    for (auto* per_page : {&asked_at_, &used_at_}) per_page->resize(index.pages.size(), 0);
+    slot_of_page_.resize(index.pages.size(), kNone);
+    uses_.follow(index.pages.size(), source_.still().pages);
+    const std::vector<uvec4> nodes = lay_out(top);
     scene_->nodes().write(std::span<const uvec4>(nodes));
+    shown_.clear();
+    for (const PageRoot& root : index.roots) shown_.push_back(resident(root.page) ? 1 : 0);
+    if (shown_roots_.bytes() != shown_.size() * sizeof(std::uint32_t))
+        shown_roots_ = gpu::Buffer(shown_roots_.name(), shown_.size() * sizeof(std::uint32_t));
+    shown_changed_ = true;
+    scene_->update(layout(top));
+    return true;
 }
 
 const gpu::Buffer& PagePool::shown_roots() {
@@ -271,15 +323,14 @@ void PagePool::upload(std::uint32_t page, LoadedPage loaded) {
     used_at_[page] = ++time_;
     show(page, true);
     ++traffic_.loaded;
+    if (page >= source_.still().pages) ++traffic_.moving;
     traffic_.bytes += content.nodes.size() * sizeof(uvec4) + content.pairs.size() * sizeof(vec4);
 }
 
 /// Lets references lead to the page in its slot, or tell kernels that it is missing.
 void PagePool::show(std::uint32_t page, bool visible) {
-    const std::uint32_t first_node = top_nodes_ + slot_of_page_[page] * source_.index().limits.nodes;
     for (std::uint32_t root = first_root_[page]; root < first_root_[page + 1]; ++root) {
-        const std::uint32_t reference =
-            visible ? kBvhTag | (first_node + source_.index().roots[root].node) : missing(root);
+        const std::uint32_t reference = visible ? reference_to(root) : missing(root);
         scene_->nodes().write(std::span(&reference, 1), word_of_root_[root]);
         shown_[root] = visible ? 1 : 0;
     }

@@ -63,8 +63,15 @@ class PagePool {
     /// Lets every page leave.
     void clear();
 
+    /// Lets the pages leave that are not the same in all poses (PageSource::still()). Afterwards the source may change
+    /// to another pose, since nothing reads it.
+    void begin_pose();
+    /// Takes up the new pose of the source. Resident pages stay. Returns false where the hierarchy over the roots has
+    /// outgrown its place; the pool must then be made anew.
+    bool end_pose();
+
     /// Sets other shading defines; scene().defines() follow.
-    void set_shading(const gpu::Defines& shading) { scene_->set_shading(shading); }
+    void set_shading(const gpu::Defines& shading) { scene_->set_shading(shading_ = shading); }
     /// Binds the table rows of the alpha-tested triangles in the pool, if there are any, in place of the scene's.
     void bind_rows() const;
     /// Returns what batches use, which decides which page leaves.
@@ -80,6 +87,9 @@ class PagePool {
     bool asked_for(std::uint32_t page) const { return asked_at_[page] == asks_; }
     std::uint32_t free_slot();
     void leave(std::uint32_t page);
+    std::vector<uvec4> lay_out(const rays::Bvh& top);
+    rays::PagedLayout layout(const rays::Bvh& top) const;
+    std::uint32_t reference_to(std::uint32_t root) const;
     void upload(std::uint32_t page, LoadedPage loaded);
     void show(std::uint32_t page, bool visible);
 
@@ -100,6 +110,7 @@ class PagePool {
     bool shown_changed_ = true;            // shown_roots_ has to be written
     gpu::Buffer shown_roots_;
     PageUses uses_;
+    gpu::Defines shading_;
     std::optional<rays::TraceScene> scene_;
     gpu::Buffer alpha_triangles_, alpha_attributes_;  // per slot: table rows of its alpha-tested triangles
     PageTraffic traffic_;

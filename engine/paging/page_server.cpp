@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "engine/core/stopwatch.h"
@@ -220,6 +221,8 @@ class PageServer::Run {
 PageServer::PageServer(PagePool& pool, PageSchedule schedule, PageQueries::Method method)
     : pool_(pool),
       schedule_(schedule),
+      method_(method),
+      serial_(pool.scene().serial()),
       wanted_("rays that wait for pages", pool.first_root(pool.pages()) * sizeof(std::uint32_t)),
       touched_("slots in use", pool.slots() * sizeof(std::uint32_t)) {
     if (schedule == PageSchedule::queries) queries_.emplace(pool.source().index(), method);
@@ -250,6 +253,14 @@ graph::BufferHandle PageServer::add(graph::Graph& graph, const rays::TraceScene&
     memories_.try_emplace(rays::key_of(batch), Memory{static_cast<std::uint32_t>(memories_.size()), true, {}});
     pass.execute([=, this](graph::Resources& r) { Run(*this, r, batch, handles, any_hit).run(); });
     return handles.results;
+}
+
+/// Keeps what is known about pages that are equal in all poses.
+void PageServer::follow(const rays::ServedScene&) {
+    if (std::exchange(serial_, pool_.scene().serial()) == pool_.scene().serial()) return;
+    const std::size_t bytes = pool_.first_root(pool_.pages()) * sizeof(std::uint32_t);
+    if (wanted_.bytes() != bytes) wanted_ = gpu::Buffer(wanted_.name(), bytes);
+    if (queries_) queries_.emplace(pool_.source().index(), method_);
 }
 
 void PageServer::invalidate() {

@@ -31,6 +31,7 @@ class PageServer final : public rays::BatchServer {
     /// Adds the pass that traces a batch. `scene` is that of the pool.
     graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
+    void follow(const rays::ServedScene&) override;
     void invalidate() override;
     void reset_statistics() override;
     std::size_t state_bytes(const rays::RayBatch& batch) const override;
@@ -49,6 +50,8 @@ class PageServer final : public rays::BatchServer {
 
     PagePool& pool_;
     PageSchedule schedule_;
+    PageQueries::Method method_;
+    std::uint32_t serial_;  // TraceScene::serial() of the pose
     std::optional<PageQueries> queries_;
     std::map<rays::BatchKey, Memory> memories_;
     gpu::Buffer wanted_;   // per root: number of rays that wait for it

@@ -8,6 +8,7 @@ namespace halflight::paging {
 /// Counts since construction or reset.
 struct PageTraffic {
     std::uint64_t loaded = 0;  // pages uploaded
+    std::uint64_t moving = 0;  // uploaded pages of moving geometry, which are not read from files
     std::uint64_t evicted = 0;
     std::uint64_t bytes = 0;  // bytes uploaded
     double seconds = 0;       // seconds in which tracing waited for pages and their upload

@@ -20,6 +20,12 @@ void PageUses::forget() {
     std::ranges::fill(users_, 0);
 }
 
+void PageUses::follow(std::size_t pages, std::size_t still) {
+    users_.resize(still);
+    users_.resize(pages, 0);
+    touched_.assign(pages, false);
+}
+
 std::vector<std::uint32_t> PageUses::set() const {
     std::vector<std::uint32_t> pages;
     for (std::uint32_t page = 0; page < users_.size(); ++page)

@@ -24,6 +24,8 @@ class PageUses {
     void end();
     /// Forgets the sets of all batches.
     void forget();
+    /// Changes the number of pages to `pages`. The sets keep their first `still` pages alone.
+    void follow(std::size_t pages, std::size_t still);
 
     /// Returns the pages that the last run of the current batch has touched, in ascending order.
     std::vector<std::uint32_t> set() const;

@@ -183,7 +183,7 @@ LoadedPage read_with_rows(const PageSource& source, std::uint32_t page) {
     return loaded;
 }
 
-TraceTables resident_tables(const PageSource& source) {
+TraceTables resident_tables(const PageSource& source, const TraceTables* last) {
     const PageIndex& index = source.index();
     TraceTables tables;
     tables.origin = index.origin;
@@ -193,12 +193,24 @@ TraceTables resident_tables(const PageSource& source) {
     tables.alpha_tested = index.alpha;
     tables.absent = index.geometry;
     const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
+    std::vector<vec4>& attributes = tables.absent->attributes;
+    std::uint32_t known = 0;  // emitters whose rows `last` has
+    if (last) {
+        known =
+            static_cast<std::uint32_t>(std::ranges::lower_bound(emitters, source.still().triangles) - emitters.begin());
+        const auto copy = [](const auto& from, std::size_t count, auto& to) {
+            to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count));
+        };
+        copy(last->triangles, known, tables.triangles);
+        copy(last->positions, 3 * std::size_t{known}, tables.positions);
+        copy(last->absent->attributes, 3 * std::size_t{known} * index.vertex_texels, attributes);
+    }
     TriangleRows rows;
-    source.read_rows(emitters, rows);
-    for (std::uint32_t i = 0; i < emitters.size(); ++i)
-        tables.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2, rows.triangles[i].w);
-    tables.positions = std::move(rows.positions);
-    tables.absent->attributes = std::move(rows.attributes);
+    source.read_rows(std::span(emitters).subspan(known), rows);
+    for (std::uint32_t i = known; i < emitters.size(); ++i)
+        tables.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2, rows.triangles[i - known].w);
+    tables.positions.insert(tables.positions.end(), rows.positions.begin(), rows.positions.end());
+    attributes.insert(attributes.end(), rows.attributes.begin(), rows.attributes.end());
     if (index.triangles == 0) return tables;
     tables.blocks.push_back({.first_triangle = 0, .triangle_count = index.triangles, .bounds = index.bounds});
     tables.instances.push_back({.identity = true});

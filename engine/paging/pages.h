@@ -83,11 +83,18 @@ struct TriangleRows {
     std::vector<vec4> attributes;  // 3 * PageIndex::vertex_texels per triangle, ShadingTables::vertices
 };
 
+/// The part of a scene that is equal in all poses: its first pages and its first triangles.
+struct StillPart {
+    std::uint32_t pages = 0;
+    std::uint32_t triangles = 0;
+};
+
 /// Pages and tables of a scene, in a file or in memory. Reading is thread-safe.
 class PageSource {
   public:
     virtual ~PageSource() = default;
     virtual const PageIndex& index() const = 0;
+    virtual StillPart still() const { return {static_cast<std::uint32_t>(index().pages.size()), index().triangles}; }
     /// Reads a page. Throws Error that names the source where its data is damaged.
     virtual Page read(std::uint32_t page) const = 0;
     /// Reads the rows of triangles, which need not be sorted or different. Throws Error like read().
@@ -102,8 +109,9 @@ struct LoadedPage {
 /// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read().
 LoadedPage read_with_rows(const PageSource& source, std::uint32_t page);
 
-/// Returns the tables of a paged scene, without what is in its pages. Throws Error like PageSource::read_rows().
-TraceTables resident_tables(const PageSource& source);
+/// Returns the tables of a paged scene, without what is in its pages. `last` are the tables of another pose, from which
+/// rows of still triangles are taken, or null. Throws Error like PageSource::read_rows().
+TraceTables resident_tables(const PageSource& source, const TraceTables* last = nullptr);
 /// Memory of an emissive triangle in tables on CPU and device, and for building them (an upper estimate).
 inline constexpr std::size_t kEmitterBytes = 1024;
 

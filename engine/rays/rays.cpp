@@ -75,6 +75,10 @@ TraceScene::TraceScene(const TraceTables& tables, PackedScene&& packed, const gp
 TraceScene::TraceScene(const PagedLayout& layout) : TraceScene(nullptr) {
     nodes_ = gpu::Buffer(nodes_.name(), layout.nodes * shared::kBvhPageTexels * sizeof(uvec4));
     triangles_ = gpu::Buffer(triangles_.name(), layout.pairs * shared::kBvhPairTexels * sizeof(vec4));
+    update(layout);
+}
+
+void TraceScene::update(const PagedLayout& layout) {
     TraceTables tables;
     tables.instances.push_back({.identity = true});
     tables.slivers = layout.slivers;

@@ -91,6 +91,8 @@ class TraceScene {
 
     /// Makes empty buffers for a scene that is loaded in pages. Throws Error like the first constructor.
     explicit TraceScene(const PagedLayout& layout);
+    /// Takes up another pose of a scene that is loaded in pages. The buffers keep their sizes and contents.
+    void update(const PagedLayout& layout);
 
     /// Updates the scene to another pose. `last` is the packed scene that the buffers hold, or null; where it is given,
     /// only differences are written. Throws Error like the constructor. After a failed update the object may only be

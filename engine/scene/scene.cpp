@@ -5,12 +5,11 @@
 namespace halflight {
 
 WorldBounds world_bounds(const Scene& scene) {
-    if (scene.paged_bounds) return *scene.paged_bounds;
     std::vector<Bounds> boxes(scene.meshes.size());
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         for (const vec3& p : scene.meshes[i].positions) boxes[i].add(p);
     }
-    WorldBounds bounds;
+    WorldBounds bounds = scene.paged_bounds.value_or(WorldBounds());
     for (const Instance& instance : scene.instances) {
         const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
         if (box.empty()) continue;

@@ -123,7 +123,7 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<Camera> cameras;
     Environment environment;
-    std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; the meshes are then empty
+    std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; its meshes are then empty
     SceneReport report;
 };
 

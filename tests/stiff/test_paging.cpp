@@ -1,8 +1,13 @@
 // Tests that pictures do not depend on how much of a scene is in memory.
+#include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "engine/paging/convert.h"
 #include "tests/stiff/stiff.h"
+#include "tests/support/error_message.h"
 #include "tests/support/memory_pages.h"
+#include "tests/unit/paging/scene_meshes.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -102,6 +107,70 @@ TEST_F(Paging, Triangles) {
     compare("needles across all pages", box_with(needles), exact);
     compare("20000 triangles in one place", box_with(coincident), exact, {});
     compare("1000 small triangles in a box of two triangles a wall", box_with(many), exact);
+}
+
+/// Returns a Cornell box with a glossy cube that moves, a cube of glass pane that deforms, and a lamp that moves.
+Scene moving_box(double time) {
+    Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
+    Material pane = diffuse_material({0.3f, 0.5f, 0.8f});
+    pane.alpha_mode = AlphaMode::blend;
+    pane.base_color.a = 0.5f;
+    const int metal = add_material(scene, metal_material({0.4f, 0.6f, 0.9f}, 0.2f)), veil = add_material(scene, pane),
+              lamp = add_material(scene, light_material({3, 1, 1}));
+    const auto last_mesh = [&]() -> Mesh& { return scene.meshes.back(); };
+    add_box(scene, metal, {-0.2f, -0.2f, -0.2f}, {0.2f, 0.2f, 0.2f});
+    scene.instances.back().moves = true;
+    scene.instances.back().object_to_world =
+        glm::rotate(glm::translate(dmat4(1), dvec3(-0.5 + time, -0.3, 0.4)), time, dvec3(0.3, 1, 0.1));
+    add_box(scene, veil, {0.1f, -0.9f, 0.5f}, {0.5f, -0.2f, 0.7f});
+    last_mesh().deforms = true;
+    for (vec3& p : last_mesh().positions) p.x += static_cast<float>(time) * (p.y + 0.9f);
+    add_box(scene, lamp, {-0.8f, 0.2f, -0.2f}, {-0.7f, 0.3f, -0.1f});
+    scene.instances.back().moves = true;
+    scene.instances.back().object_to_world = glm::translate(dmat4(1), dvec3(0.3 * time, 0.4 * time, 0));
+    return scene;
+}
+
+TEST_F(Paging, Motion) {
+    const TemporaryFolder folder;
+    const Scene rest = moving_box(0);
+    SceneMeshes meshes(rest);
+    paging::convert(meshes, folder / "box.pages", {.limits = kSmallPages, .progress = {}});
+    const auto source = std::make_shared<paging::PageFile>(folder / "box.pages");
+    RenderSettings settings = settings_of(rest);
+    settings.aovs = {"ids", "depth", "normal", "albedo"};
+    const std::vector<double> times = {0.7, 0.2, 0};
+    std::vector<RenderResult> expected;
+    PreparedScene in_memory(context, rest, {.most_in_part = triangles_in(rest) / 3 + 1});
+    for (const double time : times) {
+        in_memory.update(moving_box(time));
+        expected.push_back(Renderer(in_memory, ColorConfig::load(), settings).render());
+    }
+    EXPECT_GT(pixels(expected[0], expected[1]), 100) << "nothing moves";
+    const std::size_t page = paging::PagePool::slot_bytes(source->index());
+    for (const auto schedule : {paging::PageSchedule::set, paging::PageSchedule::queries}) {
+        settings.page_schedule = schedule;
+        for (const std::size_t slots : {1, 3, 40}) {
+            PreparedScene paged(context, rest, {.pages = source, .pool_bytes = slots * page});
+            std::optional<Renderer> renderer;
+            for (const std::size_t i : {0, 1, 0, 2, 2}) {
+                const bool follows = paged.update(moving_box(times[i]));
+                if (renderer && follows)
+                    renderer->follow_scene();
+                else
+                    renderer.emplace(paged, ColorConfig::load(), settings);
+                expect(fmt::format("things that move for {} s, pool of {} pages, schedule {}", times[i], slots,
+                                   name(schedule)),
+                       pixels(renderer->render(), expected[i]), 0, "pixels differ", exact);
+            }
+            EXPECT_TRUE(paged.update(moving_box(0.4))) << "another pose took another renderer";
+        }
+    }
+    // Scenes whose still parts are not those of the pages are refused.
+    Scene other = moving_box(0);
+    other.instances.back().moves = false;
+    EXPECT_NE(error_message([&] { PreparedScene(context, other, {.pages = source}); }).find("objects that do not move"),
+              std::string::npos);
 }
 
 TEST_F(Paging, Scales) {

@@ -101,6 +101,7 @@ void load_whole(Session::Opened& opened, const Console& console) {
 void load_pages(Session::Opened& opened, const Console& console) {
     SceneChoice choice = opened.arguments;
     choice.edits = {.transforms = choice.edits.transforms};  // RendererCache applies the others
+    if (std::exchange(choice.animation, std::nullopt)) console.note("animations do not play with pages");
     const LoadedScene loaded(choice, opened.arguments, console);
     check_edits(opened.arguments.edits, loaded.scene(), opened.arguments.edits_source);
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());

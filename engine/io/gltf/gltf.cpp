@@ -111,7 +111,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
         scene.materials = std::move(loaded.materials);
         document.warnings.add(loaded.warnings);
     }
-    if (default_material) scene.materials.emplace_back().name = "default";
+    if (default_material || kept.still_in_pages) scene.materials.emplace_back().name = "default";
     scene.cameras = convert_cameras(document, nodes);
     scene.lights = convert_lights(document, nodes);
     scene.environment = convert_environment(document);
@@ -155,6 +155,29 @@ Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
         return validated(convert(document, path, nothing), path);
     });
 }
+
+namespace {
+
+/// Returns the objects that any of the animations moves.
+GltfAnimatedObjects animated_by(const GltfDocument& document, std::span<const Animation> animations) {
+    std::vector<AnimationChannel> channels;
+    for (const Animation& animation : animations)
+        channels.insert(channels.end(), animation.channels.begin(), animation.channels.end());
+    return find_animated_objects(document, channels);
+}
+
+/// Returns what the meshes of a scene for pages are made with.
+GltfPoseCache marks_for_pages(GltfDocument& document) {
+    GltfPoseCache marks;
+    marks.still_in_pages = true;
+    if (document.animations.is_null()) return marks;
+    const GltfWarnings before = document.warnings;
+    marks.animated = animated_by(document, read_animations(document));
+    document.warnings = before;
+    return marks;
+}
+
+}  // namespace
 
 struct GltfScene::State {
     State(const std::filesystem::path& p, const GltfOptions& options) : path(p), document(open_gltf(p, options)) {}
@@ -206,7 +229,7 @@ struct GltfScene::State {
     Scene posed(double seconds, Playing playing, bool images) {
         pose(seconds, playing);
         kept.wanted = true;
-        kept.animated = animated(playing);
+        kept.animated = kept.still_in_pages ? animated_by(document, read_all()) : animated(playing);
         return convert(document, path, kept, &material_set, images);
     }
 
@@ -278,7 +301,39 @@ GltfDeformers GltfScene::deformers() const {
 }
 
 SceneSize GltfScene::size() {
-    return guarded(state_->path, [&] { return measure_gltf(state_->document); });
+    return guarded(state_->path, [&] {
+        if (!state_->kept.still_in_pages) return measure_gltf(state_->document);
+        const GltfAnimatedObjects moving = animated_by(state_->document, state_->read_all());
+        return measure_gltf(state_->document, &moving);
+    });
+}
+
+void GltfScene::leave_out_still() {
+    state_->kept.still_in_pages = true;
+}
+
+bool GltfScene::geometry_moves() {
+    return guarded(state_->path, [&] {
+        const GltfAnimatedObjects animated = animated_by(state_->document, state_->read_all());
+        const tinygltf::Model& model = state_->document.model;
+        for (std::size_t node = 0; node < model.nodes.size(); ++node)
+            if (model.nodes[node].mesh != kNone && animated.move_surface(model, static_cast<int>(node))) return true;
+        return false;
+    });
+}
+
+std::vector<bool> GltfScene::driven_materials() {
+    std::vector<bool> driven;
+    for (const Animation& animation : animations()) {
+        for (const AnimationChannel& channel : animation.channels) {
+            const AnimatedProperty p = channel.property;
+            if (p != AnimatedProperty::emission && p != AnimatedProperty::normal_map && p != AnimatedProperty::surface)
+                continue;
+            driven.resize(state_->document.materials.size(), false);
+            driven[static_cast<std::size_t>(channel.target)] = true;
+        }
+    }
+    return driven;
 }
 
 void GltfScene::put_textures_into(std::shared_ptr<TextureStore> store) {
@@ -347,10 +402,15 @@ struct GltfMeshSource::State {
           document(open_gltf(p, options)),
           nodes(resolve_nodes(document)),
           materials(convert_materials(document)),
-          stream(document, nodes, meshes, nothing, scene),
+          marks(marks_for_pages(document)),
+          stream(document, nodes, meshes, marks, scene),
           read_once(stream.meshes(), false) {
         scene.name = path.string();
-        for (std::size_t i = 0; i < stream.meshes(); ++i) scene.meshes.emplace_back().name = stream.name(i);
+        for (std::size_t i = 0; i < stream.meshes(); ++i) {
+            Mesh& mesh = scene.meshes.emplace_back();
+            mesh.name = stream.name(i);
+            mesh.deforms = stream.deforms(i);
+        }
         std::vector<GltfMaterial> loaded = materials;  // meshes need the texture references of the file
         MaterialSet material_set = load_material_set(document, loaded);
         scene.images = std::move(material_set.images);
@@ -392,7 +452,7 @@ struct GltfMeshSource::State {
     std::vector<GltfMaterial> materials;
     Scene scene;
     GltfMeshes meshes{document, materials, scene.report};
-    GltfPoseCache nothing;
+    GltfPoseCache marks;
     GltfMeshStream stream;
     std::vector<bool> read_once;  // per mesh: the mesh has been read
 };

@@ -81,6 +81,15 @@ class GltfScene {
     GltfDeformers deformers() const;
     /// Returns the size that at_rest() will have, from headers alone (engine/io/gltf/size.h).
     SceneSize size();
+    /// Makes at() and pose() leave out surfaces that no animation of the file moves, because they are in pages
+    /// (engine/paging). Their instances stay, and their meshes have names only. Surfaces that some animation moves are
+    /// marked (Instance::moves, Mesh::deforms) even if it does not play, and the default material is always there.
+    /// size() then counts the geometry of those alone.
+    void leave_out_still();
+    /// Returns whether some animation moves or deforms surfaces, or changes their tangents.
+    bool geometry_moves();
+    /// Returns, per material of the file, whether some animation drives a property of it; empty without animations.
+    std::vector<bool> driven_materials();
     /// Lets a store take the texels of all images, which are read later. Precondition: no images have been read.
     void put_textures_into(std::shared_ptr<TextureStore> store);
     /// Returns the scene at a time, with finite skins, morph targets, nodes, cameras, lights and materials; without
@@ -111,7 +120,8 @@ class GltfScene {
 /// The scene of load_gltf(), whose meshes are read one by one.
 class GltfMeshSource final : public MeshSource {
   public:
-    /// Reads everything but meshes. Throws what load_gltf() throws.
+    /// Reads everything but meshes. Surfaces that some animation moves are marked (Instance::moves, Mesh::deforms), and
+    /// share no mesh with those that deform. Throws what load_gltf() and GltfScene::animations() throw.
     explicit GltfMeshSource(const std::filesystem::path& path, const GltfOptions& options = {});
     GltfMeshSource(GltfMeshSource&&) noexcept;
     ~GltfMeshSource() override;

@@ -14,8 +14,9 @@ namespace {
 struct MeshRequest {
     GltfMeshKey key;
     GltfPose pose;
-    bool deforms;    // animations deform the mesh
-    bool flattened;  // the node's transform is applied to the vertices
+    bool deforms;        // animations deform the mesh
+    bool flattened;      // the node's transform is applied to the vertices
+    bool moves = false;  // some instance moves
 };
 
 /// Builder of Scene::meshes and Scene::instances. It collects all requests first, so that all deforming meshes are
@@ -50,6 +51,11 @@ class Instances {
         std::vector<int> made(requests_.size(), kNone);
         for (std::size_t i = 0; i < requests_.size(); ++i) {
             const MeshRequest& request = requests_[i];
+            if (kept_.still_in_pages && !request.deforms && !request.moves) {
+                made[i] = static_cast<int>(scene_.meshes.size());
+                scene_.meshes.emplace_back().name = mesh_name(i);
+                continue;
+            }
             const bool keeps = kept_.wanted && !request.deforms && !request.flattened && !turns_tangents(request);
             Mesh mesh = deformed.contains(i) ? std::move(deformed[i])
                         : keeps              ? static_mesh(request)
@@ -67,7 +73,12 @@ class Instances {
     }
 
     std::size_t meshes() const { return requests_.size(); }
-    Mesh read(std::size_t mesh) { return finish(open(requests_[mesh])); }
+    bool deforms(std::size_t mesh) const { return requests_[mesh].deforms; }
+    Mesh read(std::size_t mesh) {
+        Mesh made = finish(open(requests_[mesh]));
+        made.deforms = deforms(mesh);
+        return made;
+    }
     std::string mesh_name(std::size_t mesh) const {
         return meshes_.name(static_cast<std::size_t>(std::get<0>(requests_[mesh].key)));
     }
@@ -91,6 +102,7 @@ class Instances {
         // The joints of a pose include the node's transform.
         const bool moves = pose.joints.empty() && kept_.animated.move(node);
         const int request = find_request(node, std::move(pose));
+        requests_[static_cast<std::size_t>(request)].moves |= moves;
         scene_.instances.push_back({node_of(node).name, request, object_to_world, node, moves});
     }
 
@@ -103,6 +115,9 @@ class Instances {
     bool deforms(int node, const GltfPose& pose) const {
         const GltfAnimatedObjects& animated = kept_.animated;
         if (animated.morph(node)) return true;
+        if (kept_.still_in_pages &&
+            animated.turn_tangents(document_.model.meshes[static_cast<std::size_t>(node_of(node).mesh)]))
+            return true;
         if (pose.joints.empty()) return false;
         return pose.skin ? animated.bend(document_.model.skins[static_cast<std::size_t>(node_of(node).skin)])
                          : animated.move(node);
@@ -116,7 +131,8 @@ class Instances {
         const bool flattened = !pose.skin && !pose.joints.empty();
         const bool deforms = this->deforms(node, pose);
         const GltfMeshKey key{from.mesh, from.skin, flattened ? node : kNone, weights};
-        const auto [known, is_new] = found_.try_emplace(key, static_cast<int>(requests_.size()));
+        const bool apart = kept_.still_in_pages && deforms;
+        const auto [known, is_new] = found_.try_emplace({key, apart}, static_cast<int>(requests_.size()));
         if (!is_new && !flattened) {
             requests_[static_cast<std::size_t>(known->second)].deforms |= deforms;
             return known->second;
@@ -227,7 +243,8 @@ class Instances {
     GltfPoseCache& kept_;
     Scene& scene_;
     std::vector<MeshRequest> requests_;
-    std::map<GltfMeshKey, int> found_;  // index of the request of each key
+    // Index of the request of each key; those that deform are apart from others where those are in pages.
+    std::map<std::pair<GltfMeshKey, bool>, int> found_;
     bool used_default_material_ = false;
 };
 
@@ -304,6 +321,10 @@ std::size_t GltfMeshStream::meshes() const {
 
 std::string GltfMeshStream::name(std::size_t mesh) const {
     return state_->instances.mesh_name(mesh);
+}
+
+bool GltfMeshStream::deforms(std::size_t mesh) const {
+    return state_->instances.deforms(mesh);
 }
 
 Mesh GltfMeshStream::read(std::size_t mesh) {

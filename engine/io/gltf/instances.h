@@ -32,6 +32,12 @@ struct GltfAnimatedObjects {
     bool bend(const tinygltf::Skin& skin) const {
         return std::ranges::any_of(skin.joints, [&](int joint) { return move(joint); });
     }
+    /// Returns whether the surface of a node that has a mesh moves, deforms or gets other tangents.
+    bool move_surface(const tinygltf::Model& model, int node) const {
+        const tinygltf::Node& n = model.nodes[static_cast<std::size_t>(node)];
+        const bool moved = n.skin == kNone ? move(node) : bend(model.skins[static_cast<std::size_t>(n.skin)]);
+        return moved || morph(node) || turn_tangents(model.meshes[static_cast<std::size_t>(n.mesh)]);
+    }
 };
 
 using GltfMeshKey = std::tuple<int, int, int, std::vector<double>>;  // mesh, skin, flattened node, weights
@@ -47,6 +53,9 @@ struct GltfStaticMesh {
 /// Results that are kept for other poses.
 struct GltfPoseCache {
     bool wanted = false;  // whether other poses may follow
+    // Surfaces that do not move are in pages (engine/paging): their meshes have names only, and are not shared with
+    // surfaces that move. `animated` then has the objects of all animations, whether they play or not.
+    bool still_in_pages = false;
     GltfAnimatedObjects animated;
     std::map<GltfMeshKey, GltfStaticMesh> meshes;
     GltfPrimitives primitives;     // primitives of meshes that deform
@@ -73,6 +82,7 @@ class GltfMeshStream {
     ~GltfMeshStream();
     std::size_t meshes() const;  ///< Returns the number of meshes.
     std::string name(std::size_t mesh) const;
+    bool deforms(std::size_t mesh) const;  ///< Returns Mesh::deforms.
     /// Reads a mesh; it has no triangles where add_instances() leaves it out.
     Mesh read(std::size_t mesh);
 

@@ -83,7 +83,7 @@ std::set<int> compressed_views_in_use(const GltfDocument& document) {
 
 }  // namespace
 
-SceneSize measure_gltf(GltfDocument& document) {
+SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving) {
     SceneSize size;
     // Loading adds warnings and files.
     const auto before = std::tuple(document.warnings, document.files, document.bytes_of_files);
@@ -100,8 +100,9 @@ SceneSize measure_gltf(GltfDocument& document) {
         const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
         const std::size_t instances =
             extension ? count_instances(document, *extension, fmt::format("nodes[{}]", index)) : 1;
-        size.drawn += mesh.triangles * instances;
         size.instance_bytes += instances * sizeof(Instance);
+        if (moving && !moving->move_surface(document.model, index)) continue;
+        size.drawn += mesh.triangles * instances;
         // A mesh is stored once per skin and weights.
         if (!stored.emplace(node.mesh, node.skin, node.weights).second) continue;
         size.stored += mesh.triangles;
