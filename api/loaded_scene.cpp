@@ -235,11 +235,8 @@ bool LoadedScene::load_pages(const Log& log) {
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
-    std::vector<GltfScene> parts;
-    for (const std::filesystem::path& part : scene_parts(choice_.scene, options)) {
-        parts.emplace_back(part, options);
-        files_.push_back(part);
-    }
+    std::vector<GltfScene> parts = open_files(choice_.scene, options);
+    files_ = scene_parts(choice_.scene, options);
     const bool list = is_part_list(choice_.scene);
     const bool some = std::ranges::any_of(parts, [](GltfScene& part) { return !part.animations().empty(); });
     if (list && choice_.animation && *choice_.animation != "none" && (some || *choice_.animation != "all"))

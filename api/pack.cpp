@@ -1,7 +1,6 @@
 #include "api/halflight/pack.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "api/halflight/loaded_scene.h"
 #include "engine/core/error.h"
@@ -10,32 +9,14 @@
 #include "engine/paging/convert.h"
 
 namespace halflight {
-namespace {
-
-/// Throws Error for a file of a list whose animations change more than cameras.
-void check_part(const std::filesystem::path& path, GltfScene& file) {
-    std::vector<std::size_t> playing(file.animations().size());
-    std::iota(playing.begin(), playing.end(), std::size_t{0});
-    if (file.surfaces_move(playing))
-        throw Error(path.string(), "has animations that change more than cameras, which lists of files cannot have");
-}
-
-}  // namespace
-
 paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
                                  const PackOptions& options, const Log& log) {
     SceneChoice choice;
     choice.allow_outside = options.allow_outside;
     GltfOptions gltf = gltf_options(choice);
-    std::vector<GltfScene> parts;
-    for (const std::filesystem::path& path : scene_parts(scene, gltf)) parts.emplace_back(path, gltf);
+    std::vector<GltfScene> parts = open_files(scene, gltf);
     paging::ConvertOptions convert;
-    if (is_part_list(scene)) {
-        const std::vector<std::filesystem::path> paths = scene_parts(scene, gltf);
-        for (std::size_t i = 0; i < parts.size(); ++i) check_part(paths[i], parts[i]);
-    } else {
-        convert.driven_materials = parts[0].driven_materials();
-    }
+    if (!is_part_list(scene)) convert.driven_materials = parts[0].driven_materials();
     SceneSize size = size_of_parts(parts);
     MemoryLedger& ledger = MemoryLedger::process();
     // Conversions read textures for their alpha alone.

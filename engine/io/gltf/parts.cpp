@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
+#include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/document.h"
@@ -52,6 +54,20 @@ SceneSize size_of_parts(std::span<GltfScene> parts) {
         all.drawn += size.drawn;
     }
     return all;
+}
+
+std::vector<GltfScene> open_files(const std::filesystem::path& path, const GltfOptions& options) {
+    std::vector<GltfScene> files;
+    for (const std::filesystem::path& part : scene_parts(path, options)) {
+        GltfScene& file = files.emplace_back(part, options);
+        if (!is_part_list(path)) continue;
+        std::vector<std::size_t> all(file.animations().size());
+        std::iota(all.begin(), all.end(), std::size_t{0});
+        if (file.surfaces_move(all))
+            throw Error(part.string(),
+                        "has animations that change more than cameras, which lists of files cannot have");
+    }
+    return files;
 }
 
 std::uint64_t identity_of(std::span<const GltfScene> parts) {

@@ -19,6 +19,9 @@ bool is_part_list(const std::filesystem::path& path);
 /// list that is unreadable or malformed.
 std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path, const GltfOptions& options = {});
 
+/// Opens the files of a scene. Throws Error for a list of files whose animations change more than cameras.
+std::vector<GltfScene> open_files(const std::filesystem::path& path, const GltfOptions& options = {});
+
 /// Returns the sizes of all files together, without geometry but for the largest mesh and the triangles drawn.
 SceneSize size_of_parts(std::span<GltfScene> parts);
 
