@@ -301,17 +301,29 @@ TEST_F(Convert, RefusalsAreOneLineAndLeaveNothing) {
     }
 }
 
-TEST_F(Convert, AnimatedScenesAreRefused) {
+TEST_F(Convert, MovingGeometryIsLeftOut) {
     GltfBuilder b;
     b.add_triangle();
+    b.add_triangle();
+    b.push("nodes", {{"mesh", 0}, {"translation", {3, 0, 0}}});  // a still instance of the mesh that moves
+    b.json["nodes"][1]["children"] = {b.push("nodes", {{"mesh", 1}})};
     const int times = b.floats("SCALAR", {0, 1}), values = b.floats("VEC3", {0, 0, 0, 1, 0, 0});
-    b.push("animations", {{"samplers", {{{"input", times}, {"output", values}}}},
-                          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}});
+    const Json samplers = {{{"input", times}, {"output", values}}};
+    for (const int node : {0, 1})
+        b.push("animations", {{"samplers", samplers},
+                              {"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}}}});
     const std::filesystem::path scene = folder / "moving.glb";
     write_file(scene, b.glb());
-    EXPECT_EQ(error_message([&] { pack_scene(scene, path()); }),
-              scene.string() + ": has animations that move more than cameras, which page files cannot hold");
-    EXPECT_FALSE(std::filesystem::exists(path()));
+    pack_scene(scene, path());
+    const PageFile file(path());
+    EXPECT_EQ(file.index().triangles, 1u) << "of four instances, one does not move";
+    EXPECT_EQ(file.index().bounds.lower.x + file.index().origin.x, 3);
+
+    // Lists of files have no poses.
+    write_file(folder / "list.parts.json", R"({"parts": [{"uri": "moving.glb"}]})");
+    EXPECT_EQ(error_message([&] { pack_scene(folder / "list.parts.json", folder / "list.pages"); }),
+              scene.string() + ": has animations that change more than cameras, which lists of files cannot have");
+    EXPECT_FALSE(std::filesystem::exists(folder / "list.pages"));
 }
 
 }  // namespace
