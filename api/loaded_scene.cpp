@@ -38,6 +38,7 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     options.allow_outside_folder = choice.allow_outside;
     options.strict = choice.strict_textures;
     options.variant = choice.variant;
+    options.mip_levels = choice.mip_levels;
     return options;
 }
 
@@ -318,7 +319,11 @@ void LoadedScene::free_surfaces() {
         empty.name = std::move(mesh.name);
         mesh = std::move(empty);
     }
-    for (TextureImage& image : scene_.images) release(image.rgba);
+    for (TextureImage& image : scene_.images) {
+        release(image.rgba);
+        for (auto* levels : {&image.color_levels, &image.data_levels})
+            for (TextureImage& level : *levels) release(level.rgba);
+    }
     trim_memory();
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.instance_bytes + size_.environment_bytes};
     freed_ = true;

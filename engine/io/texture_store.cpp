@@ -87,6 +87,8 @@ TextureStore::TextureStore(const std::filesystem::path& folder)
     : folder_(folder), file_(folder, folder.string() + ": temporary file of textures") {}
 
 void TextureStore::take(TextureImage& image) {
+    for (auto* levels : {&image.color_levels, &image.data_levels})
+        for (TextureImage& level : *levels) take(level);
     const ivec2 count(ImageTiles::count(image.width), ImageTiles::count(image.height));
     auto tiles = std::make_shared<Tiles>(shared_from_this(), image.name, count.x);
     std::string row;

@@ -18,7 +18,7 @@ class TextureStore : public std::enable_shared_from_this<TextureStore> {
     /// Creates the file in a folder. Throws Error where that fails.
     explicit TextureStore(const std::filesystem::path& folder);
 
-    /// Moves the texels of an image into the file. Throws Error that names the image where the file cannot be written,
+    /// Moves the texels of an image and of its mip levels into the file. Throws Error that names the image where the file cannot be written,
     /// for example on a full disk.
     void take(TextureImage& image);
     std::uint64_t bytes() const;  ///< Returns the size of the file.
