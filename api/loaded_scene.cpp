@@ -42,8 +42,21 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     return options;
 }
 
-bool can_be_paged(const SceneChoice& choice) {
-    return !choice.in_memory && !choice.animation && choice.variant.empty() && choice.edits.transforms.empty();
+void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>& whole,
+                         const std::function<void()>& paged) {
+    const bool list = is_part_list(choice.scene);
+    if (list && choice.in_memory) throw Error(choice.scene.string(), "is a list of files, which needs a page file");
+    if (list || !choice.pages.empty()) return paged();
+    try {
+        whole();
+    } catch (const BudgetError& too_large) {
+        if (choice.in_memory || choice.animation || !choice.variant.empty() || !choice.edits.transforms.empty()) throw;
+        try {
+            paged();
+        } catch (const BudgetError&) {
+            throw too_large;
+        }
+    }
 }
 
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes) {
@@ -170,22 +183,8 @@ bool emits(const paging::PageIndex& index, const Scene& scene) {
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
     : choice_(std::move(choice)), camera_choice_(camera) {
     bool lit_later = false;
-    const bool list = is_part_list(choice_.scene);
-    if (list && choice_.in_memory) throw Error(choice_.scene.string(), "is a list of files, which needs a page file");
-    if (list || !choice_.pages.empty()) {
-        load_pages(log);
-    } else {
-        try {
-            lit_later = load_whole(log);
-        } catch (const BudgetError& too_large) {
-            if (!can_be_paged(choice_)) throw;
-            try {
-                load_pages(log);
-            } catch (const BudgetError&) {
-                throw too_large;
-            }
-        }
-    }
+    load_whole_or_paged(
+        choice_, [&] { lit_later = load_whole(log); }, [&] { load_pages(log); });
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
     const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
     if (pages_) lit_later = has_light(scene_) || emits(pages_->index(), scene_);

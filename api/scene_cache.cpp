@@ -1,8 +1,6 @@
 #include "api/scene_cache.h"
 
-#include <algorithm>
 #include <chrono>
-#include <vector>
 
 #include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
@@ -21,30 +19,6 @@ bool is_intact(const fs::path& file) {
     }
 }
 
-/// Deletes the files used least recently until the others take at most half of what they and the free space take.
-/// Files that cannot be deleted stay.
-void trim(const fs::path& folder, const fs::path& kept) {
-    struct Entry {
-        fs::path path;
-        fs::file_time_type used;
-        std::uintmax_t bytes;
-    };
-    std::vector<Entry> entries;
-    std::uintmax_t total = 0;
-    std::error_code error;
-    for (const fs::directory_entry& file : fs::directory_iterator(folder, error)) {
-        if (file.path().extension() != ".pages" || !file.is_regular_file(error)) continue;
-        entries.push_back({file.path(), file.last_write_time(error), file.file_size(error)});
-        total += entries.back().bytes;
-    }
-    const fs::space_info space = fs::space(folder, error);
-    if (error) return;
-    std::ranges::sort(entries, {}, &Entry::used);
-    const std::uintmax_t most = (total + space.available) / 2;
-    for (const Entry& entry : entries)
-        if (total > most && entry.path != kept && fs::remove(entry.path, error)) total -= entry.bytes;
-}
-
 }  // namespace
 
 fs::path cached_pages(const fs::path& scene, std::uint64_t identity, const PackOptions& options, const Log& log) {
@@ -60,7 +34,7 @@ fs::path cached_pages(const fs::path& scene, std::uint64_t identity, const PackO
         pack_scene(scene, file, options, log);
     }
     fs::last_write_time(file, fs::file_time_type::clock::now(), error);  // the time of the last use
-    trim(folder, file);
+    trim_cache(folder, ".pages", {}, file);
     return file;
 }
 

@@ -52,9 +52,10 @@ struct SceneChoice {
 /// Returns the options with which the scene of a choice is read.
 GltfOptions gltf_options(const SceneChoice& choice);
 
-/// Returns whether a scene that does not fit into memory may be rendered from a page file: the choice asks for nothing
-/// that pages lack.
-bool can_be_paged(const SceneChoice& choice);
+/// Loads a scene into memory with `whole`. Lists of files, scenes with page files and scenes that do not fit into the
+/// memory budget are loaded with `paged`, if the choice asks for nothing that pages lack. Throws what these throw.
+void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>& whole,
+                         const std::function<void()>& paged);
 
 /// Throws Error about the file where the memory budget (MemoryLedger::process()) has too little left for loading and
 /// rendering a scene of this size and a picture of at least `picture_bytes`.

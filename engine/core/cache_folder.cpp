@@ -1,10 +1,14 @@
 #include "engine/core/cache_folder.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <vector>
 
 namespace halflight {
 
-std::filesystem::path cache_folder(std::string_view name) {
+namespace fs = std::filesystem;
+
+fs::path cache_folder(std::string_view name) {
     const auto absolute = [](const char* variable) {
         const char* value = std::getenv(variable);
         const std::filesystem::path path = value == nullptr ? "" : value;
@@ -15,7 +19,37 @@ std::filesystem::path cache_folder(std::string_view name) {
     return cache.empty() ? cache : cache / "halflight" / name;
 }
 
-std::filesystem::path scratch_folder() {
+void trim_cache(const fs::path& folder, std::string_view kind, std::optional<std::uintmax_t> most,
+                const fs::path& kept) {
+    struct Entry {
+        fs::file_time_type used;
+        fs::path path;
+        std::uintmax_t bytes;
+    };
+    std::vector<Entry> entries;
+    std::uintmax_t total = 0;
+    std::error_code error;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+        if (at->path().filename().string().find(kind) == std::string::npos) continue;
+        std::error_code gone;  // another process may have removed the file
+        const bool regular = at->symlink_status(gone).type() == fs::file_type::regular;
+        const std::uintmax_t bytes = at->file_size(gone);
+        const fs::file_time_type used = at->last_write_time(gone);
+        if (gone || !regular) continue;
+        entries.push_back({used, at->path(), bytes});
+        total += bytes;
+    }
+    if (!most) {
+        const fs::space_info space = fs::space(folder, error);
+        if (error) return;
+        most = (total + space.available) / 2;
+    }
+    std::ranges::sort(entries, {}, &Entry::used);
+    for (const Entry& entry : entries)
+        if (total > *most && entry.path != kept && fs::remove(entry.path, error)) total -= entry.bytes;
+}
+
+fs::path scratch_folder() {
     std::error_code none;
     if (const char* wanted = std::getenv("TMPDIR"); wanted && std::filesystem::is_directory(wanted, none))
         return wanted;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <fstream>
@@ -26,6 +25,7 @@ struct Header {
     std::uint64_t format;
     std::uint64_t checksum;  // checksum of bytes and format
 };
+constexpr std::string_view kExtension = ".program";
 constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
 
 /// Returns the content of a file; nothing if it is not regular or is longer than `max_bytes`.
@@ -54,7 +54,7 @@ std::string ProgramBinaries::full_key(std::string_view key) const {
 }
 
 fs::path ProgramBinaries::file(std::string_view key) const {
-    return folder_ / fmt::format("{:016x}.program", hash_of(full_key(key)));
+    return folder_ / fmt::format("{:016x}{}", hash_of(full_key(key)), kExtension);
 }
 
 std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
@@ -98,32 +98,7 @@ void ProgramBinaries::store(std::string_view key, const ProgramBinary& binary) c
     stream.close();
     if (stream) fs::rename(temporary, path, error);
     if (!stream || error) fs::remove(temporary, error);
-    make_room();
-}
-
-void ProgramBinaries::make_room() const {
-    struct Entry {
-        fs::file_time_type used;
-        fs::path path;
-        std::uint64_t bytes;
-    };
-    std::vector<Entry> entries;
-    std::uint64_t total = 0;
-    std::error_code error;
-    for (fs::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
-        std::error_code gone;  // another process may have removed the file
-        const auto bytes = at->file_size(gone);
-        const auto used = at->last_write_time(gone);
-        if (gone) continue;
-        entries.push_back({used, at->path(), bytes});
-        total += bytes;
-    }
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
-    for (const Entry& entry : entries) {
-        if (total <= max_bytes_) return;
-        fs::remove(entry.path, error);
-        total -= entry.bytes;
-    }
+    trim_cache(folder_, kExtension, max_bytes_);
 }
 
 fs::path default_binaries_folder() {

@@ -33,7 +33,6 @@ class ProgramBinaries {
 
   private:
     std::string full_key(std::string_view key) const;
-    void make_room() const;
 
     std::filesystem::path folder_;
     std::string driver_;

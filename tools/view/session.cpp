@@ -139,19 +139,8 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     Opened opened;
     opened.arguments = a;
     colors.view(a.settings.view);  // throws for an unknown view transform
-    try {
-        if (is_part_list(a.scene) || !a.pages.empty())
-            load_pages(opened, console);
-        else
-            load_whole(opened, console);
-    } catch (const BudgetError& too_large) {
-        if (!can_be_paged(a)) throw;
-        try {
-            load_pages(opened, console);
-        } catch (const BudgetError&) {
-            throw too_large;
-        }
-    }
+    load_whole_or_paged(
+        a, [&] { load_whole(opened, console); }, [&] { load_pages(opened, console); });
     const Timeline& timeline = opened.timeline;
     ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];

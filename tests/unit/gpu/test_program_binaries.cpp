@@ -88,6 +88,7 @@ TEST(ProgramBinaries, DamagedFilesAreIgnored) {
 TEST(ProgramBinaries, StayWithinTheirSize) {
     const TemporaryFolder folder;
     const ProgramBinaries binaries(folder.path, "driver", 4000);
+    std::ofstream(folder.path / "notes.txt") << std::string(10000, 'n');  // neither counted nor deleted
     const auto age = [&](const char* key, int seconds) {
         fs::last_write_time(binaries.file(key), fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
     };
@@ -103,7 +104,8 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
     binaries.store("huge", binary_of('h', 5000));
     EXPECT_FALSE(binaries.load("huge"));
     EXPECT_TRUE(binaries.load("c")) << "nothing is evicted for a file that cannot fit";
-    EXPECT_EQ(folder.entries().size(), 2u);
+    EXPECT_EQ(folder.entries().size(), 3u);
+    EXPECT_TRUE(fs::exists(folder.path / "notes.txt"));
 }
 
 TEST(ProgramBinaries, AnUnwritableFolderIsNoError) {
