@@ -11,11 +11,11 @@ struct RayCone {
 // Share of a lobe's spread by which a scattered ray widens its cone. Rays of other samples fill the lobe, too.
 const float kLobeShare = 0.25;
 
-// Returns the cone of a camera ray: a pixel wide.
+// Returns the cone of a camera ray: half a pixel wide, so that texels blur a pixel little.
 RayCone camera_cone(Frame frame) {
-    float pixel = 2.0 * length(frame.camera_up.xyz) / float(frame.size.y);
+    float width = length(frame.camera_up.xyz) / float(frame.size.y);
     bool perspective = frame.camera_position.w != 0.0;
-    return perspective ? RayCone(0.0, pixel) : RayCone(pixel, 0.0);
+    return perspective ? RayCone(0.0, width) : RayCone(width, 0.0);
 }
 
 float cone_width(RayCone cone, float way) { return cone.width + cone.spread * way; }
