@@ -77,7 +77,7 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
     constexpr std::size_t kMostBytes = std::size_t{4} * (std::size_t{shared::kMostBanks} << shared::kMostBankShift);
     const bool fit = scene_bytes(size) + picture_bytes <= MemoryLedger::process().free();
     if (size.texture_bytes == 0 || (fit && size.texture_bytes <= kMostBytes && !always)) return nullptr;
-    const auto store = std::make_shared<TextureStore>(scratch_folder());
+    const auto store = std::make_shared<TextureStore>(scratch_folder(), cache_folder("textures"));
     for (GltfScene& file : files) file.put_textures_into(store);
     size = with_tiles(size);
     return store;

@@ -70,10 +70,13 @@ ImageHeader read_header(const ByteSource& encoded, int max_side) {
 struct DecodedImage {
     TextureImage image;
     std::optional<bool> srgb;  // ImageHeader::srgb of the file
+    std::uint64_t key = 0;     // TextureStore::key()
     std::string error;         // empty: it has been read
 };
 
-void decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded, DecodedImage& result) {
+/// Decodes an image and makes its levels, or takes both from the cache of the store.
+void decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded, const LevelUses& uses,
+            DecodedImage& result) {
     std::string buffer;
     const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
     const std::string subject = document.file + ": " + element_name(document, image);
@@ -81,7 +84,12 @@ void decode(const GltfDocument& document, std::size_t image, const ByteSource& e
     const ImageFormat& format = format_of(subject, bytes);
     result.image.name = document.images[image].label;
     result.srgb = format.read_header(subject, bytes, bytes.size(), max_side).srgb;
+    if (TextureStore* store = document.options.textures.get()) {
+        result.key = TextureStore::key(bytes, uses);
+        if (store->find(result.key, result.image)) return;
+    }
     format.read(subject, bytes, max_side, result.image);
+    add_levels(result.image, uses);
 }
 
 /// Returns the lookups that choose mip levels, by glTF image. Rays and light samples look up colours of surfaces with
@@ -160,10 +168,12 @@ DecodedImages decode_all(GltfDocument& document, std::set<int> wanted, const std
         TextureStore* const store = document.options.textures.get();
         const auto decode_round = [&] {
             tbb::parallel_for(std::size_t{0}, round.size(), [&](std::size_t i) {
-                attempt(i, [&](std::size_t image) { decode(document, image, encoded[i], results[i]); });
-                if (const auto use = uses.find(round[i]); use != uses.end() && results[i].error.empty())
-                    add_levels(results[i].image, use->second);
-                if (store && results[i].error.empty()) store->take(results[i].image);
+                const auto use = uses.find(round[i]);
+                attempt(i, [&](std::size_t image) {
+                    decode(document, image, encoded[i], use == uses.end() ? LevelUses() : use->second, results[i]);
+                });
+                if (store && results[i].error.empty() && !results[i].image.tiles)
+                    store->take(results[i].image, results[i].key);
             });
         };
         if (store)
@@ -176,6 +186,7 @@ DecodedImages decode_all(GltfDocument& document, std::set<int> wanted, const std
             decoded[round[i]] = std::move(results[i]);
         }
         std::erase_if(wanted, [&](int image) { return decoded.contains(image); });
+        if (store) store->trim();
     }
     return decoded;
 }
