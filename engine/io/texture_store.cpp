@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kLevel = 1;  // level of Zstandard's compression, the fastest
 constexpr std::size_t kTexels = ImageTiles::kBytes / 4;
-constexpr std::uint32_t kVersion = 1;  // of the cache's files; another one where decoders or levels give other texels
+constexpr std::uint32_t kVersion = 1;  // version of cached files; changes where decoders or levels give other texels
 constexpr std::uint64_t kMagic = 0x31454c4954464c48;  // HLFTILE1
 constexpr int kMostOpen = 512;                        // files of the cache; processes can often open 1024
 constexpr int kMostSide = 65536;                      // texels along an edge

@@ -19,9 +19,8 @@ int level_count(int width, int height);
 std::size_t level_texels(int width, int height);
 
 /// Fills TextureImage::color_levels and data_levels from the texels of level 0, which must be in memory. Each level has
-/// half the size of the one before it, rounded down. A texel is the mean of the area that it covers there: of linear
-/// values for colours, which are stored as sRGB; of unit vectors for normals, which are normalised; of values for other
-/// data. Each level is rounded to 8 bits.
+/// half the size of the one before it, rounded down. A texel is the mean of the area that it covers there. Colours
+/// are averaged as linear values and stored as sRGB. Means of normals are normalised. Each level is rounded to 8 bits.
 void add_levels(TextureImage& image, const LevelUses& uses);
 
 }  // namespace halflight

@@ -60,7 +60,7 @@ TEST(TextureLevels, KeepConstantImages) {
 }
 
 TEST(TextureLevels, AverageAreas) {
-    // Of three texels, each half of the next level covers one and a half.
+    // The single texel of level 1 covers three texels.
     const TextureImage row = image_of(3, 1, {{0, 0, 0, 0}, {30, 60, 90, 120}, {240, 240, 240, 255}});
     EXPECT_EQ(texel(with_levels(row, kData).data_levels[0], 0), (Texel{90, 100, 110, 125}));
     const TextureImage five =
