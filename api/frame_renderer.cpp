@@ -88,6 +88,10 @@ struct FrameRenderer::State {
           frees_scene(o.frees_scene && !s.surfaces_move()),
           colors(o.colors ? std::move(*o.colors) : ColorConfig::load()),
           context(o.context ? std::move(o.context) : std::make_shared<gpu::Context>(gpu::Context::create(o.device))) {
+        if (settings.texture_lod != scene.choice().mip_levels)
+            throw Error("render settings", settings.texture_lod
+                                               ? "texture-lod needs a scene that was loaded with mip levels"
+                                               : "the scene was loaded with mip levels, which need texture-lod");
         context->make_current();
         if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
         if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))

@@ -38,6 +38,7 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     options.allow_outside_folder = choice.allow_outside;
     options.strict = choice.strict_textures;
     options.variant = choice.variant;
+    options.mip_levels = choice.mip_levels;
     return options;
 }
 
@@ -76,7 +77,7 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
     constexpr std::size_t kMostBytes = std::size_t{4} * (std::size_t{shared::kMostBanks} << shared::kMostBankShift);
     const bool fit = scene_bytes(size) + picture_bytes <= MemoryLedger::process().free();
     if (size.texture_bytes == 0 || (fit && size.texture_bytes <= kMostBytes && !always)) return nullptr;
-    const auto store = std::make_shared<TextureStore>(scratch_folder());
+    const auto store = std::make_shared<TextureStore>(scratch_folder(), cache_folder("textures"));
     for (GltfScene& file : files) file.put_textures_into(store);
     size = with_tiles(size);
     return store;
@@ -340,7 +341,11 @@ void LoadedScene::free_surfaces() {
         empty.name = std::move(mesh.name);
         mesh = std::move(empty);
     }
-    for (TextureImage& image : scene_.images) release(image.rgba);
+    for (TextureImage& image : scene_.images) {
+        release(image.rgba);
+        for (auto* levels : {&image.color_levels, &image.data_levels})
+            for (TextureImage& level : *levels) release(level.rgba);
+    }
     trim_memory();
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.instance_bytes + size_.environment_bytes};
     freed_ = true;

@@ -116,6 +116,8 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.bad_values = in_flight->counted().by_component();
     if (preview) preview->fill_stats(stats);
     if (denoiser) denoiser->fill_stats(stats);
+    if (scene.buffers().needs().texture_levels)
+        stats.layer_biases.emplace_back("textures: mip levels by ray footprint");
     if (settings.clamp > 0 && settings.bounces > 1)
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));

@@ -44,6 +44,10 @@ layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #ifdef HALFLIGHT_LIGHT_TREE
 layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 #endif
+#if defined(HALFLIGHT_TEXTURE_LEVELS) && !defined(HALFLIGHT_LAST_VERTEX)
+#include "shaders/lib/ray_cone.glsl"
+layout(std430) buffer Cones { RayCone cones[]; };
+#endif
 #if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
 #define HALFLIGHT_APART  // diffuse light of vertex 1 is no part of the path's own light
 #endif
@@ -292,6 +296,9 @@ void main() {
     if (goes_on) {
         path_rays[path] = ray_from(at.position, at.offset, b.geometric_normal, s.direction);
         leaving[leaving_place] = path;
+#ifdef HALFLIGHT_TEXTURE_LEVELS
+        cones[path] = scattered_cone(cones[path], hit.t * length(ray.direction), s.pdf);
+#endif
 #ifdef HALFLIGHT_LIGHT_TREE
         receivers[path] = receiver_at(at.position, b.geometric_normal);
 #endif

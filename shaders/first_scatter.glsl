@@ -5,6 +5,9 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/scene_tables.glsl"
+#ifdef HALFLIGHT_TEXTURE_LEVELS
+#include "shaders/lib/ray_cone.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 
@@ -16,6 +19,10 @@ layout(std430) writeonly buffer List { uint list[]; };
 layout(std430) buffer Header { ListHeader header; };
 #ifdef HALFLIGHT_LIGHT_TREE
 layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
+#endif
+
+#ifdef HALFLIGHT_TEXTURE_LEVELS
+layout(std430) writeonly buffer Cones { RayCone cones[]; };
 #endif
 
 #include "shaders/lib/dimensions.glsl"
@@ -53,6 +60,9 @@ void main() {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
         path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction);
         list[place] = path;
+#ifdef HALFLIGHT_TEXTURE_LEVELS
+        cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
+#endif
 #ifdef HALFLIGHT_LIGHT_TREE
         receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
 #endif

@@ -9,6 +9,7 @@
 // (engine/paging/row_gather.h).
 // HALFLIGHT_TILE_REQUESTS: invocations that miss tiles of textures request them and store nothing. They go into a list,
 // and run again when the tiles are there (engine/paging/tile_pool.h).
+// HALFLIGHT_TEXTURE_LEVELS: lookups choose mip levels by the width of the ray's cone.
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
@@ -61,6 +62,13 @@ layout(std430) writeonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) writeonly buffer Points { ReusePoint points[]; };
 #endif
 
+#ifdef HALFLIGHT_TEXTURE_LEVELS
+#define HALFLIGHT_CHOOSE_LEVELS
+#include "shaders/lib/ray_cone.glsl"
+#ifdef HALFLIGHT_LIST
+uniform samplerBuffer cones;  // RG32F: RayCone of each path
+#endif
+#endif
 #ifndef HALFLIGHT_TRACED
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
@@ -96,6 +104,25 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
     y.share = sharable ? base_share(layers, -ray.direction) : 0.0;
     return y;
+}
+#endif
+
+#ifdef HALFLIGHT_CHOOSE_LEVELS
+// Returns the area that a cone of this width covers in both sets of texture coordinates. cosine: at the hit.
+vec2 footprint_at(Hit hit, float width, float cosine) {
+    uvec3 corners = triangle_corners(hit.triangle);
+    vec3 a = block_to_world(hit.instance, corner_position(corners.x));
+    vec3 ab = block_to_world(hit.instance, corner_position(corners.y)) - a;
+    vec3 ac = block_to_world(hit.instance, corner_position(corners.z)) - a;
+    vec4 first = corner_uvs(corners.x);
+    vec4 s = corner_uvs(corners.y) - first;
+    vec4 t = corner_uvs(corners.z) - first;
+    vec2 doubled_uv_areas = abs(s.xz * t.yw - s.yw * t.xz);
+    vec3 reach = max(abs(ab), abs(ac));
+    float size = max(reach.x, max(reach.y, reach.z));  // keeps squares of small and large lengths finite
+    float doubled_area = length(cross(ab / size, ac / size));
+    float share = width / size;
+    return doubled_uv_areas * (share * (share / (doubled_area * max(cosine, 1.0 / 64.0))));
 }
 #endif
 
@@ -143,6 +170,16 @@ void main() {
     vec3 direction = ray.direction;
 #endif
     Surface surface = surface_at(hit, ray.direction);
+#ifdef HALFLIGHT_CHOOSE_LEVELS
+#ifdef HALFLIGHT_LIST
+    vec2 of_path = texelFetch(cones, int(path)).xy;
+    RayCone cone = RayCone(of_path.x, of_path.y);
+#else
+    RayCone cone = camera_cone(frame);
+#endif
+    float width = cone_width(cone, hit.t * length(ray.direction));
+    uv_footprint = footprint_at(hit, width, -dot(surface.geometric_normal, direction));
+#endif
 #ifdef HALFLIGHT_TILE_REQUESTS
     tiles_wanted = listed && is_hit;
 #endif

@@ -37,6 +37,7 @@ struct SceneChoice {
     bool in_memory = false;                       // refuses scenes that need a page file
     std::function<void(double share)> packing{};  // called with the share of the conversion done; may throw to stop
     bool tile_textures = false;                   // loads textures in tiles even if they fit into memory
+    bool mip_levels = false;                      // makes mip levels, which RenderSettings::texture_lod needs
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     std::string variant{};         // material variant of the file, by name; empty: the file's own materials
     EnvironmentChoice environment{};

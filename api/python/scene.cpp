@@ -40,7 +40,7 @@ EnvironmentChoice environment_of(const Environment3& e) {
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
                               const std::optional<std::string>& fps, bool allow_outside, bool strict,
-                              const std::optional<std::string>& variant, py::object log) {
+                              const std::optional<std::string>& variant, bool mip_levels, py::object log) {
     SceneChoice choice;
     choice.scene = path;
     choice.environment = environment_of(environment);
@@ -52,6 +52,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     choice.allow_outside = allow_outside;
     choice.strict_textures = strict;
     choice.variant = variant.value_or("");
+    choice.mip_levels = mip_levels;
     const Log sink = log_to(std::move(log));
     const py::gil_scoped_release released;
     return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), {}, sink)});

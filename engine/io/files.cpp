@@ -314,6 +314,23 @@ void ScratchFile::read(std::uint64_t offset, std::span<char> to) const {
     read_at(file_, offset, to, subject_);
 }
 
+struct OpenFile::File {
+    explicit File(const fs::path& p) : subject(p.string()), file(p) {}
+    std::string subject;
+    ReadableFile file;
+};
+
+OpenFile::OpenFile(const fs::path& path) : file_(std::make_unique<const File>(path)) {}
+OpenFile::~OpenFile() = default;
+
+std::uint64_t OpenFile::size() const {
+    return file_->file.bytes;
+}
+
+void OpenFile::read(std::uint64_t offset, std::span<char> to) const {
+    read_at(file_->file.descriptor, offset, to, file_->subject);
+}
+
 bool is_lfs_pointer(std::string_view bytes) {
     return bytes.starts_with("version https://git-lfs.github.com/spec/");
 }

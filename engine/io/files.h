@@ -87,6 +87,24 @@ class ScratchFile {
     std::uint64_t size_ = 0;
 };
 
+/// A regular file that stays open for reading, also while its name is removed or goes to another file.
+class OpenFile {
+  public:
+    /// Throws the Error of check_readable().
+    explicit OpenFile(const std::filesystem::path& path);
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    ~OpenFile();
+
+    std::uint64_t size() const;  ///< Returns the number of bytes that the file had when it was opened.
+    /// Reads bytes [offset, offset + to.size()), which must lie within the file. Thread-safe.
+    void read(std::uint64_t offset, std::span<char> to) const;
+
+  private:
+    struct File;
+    std::unique_ptr<const File> file_;
+};
+
 /// Returns whether these are the first bytes of a Git LFS pointer, which replaces the file in a checkout without LFS.
 bool is_lfs_pointer(std::string_view bytes);
 

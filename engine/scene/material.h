@@ -25,6 +25,8 @@ struct TextureImage {
     std::vector<std::uint8_t> rgba;  // 4 * width * height bytes; empty where there are tiles
     std::shared_ptr<const ImageTiles>
         tiles{};  // texels that are not in memory (image_tiles.h); null: they are in `rgba`
+    // Mip levels 1 and up, for lookups as colour and as data (texture_levels.h); empty: lookups use level 0.
+    std::vector<TextureImage> color_levels{}, data_levels{};
 };
 
 /// Reference to a texture. (u, v) = uv_transform * (s, t, 1); v runs from the top row down (glTF 2.0, section 3.8).

@@ -36,9 +36,13 @@ SceneSize size_of(const Scene& scene) {
     }
     for (const Instance& instance : scene.instances)
         size.drawn += scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.size();
-    for (const TextureImage& image : scene.images) {
+    const auto add_image = [&](const TextureImage& image) {
         size.texture_bytes += bytes_of(image.rgba);
         if (image.tiles) size.tile_bytes += image.tiles->bytes();
+    };
+    for (const TextureImage& image : scene.images) {
+        add_image(image);
+        for (const auto* levels : {&image.color_levels, &image.data_levels}) std::ranges::for_each(*levels, add_image);
     }
     size.instance_bytes = bytes_of(scene.instances);
     size.environment_bytes = 2 * bytes_of(scene.environment.map.pixels);

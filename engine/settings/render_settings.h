@@ -31,6 +31,9 @@ struct PictureSettings {
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
     // are scaled down. Clamping is a bias, which RenderStats names.
     float clamp = 0;
+    // Lookups choose mip levels by the footprint of the ray (docs/textures.md), a bias that RenderStats names. The
+    // scene must have been loaded with mip levels (GltfOptions::mip_levels).
+    bool texture_lod = false;
     // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names. Needs two
     // samples. Layers and error targets refer to the mean of the samples. Preview modes exclude it.
     bool denoise = false;

@@ -89,6 +89,14 @@ std::vector<Setting> make_table() {
                 .slider_from = 0.01,
                 .slider_to = 1000,
             }),
+        row([](auto& s) -> auto& { return s.texture_lod; },
+            {
+                .name = "texture-lod",
+                .group = kPicture,
+                .help = "chooses mip levels of textures by the footprint of rays: less reading of textures that do not "
+                        "fit into memory, but biased",
+                .memory = true,
+            }),
         row([](auto& s) -> auto& { return s.samples; },
             {
                 .name = "samples",

@@ -42,11 +42,6 @@ std::vector<Range> touched(double lower, double upper, int size, Wrap wrap) {
 
 }  // namespace
 
-double srgb_to_linear(std::uint8_t value) {
-    const double v = value / 255.0;
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 LuminanceSums::LuminanceSums(const TextureImage& image)
     : size_(image.width, image.height),
       sums_(static_cast<std::size_t>(image.width + 1) * static_cast<std::size_t>(image.height + 1), 0) {

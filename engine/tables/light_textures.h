@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/scene/srgb.h"
 
 namespace halflight {
 
@@ -24,8 +25,5 @@ class LuminanceSums {
     ivec2 size_;
     std::vector<std::uint64_t> sums_;  // (width + 1) x (height + 1) sums of ceil(luminance 2^20), exact
 };
-
-/// Decodes an 8-bit sRGB value to linear, [0, 1] (IEC 61966-2-1).
-double srgb_to_linear(std::uint8_t value);
 
 }  // namespace halflight

@@ -28,6 +28,7 @@ constexpr std::array kLookups = {
     SceneNeed{"mirrored repeat", &N::texture_mirrored, "TEXTURE_MIRRORED", "no texture repeats so"},
     SceneNeed{"clamped textures", &N::texture_clamped, "TEXTURE_CLAMPED", "no texture ends at its edges"},
     SceneNeed{"nearest texels", &N::texture_nearest, "TEXTURE_NEAREST", "no texture is looked up so"},
+    SceneNeed{"mip levels", &N::texture_levels, "TEXTURE_LEVELS", "no texture has any (--texture-lod)"},
 };
 
 /// Returns the needs that follow from `n` and `n` itself.
@@ -77,7 +78,7 @@ std::string Kept::text() const {
 
 bool can_be_kept(const SceneNeed& need) {
     return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::sun &&
-           need.flag != &N::slivers;
+           need.flag != &N::slivers && need.flag != &N::texture_levels;
 }
 
 SceneNeeds kept_needs(const Kept& kept) {

@@ -29,6 +29,7 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool texture_mirrored = false;  // some axis repeats mirrored
     bool texture_clamped = false;   // some axis is clamped to its edges
     bool texture_nearest = false;
+    bool texture_levels = false;  // some texture has mip levels
 
     /// Returns whether next-event estimation has a light to sample.
     bool lights() const { return area_lights || punctual_lights || environment; }
@@ -72,10 +73,11 @@ class Kept {
     bool everything_ = false;
 };
 
-/// Returns whether the feature can be built without changing a picture. Four cannot:
+/// Returns whether the feature can be built without changing a picture. Five cannot:
 ///   - the environment map samples other directions than a constant environment,
 ///   - the light tree and the separate sun choose other lights,
-///   - the test of slivers rounds the hits of other triangles.
+///   - the test of slivers rounds the hits of other triangles,
+///   - mip levels are averages of texels.
 bool can_be_kept(const SceneNeed& need);
 /// Returns the needs that `kept` names and that can be kept, and those that follow from them.
 SceneNeeds kept_needs(const Kept& kept);

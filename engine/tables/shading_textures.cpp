@@ -24,10 +24,24 @@ TexturePools::TexturePools(const Scene& scene, ShadingTables& tables)
       tables_(tables),
       tiles_(std::ranges::any_of(scene.images, [](const TextureImage& image) { return image.tiles != nullptr; })) {}
 
-TiledTexture TexturePools::tiled(const PooledImage& pooled) const {
-    const TextureImage& image = scene_.images[static_cast<std::size_t>(pooled.image)];
-    assert(image.tiles);
-    return {image.tiles, {image.width, image.height}, pooled.is_color, pooled.pinned, 0};
+/// Returns level 0 and the further ones, which have other texels in lookups as colour and as data.
+std::vector<const TextureImage*> TexturePools::levels_of(int image, bool is_color) const {
+    const TextureImage& whole = scene_.images[static_cast<std::size_t>(image)];
+    std::vector<const TextureImage*> levels = {&whole};
+    for (const TextureImage& level : is_color ? whole.color_levels : whole.data_levels) levels.push_back(&level);
+    return levels;
+}
+
+TiledTexture TexturePools::tiled(const TextureImage& level, bool is_color, bool pinned) const {
+    assert(level.tiles);
+    return {level.tiles, {level.width, level.height}, is_color, pinned, 0};
+}
+
+/// Returns the texels of a level in its pool, or its tiles.
+std::uint32_t TexturePools::count_of(const TextureImage& level, bool is_color) const {
+    if (!tiles_) return static_cast<std::uint32_t>(level.rgba.size() / 4);
+    const ivec2 count = tiled(level, is_color, false).tile_count();
+    return static_cast<std::uint32_t>(count.x) * static_cast<std::uint32_t>(count.y);
 }
 
 std::uint32_t TexturePools::first_texel(int image, bool is_color, bool pinned) {
@@ -35,17 +49,18 @@ std::uint32_t TexturePools::first_texel(int image, bool is_color, bool pinned) {
     if (fresh) tables_.pooled.push_back({image, is_color, false});
     tables_.pooled[found->second.pooled].pinned |= pinned;
     if (!fresh) return found->second.first;
+    std::uint64_t count = 0;
+    for (const TextureImage* level : levels_of(image, is_color)) count += count_of(*level, is_color);
     if (tiles_) {
-        const ivec2 count = tiled(tables_.pooled.back()).tile_count();
         found->second.first = static_cast<std::uint32_t>(tile_count_);
-        tile_count_ += static_cast<std::uint64_t>(count.x) * static_cast<std::uint64_t>(count.y);
+        tile_count_ += count;
         constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
         if (tile_count_ > kMost) throw Error(scene_.name, "has textures of more than {} tiles", kMost);
         return found->second.first;
     }
     std::size_t& used = is_color ? color_texels_ : data_texels_;
     const std::size_t first = used;
-    used += scene_.images[static_cast<std::size_t>(image)].rgba.size() / 4;
+    used += count;
     constexpr std::size_t kMost = std::size_t{shared::kMostBanks} << shared::kMostBankShift;
     if (used > kMost)
         throw Error(scene_.name, "has textures of more than {} texels of {}", kMost, is_color ? "colour" : "data");
@@ -56,9 +71,11 @@ void TexturePools::fill() {
     if (tiles_) {
         std::uint32_t first = 0;
         for (const PooledImage& pooled : tables_.pooled) {
-            TiledTexture& texture = tables_.tiled.emplace_back(tiled(pooled));
-            texture.first_tile = first;
-            first += static_cast<std::uint32_t>(texture.tile_count().x * texture.tile_count().y);
+            for (const TextureImage* level : levels_of(pooled.image, pooled.is_color)) {
+                tables_.tiled.push_back(tiled(*level, pooled.is_color, pooled.pinned));
+                tables_.tiled.back().first_tile = first;
+                first += count_of(*level, pooled.is_color);
+            }
         }
         return;
     }
@@ -66,13 +83,15 @@ void TexturePools::fill() {
     tables_.color_texels.reserve(color_texels_);
     tables_.data_texels.reserve(data_texels_);
     for (const PooledImage& pooled : tables_.pooled) {
-        const std::vector<std::uint8_t>& rgba = scene_.images[static_cast<std::size_t>(pooled.image)].rgba;
-        for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
-            if (pooled.is_color)
-                tables_.color_texels.push_back(
-                    {linear[rgba[i]], linear[rgba[i + 1]], linear[rgba[i + 2]], alpha[rgba[i + 3]]});
-            else
-                tables_.data_texels.push_back({rgba[i], rgba[i + 1], rgba[i + 2], rgba[i + 3]});
+        for (const TextureImage* level : levels_of(pooled.image, pooled.is_color)) {
+            const std::vector<std::uint8_t>& rgba = level->rgba;
+            for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
+                if (pooled.is_color)
+                    tables_.color_texels.push_back(
+                        {linear[rgba[i]], linear[rgba[i + 1]], linear[rgba[i + 2]], alpha[rgba[i + 3]]});
+                else
+                    tables_.data_texels.push_back({rgba[i], rgba[i + 1], rgba[i + 2], rgba[i + 3]});
+            }
         }
     }
 }
@@ -90,14 +109,15 @@ const ColorHalves& color_halves() {
 }
 
 std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color, bool pinned) {
-    const TextureImage& image = scene_.images[static_cast<std::size_t>(texture.image)];
+    const std::vector<const TextureImage*> levels = levels_of(texture.image, is_color);
     const std::uint32_t flags = static_cast<std::uint32_t>(texture.wrap_u) |
                                 (static_cast<std::uint32_t>(texture.wrap_v) << shared::kTextureWrapVShift) |
                                 (texture.nearest ? shared::kTextureNearest : 0u) |
-                                (texture.uv_set == 1 ? shared::kTextureUvSet1 : 0u);
+                                (texture.uv_set == 1 ? shared::kTextureUvSet1 : 0u) |
+                                (static_cast<std::uint32_t>(levels.size() - 1) << shared::kTextureLastLevelShift);
     const glm::mat3x2& m = texture.uv_transform;
-    const std::array<uvec4, shared::kTextureStride> descriptor = {
-        uvec4(first_texel(texture.image, is_color, pinned), image.width, image.height, flags),
+    std::array<uvec4, shared::kTextureStride> descriptor = {
+        uvec4(first_texel(texture.image, is_color, pinned), levels[0]->width, levels[0]->height, flags),
         uvec4(std::bit_cast<std::uint32_t>(m[0].x), std::bit_cast<std::uint32_t>(m[1].x),
               std::bit_cast<std::uint32_t>(m[2].x), 0),
         uvec4(std::bit_cast<std::uint32_t>(m[0].y), std::bit_cast<std::uint32_t>(m[1].y),
@@ -106,6 +126,7 @@ std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color, bool p
     needs.texture_transforms |= m != TextureRef{}.uv_transform;
     needs.texture_uv_set_1 |= texture.uv_set == 1;
     needs.texture_nearest |= texture.nearest;
+    needs.texture_levels |= levels.size() > 1;
     for (const Wrap wrap : {texture.wrap_u, texture.wrap_v}) {
         needs.texture_mirrored |= wrap == Wrap::mirrored_repeat;
         needs.texture_clamped |= wrap == Wrap::clamp_to_edge;
@@ -114,7 +135,12 @@ std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color, bool p
     const std::string key(reinterpret_cast<const char*>(descriptor.data()), sizeof descriptor);
     const auto next = static_cast<std::uint32_t>(tables_.textures.size() / shared::kTextureStride);
     const auto [found, fresh] = descriptors_.try_emplace({key, is_color}, next);
-    if (fresh) tables_.textures.insert(tables_.textures.end(), descriptor.begin(), descriptor.end());
+    for (std::size_t l = 0; fresh && l < levels.size(); ++l) {
+        descriptor[0].y = static_cast<std::uint32_t>(levels[l]->width);
+        descriptor[0].z = static_cast<std::uint32_t>(levels[l]->height);
+        tables_.textures.insert(tables_.textures.end(), descriptor.begin(), descriptor.end());
+        descriptor[0].x += count_of(*levels[l], is_color);
+    }
     return found->second;
 }
 

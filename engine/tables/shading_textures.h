@@ -36,7 +36,9 @@ class TexturePools {
   private:
     std::uint32_t add(const TextureRef& texture, bool is_color, bool pinned);
     std::uint32_t first_texel(int image, bool is_color, bool pinned);
-    TiledTexture tiled(const PooledImage& pooled) const;
+    std::uint32_t count_of(const TextureImage& level, bool is_color) const;
+    TiledTexture tiled(const TextureImage& level, bool is_color, bool pinned) const;
+    std::vector<const TextureImage*> levels_of(int image, bool is_color) const;
 
     struct Place {
         std::uint32_t first = 0;  // first texel in the pool, or first tile

@@ -31,6 +31,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
     pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
     pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
+    if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
     const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
     const graph::BufferHandle surfaces =
         pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
@@ -72,6 +73,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         else
             paths.receivers = pass.write(paths.receivers, Access::storage_read_write, "Receivers");
     }
+    if (paths.cones && !last) paths.cones = pass.write(paths.cones, Access::storage_read_write, "Cones");
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
     const bool asks = paths.cells && depth == 1;  // vertex 1 asks for cells
     const bool takes = paths.cells && depth == 2 && !last;

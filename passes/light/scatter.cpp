@@ -10,13 +10,15 @@ using graph::Access;
 
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
     const std::size_t paths = view.band.paths();
-    graph::BufferHandle receivers;
+    graph::BufferHandle receivers, cones;
     if (view.scene.needs().light_tree)
         receivers = graph.create_buffer("path receivers", {paths * sizeof(shared::Receiver)});
+    if (view.scene.needs().texture_levels) cones = graph.create_buffer("path cones", {paths * sizeof(vec2)});
     return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),
             .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
             .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
             .receivers = receivers,
+            .cones = cones,
             .points = {},
             .sun_light = {},
             .cells = {}};
@@ -63,6 +65,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     paths.rays = pass.write(paths.rays, partial_write(paths.rays), "PathRays");
     paths.states = pass.write(paths.states, partial_write(paths.states), "States");
     if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers), "Receivers");
+    if (paths.cones) paths.cones = pass.write(paths.cones, partial_write(paths.cones), "Cones");
     list.list = pass.write(list.list, Access::storage_read_write, "List");
     list.header = pass.write(list.header, Access::storage_read_write, "Header");
     pass.execute([=](graph::Resources& r) {

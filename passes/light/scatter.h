@@ -14,6 +14,7 @@ struct PathBuffers {
     graph::BufferHandle states;  // one PathState per path
     // Receiver: origin of the ray, for the density of light sampling there; empty without a light tree
     graph::BufferHandle receivers;
+    graph::BufferHandle cones;  // vec2 (RayCone of shaders/lib/ray_cone.glsl) per path; empty without mip levels
     // ReusePoint, or CachePoint with `cells`: second vertices of the paths; empty without path reuse and cache
     graph::BufferHandle points;
     // vec4 (rgb, 0): radiance of the last sun sample, if the sun is visible. With `points` there are two entries per

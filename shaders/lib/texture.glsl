@@ -1,4 +1,6 @@
-// Texture lookups: level 0, bilinear or nearest, wraps and transforms of glTF. Needs shaders/scene_tables.glsl.
+// Texture lookups: bilinear or nearest, wraps and transforms of glTF. Needs shaders/scene_tables.glsl.
+//
+// HALFLIGHT_CHOOSE_LEVELS: lookups choose the mip level by `uv_footprint`; otherwise they use level 0.
 //
 // HALFLIGHT_TILE_REQUESTS: tiles that are missing are requested (engine/paging/tile_pool.h). Needs requested_bits,
 // requested_tiles and requested_count of a storage block.
@@ -65,9 +67,35 @@ ivec4 tiled_texels(int first_tile, ivec2 size, ivec2 rows, ivec2 columns, int sh
 }
 #endif
 
+#ifdef HALFLIGHT_CHOOSE_LEVELS
+// Area that the ray's cone covers in both sets of texture coordinates.
+vec2 uv_footprint = vec2(0.0);
+
+// Returns the last level whose texels are not larger than the footprint.
+int texture_level(int row, uvec4 head) {
+    float area = uv_footprint.x;
+#ifdef HALFLIGHT_TEXTURE_UV_SET_1
+    area = (head.w & kTextureUvSet1) != 0u ? uv_footprint.y : area;
+#endif
+#ifdef HALFLIGHT_TEXTURE_TRANSFORMS
+    vec2 u = uintBitsToFloat(texelFetch(scene_textures, row + 1).xy);
+    vec2 v = uintBitsToFloat(texelFetch(scene_textures, row + 2).xy);
+    area *= abs(u.x * v.y - u.y * v.x);
+#endif
+    float texels = area * float(head.y) * float(head.z);
+    texels = texels > 1.0 ? texels : 1.0;  // NaN, too
+    int level = (int(floatBitsToUint(texels) >> 23) - 127) >> 1;  // logarithm of the root, rounded down
+    return min(level, int((head.w >> kTextureLastLevelShift) & 31u));
+}
+#endif
+
 TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1, int tile_shift) {
     int row = int(descriptor) * kTextureStride;
     uvec4 head = texelFetch(scene_textures, row);
+#ifdef HALFLIGHT_CHOOSE_LEVELS
+    row += kTextureStride * texture_level(row, head);
+    head = texelFetch(scene_textures, row);
+#endif
     uint flags = head.w;
     vec2 uv = uv0;
 #ifdef HALFLIGHT_TEXTURE_UV_SET_1

@@ -10,6 +10,11 @@ vec4 interpolate_row(uvec3 corners, vec3 weights, int texel) {
            weights.z * vertex_row(corners.z, texel);
 }
 
+// Returns a corner's uv set 0 in xy and uv set 1 in zw.
+vec4 corner_uvs(uint vertex) {
+    return vec4(vertex_row(vertex, kVertexNormalTexel).w, vertex_row(vertex, kVertexUvTexel).xyz);
+}
+
 // Returns uv set 0 in xy and uv set 1 in zw.
 vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
     return vec4(interpolate_row(corners, weights, kVertexNormalTexel).w,

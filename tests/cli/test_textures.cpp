@@ -27,7 +27,16 @@ class Textures : public testing::Test {
         Strings arguments = {"render",    scene, file(output), "--width", "96",
                              "--samples", "2",   "--bounces",  "3",       "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments, options);
+        RunOptions with_cache = options;
+        with_cache.environment.push_back("XDG_CACHE_HOME=" + file("cache"));
+        return run_program(arguments, with_cache);
+    }
+    std::vector<std::string> cached() const {
+        std::vector<std::string> names;
+        if (std::filesystem::exists(file("cache/halflight/textures")))
+            for (const auto& entry : std::filesystem::directory_iterator(file("cache/halflight/textures")))
+                names.push_back(entry.path().filename().string());
+        return names;
     }
     const TemporaryFolder folder;
 };
@@ -71,6 +80,56 @@ TEST_F(Textures, StayWithinTheMemoryBudget) {
     EXPECT_TRUE(Json::parse(read_text(file("b.json"))).at("textures").is_null());
     const Outcome info = run_program({"info", scene, "--memory", "500M", "--json"});
     EXPECT_EQ(info.status, 0) << info.err;
+}
+
+TEST_F(Textures, AreCutOnce) {
+    const std::string scene = hall(6, 250);
+    const auto start = [&](const Strings& more = {}) {
+        Strings arguments = {"--reproducible", "--texture-pool", "3M"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = render(scene, "a.exr", arguments);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_text(file("a.exr"));
+    };
+    const std::string first = start();
+    EXPECT_EQ(cached().size(), 6u);
+    EXPECT_TRUE(start() == first);
+    for (const std::string& name : cached()) write_text(file("cache/halflight/textures/" + name), "foreign");
+    EXPECT_TRUE(start() == first);
+    EXPECT_EQ(cached().size(), 6u);
+    start({"--texture-lod"});
+    EXPECT_EQ(cached().size(), 12u) << "levels make other files";
+}
+
+TEST_F(Textures, KilledProgramsLeaveNothingForTheNextOne) {
+    const std::string scene = hall(30, 700);
+    for (int i = 0; i < 3; ++i) {
+        RunOptions options{.wrapper = {"timeout", "-s", "KILL", std::to_string(0.4 + 0.3 * i)}};
+        render(scene, "a.exr", {"--texture-pool", "3M"}, options);
+    }
+    EXPECT_EQ(render(scene, "a.exr", {"--texture-pool", "3M"}).status, 0);
+    EXPECT_EQ(cached().size(), 30u);
+    for (const std::string& name : cached()) {
+        EXPECT_TRUE(name.ends_with("-1.tiles")) << name;
+        EXPECT_FALSE(name.starts_with(".")) << "a temporary: " << name;
+    }
+}
+
+TEST_F(Textures, OfMipLevelsAreABias) {
+    const std::string scene = hall(6, 250);
+    const Strings lod = {"--texture-lod", "--reproducible", "--stats", file("a.json")};
+    ASSERT_EQ(render(scene, "a.exr", lod).status, 0);
+    const Json stats = Json::parse(read_text(file("a.json")));
+    EXPECT_EQ(stats.at("biases"), Json::array({"textures: mip levels by ray footprint"}));
+    EXPECT_NE(read_text(file("a.exr")).find("textures: mip levels by ray footprint"), std::string::npos);
+    Strings tiles = lod;
+    tiles.insert(tiles.end(), {"--texture-pool", "1"});
+    ASSERT_EQ(render(scene, "b.exr", tiles).status, 0);
+    EXPECT_TRUE(read_text(file("a.exr")) == read_text(file("b.exr")));
+    ASSERT_EQ(render(scene, "c.exr", {"--reproducible", "--stats", file("c.json")}).status, 0);
+    EXPECT_FALSE(read_text(file("a.exr")) == read_text(file("c.exr")));
+    const std::string without = read_text(file("c.json"));
+    EXPECT_NE(without.find("no texture has any (--texture-lod)"), std::string::npos);
 }
 
 TEST_F(Textures, RefusalsAreOneLine) {

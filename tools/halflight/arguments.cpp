@@ -303,6 +303,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         if ((s.time_limit > 0 || s.error) && render_app.count("--samples") == 0) render.settings.samples = kMaxSamples;
         check(render, render_app);
         render.picture_bytes = picture_bytes(render);
+        render.mip_levels = render.settings.texture_lod;
         if (!render.frames.empty() && !render.animation) render.animation = "all";
         return render;
     }
@@ -318,6 +319,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");
+        info.picture.mip_levels = info.picture.settings.texture_lod;
         if (settings_page) {
             std::string page = settings_markdown();
             page.pop_back();  // Help ends without a newline

@@ -26,6 +26,7 @@ struct GltfOptions {
     int max_image_side = 16384;                  // texels along an edge
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
     bool strict = false;                         // whether an unreadable image of an optional extension is an error
+    bool mip_levels = false;                     // whether textures get mip levels
     std::string variant;                         // variant of KHR_materials_variants; empty: the file's own materials
     std::shared_ptr<TextureStore> textures{};    // takes the texels of all images; null: they stay in memory
 };

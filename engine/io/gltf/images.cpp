@@ -13,6 +13,7 @@
 #include "engine/io/png.h"
 #include "engine/io/texture_store.h"
 #include "engine/io/webp.h"
+#include "engine/scene/texture_levels.h"
 
 namespace halflight {
 namespace {
@@ -69,10 +70,13 @@ ImageHeader read_header(const ByteSource& encoded, int max_side) {
 struct DecodedImage {
     TextureImage image;
     std::optional<bool> srgb;  // ImageHeader::srgb of the file
+    std::uint64_t key = 0;     // TextureStore::key()
     std::string error;         // empty: it has been read
 };
 
-void decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded, DecodedImage& result) {
+/// Decodes an image and makes its levels, or takes both from the cache of the store.
+void decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded, const LevelUses& uses,
+            DecodedImage& result) {
     std::string buffer;
     const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
     const std::string subject = document.file + ": " + element_name(document, image);
@@ -80,7 +84,47 @@ void decode(const GltfDocument& document, std::size_t image, const ByteSource& e
     const ImageFormat& format = format_of(subject, bytes);
     result.image.name = document.images[image].label;
     result.srgb = format.read_header(subject, bytes, bytes.size(), max_side).srgb;
+    if (TextureStore* store = document.options.textures.get()) {
+        result.key = TextureStore::key(bytes, uses);
+        if (store->find(result.key, result.image)) return;
+    }
     format.read(subject, bytes, max_side, result.image);
+    add_levels(result.image, uses);
+}
+
+/// Returns the lookups that choose mip levels, by glTF image. Rays and light samples look up colours of surfaces with
+/// alpha tests, and emission, at level 0 without a footprint. Therefore these textures get no levels.
+std::map<int, LevelUses> level_uses(const GltfDocument& document, const std::vector<GltfMaterial>& materials) {
+    std::map<int, LevelUses> uses;
+    std::set<int> without;
+    if (!document.options.mip_levels) return uses;
+    const auto for_chain = [&](int image, auto f) {
+        for (std::size_t i = 0; i < document.images.size() && image != kNone; ++i) {  // fallbacks may form a ring
+            f(image);
+            image = document.images[static_cast<std::size_t>(image)].fallback;
+        }
+    };
+    for (const GltfMaterial& m : materials) {
+        for (const MaterialTexture& texture : material_textures()) {
+            const TextureRef& t = m.material.*texture.field;
+            if (!t) continue;
+            const bool color = texture.use == TextureUse::color;
+            const LevelUses use{color, !color, texture.use == TextureUse::normal_map};
+            const bool fixed =
+                texture.field == &Material::emission_texture ||
+                (texture.field == &Material::base_color_texture && m.material.alpha_mode != AlphaMode::opaque);
+            for_chain(t.image, [&](int image) { uses[image] |= use; });
+            if (fixed) for_chain(t.image, [&](int image) { without.insert(image); });
+        }
+    }
+    for (const int image : without) uses[image].color = false;
+    return uses;
+}
+
+/// Returns the bytes of the mip levels of an image.
+std::size_t level_bytes(int width, int height, const LevelUses& uses) {
+    const std::size_t chains = (uses.color ? 1 : 0) + (uses.data || uses.normal ? 1 : 0);
+    return chains > 0 ? 4 * chains * level_texels(width, height) : 0;
 }
 
 using DecodedImages = std::map<int, DecodedImage>;  // by glTF image
@@ -92,7 +136,8 @@ int threads_for_decoding(const GltfDocument& document, const std::vector<ByteSou
     for (const ByteSource& source : encoded) {
         try {
             const ImageHeader header = read_header(source, document.options.max_image_side);
-            largest = std::max(largest, 4 * header.width * header.height + header.decoding_bytes);
+            const std::size_t with_levels = document.options.mip_levels ? 2 : 1;  // at most, as colour and as data
+            largest = std::max(largest, with_levels * 4 * header.width * header.height + header.decoding_bytes);
         } catch (const Error&) {  // decoding reports the error
         }
     }
@@ -102,7 +147,7 @@ int threads_for_decoding(const GltfDocument& document, const std::vector<ByteSou
 }
 
 /// Decodes images, and the fallbacks of those that cannot be read. Throws the error of an image that its textures need.
-DecodedImages decode_all(GltfDocument& document, std::set<int> wanted) {
+DecodedImages decode_all(GltfDocument& document, std::set<int> wanted, const std::map<int, LevelUses>& uses) {
     DecodedImages decoded;
     while (!wanted.empty()) {
         const std::vector<int> round(wanted.begin(), wanted.end());
@@ -123,8 +168,12 @@ DecodedImages decode_all(GltfDocument& document, std::set<int> wanted) {
         TextureStore* const store = document.options.textures.get();
         const auto decode_round = [&] {
             tbb::parallel_for(std::size_t{0}, round.size(), [&](std::size_t i) {
-                attempt(i, [&](std::size_t image) { decode(document, image, encoded[i], results[i]); });
-                if (store && results[i].error.empty()) store->take(results[i].image);
+                const auto use = uses.find(round[i]);
+                attempt(i, [&](std::size_t image) {
+                    decode(document, image, encoded[i], use == uses.end() ? LevelUses() : use->second, results[i]);
+                });
+                if (store && results[i].error.empty() && !results[i].image.tiles)
+                    store->take(results[i].image, results[i].key);
             });
         };
         if (store)
@@ -137,6 +186,7 @@ DecodedImages decode_all(GltfDocument& document, std::set<int> wanted) {
             decoded[round[i]] = std::move(results[i]);
         }
         std::erase_if(wanted, [&](int image) { return decoded.contains(image); });
+        if (store) store->trim();
     }
     return decoded;
 }
@@ -192,8 +242,9 @@ TextureImage roughness_from(const TextureImage& specular_glossiness, float facto
 }  // namespace
 
 ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials) {
-    std::map<int, std::size_t> texels;  // bytes, by glTF image
+    std::map<int, std::size_t> texels;  // bytes of level 0, by glTF image
     ImageSizes sizes;
+    const std::map<int, LevelUses> uses = level_uses(document, materials);
     const auto measure = [&](int image) {
         for (; image != kNone; image = document.images[static_cast<std::size_t>(image)].fallback) {
             const auto [it, is_new] = texels.try_emplace(image, 0);
@@ -202,8 +253,13 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
                 const ImageHeader header = read_header(open_encoded(document, static_cast<std::size_t>(image)),
                                                        document.options.max_image_side);
                 it->second = 4 * header.width * header.height;
-                sizes.texels += it->second;
-                sizes.largest = std::max(sizes.largest, it->second);
+                const auto use = uses.find(image);
+                const std::size_t with_levels =
+                    it->second + (use == uses.end() ? 0
+                                                    : level_bytes(static_cast<int>(header.width),
+                                                                  static_cast<int>(header.height), use->second));
+                sizes.texels += with_levels;
+                sizes.largest = std::max(sizes.largest, with_levels);
                 sizes.largest_decoder = std::max(sizes.largest_decoder, header.decoding_bytes);
                 return it->second;
             } catch (const Error&) {
@@ -221,7 +277,8 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
         if (coverage && m.material.alpha_mode != AlphaMode::opaque) pinned.insert(coverage.image);
         if (m.material.emission_texture) pinned.insert(m.material.emission_texture.image);
         const TextureRef& from = m.material.specular_color_texture;
-        if (m.glossiness && roughness.emplace(from.image, *m.glossiness).second) sizes.texels += measure(from.image);
+        if (m.glossiness && roughness.emplace(from.image, *m.glossiness).second)
+            sizes.texels += measure(from.image) * (document.options.mip_levels ? 2 : 1);
     }
     for (const int image : pinned) sizes.pinned += measure(image);
     return sizes;
@@ -235,7 +292,7 @@ std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMa
             if (t) used.insert(t.image);
         });
     }
-    DecodedImages decoded = decode_all(document, std::move(used));
+    DecodedImages decoded = decode_all(document, std::move(used), level_uses(document, materials));
     warn_of_unreadable(document, decoded, warnings);
 
     std::vector<TextureImage> images;
@@ -264,6 +321,7 @@ std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMa
         const auto [it, is_new] = roughness.try_emplace({t.image, *m.glossiness}, static_cast<int>(images.size()));
         if (is_new) {
             images.push_back(roughness_from(images[static_cast<std::size_t>(t.image)], *m.glossiness));
+            if (document.options.mip_levels) add_levels(images.back(), {.data = true});
             if (document.options.textures) document.options.textures->take(images.back());
         }
         t.image = it->second;

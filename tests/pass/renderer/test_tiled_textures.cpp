@@ -5,6 +5,7 @@
 
 #include "engine/core/error.h"
 #include "engine/io/texture_store.h"
+#include "engine/scene/texture_levels.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/error_message.h"
@@ -114,6 +115,16 @@ TEST_F(TiledTextures, MayLieInSeveralBanks) {
     }
     const std::string message = error_message([&] { render(in_tiles, settings, {.bank_shift = 11u}); });
     EXPECT_NE(message.find("4 texture buffers of the driver end at 3"), std::string::npos) << message;
+}
+
+TEST_F(TiledTextures, HaveTheSameMipLevels) {
+    Scene scene = with_noise(textured_scene());
+    for (TextureImage& image : scene.images) add_levels(image, {.color = true, .data = true});
+    for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
+        RenderSettings settings = all_settings(scene, 48, 32, 2);
+        settings.primary = primary;
+        expect_same_pictures(scene, settings);
+    }
 }
 
 TEST_F(TiledTextures, FollowPosesOfTheScene) {

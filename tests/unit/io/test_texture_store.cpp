@@ -1,4 +1,4 @@
-// Tests the temporary file of texture tiles: sizes, damage, and disks that are full.
+// Tests files of texture tiles: sizes, damage, disks that are full, and the cache.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -121,6 +121,126 @@ TEST_F(TextureStores, LieInAFolderThatExists) {
     setenv("TMPDIR", (folder_ / "no").c_str(), 1);
     EXPECT_TRUE(std::filesystem::is_directory(scratch_folder()));
     old.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", old.c_str(), 1);
+}
+
+// --- Cache -----------------------------------------------------------------------------------------------------------
+
+class TextureCache : public testing::Test {
+  protected:
+    std::shared_ptr<TextureStore> store() const {
+        return std::make_shared<TextureStore>(folder_.path, folder_ / "cache/textures");
+    }
+    /// Returns the only file of the cache.
+    std::filesystem::path file() const {
+        std::vector<std::filesystem::path> files;
+        for (const auto& entry : std::filesystem::directory_iterator(folder_ / "cache/textures"))
+            files.push_back(entry.path());
+        EXPECT_EQ(files.size(), 1u);
+        return files.at(0);
+    }
+    static TextureImage with_levels(unsigned seed = 1) {
+        TextureImage image = noise(130, 70, seed);
+        add_levels(image, {.color = true, .data = true});
+        return image;
+    }
+    static void expect_same(const TextureImage& tiled, const TextureImage& image) {
+        EXPECT_EQ(ivec2(tiled.width, tiled.height), ivec2(image.width, image.height));
+        EXPECT_TRUE(all_texels(tiled) == image.rgba);
+        ASSERT_EQ(tiled.color_levels.size(), image.color_levels.size());
+        ASSERT_EQ(tiled.data_levels.size(), image.data_levels.size());
+        for (std::size_t l = 0; l < image.color_levels.size(); ++l) {
+            EXPECT_TRUE(all_texels(tiled.color_levels[l]) == image.color_levels[l].rgba);
+            EXPECT_TRUE(all_texels(tiled.data_levels[l]) == image.data_levels[l].rgba);
+            EXPECT_EQ(tiled.data_levels[l].width, image.data_levels[l].width);
+        }
+    }
+    const TemporaryFolder folder_;
+};
+
+TEST_F(TextureCache, HoldsTilesAndLevels) {
+    const TextureImage image = with_levels(), other = noise(40, 40, 2);
+    TextureImage first = image, second, third = other, fourth;
+    {
+        const auto writer = store();
+        EXPECT_FALSE(writer->find(7, first));
+        writer->take(first, 7);
+        EXPECT_EQ(writer->bytes(), 0u) << "nothing is in the temporary file";
+    }
+    expect_same(first, image);
+    const auto reader = store();
+    ASSERT_TRUE(reader->find(7, second));
+    expect_same(second, image);
+    reader->take(third, 8);
+    ASSERT_TRUE(store()->find(8, fourth));
+    expect_same(fourth, other);
+    std::filesystem::remove_all(folder_ / "cache");
+    expect_same(second, image);
+    EXPECT_FALSE(reader->find(7, fourth));
+}
+
+TEST_F(TextureCache, KeysFollowContentAndUses) {
+    const std::set<std::uint64_t> keys = {
+        TextureStore::key("a", {}), TextureStore::key("b", {}), TextureStore::key("a", {.color = true}),
+        TextureStore::key("a", {.data = true}), TextureStore::key("a", {.data = true, .normal = true})};
+    EXPECT_EQ(keys.size(), 5u);
+    EXPECT_EQ(TextureStore::key("a", {}), TextureStore::key("a", {}));
+}
+
+TEST_F(TextureCache, MakesDamagedAndForeignFilesAnew) {
+    const TextureImage image = with_levels();
+    TextureImage tiled = image;
+    store()->take(tiled, 7);
+    const std::filesystem::path path = file();
+    const std::string whole = read_file(path, 1 << 30);
+    const auto find_with = [&](const std::string& bytes) {
+        write_file(path, bytes);
+        TextureImage found;
+        if (!store()->find(7, found)) return false;
+        expect_same(found, image);  // Zstandard ignores some bits
+        return true;
+    };
+    EXPECT_TRUE(find_with(whole));
+    for (const std::size_t length : {std::size_t{0}, std::size_t{10}, whole.size() / 2, whole.size() - 1})
+        EXPECT_FALSE(find_with(whole.substr(0, length))) << length;
+    int found = 0;
+    for (std::size_t from_end = 1; from_end < 100; ++from_end) {
+        std::string damaged = whole;
+        damaged[whole.size() - from_end] = static_cast<char>(damaged[whole.size() - from_end] ^ 16);
+        found += find_with(damaged) ? 1 : 0;
+    }
+    EXPECT_LT(found, 5);
+    EXPECT_FALSE(find_with(std::string(5000, 'x')));
+    EXPECT_FALSE(find_with(whole + "x"));
+    tiled = image;
+    store()->take(tiled, 7);
+    EXPECT_TRUE(read_file(path, 1 << 30) == whole);
+    std::filesystem::copy_file(path, path.parent_path() / "0000000000000008-1.tiles");
+    EXPECT_FALSE(store()->find(8, tiled)) << "a file of another key";
+}
+
+TEST_F(TextureCache, DetectsDamagedTiles) {
+    TextureImage tiled = with_levels();
+    store()->take(tiled, 7);
+    const std::filesystem::path path = file();
+    std::string bytes = read_file(path, 1 << 30);
+    bytes[1000] = static_cast<char>(bytes[1000] ^ 16);
+    write_file(path, bytes);
+    TextureImage found{.name = "noise", .width = 0, .height = 0, .rgba = {}};
+    ASSERT_TRUE(store()->find(7, found));
+    EXPECT_EQ(error_message([&] { all_texels(found); }),
+              path.string() + ": this file of textures is damaged (tile 0, 0 of noise); the next start makes it anew");
+    EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST_F(TextureCache, IsIgnoredWhereItCannotBeUsed) {
+    write_file(folder_ / "cache", "a file");
+    const TextureImage image = with_levels();
+    TextureImage tiled = image;
+    const auto without = store();
+    without->take(tiled, 7);
+    expect_same(tiled, image);
+    EXPECT_GT(without->bytes(), 0u);
+    EXPECT_FALSE(without->find(7, tiled));
 }
 
 }  // namespace

@@ -109,7 +109,8 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                   {"light tree", "there are few lights, or another choice was asked for"},
                   {"radiance cache", "its preview mode is off"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
-                  {"double precision for slivers", "no triangle is more than 2000 times as long as high"}}));
+                  {"double precision for slivers", "no triangle is more than 2000 times as long as high"},
+                  {"mip levels", "no texture has any (--texture-lod)"}}));
 }
 
 /// Returns the items that are needed in addition if one item is kept.
@@ -147,8 +148,8 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never :
-         {"environment map", "light tree", "sun apart", "double precision for slivers", "path reuse", "radiance cache",
-          "camera rays for light alone", "temporal accumulation", "filter of noise", "denoiser"})
+         {"environment map", "light tree", "sun apart", "double precision for slivers", "mip levels", "path reuse",
+          "radiance cache", "camera rays for light alone", "temporal accumulation", "filter of noise", "denoiser"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);

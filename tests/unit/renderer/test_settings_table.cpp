@@ -19,6 +19,7 @@ RenderSettings unusual() {
     s.width = 3, s.height = 65536;
     s.filter = {PixelFilter::Shape::blackman_harris, 1.0 / 3};
     s.clamp = 0.1f;
+    s.texture_lod = true;
     s.samples = 7;
     s.time_limit = 1e-3;
     s.error = ErrorTarget{ErrorMetric::mse, 0.1};
