@@ -183,6 +183,8 @@ void write_unnamed(const fs::path& path, const std::function<void(const fs::path
     flock(file, LOCK_EX | LOCK_NB);  // once it has a name, other processes must not take it for abandoned
     const fs::path unnamed = fmt::format("/proc/self/fd/{}", int{file});
     write(unnamed);
+    // Data are on the disk before the file gets a name, so that `kill -9` has hardly any time to leave a named one.
+    if (fsync(file) != 0) throw Error(path.string(), "cannot write: {}", reason(errno));
     write_atomically(path, [&](const fs::path& temporary) {
         const fs::path linked = temporary.string() + "-linked";  // a link cannot replace a file
         if (linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, linked.c_str(), AT_SYMLINK_FOLLOW) != 0 ||
