@@ -491,6 +491,9 @@ TEST_F(Pack, ScenesThatDoNotFitIntoMemoryAreConvertedOnce) {
     const Outcome animated = render(scene, {"--animation", "lift", "--frame", "10"});
     EXPECT_EQ(animated.status, 0) << animated.err;
     EXPECT_NE(animated.err.find("it is converted to"), std::string::npos) << animated.err;
+    const Outcome moving_list = render(file("list.parts.json"), {"--quiet"});
+    EXPECT_EQ(moving_list.status, 1);
+    EXPECT_TRUE(moving_list.err.ends_with("which lists of files cannot have\n")) << moving_list.err;
 }
 
 TEST_F(Pack, TakesGeneratedScenes) {
