@@ -64,8 +64,9 @@ struct TraceStatistics {
 /// A scene whose hierarchy is loaded in pages (engine/paging/page_pool.h). All triangles are in one space.
 struct PagedLayout {
     std::size_t triangles = 0;
-    std::size_t nodes = 0;            // room in the buffer of nodes
-    std::size_t pairs = 0;            // room in the buffer of pairs
+    std::size_t texels = 0;           // room in the buffer of nodes, pairs and vertices
+    std::size_t slot_texels = 0;      // room of a page in it
+    std::size_t slot_rows = 0;        // alpha-tested triangles of a page
     std::uint32_t stack_entries = 1;  // maximum stack of a traversal, entries
     bool slivers = false;
     bool alpha_tested = false;
@@ -101,8 +102,7 @@ class TraceScene {
     /// Sets other shading defines; defines() follow.
     void set_shading(const gpu::Defines& shading);
 
-    gpu::Buffer& nodes() { return nodes_; }      ///< Returns the buffer of nodes, which pages are written to.
-    gpu::Buffer& pairs() { return triangles_; }  ///< Returns the buffer of pairs.
+    gpu::Buffer& nodes() { return nodes_; }  ///< Returns the buffer of nodes, which pages are written to.
 
     /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
     void bind() const;
@@ -123,10 +123,11 @@ class TraceScene {
     std::uint32_t serial_ = 0;
     bool alpha_tested_ = false;
     bool slivers_ = false;
+    std::size_t slot_texels_ = 0, slot_rows_ = 0;  // fields of PagedLayout
     TraceStatistics statistics_;
     gpu::Defines defines_;
     gpu::Buffer nodes_;
-    gpu::Buffer triangles_;
+    gpu::Buffer triangles_;      // empty in scenes that are loaded in pages
     gpu::Buffer heads_;          // per instance: node index of its block's head
     gpu::Buffer own_instances_;  // instance rows; empty where they are shared
     const gpu::Buffer* shared_instances_;

@@ -9,7 +9,7 @@ namespace {
 
 class Paging : public StiffTest {
   protected:
-    static constexpr paging::PageLimits kSmallPages{.pairs = 32, .nodes = 16, .alpha_tested = 24};
+    static constexpr paging::PageLimits kSmallPages{.bytes = 1536, .alpha_tested = 24};
 
     static RenderSettings settings_of(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras[0], 32, 32, 4, 4);
