@@ -41,7 +41,7 @@ void main() {
 #ifdef RESIDENCY
     if (hits[path].triangle != kMiss) {
         Ray ray = rays[path];
-        BvhHead head = bvh_head(0u);
+        BvhHead head = bvh_head(top);
         float error = position_error(ray.origin, head.base, head.cell, head.slack);
         Subtree subtree = subtree_around(ray.origin + hits[path].t * ray.direction, error);
         record.subtree = subtree.number;

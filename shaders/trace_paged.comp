@@ -10,8 +10,10 @@
 
 #ifdef HALFLIGHT_TOUCH
 layout(std430) writeonly buffer Touched { uint touched_slots[]; };
-uniform uint pairs_of_slot;
 #endif
+uniform uint top;  // texel of the head of the hierarchy over all pages, whose root follows
+#define TRAVERSAL_HEAD top
+#define TRAVERSAL_ROOT (top + uint(kBvhPageTexels))
 #include "shaders/lib/traverse.glsl"
 
 layout(local_size_x = 64) in;

@@ -79,6 +79,8 @@ FormatInfo format_info(GLenum internal_format) {
             return {GL_RGB, 3, 12, TexelKind::color};
         case GL_RGBA32F:
             return {GL_RGBA, 4, 16, TexelKind::color};
+        case GL_R16UI:
+            return {GL_RED_INTEGER, 1, 2, TexelKind::integer};
         case GL_R32UI:
             return {GL_RED_INTEGER, 1, 4, TexelKind::integer};
         case GL_RG32UI:

@@ -87,8 +87,9 @@ struct Slice {
     std::uint64_t first = 0;
     std::uint64_t count = 0;
     // Results:
-    PageSet set;                     // without pages
-    std::vector<std::string> pages;  // encoded
+    std::uint32_t stack_entries = 0;   // PageSet::stack_entries
+    std::vector<RootedPage> pages;     // contents of all but the last page are only in `encoded`
+    std::vector<std::string> encoded;  // all but the last page
     std::vector<PageIndex::Size> sizes;
 };
 
@@ -433,13 +434,40 @@ class Converter {
             ids.push_back(t.id & ~kBucketAlpha);
         }
         triangles = {};
-        slice.set = build_pages(corners, ids, {alpha.get(), any_alpha ? ids.size() : 0}, options_.limits);
-        for (Page& page : slice.set.pages) {
-            slice.sizes.push_back({static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels),
-                                   static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels)});
-            slice.pages.push_back(encode(page));
-            page = {};
+        PageSet set = build_pages(corners, ids, {alpha.get(), any_alpha ? ids.size() : 0}, options_.limits);
+        slice.stack_entries = set.stack_entries;
+        slice.pages.resize(set.pages.size());
+        for (const PageRoot& root : set.roots) slice.pages[root.page].roots.push_back(root);
+        for (std::size_t i = 0; i + 1 < set.pages.size(); ++i) {
+            slice.sizes.push_back(size_of(set.pages[i]));
+            slice.encoded.push_back(encode(std::exchange(set.pages[i], {})));
         }
+        slice.pages.back().page = std::move(set.pages.back());
+    }
+
+    void write_page(PageFileWriter& writer, const std::string& encoded, const PageIndex::Size& size,
+                    std::vector<PageRoot>& roots) {
+        for (PageRoot& root : roots) {
+            root.page = writer.pages();
+            index_.roots.push_back(root);
+        }
+        writer.add_page(encoded, size);
+    }
+    void write_page(PageFileWriter& writer, RootedPage& page) {
+        if (page.page.roots > 0) write_page(writer, encode(page.page), size_of(page.page), page.roots);
+    }
+
+    /// Writes the pages of a slice. The last one has room left, so it is merged with those of other slices.
+    void write_slice(PageFileWriter& writer, Slice& slice) {
+        for (std::size_t i = 0; i < slice.encoded.size(); ++i)
+            write_page(writer, slice.encoded[i], slice.sizes[i], slice.pages[i].roots);
+        RootedPage& last = slice.pages.back();
+        if (!append(rest_page_, last, options_.limits)) {
+            if (bytes_in_slot(size_of(last.page)) < bytes_in_slot(size_of(rest_page_.page)))
+                std::swap(last, rest_page_);
+            write_page(writer, last);
+        }
+        index_.stack_entries = std::max(index_.stack_entries, slice.stack_entries);
     }
 
     void write_pages(std::uint32_t count, const BucketFile& buckets, PageFileWriter& writer) {
@@ -467,12 +495,7 @@ class Converter {
             return slice;
         });
         const auto last = tbb::make_filter<Pointer, void>(tbb::filter_mode::serial_in_order, [&](const Pointer& slice) {
-            for (PageRoot root : slice->set.roots) {
-                root.page += writer.pages();
-                index_.roots.push_back(root);
-            }
-            for (std::size_t i = 0; i < slice->pages.size(); ++i) writer.add_page(slice->pages[i], slice->sizes[i]);
-            index_.stack_entries = std::max(index_.stack_entries, slice->set.stack_entries);
+            write_slice(writer, *slice);
             done += slice->count;
             report(kSurveyShare + kRowShare, kPageShare, done, index_.triangles);
         });
@@ -480,6 +503,7 @@ class Converter {
         for (std::uint32_t b = 0; b < count; ++b) largest = std::max(largest, std::min(most, buckets.triangles(b)));
         const std::size_t room = options_.memory / (largest * kBuildBytes);
         tbb::parallel_pipeline(std::clamp<std::size_t>(room, 1, threads() + 1), first & middle & last);
+        write_page(writer, rest_page_);
     }
 
     MeshSource& source_;
@@ -501,6 +525,7 @@ class Converter {
     std::size_t next_instance_ = 0;
     std::uint32_t next_triangle_ = 0;
     Piece rest_;
+    RootedPage rest_page_;  // pages of earlier slices that have room left
     bool crowded_ = false;  // more than kMostEmitters triangles emit light
 };
 

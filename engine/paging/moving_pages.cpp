@@ -10,7 +10,6 @@
 #include "engine/core/error.h"
 #include "engine/paging/partition.h"
 #include "engine/tables/table_rows.h"
-#include "shaders/shared/bvh.h"
 
 namespace halflight::paging {
 namespace {
@@ -152,8 +151,7 @@ void MovingPages::build(const PageIndex& of_still) {
             index_.roots.push_back(root);
         }
         for (Page& page : set.pages) {
-            index_.pages.push_back({static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels),
-                                    static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels)});
+            index_.pages.push_back(size_of(page));
             pages_.push_back(std::move(page));
         }
         index_.stack_entries = std::max(index_.stack_entries, set.stack_entries);

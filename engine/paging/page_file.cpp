@@ -17,6 +17,7 @@
 #include "engine/core/hash.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/zstd_frame.h"
+#include "engine/rays/page_node.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::paging {
@@ -44,6 +45,7 @@ static_assert(sizeof(Header) == 64 && std::is_trivially_copyable_v<Header>);
 
 constexpr std::uint32_t kMostVertexTexels = 4;  // SceneNeeds::vertex_stride()
 constexpr std::uint32_t kMostOfPage = 1u << 20;
+constexpr std::uint32_t kMostAlphaTested = 1u << 16;
 constexpr std::size_t kMostBlockBytes =
     16 + kTrianglesPerBlock * (4 * sizeof(std::uint32_t) +
                                3 * (sizeof(std::uint32_t) + sizeof(vec3) + kMostVertexTexels * sizeof(vec4)));
@@ -137,6 +139,60 @@ class Reader {
     std::string_view bytes_;
     bool ok_ = true;
 };
+
+// --- Pages -----------------------------------------------------------------------------------------------------------
+
+/// Words of a pair as it is stored: id of the first triangle, difference of the ids, orders and flags, corners. A
+/// corner is stored as the number of vertices of earlier pairs and corners, minus its index.
+constexpr std::size_t kPairWords = 7;
+constexpr std::uint32_t kFirstAlpha = 0x100, kSecondAlpha = 0x200;
+
+std::size_t stored_bytes(const PageIndex::Size& size) {
+    return std::size_t{size.nodes} * sizeof(rays::PageNode) + std::size_t{size.pairs} * kPairWords * 4 +
+           std::size_t{size.vertices} * sizeof(vec3);
+}
+
+std::vector<std::uint32_t> stored_pairs(const std::vector<uvec4>& pairs) {
+    std::vector<std::uint32_t> words;
+    words.reserve(kPairWords * pairs.size());
+    std::uint32_t vertices = 0;
+    for (const uvec4& pair : pairs) {
+        const std::uint32_t first = pair.x & shared::kBvhTriangleMask, second = pair.y & shared::kBvhTriangleMask;
+        const std::uint32_t alpha = ((pair.x & shared::kBvhPageAlpha) != 0 ? kFirstAlpha : 0) |
+                                    ((pair.y & shared::kBvhPageAlpha) != 0 ? kSecondAlpha : 0);
+        words.insert(words.end(), {first, second - first,
+                                   alpha | (pair.z >> shared::kBvhPageOrderShift) |
+                                       ((pair.w >> shared::kBvhPageOrderShift) << shared::kBvhOrderShift)});
+        for (int corner = 0; corner < 4; ++corner) {
+            const std::uint32_t index =
+                (pair[2 + corner / 2] >> (corner % 2 * shared::kBvhPageCornerBits)) & shared::kBvhPageCornerMask;
+            words.push_back(vertices - index);
+            vertices = std::max(vertices, index + 1);
+        }
+    }
+    return words;
+}
+
+/// Reverses stored_pairs(). Of damaged words it makes any pairs.
+std::vector<uvec4> pairs_of(const std::vector<std::uint32_t>& words) {
+    std::vector<uvec4> pairs;
+    pairs.reserve(words.size() / kPairWords);
+    std::uint32_t vertices = 0;
+    for (std::size_t i = 0; i < words.size(); i += kPairWords) {
+        const std::uint32_t orders = words[i + 2];
+        uvec4 pair(words[i], words[i] + words[i + 1], orders << shared::kBvhPageOrderShift,
+                   orders >> shared::kBvhOrderShift << shared::kBvhPageOrderShift);
+        if ((orders & kFirstAlpha) != 0) pair.x |= shared::kBvhPageAlpha;
+        if ((orders & kSecondAlpha) != 0) pair.y |= shared::kBvhPageAlpha;
+        for (std::uint32_t corner = 0; corner < 4; ++corner) {
+            const std::uint32_t index = (vertices - words[i + 3 + corner]) & shared::kBvhPageCornerMask;
+            pair[static_cast<int>(2 + corner / 2)] |= index << (corner % 2 * shared::kBvhPageCornerBits);
+            vertices = std::max(vertices, index + 1);
+        }
+        pairs.push_back(pair);
+    }
+    return pairs;
+}
 
 // --- Blocks of table rows --------------------------------------------------------------------------------------------
 
@@ -242,7 +298,7 @@ using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
 constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8;
 
-static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 8);
+static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 16);
 
 template <class T>
 void append_list(const std::vector<T>& values, std::string& bytes) {
@@ -255,7 +311,7 @@ std::string bytes_of(const StoredIndex& stored) {
     const PageIndex& index = stored.index;
     std::string bytes;
     const auto add = [&](const auto& value) { append_bytes(&value, 1, bytes); };
-    add(index.limits.pairs), add(index.limits.nodes), add(index.limits.alpha_tested);
+    add(index.limits.bytes), add(index.limits.alpha_tested);
     add(index.scene), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
@@ -279,7 +335,7 @@ StoredIndex parse_index(Reader& reader) {
     StoredIndex stored;
     PageIndex& index = stored.index;
     const auto read = [&](auto& value) { value = reader.value<std::remove_reference_t<decltype(value)>>(); };
-    read(index.limits.pairs), read(index.limits.nodes), read(index.limits.alpha_tested);
+    read(index.limits.bytes), read(index.limits.alpha_tested);
     read(index.scene), read(index.origin), read(index.bounds);
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
     const auto flags = reader.value<std::uint32_t>();
@@ -312,35 +368,35 @@ bool within(const std::vector<std::uint64_t>& offsets, const std::vector<std::ui
     return true;
 }
 
-std::size_t page_bytes(std::size_t nodes, std::size_t pairs) {
-    return nodes * shared::kBvhPageTexels * sizeof(uvec4) + pairs * shared::kBvhPairTexels * sizeof(vec4);
-}
-
 /// Returns whether the numbers of an index agree with each other.
 bool consistent(const StoredIndex& stored, const Header& header) {
     const PageIndex& index = stored.index;
     const std::uint64_t blocks = (std::uint64_t{index.triangles} + kTrianglesPerBlock - 1) / kTrianglesPerBlock;
-    if (index.limits.pairs > kMostOfPage || index.limits.nodes > kMostOfPage ||
-        index.limits.alpha_tested > 2 * kMostOfPage || index.vertex_texels < 1 ||
+    const std::uint32_t page_bytes = index.limits.bytes;
+    if (page_bytes < kLeastPageBytes || page_bytes > kMostPageBytes || page_bytes % kPageByteSteps != 0 ||
+        index.limits.alpha_tested >= kMostAlphaTested || index.vertex_texels < 1 ||
         index.vertex_texels > kMostVertexTexels || stored.block_offsets.size() != blocks ||
         stored.page_offsets.size() != index.pages.size() ||
         index.pages.size() > std::numeric_limits<std::uint32_t>::max() ||
         !within(stored.block_offsets, stored.block_bytes, most_compressed(kMostBlockBytes), header) ||
-        !within(stored.page_offsets, stored.page_bytes,
-                most_compressed(page_bytes(index.limits.nodes, index.limits.pairs)), header))
+        !within(stored.page_offsets, stored.page_bytes, most_compressed(kPairWords * page_bytes), header))
         return false;
     for (const PageIndex::Size& size : index.pages)
-        if (size.nodes > index.limits.nodes || size.pairs > index.limits.pairs) return false;
+        if (size.roots > size.nodes || size.nodes > kMostOfPage || size.pairs > kMostOfPage ||
+            size.vertices > kMostOfPage || bytes_in_slot(size) > page_bytes)
+            return false;
     const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
     if (std::ranges::adjacent_find(emitters, std::greater_equal()) != emitters.end() ||
         (!emitters.empty() && emitters.back() >= index.triangles))
         return false;
-    std::uint32_t page = 0;
-    for (const PageRoot& root : index.roots) {
-        if (root.page < page || root.page >= index.pages.size() || root.node >= index.pages[root.page].nodes)
-            return false;
-        page = root.page;
+    std::size_t root = 0;
+    for (std::uint32_t page = 0; page < index.pages.size(); ++page) {
+        for (std::uint32_t i = 0; i < index.pages[page].roots; ++i, ++root)
+            if (root >= index.roots.size() || index.roots[root].page != page ||
+                index.roots[root].node >= index.pages[page].nodes)
+                return false;
     }
+    if (root != index.roots.size()) return false;
     std::uint64_t triangles = 0, vertices = 0;
     for (const MeshRange& range : index.ranges) {
         if (range.first_triangle != triangles || range.first_vertex != vertices) return false;
@@ -403,7 +459,8 @@ std::string encode(const TableBlock& block) {
 std::string encode(const Page& page) {
     std::string bytes;
     shuffle(words_of(page.nodes), 4 * shared::kBvhPageTexels, page.nodes.size() / shared::kBvhPageTexels, bytes);
-    shuffle(words_of(page.pairs), 4 * shared::kBvhPairTexels, page.pairs.size() / shared::kBvhPairTexels, bytes);
+    shuffle(stored_pairs(page.pairs).data(), kPairWords, page.pairs.size(), bytes);
+    shuffle(words_of(page.vertices), 3, page.vertices.size(), bytes);
     return compress(bytes, kLevel);
 }
 
@@ -512,19 +569,19 @@ PageFileSizes PageFile::sizes() const {
 
 Page PageFile::read(std::uint32_t page) const {
     assert(page < index().pages.size());
-    const auto [nodes, pairs] = index().pages[page];
+    const PageIndex::Size& count = index().pages[page];
     thread_local std::string buffer, bytes;
     const std::string_view frame =
         state_->source.read(state_->stored.page_offsets[page], state_->stored.page_bytes[page], buffer);
-    const std::size_t size = page_bytes(nodes, pairs);
+    const std::size_t size = stored_bytes(count);
     if (!decompress(frame, size, bytes) || bytes.size() != size)
         throw Error(state_->subject, "page {} is damaged", page);
     Page result;
-    result.nodes.resize(std::size_t{nodes} * shared::kBvhPageTexels);
-    result.pairs.resize(std::size_t{pairs} * shared::kBvhPairTexels);
-    unshuffle(bytes.data(), 4 * shared::kBvhPageTexels, nodes, reinterpret_cast<std::uint32_t*>(result.nodes.data()));
-    unshuffle(bytes.data() + page_bytes(nodes, 0), 4 * shared::kBvhPairTexels, pairs,
-              reinterpret_cast<std::uint32_t*>(result.pairs.data()));
+    result.roots = count.roots;
+    Reader reader(bytes);
+    result.nodes = reader.shuffled<uvec4>(count.nodes, shared::kBvhPageTexels);
+    result.pairs = pairs_of(reader.shuffled<std::uint32_t>(count.pairs, kPairWords));
+    result.vertices = reader.shuffled<vec3>(count.vertices);
     return result;
 }
 

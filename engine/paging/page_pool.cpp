@@ -3,7 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <tuple>
 #include <utility>
 
@@ -18,38 +18,17 @@
 namespace halflight::paging {
 namespace {
 
-using shared::kBvhIndexMask;
 using shared::kBvhPageTexels;
-using shared::kBvhPairTexels;
-using shared::kBvhTag;
 
-std::uint32_t missing(std::uint32_t root) {
-    return kBvhTag | shared::kBvhLeaf | (root + 1);
-}
+constexpr std::size_t kTexel = sizeof(uvec4);
 
-/// Returns whether a reference is a leaf of pairs below `pairs`.
-bool is_leaf_within(std::uint32_t reference, std::size_t pairs) {
-    const std::uint32_t count = (reference >> shared::kBvhCountShift) & 7u;
-    return shared::is_leaf(reference) && count > 0 && (reference & kBvhIndexMask) + std::size_t{count} <= pairs;
-}
-
-/// Throws Error where a page does not fit into a slot or leads out of it.
-void check(std::uint32_t page, const LoadedPage& loaded, const PageLimits& limits) {
-    const Page& content = loaded.page;
-    const std::size_t nodes = content.nodes.size() / kBvhPageTexels, pairs = content.pairs.size() / kBvhPairTexels;
-    if (nodes > limits.nodes || pairs > limits.pairs || loaded.rows.triangles.size() > limits.alpha_tested)
-        throw Error("pages", "page {} is larger than the limits of the scene", page);
-    for (std::size_t node = 0; node < nodes; ++node) {
-        for (int k = 0; k < 4; ++k) {
-            const std::uint32_t reference = content.nodes[node * kBvhPageTexels + kBvhPageTexels - 1][k];
-            if (reference == shared::kBvhNoChild) continue;
-            const std::uint32_t index = reference & kBvhIndexMask;
-            // Nodes follow their parents, so a damaged file cannot make kernels go in circles.
-            const bool valid =
-                shared::is_inner_node(reference) ? index > node && index < nodes : is_leaf_within(reference, pairs);
-            if (!valid) throw Error("pages", "page {} has a node that leads out of it", page);
-        }
-    }
+/// Returns the node of a root while its page is missing. `texel`: its place in the buffer.
+rays::PageNode missing(std::uint32_t root, const PageRoot& of, std::uint32_t texel) {
+    rays::BvhNode node;
+    node.children[0].bounds = of.bounds;
+    rays::PageNode texels = rays::encode_page_node(node);
+    rays::distance_of(texels) = (shared::kBvhPageMissing | root) - texel;
+    return texels;
 }
 
 /// Returns the table rows of alpha-tested triangles in a slot.
@@ -57,34 +36,35 @@ std::uint32_t alpha_rows(const PageIndex& index) {
     return index.alpha ? index.limits.alpha_tested : 0;
 }
 
-std::uint32_t slots_for(const PageIndex& index, std::size_t top_nodes, std::size_t bytes) {
-    const std::size_t nodes = index.limits.nodes, pairs = index.limits.pairs;
-    const std::size_t attributes = std::size_t{3} * alpha_rows(index) * index.vertex_texels;
-    const std::size_t slot = PagePool::slot_bytes(index);
+std::uint32_t slots_for(const PageIndex& index, std::size_t top_bytes, std::size_t bytes) {
     GLint texels = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
-    const std::size_t most_nodes =
-        std::min(static_cast<std::size_t>(texels) / kBvhPageTexels, std::size_t{kBvhIndexMask});
-    const std::size_t most_pairs =
-        std::min(static_cast<std::size_t>(texels) / kBvhPairTexels, std::size_t{kBvhIndexMask});
-    const std::size_t most_attributes = static_cast<std::size_t>(texels) / std::max<std::size_t>(attributes, 1);
-    const std::size_t room =
-        most_nodes > top_nodes ? std::min({(most_nodes - top_nodes) / nodes, most_pairs / pairs, most_attributes}) : 0;
-    if (room == 0 || index.roots.size() >= kBvhIndexMask) {
+    const auto most_texels = static_cast<std::size_t>(texels);
+    const std::size_t most_bytes =
+        std::min(most_texels * sizeof(vec3), (std::size_t{shared::kBvhPageIndexMask} + 1) * kTexel);
+    const std::size_t attributes = std::size_t{3} * alpha_rows(index) * index.vertex_texels;
+    const std::size_t room = most_bytes > top_bytes ? std::min((most_bytes - top_bytes) / index.limits.bytes,
+                                                               most_texels / std::max<std::size_t>(attributes, 1))
+                                                    : 0;
+    if (room == 0 || index.roots.size() >= shared::kBvhPageIndexMask) {
         throw Error("pages", "{} subtrees in {} pages; the driver's texture buffers end at {} texels",
                     index.roots.size(), index.pages.size(), texels);
     }
-    return static_cast<std::uint32_t>(
-        std::clamp(bytes / slot, std::size_t{1}, std::min(room, std::max(index.pages.size(), std::size_t{1}))));
+    return static_cast<std::uint32_t>(std::clamp(bytes / PagePool::slot_bytes(index), std::size_t{1},
+                                                 std::min(room, std::max(index.pages.size(), std::size_t{1}))));
+}
+
+/// Returns the texels of the hierarchy over the roots, with the head and the roots.
+std::size_t texels_over(const rays::Bvh& top, const PageIndex& index) {
+    return kBvhPageTexels * (1 + top.nodes.size() + index.roots.size());
 }
 
 }  // namespace
 
 std::size_t PagePool::slot_bytes(const PageIndex& index) {
     const std::size_t rows = alpha_rows(index);
-    const std::size_t texels = index.limits.nodes * std::size_t{kBvhPageTexels} +
-                               index.limits.pairs * std::size_t{kBvhPairTexels} + rows + 3 * rows * index.vertex_texels;
-    return texels * sizeof(vec4);
+    const std::size_t first_rows = rows > 0 ? index.limits.bytes / kTexel * sizeof(std::uint16_t) : 0;
+    return index.limits.bytes + rows * (1 + std::size_t{3} * index.vertex_texels) * kTexel + first_rows;
 }
 
 PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defines& shading)
@@ -97,31 +77,36 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
       shading_(shading),
       alpha_triangles_("rows of alpha-tested triangles", 0),
       alpha_attributes_("attributes of alpha-tested triangles", 0),
+      first_rows_("first rows of pairs", 0),
       reader_(source) {
     const PageIndex& index = source.index();
     const rays::Bvh top = hierarchy_over(index.roots);
-    top_nodes_ = static_cast<std::uint32_t>(top.nodes.size()) + 1;
+    // The nodes of roots are beside those of the hierarchy over them.
+    std::size_t nodes_over = 1 + top.nodes.size() + index.roots.size();
     if (const std::uint32_t still = source.still().pages; still < index.pages.size()) {
         // Poses have other hierarchies over the roots, and other roots of moving geometry. A node has two children or
         // more, so there are fewer nodes than roots.
         const auto moving = std::ranges::count_if(index.roots, [&](const PageRoot& r) { return r.page >= still; });
-        top_nodes_ += static_cast<std::uint32_t>(index.roots.size()) + static_cast<std::uint32_t>(moving) + 64;
+        nodes_over = 1 + 2 * (index.roots.size() + static_cast<std::size_t>(moving) + 64);
     }
+    top_texels_ = kBvhPageTexels * nodes_over;
+    const std::uint32_t slots = slots_for(index, top_texels_ * kTexel, bytes);
+    top_ = slots * (index.limits.bytes / static_cast<std::uint32_t>(kTexel));
     slot_of_page_.assign(index.pages.size(), kNone);
     const std::vector<uvec4> nodes = lay_out(top);
 
-    const std::uint32_t slots = slots_for(index, top_nodes_, bytes);
     page_of_slot_.assign(slots, kNone);
     for (std::uint32_t slot = slots; slot-- > 0;) free_.push_back(slot);
     scene_.emplace(layout(top));
     if (const std::size_t rows = std::size_t{slots} * alpha_rows(index); rows > 0) {
         alpha_triangles_ = gpu::Buffer(alpha_triangles_.name(), rows * sizeof(uvec4));
         alpha_attributes_ = gpu::Buffer(alpha_attributes_.name(), 3 * rows * index.vertex_texels * sizeof(vec4));
+        first_rows_ = gpu::Buffer(first_rows_.name(), top_ * sizeof(std::uint16_t));
     }
-    scene_->nodes().write(std::span<const uvec4>(nodes));
+    scene_->nodes().write(std::span<const uvec4>(nodes), top_);
 }
 
-/// Returns the nodes of the hierarchy over the roots, with the head, and finds the places of the roots in them.
+/// Returns the nodes of the hierarchy over the roots, with the head and with the roots, whose pages count as missing.
 std::vector<uvec4> PagePool::lay_out(const rays::Bvh& top) {
     const PageIndex& index = source_.index();
     first_root_.assign(index.pages.size() + 1, static_cast<std::uint32_t>(index.roots.size()));
@@ -129,23 +114,29 @@ std::vector<uvec4> PagePool::lay_out(const rays::Bvh& top) {
         first_root_[index.roots[root].page] = static_cast<std::uint32_t>(root);
 
     std::vector<uvec4> nodes = rays::packed_head(index.bounds);
-    nodes.resize(kBvhPageTexels);
-    nodes[2].x = top_nodes_;  // shaders/lib/residency.glsl
-    word_of_root_.resize(index.roots.size());
-    for (const rays::BvhNode& node : top.nodes) {
-        std::array<std::uint32_t, 4> references{};
-        for (std::size_t k = 0; k < 4; ++k) {
-            const rays::BvhChild& child = node.children[k];
-            references[k] = shared::kBvhNoChild;
+    nodes.resize(texels_over(top, index));
+    texel_of_root_.resize(index.roots.size());
+    std::vector<std::uint32_t> places(top.nodes.size(), kBvhPageTexels);  // per node, texel in `nodes`
+    std::uint32_t end = 2 * kBvhPageTexels;
+    for (std::size_t i = 0; i < top.nodes.size(); ++i) {
+        rays::BvhNode node = top.nodes[i];
+        const std::uint32_t distance = end - places[i];
+        for (rays::BvhChild& child : node.children) {
             if (child.bounds.empty()) continue;
-            references[k] = kBvhTag | (child.first + 1);
-            if (!child.leaf()) continue;
-            const std::uint32_t root = top.primitives[child.first];
-            references[k] = reference_to(root);
-            word_of_root_[root] = static_cast<std::uint32_t>((nodes.size() + kBvhPageTexels - 1) * 4 + k);
+            if (child.leaf())
+                texel_of_root_[top.primitives[child.first]] = top_ + end;
+            else
+                places[child.first] = end;
+            child.count = 0;
+            end += kBvhPageTexels;
         }
-        const rays::PageNode texels = rays::encode_page_node(node, references);
-        nodes.insert(nodes.end(), texels.begin(), texels.end());
+        rays::PageNode encoded = rays::encode_page_node(node);
+        rays::distance_of(encoded) = distance;
+        std::ranges::copy(encoded, &nodes[places[i]]);
+    }
+    for (std::uint32_t root = 0; root < index.roots.size(); ++root) {
+        const std::uint32_t texel = texel_of_root_[root];
+        std::ranges::copy(missing(root, index.roots[root], texel), &nodes[texel - top_]);
     }
     return nodes;
 }
@@ -153,19 +144,14 @@ std::vector<uvec4> PagePool::lay_out(const rays::Bvh& top) {
 rays::PagedLayout PagePool::layout(const rays::Bvh& top) const {
     const PageIndex& index = source_.index();
     return {.triangles = index.triangles,
-            .nodes = top_nodes_ + std::size_t{slots()} * index.limits.nodes,
-            .pairs = std::size_t{slots()} * index.limits.pairs,
+            .texels = top_ + top_texels_,
+            .top = top_,
+            .slot_texels = index.limits.bytes / kTexel,
+            .slot_rows = alpha_rows(index),
             .stack_entries = top.stack_entries + index.stack_entries,
             .slivers = index.slivers,
             .alpha_tested = index.alpha,
             .shading = shading_};
-}
-
-/// Returns the reference that leads to a subtree, or tells kernels that its page is missing.
-std::uint32_t PagePool::reference_to(std::uint32_t root) const {
-    const PageRoot& at = source_.index().roots[root];
-    if (!resident(at.page)) return missing(root);
-    return kBvhTag | (top_nodes_ + slot_of_page_[at.page] * source_.index().limits.nodes + at.node);
 }
 
 void PagePool::begin_pose() {
@@ -180,14 +166,25 @@ void PagePool::begin_pose() {
 bool PagePool::end_pose() {
     const PageIndex& index = source_.index();
     const rays::Bvh top = hierarchy_over(index.roots);
-    if (top.nodes.size() + 1 > top_nodes_ || index.alpha != scene_->alpha_tested()) return false;
+    if (texels_over(top, index) > top_texels_ || index.alpha != scene_->alpha_tested()) return false;
     for (auto* per_page : {&asked_at_, &used_at_}) per_page->resize(index.pages.size(), 0);
     slot_of_page_.resize(index.pages.size(), kNone);
     uses_.follow(index.pages.size(), source_.still().pages);
-    const std::vector<uvec4> nodes = lay_out(top);
-    scene_->nodes().write(std::span<const uvec4>(nodes));
-    shown_.clear();
-    for (const PageRoot& root : index.roots) shown_.push_back(resident(root.page) ? 1 : 0);
+    const std::vector<uvec4> last = scene_->nodes().read<uvec4>(top_, top_texels_);
+    const std::vector<std::uint32_t> last_texel_of_root = texel_of_root_;
+    std::vector<uvec4> nodes = lay_out(top);
+    shown_.assign(index.roots.size(), 0);
+    for (std::uint32_t root = 0; root < index.roots.size(); ++root) {
+        if (!resident(index.roots[root].page)) continue;
+        // Resident pages do not move, and their roots come first, so numbers of roots are the same.
+        const std::uint32_t from = last_texel_of_root[root], to = texel_of_root_[root];
+        rays::PageNode node;
+        std::copy_n(&last[from - top_], node.size(), node.begin());
+        rays::distance_of(node) += from - to;
+        std::ranges::copy(node, &nodes[to - top_]);
+        shown_[root] = 1;
+    }
+    scene_->nodes().write(std::span<const uvec4>(nodes), top_);
     if (shown_roots_.bytes() != shown_.size() * sizeof(std::uint32_t))
         shown_roots_ = gpu::Buffer(shown_roots_.name(), shown_.size() * sizeof(std::uint32_t));
     shown_changed_ = true;
@@ -259,7 +256,7 @@ void PagePool::touch(std::span<const std::uint32_t> slots) {
 }
 
 void PagePool::leave(std::uint32_t page) {
-    show(page, false);
+    show(page, nullptr);
     const std::uint32_t slot = std::exchange(slot_of_page_[page], kNone);
     page_of_slot_[slot] = kNone;
     free_.push_back(slot);
@@ -284,55 +281,55 @@ std::uint32_t PagePool::free_slot() {
     return slot;
 }
 
-void PagePool::bind_rows() const {
+void PagePool::bind_rows(const gpu::Program& program) const {
     if (alpha_triangles_.bytes() == 0) return;
     alpha_triangles_.bind_texture(UNIT_TRIANGLES, GL_RGBA32UI);
     alpha_attributes_.bind_texture(UNIT_VERTICES, GL_RGBA32F);
+    program.bind_texture("first_rows", first_rows_, GL_R16UI);
 }
 
-/// Uploads a page to a slot, with references to nodes, pairs and rows as they are there.
 void PagePool::upload(std::uint32_t page, LoadedPage loaded) {
-    const PageLimits& limits = source_.index().limits;
-    check(page, loaded, limits);
-    Page& content = loaded.page;
     std::vector<uvec4>& rows = loaded.rows.triangles;
+    if (loaded.roots.size() != first_root_[page + 1] - first_root_[page])
+        throw Error("pages", "page {} has other subtrees than the scene", page);
     const std::uint32_t slot = free_slot();
-    const std::uint32_t first_node = top_nodes_ + slot * limits.nodes, first_pair = slot * limits.pairs;
-    const std::uint32_t first_row = slot * alpha_rows(source_.index());
-    for (std::size_t texel = kBvhPageTexels - 1; texel < content.nodes.size(); texel += kBvhPageTexels) {
-        for (int k = 0; k < 4; ++k) {
-            std::uint32_t& reference = content.nodes[texel][k];
-            if (reference != shared::kBvhNoChild) reference += shared::is_leaf(reference) ? first_pair : first_node;
-        }
-    }
+    const std::uint32_t slot_texels = source_.index().limits.bytes / static_cast<std::uint32_t>(kTexel);
+    scene_->nodes().write(std::span<const uvec4>(loaded.texels), std::size_t{slot} * slot_texels);
     if (!rows.empty()) {
+        const std::uint32_t first_row = slot * alpha_rows(source_.index());
         for (std::uint32_t i = 0; i < rows.size(); ++i) {
             const std::uint32_t corner = 3 * (first_row + i);
             rows[i] = {corner, corner + 1, corner + 2, rows[i].w};
         }
-        for (std::size_t i = kBvhPairTexels - 1; i < content.pairs.size(); i += kBvhPairTexels)
-            content.pairs[i].w = std::bit_cast<float>(std::bit_cast<std::uint32_t>(content.pairs[i].w) + first_row);
         alpha_triangles_.write(std::span<const uvec4>(rows), first_row);
         alpha_attributes_.write(std::span<const vec4>(loaded.rows.attributes),
                                 3 * std::size_t{first_row} * source_.index().vertex_texels);
+        first_rows_.write(std::span<const std::uint16_t>(loaded.first_rows), std::size_t{slot} * slot_texels);
     }
-    scene_->nodes().write(std::span<const uvec4>(content.nodes), std::size_t{first_node} * kBvhPageTexels);
-    scene_->pairs().write(std::span<const vec4>(content.pairs), std::size_t{first_pair} * kBvhPairTexels);
     slot_of_page_[page] = slot;
     page_of_slot_[slot] = page;
     used_at_[page] = ++time_;
-    show(page, true);
+    show(page, &loaded);
     ++traffic_.loaded;
     if (page >= source_.still().pages) ++traffic_.moving;
-    traffic_.bytes += content.nodes.size() * sizeof(uvec4) + content.pairs.size() * sizeof(vec4);
+    traffic_.bytes += loaded.texels.size() * kTexel;
 }
 
-/// Lets references lead to the page in its slot, or tell kernels that it is missing.
-void PagePool::show(std::uint32_t page, bool visible) {
+/// Lets the roots of a page lead to its content in the slot, or tell kernels that it is missing.
+void PagePool::show(std::uint32_t page, const LoadedPage* content) {
+    const std::uint32_t slot_texels = source_.index().limits.bytes / static_cast<std::uint32_t>(kTexel);
     for (std::uint32_t root = first_root_[page]; root < first_root_[page + 1]; ++root) {
-        const std::uint32_t reference = visible ? reference_to(root) : missing(root);
-        scene_->nodes().write(std::span(&reference, 1), word_of_root_[root]);
-        shown_[root] = visible ? 1 : 0;
+        const std::uint32_t to = texel_of_root_[root];
+        const PageRoot& of = source_.index().roots[root];
+        rays::PageNode node;
+        if (content != nullptr) {
+            node = content->roots[root - first_root_[page]];
+            rays::distance_of(node) += slot_of_page_[page] * slot_texels - to;
+        } else {
+            node = missing(root, of, to);
+        }
+        scene_->nodes().write(std::span<const uvec4>(node), to);
+        shown_[root] = content != nullptr ? 1 : 0;
     }
     shown_changed_ = true;
 }

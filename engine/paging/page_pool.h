@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/gpu/buffer.h"
+#include "engine/gpu/program.h"
 #include "engine/paging/page_reader.h"
 #include "engine/paging/page_statistics.h"
 #include "engine/paging/page_uses.h"
@@ -16,8 +17,9 @@
 
 namespace halflight::paging {
 
-/// Slots for pages in the buffers of a TraceScene. The hierarchy over the roots of all pages is always there. A root
-/// whose page is missing is a leaf without pairs, which kernels report (shaders/lib/traverse.glsl).
+/// Slots for pages in the buffer of a TraceScene. The hierarchy over the roots of all pages is always there, with a
+/// copy of each root. While the page of a root is missing, the copy has a single child, which kernels report
+/// (shaders/lib/traverse.glsl).
 ///
 /// Pages are read in the background and uploaded by the thread that owns the pool. If there is no free slot, the page
 /// leaves that the following batches will need last, and of several such pages the one loaded or used least recently.
@@ -73,7 +75,7 @@ class PagePool {
     /// Sets other shading defines; scene().defines() follow.
     void set_shading(const gpu::Defines& shading) { scene_->set_shading(shading_ = shading); }
     /// Binds the table rows of the alpha-tested triangles in the pool, if there are any, in place of the scene's.
-    void bind_rows() const;
+    void bind_rows(const gpu::Program& program) const;
     /// Returns what batches use, which decides which page leaves.
     PageUses& uses() { return uses_; }
     /// Records which slots the current batch has used: one word per slot, not 0 if used.
@@ -89,15 +91,15 @@ class PagePool {
     void leave(std::uint32_t page);
     std::vector<uvec4> lay_out(const rays::Bvh& top);
     rays::PagedLayout layout(const rays::Bvh& top) const;
-    std::uint32_t reference_to(std::uint32_t root) const;
     void upload(std::uint32_t page, LoadedPage loaded);
-    void show(std::uint32_t page, bool visible);
+    void show(std::uint32_t page, const LoadedPage* content);
 
     const PageSource& source_;
-    std::uint32_t top_nodes_ = 0;              // nodes before the slots, the head included
-    std::vector<std::uint32_t> first_root_;    // per page, and the end
-    std::vector<std::uint32_t> word_of_root_;  // per root: index of its reference in the node buffer, 32-bit words
-    std::vector<std::uint32_t> slot_of_page_;  // kNone: not resident
+    std::uint32_t top_ = 0;                     // texel of the hierarchy over the roots, which follows the slots
+    std::size_t top_texels_ = 0;                // room for that hierarchy
+    std::vector<std::uint32_t> first_root_;     // per page, and the end
+    std::vector<std::uint32_t> texel_of_root_;  // per root: texel of its node in that hierarchy
+    std::vector<std::uint32_t> slot_of_page_;   // kNone: not resident
     std::vector<std::uint32_t> page_of_slot_;
     std::vector<std::uint32_t> free_;      // free slots
     std::vector<std::uint32_t> asked_;     // pages of the last ask(), the most urgent one first
@@ -112,7 +114,8 @@ class PagePool {
     PageUses uses_;
     gpu::Defines shading_;
     std::optional<rays::TraceScene> scene_;
-    gpu::Buffer alpha_triangles_, alpha_attributes_;  // per slot: table rows of its alpha-tested triangles
+    // Per slot: table rows of its alpha-tested triangles, and LoadedPage::first_rows.
+    gpu::Buffer alpha_triangles_, alpha_attributes_, first_rows_;
     PageTraffic traffic_;
     PageReader reader_;
 };

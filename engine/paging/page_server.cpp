@@ -131,7 +131,7 @@ class PageServer::Run {
         resources_.buffer(handles_.headers[to]).write(std::span(&empty, 1));
         server_.wanted_.clear();
         rays::bind_batch(resources_, program, pool_.scene(), batch);
-        pool_.bind_rows();
+        pool_.bind_rows(program);
         if (pool_.scene().alpha_tested()) program.set("rays_of_path", batch_.rays_of_path);
         program.bind_storage(any_hit_ ? "Occluded" : "Hits", resources_.buffer(handles_.results));
         program.bind_storage("Waiting", resources_.buffer(handles_.waiting[to]));
@@ -139,12 +139,12 @@ class PageServer::Run {
         program.bind_storage("Fronts", resources_.buffer(handles_.fronts));
         program.bind_storage("Wanted", server_.wanted_);
         program.bind_texture("shown_roots", pool_.shown_roots(), GL_R32UI);
+        program.set("top", pool_.scene().top());
         program.set("again", from.again);
         program.set("group_stride", stride);
         if (touches_) {
             server_.touched_.clear();
             program.bind_storage("Touched", server_.touched_);
-            program.set("pairs_of_slot", pool_.source().index().limits.pairs);
         }
         if (batch.list)
             program.dispatch_indirect(resources_.buffer(batch.list_header));

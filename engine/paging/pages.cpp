@@ -4,7 +4,10 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cstring>
+#include <utility>
 
+#include "engine/core/error.h"
 #include "engine/rays/bvh.h"
 #include "engine/rays/page_node.h"
 #include "engine/rays/pair_texels.h"
@@ -16,23 +19,89 @@ namespace {
 using rays::Bvh;
 using rays::BvhChild;
 using rays::BvhNode;
-using shared::kBvhTag;
+using shared::kBvhPageTexels;
 
-/// Content of a subtree.
-struct Subtree {
+constexpr std::size_t kTexel = sizeof(uvec4), kVertex = sizeof(vec3);
+constexpr std::uint32_t kNone = ~0u;
+/// Subtrees that take less than this share of a page are not cut to fill the page before.
+constexpr std::uint32_t kSmallShare = 32;
+
+/// Returns the place of the first vertex of a page in its slot, in vertices.
+std::size_t first_vertex(const PageIndex::Size& size) {
+    const std::size_t texels = std::size_t{size.nodes - size.roots} * kBvhPageTexels + size.pairs;
+    return (texels * kTexel + kVertex - 1) / kVertex;
+}
+
+bool alpha_tested(const uvec4& pair, int which) {
+    return (pair[which] & shared::kBvhPageAlpha) != 0;
+}
+bool single(const uvec4& pair) {
+    return ((pair.x ^ pair.y) & shared::kBvhTriangleMask) == 0;
+}
+
+/// Numbers of the corners of rings, equal where the bits of their positions are equal.
+struct Corners {
+    std::vector<std::array<std::uint32_t, 4>> of_ring;
+    std::vector<vec3> positions;  // per number
+};
+
+Corners number_corners(std::span<const rays::Ring> rings) {
+    using Bits = std::array<std::uint32_t, 3>;
+    Corners corners;
+    corners.of_ring.resize(rings.size());
+    std::vector<std::uint32_t> table(std::bit_ceil(8 * rings.size() + 1), kNone);
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+        for (std::size_t c = 0; c < 4; ++c) {
+            const auto bits = std::bit_cast<Bits>(rings[i][c]);
+            std::uint64_t hash = 0;
+            for (const std::uint32_t word : bits) {
+                hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
+                hash ^= hash >> 29;
+            }
+            std::size_t place = hash & (table.size() - 1);
+            while (table[place] != kNone && std::bit_cast<Bits>(corners.positions[table[place]]) != bits)
+                place = (place + 1) & (table.size() - 1);
+            if (table[place] == kNone) {
+                table[place] = static_cast<std::uint32_t>(corners.positions.size());
+                corners.positions.push_back(rings[i][c]);
+            }
+            corners.of_ring[i][c] = table[place];
+        }
+    }
+    return corners;
+}
+
+/// Size of a subtree.
+struct Content {
     std::uint32_t nodes = 0;
     std::uint32_t pairs = 0;
     std::uint32_t alpha_tested = 0;  // triangles
 
-    void add(const Subtree& s) { nodes += s.nodes, pairs += s.pairs, alpha_tested += s.alpha_tested; }
+    void add(const Content& s) { nodes += s.nodes, pairs += s.pairs, alpha_tested += s.alpha_tested; }
+};
+
+/// A subtree, as it is put into a page.
+struct Subtree {
+    std::span<const BvhNode> nodes;  // depth first
+    std::uint32_t first = 0;         // index of the root in the hierarchy
+    Bounds bounds;
+    Content content;
 };
 
 /// Cuts a hierarchy into pages.
 class Cutter {
   public:
-    Cutter(const Bvh& bvh, std::span<const rays::TrianglePair> pairs, std::span<const rays::Ring> rings,
+    Cutter(const Bvh& bvh, std::span<const rays::TrianglePair> pairs, const Corners& corners,
            std::span<const std::uint32_t> ids, std::span<const bool> alpha, const PageLimits& limits)
-        : bvh_(bvh), pairs_(pairs), rings_(rings), ids_(ids), alpha_(alpha), limits_(limits) {}
+        : bvh_(bvh),
+          pairs_(pairs),
+          corners_(corners),
+          ids_(ids),
+          alpha_(alpha),
+          limits_(limits),
+          counted_at_(corners.positions.size(), 0),
+          page_of_(corners.positions.size(), kNone),
+          place_of_(corners.positions.size()) {}
 
     PageSet cut() {
         set_.stack_entries = std::max(bvh_.stack_entries, 1u);
@@ -40,6 +109,7 @@ class Cutter {
         measure();
         Bounds all;
         for (const BvhChild& child : bvh_.nodes.front().children) all.add(child.bounds);
+        set_.pages.emplace_back();
         descend(0, all);
         return std::move(set_);
     }
@@ -49,7 +119,7 @@ class Cutter {
     void measure() {
         content_.resize(bvh_.nodes.size());
         for (std::size_t i = bvh_.nodes.size(); i-- > 0;) {
-            Subtree s{1, 0};
+            Content s{1, 0};
             for (const BvhChild& child : bvh_.nodes[i].children) {
                 if (child.bounds.empty()) continue;
                 s.add(child.leaf() ? content_of(child) : content_[child.first]);
@@ -58,8 +128,8 @@ class Cutter {
         }
     }
 
-    Subtree content_of(const BvhChild& leaf) const {
-        Subtree s{0, leaf.count, 0};
+    Content content_of(const BvhChild& leaf) const {
+        Content s{0, leaf.count, 0};
         for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count && !alpha_.empty(); ++i) {
             const auto& [a, b] = pairs_[bvh_.primitives[i]].triangles;
             s.alpha_tested += alpha_[a] + (b != a && alpha_[b]);
@@ -67,14 +137,49 @@ class Cutter {
         return s;
     }
 
-    bool fits(const Subtree& s) const {
-        return s.nodes <= limits_.nodes && s.pairs <= limits_.pairs && s.alpha_tested <= limits_.alpha_tested;
+    /// Returns whether the last page has room for a subtree.
+    bool fits(const Subtree& subtree) {
+        const Page& to = set_.pages.back();
+        Content all = last_;
+        all.add(subtree.content);
+        PageIndex::Size size{all.nodes, to.roots + 1, all.pairs, static_cast<std::uint32_t>(to.vertices.size())};
+        if (all.alpha_tested > limits_.alpha_tested || bytes_in_slot(size) > limits_.bytes) return false;
+        ++counts_;
+        for (const BvhNode& node : subtree.nodes) {
+            for (const BvhChild& child : node.children) {
+                for (std::uint32_t i = child.first; i < child.first + child.count; ++i) {
+                    for (const std::uint32_t corner : corners_.of_ring[bvh_.primitives[i]]) {
+                        if (page_of_[corner] == page() || counted_at_[corner] == counts_) continue;
+                        counted_at_[corner] = counts_;
+                        ++size.vertices;
+                    }
+                }
+            }
+        }
+        return bytes_in_slot(size) <= limits_.bytes;
+    }
+
+    /// Returns whether a subtree goes to the next page as a whole. It fits into an empty page.
+    bool small(const Content& s) const {
+        return kSmallShare * bytes_in_slot({s.nodes, 1, s.pairs, 4 * s.pairs}) <= limits_.bytes &&
+               kSmallShare * s.alpha_tested <= limits_.alpha_tested;
+    }
+
+    std::uint32_t page() const { return static_cast<std::uint32_t>(set_.pages.size() - 1); }
+
+    void start_page() {
+        set_.pages.emplace_back();
+        last_ = {};
     }
 
     /// Puts the largest subtrees that fit into pages, depth first.
     void descend(std::uint32_t node, const Bounds& bounds) {
-        if (fits(content_[node])) {
-            add(node, bounds);
+        const Content& content = content_[node];
+        const Subtree subtree{std::span(bvh_.nodes).subspan(node, content.nodes), node, bounds, content};
+        const bool fits_into_last = fits(subtree);
+        if (fits_into_last || small(content)) {
+            if (!fits_into_last) start_page();
+            add(subtree);
             return;
         }
         for (const BvhChild& child : bvh_.nodes[node].children) {
@@ -86,73 +191,164 @@ class Cutter {
         }
     }
 
-    /// Returns the page that takes such a subtree: the last one, or a new one.
-    Page& page_for(const Subtree& s, const Bounds& bounds) {
-        last_.add(s);
-        if (set_.pages.empty() || !fits(last_)) {
-            set_.pages.emplace_back();
-            last_ = s;
-        }
-        Page& page = set_.pages.back();
-        set_.roots.push_back({bounds, static_cast<std::uint32_t>(set_.pages.size() - 1),
-                              static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels)});
-        return page;
-    }
-
-    void add(std::uint32_t node, const Bounds& bounds) {
-        Page& page = page_for(content_[node], bounds);
-        // Nodes of a subtree are consecutive, so their references shift by a constant.
-        const auto shift = static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels) - node;
-        for (std::uint32_t i = node; i < node + content_[node].nodes; ++i) {
-            std::array<std::uint32_t, 4> references{};
-            for (std::size_t k = 0; k < 4; ++k) {
-                const BvhChild& child = bvh_.nodes[i].children[k];
-                references[k] = child.bounds.empty() ? shared::kBvhNoChild
-                                : child.leaf()       ? put_pairs(page, child)
-                                                     : kBvhTag | (child.first + shift);
-            }
-            put_node(page, bvh_.nodes[i], references);
-        }
-    }
-
-    /// Adds a leaf whose parent is too large for a page, below a node of its own.
+    /// Adds a leaf whose parent does not fit, below a node of its own.
     void add_leaf(const BvhChild& leaf) {
-        Subtree content = content_of(leaf);
-        content.nodes = 1;
-        Page& page = page_for(content, leaf.bounds);
         BvhNode node;
         node.children[0] = leaf;
-        const std::uint32_t none = shared::kBvhNoChild;
-        put_node(page, node, {put_pairs(page, leaf), none, none, none});
+        Subtree subtree{std::span(&node, 1), 0, leaf.bounds, content_of(leaf)};
+        subtree.content.nodes = 1;
+        if (!fits(subtree)) start_page();
+        add(subtree);
     }
 
-    static void put_node(Page& page, const BvhNode& node, const std::array<std::uint32_t, 4>& references) {
-        const rays::PageNode texels = rays::encode_page_node(node, references);
-        page.nodes.insert(page.nodes.end(), texels.begin(), texels.end());
+    void add(const Subtree& subtree) {
+        Page& to = set_.pages.back();
+        last_.add(subtree.content);
+        ++to.roots;
+        set_.roots.push_back({subtree.bounds, page(), static_cast<std::uint32_t>(to.nodes.size() / kBvhPageTexels)});
+        std::vector<std::uint32_t> order{0};  // nodes of the subtree, breadth first
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            const BvhNode& node = subtree.nodes[order[i]];
+            const rays::PageNode texels = rays::encode_page_node(node);
+            to.nodes.insert(to.nodes.end(), texels.begin(), texels.end());
+            for (const BvhChild& child : node.children) {
+                if (child.bounds.empty()) continue;
+                if (child.leaf())
+                    put_pairs(to, child);
+                else
+                    order.push_back(child.first - subtree.first);
+            }
+        }
     }
 
-    std::uint32_t put_pairs(Page& page, const BvhChild& leaf) const {
-        const auto first = static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels);
+    void put_pairs(Page& to, const BvhChild& leaf) {
         for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
             const std::uint32_t primitive = bvh_.primitives[i];
-            const auto texels = rays::pair_texels(rings_[primitive], pairs_[primitive], [&](std::uint32_t triangle) {
+            std::array<std::uint32_t, 4> places{};
+            for (std::size_t c = 0; c < 4; ++c) {
+                const std::uint32_t corner = corners_.of_ring[primitive][c];
+                if (std::exchange(page_of_[corner], page()) != page()) {
+                    place_of_[corner] = static_cast<std::uint32_t>(to.vertices.size());
+                    to.vertices.push_back(corners_.positions[corner]);
+                }
+                places[c] = place_of_[corner];
+            }
+            to.pairs.push_back(rays::page_pair(places, pairs_[primitive], [&](std::uint32_t triangle) {
                 return rays::PairMember{ids_[triangle], !alpha_.empty() && alpha_[triangle]};
-            });
-            page.pairs.insert(page.pairs.end(), texels.begin(), texels.end());
+            }));
         }
-        return kBvhTag | shared::kBvhLeaf | (leaf.count << shared::kBvhCountShift) | first;
     }
 
     const Bvh& bvh_;
     std::span<const rays::TrianglePair> pairs_;
-    std::span<const rays::Ring> rings_;
+    const Corners& corners_;
     std::span<const std::uint32_t> ids_;
     std::span<const bool> alpha_;
     const PageLimits& limits_;
-    std::vector<Subtree> content_;
-    Subtree last_;  // content of the last page
+    std::vector<Content> content_;
+    Content last_;  // content of the last page
+    // Per corner:
+    std::vector<std::uint64_t> counted_at_;  // call of fits() that counted it last
+    std::vector<std::uint32_t> page_of_;     // last page that has it
+    std::vector<std::uint32_t> place_of_;    // vertex of that page
+    std::uint64_t counts_ = 0;               // calls of fits()
     PageSet set_;
 };
+
+/// Puts the nodes and pairs of a page into the order of slots, and sets distances and corners.
+class Placing {
+  public:
+    Placing(const Page& page, LoadedPage& to)
+        : page_(page), to_(to), first_vertex_(static_cast<std::uint32_t>(first_vertex(size_of(page)))) {}
+
+    /// Returns whether every reference leads to something in the page.
+    bool place() {
+        const std::size_t count = page_.nodes.size() / kBvhPageTexels, vertices = page_.vertices.size();
+        to_.texels.resize((first_vertex_ * kVertex + vertices * kVertex + kTexel - 1) / kTexel);
+        for (std::size_t i = 0; i < count; ++i) {
+            rays::PageNode node;
+            std::copy_n(&page_.nodes[i * kBvhPageTexels], kBvhPageTexels, node.begin());
+            if (i == places_.size()) {
+                places_.push_back(0);
+                rays::distance_of(node) = end_;
+                to_.roots.push_back(node);
+                if (!place_below(node)) return false;
+                continue;
+            }
+            rays::distance_of(node) = end_ - places_[i];
+            std::ranges::copy(node, &to_.texels[places_[i]]);
+            if (!place_below(node)) return false;
+        }
+        if (vertices > 0)
+            std::memcpy(reinterpret_cast<char*>(to_.texels.data()) + first_vertex_ * kVertex, page_.vertices.data(),
+                        vertices * kVertex);
+        return pair_texels_.size() == page_.pairs.size() && to_.roots.size() == page_.roots;
+    }
+
+    /// Sets the rows of the page.
+    void add_rows(const PageSource& source) {
+        std::vector<std::uint32_t> triangles;
+        to_.first_rows.resize(end_);
+        for (std::size_t i = 0; i < pair_texels_.size(); ++i) {
+            const uvec4& pair = page_.pairs[i];
+            to_.first_rows[pair_texels_[i]] = static_cast<std::uint16_t>(triangles.size());
+            for (int which = 0; which < (single(pair) ? 1 : 2); ++which)
+                if (alpha_tested(pair, which)) triangles.push_back(pair[which] & shared::kBvhTriangleMask);
+        }
+        source.read_rows(triangles, to_.rows);
+    }
+
+  private:
+    bool place_below(const rays::PageNode& node) {
+        const std::uint32_t first = end_;
+        for (const bool leaves : {false, true}) {
+            for (int k = 0; k < 4; ++k) {
+                const rays::PageChild child = rays::page_child(node, k);
+                if (!child.exists || (child.pairs > 0) != leaves) continue;
+                if (child.offset != end_ - first) return false;
+                if (!leaves && !place_node()) return false;
+                for (std::uint32_t i = 0; i < child.pairs; ++i)
+                    if (!place_pair()) return false;
+            }
+        }
+        return true;
+    }
+
+    bool place_node() {
+        // All nodes but the roots take texels.
+        if (places_.size() - to_.roots.size() + page_.roots == page_.nodes.size() / kBvhPageTexels) return false;
+        places_.push_back(end_);
+        end_ += kBvhPageTexels;
+        return true;
+    }
+
+    bool place_pair() {
+        if (pair_texels_.size() == page_.pairs.size()) return false;
+        uvec4 pair = page_.pairs[pair_texels_.size()];
+        for (int word = 2; word < 4; ++word) {
+            for (const int shift : {0, shared::kBvhPageCornerBits})
+                if (((pair[word] >> shift) & shared::kBvhPageCornerMask) >= page_.vertices.size()) return false;
+            pair[word] += first_vertex_ | (first_vertex_ << shared::kBvhPageCornerBits);
+        }
+        pair_texels_.push_back(end_);
+        to_.texels[end_++] = pair;
+        return true;
+    }
+
+    const Page& page_;
+    LoadedPage& to_;
+    const std::uint32_t first_vertex_;
+    std::vector<std::uint32_t> places_;       // texels of the nodes so far; not used for roots
+    std::vector<std::uint32_t> pair_texels_;  // texels of the pairs so far
+    std::uint32_t end_ = 0;                   // texels so far
+};
+
+/// Returns the number of triangles with alpha tests.
+std::size_t alpha_tested_in(const Page& page) {
+    std::size_t count = 0;
+    for (const uvec4& pair : page.pairs) count += alpha_tested(pair, 0) + (!single(pair) && alpha_tested(pair, 1));
+    return count;
+}
 
 }  // namespace
 
@@ -165,21 +361,48 @@ rays::Bvh hierarchy_over(std::span<const PageRoot> roots) {
     return bvh;
 }
 
-LoadedPage read_with_rows(const PageSource& source, std::uint32_t page) {
-    LoadedPage loaded{source.read(page), {}};
-    if (!source.index().alpha) return loaded;
-    std::vector<std::uint32_t> triangles;
-    std::vector<vec4>& pairs = loaded.page.pairs;
-    for (std::size_t i = shared::kBvhPairTexels - 1; i < pairs.size(); i += shared::kBvhPairTexels) {
-        uvec4 words = std::bit_cast<uvec4>(pairs[i]);
-        words.w = kBvhTag | static_cast<std::uint32_t>(triangles.size());
-        const bool single = words.x == words.y;
-        for (int which = 0; which < (single ? 1 : 2); ++which)
-            if ((words.z & (shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift))) != 0)
-                triangles.push_back(words[which] & shared::kBvhTriangleMask);
-        pairs[i] = std::bit_cast<vec4>(words);
+PageIndex::Size size_of(const Page& page) {
+    return {static_cast<std::uint32_t>(page.nodes.size() / kBvhPageTexels), page.roots,
+            static_cast<std::uint32_t>(page.pairs.size()), static_cast<std::uint32_t>(page.vertices.size())};
+}
+
+std::size_t bytes_in_slot(const PageIndex::Size& size) {
+    return (first_vertex(size) + size.vertices) * kVertex;
+}
+
+bool append(RootedPage& to, const RootedPage& page, const PageLimits& limits) {
+    PageIndex::Size size = size_of(to.page);
+    const PageIndex::Size more = size_of(page.page);
+    const auto shift = size.vertices;
+    const std::uint32_t first_node = size.nodes;
+    size.nodes += more.nodes, size.roots += more.roots, size.pairs += more.pairs, size.vertices += more.vertices;
+    if (bytes_in_slot(size) > limits.bytes ||
+        alpha_tested_in(to.page) + alpha_tested_in(page.page) > limits.alpha_tested)
+        return false;
+    to.page.roots = size.roots;
+    to.page.nodes.insert(to.page.nodes.end(), page.page.nodes.begin(), page.page.nodes.end());
+    to.page.vertices.insert(to.page.vertices.end(), page.page.vertices.begin(), page.page.vertices.end());
+    for (uvec4 pair : page.page.pairs) {
+        for (int word = 2; word < 4; ++word) pair[word] += shift | (shift << shared::kBvhPageCornerBits);
+        to.page.pairs.push_back(pair);
     }
-    source.read_rows(triangles, loaded.rows);
+    for (PageRoot root : page.roots) {
+        root.node += first_node;
+        to.roots.push_back(root);
+    }
+    return true;
+}
+
+LoadedPage read_with_rows(const PageSource& source, std::uint32_t page) {
+    const Page content = source.read(page);
+    const PageLimits& limits = source.index().limits;
+    if (bytes_in_slot(size_of(content)) > limits.bytes ||
+        (source.index().alpha && alpha_tested_in(content) > limits.alpha_tested))
+        throw Error("pages", "page {} is larger than the limits of the scene", page);
+    LoadedPage loaded;
+    Placing placing(content, loaded);
+    if (!placing.place()) throw Error("pages", "page {} has a node that leads out of it", page);
+    if (source.index().alpha) placing.add_rows(source);
     return loaded;
 }
 
@@ -225,7 +448,7 @@ PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const st
     rings.reserve(pairs.size());
     for (const rays::TrianglePair& pair : pairs) rings.push_back(rays::ring_of(pair, triangles));
     const Bvh bvh = rays::build_pair_bvh(rings, rays::Splits::none);
-    return Cutter(bvh, pairs, rings, ids, alpha, limits).cut();
+    return Cutter(bvh, pairs, number_corners(rings), ids, alpha, limits).cut();
 }
 
 }  // namespace halflight::paging

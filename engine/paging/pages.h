@@ -11,23 +11,30 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/bvh.h"
+#include "engine/rays/page_node.h"
 #include "engine/rays/pairs.h"
 #include "engine/tables/tables.h"
 
 namespace halflight::paging {
 
-/// Largest content of a page, at least that of a leaf (7 pairs). A slot of the device's pool has room for it.
+/// Largest content of a page, at least that of a leaf. A slot of the device's pool has room for it.
 struct PageLimits {
-    std::uint32_t pairs = 4096;
-    std::uint32_t nodes = 1280;
+    std::uint32_t bytes = 192 << 10;    // bytes of a slot without table rows: kLeastPageBytes to kMostPageBytes
     std::uint32_t alpha_tested = 2048;  // triangles with alpha tests; their slots also have room for table rows
 };
+inline constexpr std::uint32_t kLeastPageBytes = 768, kMostPageBytes = 192 << 10;
+inline constexpr std::uint32_t kPageByteSteps = 48;  // sizes of slots are multiples: they hold whole texels
 
-/// A page as kernels read it (shaders/shared/bvh.h, nodes in the page format). References count from the first node and
-/// pair of the page. Ids of triangles are indices into TraceTables::triangles.
+/// A page. Nodes and pairs are as kernels read them (shaders/shared/bvh.h), with two differences: distances of nodes
+/// are 0, and corners are indices of vertices. Ids of triangles are indices into TraceTables::triangles.
+///
+/// The nodes of a subtree come breadth first: the root, its children, their children. The pairs of leaves come in the
+/// order of the nodes above them. The next node that is below no earlier one is the root of another subtree.
 struct Page {
-    std::vector<uvec4> nodes;  // kBvhPageTexels texels per node
-    std::vector<vec4> pairs;   // kBvhPairTexels texels per pair
+    std::uint32_t roots = 0;     // subtrees
+    std::vector<uvec4> nodes;    // kBvhPageTexels texels per node
+    std::vector<uvec4> pairs;    // a texel per pair
+    std::vector<vec3> vertices;  // different positions, in the order of their first use
 };
 
 /// A subtree that is reached from outside its page.
@@ -53,8 +60,10 @@ PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const st
 /// The part of a paged scene that stays in memory. Everything is relative to TraceTables::origin.
 struct PageIndex {
     struct Size {
-        std::uint32_t nodes = 0;
+        std::uint32_t nodes = 0;  // with the roots
+        std::uint32_t roots = 0;
         std::uint32_t pairs = 0;
+        std::uint32_t vertices = 0;
     };
     PageLimits limits;
     std::uint64_t scene = 0;          // identity of the scene's files (identity_of() in engine/io/gltf/parts.h)
@@ -71,6 +80,18 @@ struct PageIndex {
     AbsentGeometry geometry;          // facts about triangles and vertices, without AbsentGeometry::attributes
     bool alpha = false;               // some triangle needs the alpha test
 };
+
+PageIndex::Size size_of(const Page& page);
+/// Returns the bytes that a page takes in its slot. Roots are elsewhere, with the hierarchy over them.
+std::size_t bytes_in_slot(const PageIndex::Size& size);
+
+/// A page with its roots, whose PageRoot::page is not used.
+struct RootedPage {
+    Page page;
+    std::vector<PageRoot> roots;
+};
+/// Appends a page to another one if both fit into a slot. Returns whether they do.
+bool append(RootedPage& to, const RootedPage& page, const PageLimits& limits);
 
 /// Builds the hierarchy over the roots of all pages. Its primitives are the roots. It has a root without children if
 /// there are no pages.
@@ -103,10 +124,14 @@ class PageSource {
 
 /// A page as the pool takes it.
 struct LoadedPage {
-    Page page;          // the pairs of alpha-tested triangles have the place of their first row
-    TriangleRows rows;  // rows of the alpha-tested triangles, in the order of the pairs
+    std::vector<uvec4> texels;          // content of the slot (shaders/shared/bvh.h)
+    std::vector<rays::PageNode> roots;  // roots of its subtrees; distances count from the start of the slot
+    TriangleRows rows;                  // rows of the alpha-tested triangles, in the order of the pairs
+    // Per texel of nodes and pairs: place of the pair's first row. Empty without rows.
+    std::vector<std::uint16_t> first_rows;
 };
-/// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read().
+/// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read(), and for pages that are larger than
+/// the limits or whose nodes lead out of them.
 LoadedPage read_with_rows(const PageSource& source, std::uint32_t page);
 
 /// Returns the tables of a paged scene, without what is in its pages. `last` are the tables of another pose, from which

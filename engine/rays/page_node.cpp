@@ -15,8 +15,8 @@ float side_of(std::uint32_t exponent) {
     return std::bit_cast<float>(exponent << 23);
 }
 
-float decode(float base, std::uint32_t cells, float side) {
-    return base + static_cast<float>(cells) * side;  // the product is exact, the sum has one rounding
+double decode(float base, std::uint32_t cells, float side) {
+    return base + cells * double{side};
 }
 
 /// Returns the exponent of the smallest cell with which kCells cells span the interval, as bits of a float. Cells are
@@ -34,7 +34,7 @@ std::uint32_t exponent_of(float lower, float upper) {
 
 }  // namespace
 
-PageNode encode_page_node(const BvhNode& node, const std::array<std::uint32_t, 4>& references) {
+PageNode encode_page_node(const BvhNode& node) {
     Bounds all;
     for (const BvhChild& child : node.children)
         if (!child.bounds.empty()) all.add(child.bounds);
@@ -67,8 +67,24 @@ PageNode encode_page_node(const BvhNode& node, const std::array<std::uint32_t, 4
         words[2 * (a % 2)] = lower;
         words[2 * (a % 2) + 1] = upper;
     }
-    texels[3] = uvec4(references[0], references[1], references[2], references[3]);
+    std::array<std::uint32_t, 4> codes;
+    codes.fill(shared::kBvhPageNoChild);
+    std::uint32_t offset = 0;
+    for (const bool leaves : {false, true}) {
+        for (std::size_t k = 0; k < 4; ++k) {
+            const BvhChild& child = node.children[k];
+            if (child.bounds.empty() || child.leaf() != leaves) continue;
+            codes[k] = offset | (child.count << shared::kBvhPageOffsetBits);
+            offset += leaves ? child.count : shared::kBvhPageTexels;
+        }
+    }
+    texels[2].w = codes[0] | (codes[1] << 8) | (codes[2] << 16) | (codes[3] << 24);
     return texels;
+}
+
+PageChild page_child(const PageNode& node, int child) {
+    const std::uint32_t code = (node[2].w >> (8 * child)) & 0xffu;
+    return {code != shared::kBvhPageNoChild, code & shared::kBvhPageNoChild, code >> shared::kBvhPageOffsetBits};
 }
 
 Bounds decode_page_box(const PageNode& node, int child) {
@@ -77,8 +93,8 @@ Bounds decode_page_box(const PageNode& node, int child) {
         const uvec4& words = node[static_cast<std::size_t>(1 + a / 2)];
         const float base = std::bit_cast<float>(node[0][a]);
         const float side = side_of((node[0].w >> (8 * a)) & 0xffu);
-        box.lower[a] = decode(base, (words[2 * (a % 2)] >> (8 * child)) & 0xffu, side);
-        box.upper[a] = decode(base, (words[2 * (a % 2) + 1] >> (8 * child)) & 0xffu, side);
+        box.lower[a] = static_cast<float>(decode(base, (words[2 * (a % 2)] >> (8 * child)) & 0xffu, side));
+        box.upper[a] = static_cast<float>(decode(base, (words[2 * (a % 2) + 1] >> (8 * child)) & 0xffu, side));
     }
     return box;
 }

@@ -18,6 +18,15 @@ struct PairMember {
     bool alpha_tested = false;  // hits need the alpha test
 };
 
+/// Returns the order of a triangle of a pair.
+inline std::uint32_t order_in_file(const TrianglePair& pair, int which) {
+    const auto corners = corners_in_pair(pair, which);
+    const auto place_of = [&](std::uint8_t corner) {
+        return static_cast<std::uint32_t>(std::ranges::find(corners, corner) - corners.begin());
+    };
+    return place_of(1) | place_of(2) << 2;
+}
+
 /// Packs a pair. `member_of` returns the PairMember of a triangle of TrianglePair::triangles.
 template <class MemberOf>
 std::array<vec4, shared::kBvhPairTexels> pair_texels(const Ring& ring, const TrianglePair& pair, MemberOf member_of) {
@@ -28,14 +37,24 @@ std::array<vec4, shared::kBvhPairTexels> pair_texels(const Ring& ring, const Tri
         const PairMember member = member_of(pair.triangles[static_cast<std::size_t>(which)]);
         words[which] |= member.id;
         if (member.alpha_tested) words.z |= shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift);
-        const auto corners = corners_in_pair(pair, which);
-        const auto place_of = [&](std::uint8_t corner) {
-            return static_cast<std::uint32_t>(std::ranges::find(corners, corner) - corners.begin());
-        };
-        words.z |= (place_of(1) | place_of(2) << 2) << (which * shared::kBvhOrderShift);
+        words.z |= order_in_file(pair, which) << (which * shared::kBvhOrderShift);
     }
     texels[3] = {std::bit_cast<float>(words.x), std::bit_cast<float>(words.y), std::bit_cast<float>(words.z), 0};
     return texels;
+}
+
+/// Packs a pair of a page. `corners` are below 2^kBvhPageCornerBits.
+template <class MemberOf>
+uvec4 page_pair(const std::array<std::uint32_t, 4>& corners, const TrianglePair& pair, MemberOf member_of) {
+    uvec4 words;
+    for (int which = 0; which < 2; ++which) {
+        const PairMember member = member_of(pair.triangles[static_cast<std::size_t>(which)]);
+        const auto first = static_cast<std::size_t>(2 * which);
+        words[which] = member.id | (member.alpha_tested ? shared::kBvhPageAlpha : 0);
+        words[2 + which] = corners[first] | (corners[first + 1] << shared::kBvhPageCornerBits) |
+                           (order_in_file(pair, which) << shared::kBvhPageOrderShift);
+    }
+    return words;
 }
 
 }  // namespace halflight::rays

@@ -73,12 +73,12 @@ TraceScene::TraceScene(const TraceTables& tables, PackedScene&& packed, const gp
 }
 
 TraceScene::TraceScene(const PagedLayout& layout) : TraceScene(nullptr) {
-    nodes_ = gpu::Buffer(nodes_.name(), layout.nodes * shared::kBvhPageTexels * sizeof(uvec4));
-    triangles_ = gpu::Buffer(triangles_.name(), layout.pairs * shared::kBvhPairTexels * sizeof(vec4));
+    nodes_ = gpu::Buffer(nodes_.name(), layout.texels * sizeof(uvec4));
     update(layout);
 }
 
 void TraceScene::update(const PagedLayout& layout) {
+    top_ = layout.top, slot_texels_ = layout.slot_texels, slot_rows_ = layout.slot_rows;
     TraceTables tables;
     tables.instances.push_back({.identity = true});
     tables.slivers = layout.slivers;
@@ -86,7 +86,6 @@ void TraceScene::update(const PagedLayout& layout) {
     PackedScene packed;
     packed.format = NodeFormat::page;
     packed.stack_entries = layout.stack_entries;
-    packed.node_count = layout.nodes;
     packed.instance_head = {0};
     finish_update(tables, packed, layout.shading);
     statistics_.triangles = layout.triangles;
@@ -132,12 +131,18 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
     if (slivers_) defines_.set("HALFLIGHT_SLIVERS");
     if (statistics_.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
     if (statistics_.node_format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
-    if (statistics_.node_format == NodeFormat::page) defines_.set("HALFLIGHT_NODES_PAGE");
+    if (statistics_.node_format != NodeFormat::page) return;
+    defines_.set("HALFLIGHT_NODES_PAGE");
+    defines_.set("HALFLIGHT_SLOT_TEXELS", slot_texels_);
+    if (slot_rows_ > 0) defines_.set("HALFLIGHT_SLOT_ROWS", slot_rows_);
 }
 
 void TraceScene::bind() const {
     nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::floating ? GL_RGBA32F : GL_RGBA32UI);
-    triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
+    if (statistics_.node_format == NodeFormat::page)
+        nodes_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGB32F);
+    else
+        triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
     heads_.bind_texture(UNIT_BLOCK_HEADS, GL_R32UI);
     (shared_instances_ != nullptr ? *shared_instances_ : own_instances_).bind_texture(UNIT_INSTANCES, GL_RGBA32F);
 }

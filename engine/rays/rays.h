@@ -64,8 +64,10 @@ struct TraceStatistics {
 /// A scene whose hierarchy is loaded in pages (engine/paging/page_pool.h). All triangles are in one space.
 struct PagedLayout {
     std::size_t triangles = 0;
-    std::size_t nodes = 0;            // room in the buffer of nodes
-    std::size_t pairs = 0;            // room in the buffer of pairs
+    std::size_t texels = 0;           // room in the buffer of nodes, pairs and vertices
+    std::uint32_t top = 0;            // texel of the hierarchy over all pages in it
+    std::size_t slot_texels = 0;      // room of a page in it
+    std::size_t slot_rows = 0;        // alpha-tested triangles of a page
     std::uint32_t stack_entries = 1;  // maximum stack of a traversal, entries
     bool slivers = false;
     bool alpha_tested = false;
@@ -103,14 +105,14 @@ class TraceScene {
     /// Sets other shading defines; defines() follow.
     void set_shading(const gpu::Defines& shading);
 
-    gpu::Buffer& nodes() { return nodes_; }      ///< Returns the buffer of nodes, which pages are written to.
-    gpu::Buffer& pairs() { return triangles_; }  ///< Returns the buffer of pairs.
+    gpu::Buffer& nodes() { return nodes_; }  ///< Returns the buffer of nodes, which pages are written to.
 
     /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
     void bind() const;
     /// Returns the defines that select the variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
     const gpu::Defines& defines() const { return defines_; }
-    bool paged() const { return paged_; }  ///< Returns whether the hierarchy is loaded in pages.
+    bool paged() const { return paged_; }       ///< Returns whether the hierarchy is loaded in pages.
+    std::uint32_t top() const { return top_; }  ///< Returns PagedLayout::top, the uniform `top` of kernels.
     /// Returns whether hits depend on coverage, and thus on RayBatch::frame_constants and the scene's texture units.
     bool alpha_tested() const { return alpha_tested_; }
     const TraceStatistics& statistics() const { return statistics_; }
@@ -127,10 +129,12 @@ class TraceScene {
     bool alpha_tested_ = false;
     bool paged_ = false;
     bool slivers_ = false;
+    std::uint32_t top_ = 0;  // fields of PagedLayout
+    std::size_t slot_texels_ = 0, slot_rows_ = 0;
     TraceStatistics statistics_;
     gpu::Defines defines_;
     gpu::Buffer nodes_;
-    gpu::Buffer triangles_;
+    gpu::Buffer triangles_;      // empty in scenes that are loaded in pages
     gpu::Buffer heads_;          // per instance: node index of its block's head
     gpu::Buffer own_instances_;  // instance rows; empty where they are shared
     const gpu::Buffer* shared_instances_;

@@ -73,9 +73,10 @@ constexpr std::array kLayers = {
             "picture before denoising and preview filters: the mean of the samples"},
     AovInfo{"denoiser", "denoiser.", "direct_diffuse,indirect_diffuse,glossy", data, Merge::mean, LayerSource::denoiser,
             "share of filtered light in each component of the denoised picture, 0 to 1; the rest is the mean"},
-    AovInfo{"nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
-            "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling", 0, nullptr,
-            [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
+    AovInfo{
+        "nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
+        "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling; 0 in scenes in pages",
+        0, nullptr, [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
     AovInfo{
         "culling", "culling.", "leaves,others", data, Merge::none, LayerSource::debug,
         "number of leaves and of other entries in the tile's list for first shadow rays, in the last sample with such "

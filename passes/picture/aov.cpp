@@ -38,12 +38,16 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
                    Access::storage_write, "Records");
     pass.execute([=](graph::Resources& r) {
         gpu::Defines defines = rays::tile_defines(view.trace, shadow, view.tracer.tile_settings());
-        if (options.nodes) defines.set("HALFLIGHT_COUNT");
+        const bool paged = view.trace.paged();
+        if (options.nodes && !paged) defines.set("HALFLIGHT_COUNT");
         if (lists && view.tracer.ran_by_tiles(shadow)) defines.set("TILE_LISTS");
-        if (options.residency && view.trace.paged()) defines.set("RESIDENCY");
+        const bool residency = options.residency && paged;
+        if (residency) defines.set("RESIDENCY");
         view.trace.bind();
         view.scene.bind();
-        r.compute("shaders/debug_aov.comp", defines).dispatch(view.band.paths() / 64);
+        const auto& program = r.compute("shaders/debug_aov.comp", defines);
+        if (residency) program.set("top", view.trace.top());
+        program.dispatch(view.band.paths() / 64);
     });
     return records;
 }

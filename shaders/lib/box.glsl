@@ -69,6 +69,18 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     return ray;
 }
 
+// Tests four boxes against [t_min, t_exit], both >= 0. near_*, far_*: where the ray enters and leaves them per axis.
+BoxHits hits_between(vec4 near_x, vec4 near_y, vec4 near_z, vec4 far_x, vec4 far_y, vec4 far_z, float t_min,
+                     float t_exit) {
+    BoxHits hits;
+    hits.near = max(max(floatBitsToInt(near_x), floatBitsToInt(near_y)),
+                    max(floatBitsToInt(near_z), ivec4(floatBitsToInt(t_min))));
+    ivec4 far = min(min(floatBitsToInt(far_x), floatBitsToInt(far_y)),
+                    min(floatBitsToInt(far_z), ivec4(floatBitsToInt(t_exit))));
+    hits.met = lessThanEqual(hits.near, far);
+    return hits;
+}
+
 // Tests four boxes against [t_min, t_exit], both >= 0. enter_*, leave_*: bounds along an axis in the order in which the
 // ray passes them.
 BoxHits intersect_boxes(BoxRay ray, vec4 enter_x, vec4 enter_y, vec4 enter_z, vec4 leave_x, vec4 leave_y, vec4 leave_z,
@@ -79,11 +91,5 @@ BoxHits intersect_boxes(BoxRay ray, vec4 enter_x, vec4 enter_y, vec4 enter_z, ve
     precise vec4 far_x = (leave_x - ray.far_origin.x) * ray.far_inverse.x;
     precise vec4 far_y = (leave_y - ray.far_origin.y) * ray.far_inverse.y;
     precise vec4 far_z = (leave_z - ray.far_origin.z) * ray.far_inverse.z;
-    BoxHits hits;
-    hits.near = max(max(floatBitsToInt(near_x), floatBitsToInt(near_y)),
-                    max(floatBitsToInt(near_z), ivec4(floatBitsToInt(t_min))));
-    ivec4 far = min(min(floatBitsToInt(far_x), floatBitsToInt(far_y)),
-                    min(floatBitsToInt(far_z), ivec4(floatBitsToInt(t_exit))));
-    hits.met = lessThanEqual(hits.near, far);
-    return hits;
+    return hits_between(near_x, near_y, near_z, far_x, far_y, far_z, t_min, t_exit);
 }

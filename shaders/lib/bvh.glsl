@@ -23,18 +23,43 @@ BvhHead bvh_head(uint index) {
 }
 #else
 BvhHead bvh_head(uint index) {
+#ifdef HALFLIGHT_NODES_PAGE
+    int texel = int(index);
+#else
     int texel = int(index) * kBvhGridTexels;
+#endif
     vec4 base = uintBitsToFloat(texelFetch(trace_nodes, texel));
     return BvhHead(base.xyz, uintBitsToFloat(texelFetch(trace_nodes, texel + 1).xyz), base.w);
 }
 
 #ifdef HALFLIGHT_NODES_PAGE
-// Decodes the bounds of four children along an axis, from a word with four numbers of cells.
-vec4 page_bounds(uint cells, uint base, uint exponents, const int axis) {
-    float side = uintBitsToFloat(((exponents >> (8 * axis)) & 0xffu) << 23);
-    vec4 count = vec4(ivec4(cells & 0xffu, (cells >> 8) & 0xffu, (cells >> 16) & 0xffu, cells >> 24));
-    precise vec4 bounds = uintBitsToFloat(base) + count * side;
-    return bounds;
+// Unpacks four numbers of cells.
+vec4 page_cells(uint word) {
+    return vec4(ivec4(word & 0xffu, (word >> 8) & 0xffu, (word >> 16) & 0xffu, word >> 24));
+}
+
+// Returns where a ray passes four planes. `start`, `step`: where it passes the base of the cells, and how far it is from
+// cell to cell.
+vec4 page_planes(uint word, float start, float step) {
+    precise vec4 planes = start + page_cells(word) * step;
+    return planes;
+}
+
+// Tests the four children of a node. The sums round by at most 7 * 2^-24 of the reach, which the slack covers
+// (engine/rays/packed_bvh.cpp). The boxes of pages have no rounding of their own, and rays are not placed on a grid.
+BoxHits intersect_page_boxes(BoxRay ray, uvec4 frame, uvec4 xy, uvec2 z, float t_min, float t_exit) {
+    vec3 base = uintBitsToFloat(frame.xyz);
+    vec3 side = uintBitsToFloat((uvec3(frame.w, frame.w >> 8, frame.w >> 16) & 0xffu) << 23);
+    precise vec3 near = (base - ray.near_origin) * ray.near_inverse;
+    precise vec3 far = (base - ray.far_origin) * ray.far_inverse;
+    precise vec3 near_step = side * ray.near_inverse;
+    precise vec3 far_step = side * ray.far_inverse;
+    return hits_between(page_planes(ray.backward.x ? xy.y : xy.x, near.x, near_step.x),
+                        page_planes(ray.backward.y ? xy.w : xy.z, near.y, near_step.y),
+                        page_planes(ray.backward.z ? z.y : z.x, near.z, near_step.z),
+                        page_planes(ray.backward.x ? xy.x : xy.y, far.x, far_step.x),
+                        page_planes(ray.backward.y ? xy.z : xy.w, far.y, far_step.y),
+                        page_planes(ray.backward.z ? z.x : z.y, far.z, far_step.z), t_min, t_exit);
 }
 #endif
 
@@ -57,7 +82,9 @@ void order_pair(inout BvhStep s, const int i, const int j) {
 
 // Tests the children `slots` of a node against the part [t_min, t_exit] of the ray.
 BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) {
+#ifndef HALFLIGHT_NODES_PAGE
     int index = int(node & kBvhIndexMask);
+#endif
 #ifdef HALFLIGHT_NODES_FLOAT
     // The texture fetch selects the side by which the ray enters.
     ivec3 enter = index * kBvhFloatTexels + ivec3(0, 2, 4) + ivec3(ray.backward);
@@ -68,20 +95,16 @@ BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) 
     BvhStep s;
     s.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
 #elif defined(HALFLIGHT_NODES_PAGE)
-    int texel = index * kBvhPageTexels;
-    uvec4 frame = texelFetch(trace_nodes, texel);
-    uvec4 xy = texelFetch(trace_nodes, texel + 1);
-    uvec4 z = texelFetch(trace_nodes, texel + 2);
-    BoxHits hits = intersect_boxes(ray, page_bounds(ray.backward.x ? xy.y : xy.x, frame.x, frame.w, 0),
-                                   page_bounds(ray.backward.y ? xy.w : xy.z, frame.y, frame.w, 1),
-                                   page_bounds(ray.backward.z ? z.y : z.x, frame.z, frame.w, 2),
-                                   page_bounds(ray.backward.x ? xy.x : xy.y, frame.x, frame.w, 0),
-                                   page_bounds(ray.backward.y ? xy.z : xy.w, frame.y, frame.w, 1),
-                                   page_bounds(ray.backward.z ? z.x : z.y, frame.z, frame.w, 2), t_min, t_exit);
+    uvec4 frame = texelFetch(trace_nodes, int(node));
+    uvec4 xy = texelFetch(trace_nodes, int(node) + 1);
+    uvec4 z = texelFetch(trace_nodes, int(node) + 2);
+    BoxHits hits = intersect_page_boxes(ray, frame, xy, z.xy, t_min, t_exit);
     BvhStep s;
-    s.reference = texelFetch(trace_nodes, texel + 3);
+    uvec4 codes = uvec4(z.w & 0xffu, (z.w >> 8) & 0xffu, (z.w >> 16) & 0xffu, z.w >> 24);
+    uvec4 offsets = codes & kBvhPageNoChild;
+    s.reference = (node + z.z) + offsets + ((codes - offsets) << (kBvhPageCountShift - kBvhPageOffsetBits));
     // The box of a missing child is empty, but smaller than the slack where the node is small.
-    hits.met = bvec4(uvec4(hits.met) & uvec4(notEqual(s.reference, uvec4(kBvhNoChild))));
+    hits.met = bvec4(uvec4(hits.met) & uvec4(notEqual(codes, uvec4(kBvhPageNoChild))));
 #else
     int texel = index * kBvhGridTexels;
     uvec4 x = texelFetch(trace_nodes, texel);

@@ -9,7 +9,9 @@
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
 // HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows).
-// Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT.
+// With HALFLIGHT_NODES_PAGE, HALFLIGHT_SLOT_TEXELS is the size of a slot.
+// Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
+// head of the hierarchy where they start.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -22,11 +24,20 @@
 #ifndef TRAVERSAL_ROOT
 #define TRAVERSAL_ROOT (kBvhTag | 1u)
 #endif
+#ifndef TRAVERSAL_HEAD
+#define TRAVERSAL_HEAD 0u
+#endif
 #ifndef BLOCK_ROOT
 #define BLOCK_ROOT(head) (kBvhTag | ((head) + 1u))
 #endif
 
 const uint kStackDone = 0xffffffffu;
+#ifdef HALFLIGHT_NODES_PAGE
+#include "shaders/lib/page_references.glsl"
+#else
+const uint kStackLeaf = kBvhTag | kBvhLeaf;        // entries below it are nodes
+const uint kStackBeyond = kBvhTag | kBvhInstance;  // entries below it are nodes and leaves
+const uint kNoPlace = kBvhNoChild;
 const uint kStackLeaveBlock = 0x7fffffffu;  // entry that returns to the top level
 const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the node below on the stack
 
@@ -34,6 +45,10 @@ const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the 
 // after its first triangle.
 int first_place(uint leaf) { return 2 * int(leaf & kBvhIndexMask); }
 int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShift) & 7u) : 0; }
+uint leaf_of(uint pairs, uint first) { return kBvhTag | kBvhLeaf | (pairs << kBvhCountShift) | first; }
+// Returns the row of a triangle in the tables. `place` is in its pair.
+uint row_of(int place, uint triangle) { return triangle; }
+#endif
 
 // Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t itself
 // is no earlier than the entry but for rounding, which the slack of nodes covers.
@@ -65,7 +80,6 @@ float triangle_near(EntryRay entry, vec3 origin, vec4 row_x, vec4 row_y, bool se
 struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
-    uint row;           // place of an alpha-tested triangle in the tables
     int next;           // next place: few rays hit both triangles of a pair
     Hit hit;            // hit on the triangle; for any_hit, valid only with HALFLIGHT_ALPHA
 };
@@ -73,17 +87,29 @@ struct PlaceHit {
 // Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.
 PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instance, float t_min, float leaf_near,
                          Hit nearest, const bool any_hit) {
+#ifdef HALFLIGHT_NODES_PAGE
+    uvec4 words = texelFetch(trace_nodes, place >> 1);
+    int slot = (place >> 1) / HALFLIGHT_SLOT_TEXELS;
+    ivec4 corners = slot * (HALFLIGHT_SLOT_TEXELS / 3 * 4) +
+                    ivec4(uvec4(words.z, words.z >> kBvhPageCornerBits, words.w, words.w >> kBvhPageCornerBits) &
+                          kBvhPageCornerMask);
+    vec3 a = along_axes(ray, texelFetch(trace_triangles, corners.x).xyz);
+    vec3 b = along_axes(ray, texelFetch(trace_triangles, corners.y).xyz);
+    vec3 c = along_axes(ray, texelFetch(trace_triangles, corners.z).xyz);
+    vec3 d = along_axes(ray, texelFetch(trace_triangles, corners.w).xyz);
+    vec4 row_x = vec4(a.x, b.x, c.x, d.x), row_y = vec4(a.y, b.y, c.y, d.y), row_z = vec4(a.z, b.z, c.z, d.z);
+#else
     int texel = (place >> 1) * kBvhPairTexels;
     vec4 row_x = texelFetch(trace_triangles, texel + ray.axes.x);
     vec4 row_y = texelFetch(trace_triangles, texel + ray.axes.y);
     vec4 row_z = texelFetch(trace_triangles, texel + ray.axes.z);
+#endif
     PairEdges pair = intersect_pair(ray, row_x, row_y, row_z);
     bool second = (place & 1) != 0 || !pair.met.x;
     PlaceHit h;
     h.next = (place | 1) + (second || !pair.met.y ? 1 : 0);
     h.nearer = !second || pair.met.y;
     h.alpha_tested = false;
-    h.row = 0u;
     h.hit = nearest;
     float near = triangle_near(entry, ray.origin, row_x, row_y, second);
 #ifndef HALFLIGHT_ALPHA
@@ -93,17 +119,19 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
         return h;
     }
 #endif
+#ifdef HALFLIGHT_NODES_PAGE
+    uvec2 ids = words.xy & (kBvhPageAlpha | kBvhTriangleMask);
+    uint order = (second ? words.w : words.z) >> kBvhPageOrderShift;
+    h.alpha_tested = ((second ? ids.y : ids.x) & kBvhPageAlpha) != 0u;
+#else
     uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
+    uint order = second ? ids.z >> kBvhOrderShift : ids.z;
+    h.alpha_tested = (ids.z & (second ? kBvhAlphaTested << kBvhAlphaShift : kBvhAlphaTested)) != 0u;
+#endif
     uint id = second ? ids.y : ids.x;
     if (ids.x == ids.y) h.next = (place | 1) + 1;  // the pair has a single triangle
-    TrianglePoint p = pair_point_in_file_order(ray, pair, second, second ? ids.z >> kBvhOrderShift : ids.z);
-    h.alpha_tested = (ids.z & (second ? kBvhAlphaTested << kBvhAlphaShift : kBvhAlphaTested)) != 0u;
+    TrianglePoint p = pair_point_in_file_order(ray, pair, second, order);
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
-#ifdef HALFLIGHT_NODES_PAGE
-    h.row = (ids.w & kBvhTriangleMask) + (second && (ids.z & kBvhAlphaTested) != 0u && ids.x != ids.y ? 1u : 0u);
-#else
-    h.row = h.hit.triangle;
-#endif
     h.nearer = h.nearer && p.t > t_min;
     if (any_hit) {
         h.nearer = h.nearer && max(pair_t(ray, pair, second), near) < nearest.t;
@@ -141,20 +169,20 @@ uint nodes_visited = 0u;  // inner nodes, with four boxes each
 #endif
 
 #ifdef HALFLIGHT_NODES_PAGE
-// A leaf without pairs stands for a subtree whose page is missing: its index is the subtree's root plus 1
-// (engine/paging/page_pool.h). A ray has an order of subtrees: by its entry, or 0 for any_hit, and then by root. Of the
-// missing ones that a traversal meets, the first one is kept that is not before `searched`.
+// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees: by
+// its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept that
+// is not before `searched`.
 uvec2 searched = uvec2(0u);  // entry and root; earlier traversals have searched all subtrees before it
 uvec2 first_missing = uvec2(uint(kBvhFar), kMiss);
 
 bool is_before(uvec2 a, uvec2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 
 void note_leaf(uint node, int near) {
-    uvec2 subtree = uvec2(uint(near), (node & kBvhIndexMask) - 1u);
-    bool missing = is_leaf(node) && places_in(node) == 0 && node != kBvhNoChild;
+    uvec2 subtree = uvec2(uint(near), node & kBvhPageIndexMask);
+    bool missing = node >= kBvhPageMissing && node < kBvhPageNoPlace;
     if (missing && is_before(subtree, first_missing) && !is_before(subtree, searched)) first_missing = subtree;
 #ifdef HALFLIGHT_TOUCH
-    if (places_in(node) > 0) touched_slots[(node & kBvhIndexMask) / pairs_of_slot] = 1u;
+    if (places_in(node) > 0) touched_slots[(node & kBvhPageIndexMask) / uint(HALFLIGHT_SLOT_TEXELS)] = 1u;
 #endif
 }
 #endif
@@ -181,7 +209,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
         if (!any_hit) near = stack_near[entries];
     }
 
-    BvhHead head = bvh_head(0u);
+    BvhHead head = bvh_head(TRAVERSAL_HEAD);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(ray.origin, ray.direction);
     EntryRay entry = entry_ray(sheared, ray.direction, position_error(ray.origin, head.base, head.cell, head.slack));
@@ -191,7 +219,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
 #ifdef HALFLIGHT_ALPHA
     Hit asked = nearest;  // candidate, which becomes the nearest hit if its triangle covers it
-    uint asked_row = 0u;
+    int asked_place = 0;
     bool asks = false;
     int done = 0;  // 1: the rest of a leaf starts with the second triangle of a pair
 #else
@@ -201,7 +229,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     do {
         do {
             do {
-                if (is_inner_node(node)) {
+                if (node < kStackLeaf) {
                     BvhStep s = bvh_step(box, node, ray.t_min, any_hit ? below_t_max : nearest.t);
 #ifdef HALFLIGHT_COUNT
                     ++nodes_visited;
@@ -218,7 +246,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                         }
                     }
                 }
-            } while (is_inner_node(node));
+            } while (node < kStackLeaf);
 
 #ifdef HALFLIGHT_NODES_PAGE
             note_leaf(node, any_hit ? 0 : near);
@@ -233,16 +261,19 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             do {
                 if (place < end) {
                     PlaceHit hit = intersect_place(sheared, entry, place, instance, ray.t_min, leaf_near, nearest, any_hit);
+#ifdef HALFLIGHT_ALPHA
+                    int tested = place;
+#endif
                     place = hit.next;
 #ifdef HALFLIGHT_ALPHA
                     if (hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
-                        asked_row = hit.row;
+                        asked_place = tested;
                         asks = true;
                         done = place & 1;
                         uint left = uint(end - (place - done)) >> 1;
                         // The rest of the leaf. A leaf without pairs must not look like a missing page.
-                        node = left > 0u ? kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1) : kBvhNoChild;
+                        node = left > 0u ? leaf_of(left, uint(place >> 1)) : kNoPlace;
                         hit.nearer = false;
                         place = end;
                     }
@@ -259,7 +290,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             } while (place < end);
 
-            bool popped = is_leaf(node) && !asks;
+            bool popped = node < kStackBeyond && !asks;
             do {
                 if (popped) {
                     node = kStackDone;
@@ -274,12 +305,13 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                     }
                 }
             } while (popped);
-        } while (node < (kBvhTag | kBvhInstance) && !asks);
+        } while (node < kStackBeyond && !asks);
 
 #ifdef HALFLIGHT_ALPHA
         if (asks) {
             asks = false;
-            if (alpha_accept(asked.triangle, asked_row, asked.instance, asked.u, asked.v, alpha_key)) {
+            uint row = row_of(asked_place, asked.triangle);
+            if (alpha_accept(asked.triangle, row, asked.instance, asked.u, asked.v, alpha_key)) {
                 found = true;
                 nearest = asked;
                 if (any_hit) node = kStackDone;

@@ -5,7 +5,7 @@
 
 // The textures are texture buffers unless said otherwise. Unit 0 stays free: samplers without a layout unit read it.
 #define UNIT_NODES 1               // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
-#define UNIT_TRIANGLE_VERTICES 2   // RGBA32F: pairs of triangles in leaf order
+#define UNIT_TRIANGLE_VERTICES 2   // RGBA32F: pairs of triangles in leaf order; RGB32F: vertices of pages
 #define UNIT_BLOCK_HEADS 3         // R32UI: node index of the head of each instance's block
 #define UNIT_INSTANCES 4           // RGBA32F: BlockInstance rows
 #define UNIT_TRIANGLES 5           // RGBA32UI: TraceTables::triangles

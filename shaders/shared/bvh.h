@@ -5,24 +5,35 @@
 //          (lower of children 0 | 1 << 16, of 2 | 3 << 16, upper of 0 | 1 << 16, of 2 | 3 << 16). Texel 3: references.
 //   float  RGBA32F, 8 texels. Texel 2a is the lower bound of the four children along axis a, 2a + 1 the upper one.
 //          Texel 6: references. Texel 7 is padding.
-//   page   RGBA32UI, 4 texels, in scenes whose hierarchy is loaded in pages. Texel 0: base.xyz as floats, exponents of
-//          the cell's sides (8 bits per axis, as in floats). Texel 1: bounds of the four children in cells, 8 bits each
-//          (x lower, x upper, y lower, y upper). Texel 2: (z lower, z upper, 0, 0). Texel 3: references. A bound is
-//          base + cells * side, in float arithmetic.
+//   page   RGBA32UI, 3 texels, in scenes whose hierarchy is loaded in pages; see below.
 // A hierarchy starts with a head in place of a node: texel 0 (base.xyz, slack), texel 1 (cell.xyz, 0), as floats. The
 // grid is base + cell * [0, kGridCells]; both formats are inside it. Node 1 after the head is the root. The head of the
 // hierarchy where traversal starts is at index 0.
 //
 // Triangles are stored in pairs with a common edge, of 4 texels. Texel 0 to 2 is an axis: that coordinate of the
 // corners of a ring. Its corners 0, 1, 2 are the first triangle's, and 2, 3, 0 are the second's. Texel 3: (id of the
-// first, of the second, orders, row); the first id is the lower one. A single triangle is paired with itself: corners 1
+// first, of the second, orders, 0); the first id is the lower one. A single triangle is paired with itself: corners 1
 // and 3 are equal. The orders have 4 bits per triangle: the places of the file's second corner (2 bits) and third
 // corner (2 bits). Places 0 and 1 are the ring's corners 0 and 2; place 2 is the corner that the other triangle lacks.
-// The word of orders also has a flag for each triangle that needs the alpha test. In scenes that are loaded in pages,
-// `row` is the place of the first such triangle of the pair in the tables; the second one follows. Otherwise it is 0.
+// The word of orders also has a flag for each triangle that needs the alpha test.
 //
 // References, ids and orders are 32-bit words with kBvhTag set and bit 31 clear. Ids are below kBvhTriangleLimit.
 // Therefore the words are also normal floats, which no texture unit flushes or quiets.
+//
+// Scenes that are loaded in pages have nodes, pairs and vertices in one buffer: as RGBA32UI in UNIT_NODES, and as RGB32F
+// in UNIT_TRIANGLE_VERTICES. A slot of the buffer holds a page: nodes and pairs first, then the vertices. Slots take
+// whole texels of both formats. The hierarchy over all pages follows the slots: its head, then its root.
+//   node   3 texels. Texel 0: base.xyz as floats, exponents of the cell's sides (8 bits per axis, as in floats). Texel 1:
+//          bounds of the four children in cells, 8 bits each (x lower, x upper, y lower, y upper). Texel 2: (z lower,
+//          z upper, distance, children). A bound is base + cells * side, in float arithmetic. `distance` leads from the
+//          node's texel to what is below it: the nodes of its children, then the pairs of its leaves. `children` has
+//          8 bits per child: how many texels after that it starts (5 bits), and its pairs (3 bits; 0: a node). 31 stands
+//          for no child.
+//   pair   1 texel: (id of the first triangle, of the second, corners 0 and 1, corners 2 and 3). Corners are texels
+//          after the slot's first one in RGB32F, 14 bits each. Above them are the orders of the first and of the second
+//          triangle. Ids have kBvhPageAlpha set where the triangle needs the alpha test.
+// Distances and corners do not depend on the slot. References to nodes and pairs are their texels; those to leaves also
+// have the number of pairs, shifted by kBvhPageCountShift.
 #ifndef HALFLIGHT_SHARED_BVH_H
 #define HALFLIGHT_SHARED_BVH_H
 
@@ -58,7 +69,19 @@ HALFLIGHT_SHARED_CONST int kBvhPairTexels = 4;
 
 HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // texels per node
 HALFLIGHT_SHARED_CONST int kBvhFloatTexels = 8;  // texels per node
-HALFLIGHT_SHARED_CONST int kBvhPageTexels = 4;   // texels per node
+HALFLIGHT_SHARED_CONST int kBvhPageTexels = 3;   // texels per node
+
+// Scenes that are loaded in pages. References: nodes < leaves < missing pages < no place.
+HALFLIGHT_SHARED_CONST int kBvhPageCountShift = 27;
+HALFLIGHT_SHARED_CONST uint kBvhPageIndexMask = 0x07ffffffu;  // texel of a node or of a leaf's first pair
+HALFLIGHT_SHARED_CONST uint kBvhPageMissing = 0x40000000u;    // | root of the subtree whose page is missing
+HALFLIGHT_SHARED_CONST uint kBvhPageNoPlace = 0x7fffffffu;    // a leaf without pairs
+HALFLIGHT_SHARED_CONST uint kBvhPageNoChild = 31u;            // code of a node that has no such child
+HALFLIGHT_SHARED_CONST int kBvhPageOffsetBits = 5;            // bits of a code that are below the number of pairs
+HALFLIGHT_SHARED_CONST int kBvhPageCornerBits = 14;
+HALFLIGHT_SHARED_CONST uint kBvhPageCornerMask = 0x3fffu;
+HALFLIGHT_SHARED_CONST int kBvhPageOrderShift = 28;
+HALFLIGHT_SHARED_CONST uint kBvhPageAlpha = 0x40000000u;
 HALFLIGHT_SHARED_CONST float kGridCells = 65535.0f;
 
 HALFLIGHT_SHARED_END

@@ -14,7 +14,7 @@ namespace {
 
 class Paging : public StiffTest {
   protected:
-    static constexpr paging::PageLimits kSmallPages{.pairs = 32, .nodes = 16, .alpha_tested = 24};
+    static constexpr paging::PageLimits kSmallPages{.bytes = 1536, .alpha_tested = 24};
 
     static RenderSettings settings_of(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras[0], 32, 32, 4, 4);
@@ -152,7 +152,8 @@ TEST_F(Paging, Motion) {
     for (const auto& [slots, schedule] : {Case(1, paging::PageSchedule::set), Case(3, paging::PageSchedule::queries),
                                           Case(40, paging::PageSchedule::set)}) {
         settings.page_schedule = schedule;
-        PreparedScene paged(context, rest, {.pages = source, .pool_bytes = slots * page});
+        PreparedScene paged(context, rest,
+                            {.pages = source, .pool_bytes = [&](const SceneNeeds&) { return slots * page; }});
         std::optional<Renderer> renderer;
         for (const std::size_t i : {0, 1, 0, 2, 2}) {
             const bool follows = paged.update(moving_box(times[i]));

@@ -6,7 +6,6 @@
 #include "engine/rays/hierarchies.h"
 #include "engine/tables/shading_tables.h"
 #include "engine/tables/table_rows.h"
-#include "shaders/shared/bvh.h"
 
 namespace halflight::test {
 
@@ -40,8 +39,7 @@ MemoryPages::MemoryPages(const TraceTables& tables, std::size_t bucket, const pa
             index_.roots.push_back(root);
         }
         for (paging::Page& page : set.pages) {
-            index_.pages.push_back({static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels),
-                                    static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels)});
+            index_.pages.push_back(paging::size_of(page));
             pages_.push_back(std::move(page));
         }
         index_.stack_entries = std::max(index_.stack_entries, set.stack_entries);

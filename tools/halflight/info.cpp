@@ -160,9 +160,12 @@ Json page_facts(const std::filesystem::path& path) {
     const paging::PageFile file(path);
     const paging::PageIndex& index = file.index();
     const paging::PageFileSizes sizes = file.sizes();
-    std::size_t pairs = 0, nodes = 0;
-    for (const paging::PageIndex::Size& page : index.pages) pairs += page.pairs, nodes += page.nodes;
-    const std::size_t pool = 16 * (pairs * shared::kBvhPairTexels + nodes * shared::kBvhPageTexels);
+    std::size_t pairs = 0, nodes = 0, vertices = 0, filled = 0;
+    for (const paging::PageIndex::Size& page : index.pages) {
+        pairs += page.pairs, nodes += page.nodes, vertices += page.vertices;
+        filled += paging::bytes_in_slot(page);
+    }
+    const std::size_t slots = index.pages.size() * index.limits.bytes;
     const auto each = [&](std::uint64_t bytes) {
         return static_cast<double>(bytes) / std::max<double>(index.triangles, 1);
     };
@@ -172,16 +175,19 @@ Json page_facts(const std::filesystem::path& path) {
         {"triangles", index.triangles}, {"vertices", index.vertices}, {"meshes", index.ranges.size()},
         {"origin", list(index.origin)}};
     if (!index.bounds.empty()) facts["bounds"] = {list(index.bounds.lower), list(index.bounds.upper)};
-    facts.update(Json{{"slivers", index.slivers},
-                      {"texels_per_vertex", index.vertex_texels},
-                      {"pages", index.pages.size()},
-                      {"subtrees", index.roots.size()},
-                      {"pairs", pairs},
-                      {"nodes", nodes},
-                      {"largest_page", {{"pairs", index.limits.pairs}, {"nodes", index.limits.nodes}}},
-                      {"part_bytes", {{"pages", sizes.pages}, {"tables", sizes.tables}, {"index", sizes.index}}},
-                      {"bytes_per_triangle",
-                       {{"pages", each(sizes.pages)}, {"tables", each(sizes.tables)}, {"loaded_pages", each(pool)}}}});
+    facts.update(
+        Json{{"slivers", index.slivers},
+             {"texels_per_vertex", index.vertex_texels},
+             {"pages", index.pages.size()},
+             {"subtrees", index.roots.size()},
+             {"pairs", pairs},
+             {"nodes", nodes},
+             {"vertices_of_pages", vertices},
+             {"slot_bytes", index.limits.bytes},
+             {"filled_share_of_slots", static_cast<double>(filled) / std::max<double>(static_cast<double>(slots), 1)},
+             {"part_bytes", {{"pages", sizes.pages}, {"tables", sizes.tables}, {"index", sizes.index}}},
+             {"bytes_per_triangle",
+              {{"pages", each(sizes.pages)}, {"tables", each(sizes.tables)}, {"loaded_pages", each(slots)}}}});
     return facts;
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 using namespace test;
 
-constexpr paging::PageLimits kSmallPages{32, 16};
+constexpr paging::PageLimits kSmallPages{1536};
 
 /// Faults of a source.
 struct Disk {

@@ -67,7 +67,7 @@ class TracerAlpha : public GpuTest {
         gpu::Buffer rays = gpu::Buffer::from("rays", a.rays);
         gpu::Buffer hits("hits", kRays * sizeof(Hit)), occluded("occluded", kRays * sizeof(std::uint32_t));
         gpu::Buffer paged_hits("paged hits", hits.bytes()), paged_occluded("paged occluded", occluded.bytes());
-        const test::MemoryPages pages(a.tables, 8, {.pairs = 8, .nodes = 2, .alpha_tested = 16}, shading.vertices);
+        const test::MemoryPages pages(a.tables, 8, {.bytes = 768, .alpha_tested = 16}, shading.vertices);
         paging::PagePool pool(pages, 1, buffers.defines());
         paging::PageServer server(pool);
         rays::Tracer paged(pool.scene(), server);

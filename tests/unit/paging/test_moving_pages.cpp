@@ -40,10 +40,10 @@ std::map<std::uint32_t, int> triangles_of(const PageSource& source, std::uint32_
     std::map<std::uint32_t, int> found;
     for (std::uint32_t p = first; p < source.index().pages.size(); ++p) {
         const Page page = source.read(p);
-        for (std::size_t i = shared::kBvhPairTexels - 1; i < page.pairs.size(); i += shared::kBvhPairTexels) {
-            const uvec4 words = std::bit_cast<uvec4>(page.pairs[i]);
-            ++found[words.x & shared::kBvhTriangleMask];
-            if (words.y != words.x) ++found[words.y & shared::kBvhTriangleMask];
+        for (const uvec4& pair : page.pairs) {
+            const uvec2 ids = uvec2(pair) & shared::kBvhTriangleMask;
+            ++found[ids.x];
+            if (ids.y != ids.x) ++found[ids.y];
         }
     }
     return found;

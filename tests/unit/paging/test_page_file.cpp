@@ -64,9 +64,11 @@ Content content_of(std::uint32_t triangles, std::uint32_t pages) {
     for (std::uint32_t p = 0; p < pages; ++p) {
         Page page;
         page.nodes.resize((p % 5 + 1) * shared::kBvhPageTexels);
-        page.pairs.resize((p % 7 + 1) * shared::kBvhPairTexels);
+        page.pairs.resize(p % 7 + 1);
+        page.roots = 1;
         for (uvec4& texel : page.nodes) texel = uvec4(random(), random(), random(), random());
-        for (vec4& texel : page.pairs) texel = vec4(number(), number(), number(), number());
+        for (uvec4& pair : page.pairs) pair = uvec4(random() >> 1, random() >> 1, random(), random());
+        for (std::uint32_t i = 0; i < p % 4; ++i) page.vertices.emplace_back(number(), number(), number());
         index.roots.push_back({index.bounds, p, p % 5});
         content.pages.push_back(std::move(page));
     }
@@ -80,8 +82,7 @@ void write(const Content& content, const std::filesystem::path& path) {
             if (i < content.blocks.size()) writer.add_block(encode(content.blocks[i]));
             if (i >= content.pages.size()) continue;
             const Page& page = content.pages[i];
-            writer.add_page(encode(page), {static_cast<std::uint32_t>(page.nodes.size() / shared::kBvhPageTexels),
-                                           static_cast<std::uint32_t>(page.pairs.size() / shared::kBvhPairTexels)});
+            writer.add_page(encode(page), size_of(page));
         }
         writer.finish(content.index);
     });
@@ -126,6 +127,8 @@ TEST_F(PageFiles, ReturnWhatWasWritten) {
             const Page page = file.read(p);
             EXPECT_TRUE(same_bytes(page.nodes, content.pages[p].nodes)) << p;
             EXPECT_TRUE(same_bytes(page.pairs, content.pages[p].pairs)) << p;
+            EXPECT_TRUE(same_bytes(page.vertices, content.pages[p].vertices)) << p;
+            EXPECT_EQ(page.roots, content.pages[p].roots);
         }
         // Rows in any order, some more than once, by several threads.
         const auto read_some = [&](unsigned seed) {
@@ -216,7 +219,7 @@ TEST_F(PageFiles, ForeignFilesAndOtherVersionsAreNamed) {
     std::string bytes = bytes_of(path());
     bytes[8] = 9;
     write_file(bad, bytes);
-    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 2 is needed"),
+    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 3 is needed"),
               std::string::npos);
     EXPECT_TRUE(is_page_file(bad));
 }
@@ -234,7 +237,12 @@ TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
     EXPECT_EQ(message([](Content& c) { c.index.roots[3].page = 70; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.roots[3].node = 70; }), damaged);
     EXPECT_EQ(message([](Content& c) { std::swap(c.index.roots[3], c.index.roots[5]); }), damaged);
-    EXPECT_EQ(message([](Content& c) { c.index.limits.nodes = 3; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = 48; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = 1000; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = kMostPageBytes + kPageByteSteps; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.limits.alpha_tested = 1 << 16; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.pages[4].roots = 2; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.pages[4].vertices.resize(kMostPageBytes / 12); }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.vertex_texels = 1000; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.ranges[0].first_vertex = 1; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.vertex_texels = 3; }),

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <chrono>
 
 #include "engine/core/error.h"
@@ -16,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Pages that hold their number. Page 999 is damaged.
+/// Pages that have a vertex whose coordinates are their number. Page 999 is damaged.
 class NumberedPages final : public PageSource {
   public:
     const PageIndex& index() const override { return index_; }
@@ -24,9 +25,8 @@ class NumberedPages final : public PageSource {
         ++reads;
         std::this_thread::sleep_for(delay);
         if (page == 999) throw Error("numbers", "page 999 is damaged");
-        Page result;
-        result.nodes.emplace_back(page);
-        return result;
+        const rays::PageNode root = rays::encode_page_node({});
+        return {.roots = 1, .nodes = {root.begin(), root.end()}, .pairs = {}, .vertices = {vec3(page)}};
     }
     void read_rows(std::span<const std::uint32_t>, TriangleRows&) const override {}
 
@@ -43,7 +43,7 @@ std::vector<std::uint32_t> take_all(PageReader& reader) {
         const std::vector<PageReader::Arrival> arrivals = reader.take(true);
         if (arrivals.empty()) return pages;
         for (const PageReader::Arrival& arrival : arrivals) {
-            EXPECT_EQ(arrival.content.page.nodes.at(0).x, arrival.page);
+            EXPECT_EQ(std::bit_cast<float>(arrival.content.texels.at(0).x), static_cast<float>(arrival.page));
             pages.push_back(arrival.page);
         }
     }

@@ -3,14 +3,16 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <numeric>
 #include <random>
 #include <set>
 
 #include "engine/rays/page_node.h"
 #include "shaders/shared/bvh.h"
+#include "tests/support/error_message.h"
 
 namespace halflight::paging {
 namespace {
@@ -18,9 +20,7 @@ namespace {
 using rays::BvhNode;
 using rays::Corners;
 using rays::PageNode;
-using shared::kBvhIndexMask;
 using shared::kBvhPageTexels;
-using shared::kBvhPairTexels;
 
 bool inside(const Bounds& inner, const Bounds& outer) {
     return glm::all(glm::greaterThanEqual(inner.lower, outer.lower)) &&
@@ -46,9 +46,7 @@ TEST(PageNode, DecodedBoxesContainTheBoxesAndAreTight) {
             }
             all.add(node.children[static_cast<std::size_t>(k)].bounds);
         }
-        const std::uint32_t none = shared::kBvhNoChild;
-        const PageNode encoded = rays::encode_page_node(node, {1u, none, none, none});
-        EXPECT_EQ(encoded[3], uvec4(1u, none, none, none));
+        const PageNode encoded = rays::encode_page_node(node);
         for (int k = 0; k < 4; ++k) {
             const Bounds box = rays::decode_page_box(encoded, k);
             if (k >= count) {
@@ -79,75 +77,195 @@ std::vector<Corners> soup(std::size_t count, float size, unsigned seed) {
     return triangles;
 }
 
-/// Checks the subtree of a node, and returns the bounds of its triangles.
-Bounds check_subtree(const Page& page, std::uint32_t node, const std::vector<Corners>& triangles,
-                     std::multiset<std::uint32_t>& met, std::set<std::uint32_t>& nodes) {
-    EXPECT_LT(node, page.nodes.size() / kBvhPageTexels);
-    EXPECT_TRUE(nodes.insert(node).second) << "two parents";
-    PageNode texels;
-    std::copy_n(page.nodes.begin() + node * kBvhPageTexels, kBvhPageTexels, texels.begin());
-    Bounds all;
-    for (int k = 0; k < 4; ++k) {
-        const std::uint32_t reference = texels[3][k];
-        if (reference == shared::kBvhNoChild) continue;
-        Bounds below;
-        if (shared::is_inner_node(reference)) {
-            below = check_subtree(page, reference & kBvhIndexMask, triangles, met, nodes);
-        } else {
-            EXPECT_TRUE(shared::is_leaf(reference));
-            const std::uint32_t count = (reference >> shared::kBvhCountShift) & 7u;
-            EXPECT_GE(count, 1u);
-            for (std::uint32_t i = 0; i < count; ++i) {
-                const std::size_t pair = (reference & kBvhIndexMask) + i;
-                EXPECT_LT(pair, page.pairs.size() / kBvhPairTexels);
-                std::set<std::uint32_t> ids;
-                for (int which = 0; which < 2; ++which)
-                    ids.insert(std::bit_cast<std::uint32_t>(page.pairs[pair * kBvhPairTexels + 3][which]) &
-                               shared::kBvhTriangleMask);
-                for (const std::uint32_t id : ids) {
-                    met.insert(id);
-                    for (const vec3& p : triangles[id]) below.add(p);
-                }
+/// A page that is in memory as a source of its own.
+class OnePage final : public PageSource {
+  public:
+    OnePage(Page page, const PageLimits& limits) : page_(std::move(page)) { index_.limits = limits; }
+    const PageIndex& index() const override { return index_; }
+    Page read(std::uint32_t) const override { return page_; }
+    void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override {
+        for (const std::uint32_t t : triangles) rows.triangles.emplace_back(0, 0, 0, t);
+    }
+    PageIndex& index() { return index_; }
+
+  private:
+    Page page_;
+    PageIndex index_;
+};
+
+/// Reads a slot as kernels do. Checks that no texel is read as two things.
+class SlotReader {
+  public:
+    explicit SlotReader(const LoadedPage& page) : page_(page) {}
+
+    /// Checks what is below a node at a texel, and returns the bounds of its triangles.
+    Bounds check_below(const PageNode& node, std::uint32_t texel, const std::vector<Corners>& triangles) {
+        Bounds all;
+        for (int k = 0; k < 4; ++k) {
+            const rays::PageChild child = rays::page_child(node, k);
+            if (!child.exists) continue;
+            const std::uint32_t at = texel + node[2].z + child.offset;
+            Bounds below;
+            if (child.pairs == 0) {
+                EXPECT_LE(at + kBvhPageTexels, page_.texels.size());
+                PageNode next;
+                std::copy_n(page_.texels.begin() + at, kBvhPageTexels, next.begin());
+                for (std::uint32_t i = 0; i < kBvhPageTexels; ++i) EXPECT_TRUE(read.insert(at + i).second);
+                below = check_below(next, at, triangles);
+            }
+            for (std::uint32_t i = 0; i < child.pairs; ++i) below.add(check_pair(at + i, triangles));
+            EXPECT_TRUE(inside(below, rays::decode_page_box(node, k)));
+            all.add(below);
+        }
+        return all;
+    }
+
+    std::multiset<std::uint32_t> met;  // triangles
+    std::set<std::uint32_t> read;      // texels
+
+  private:
+    Bounds check_pair(std::uint32_t texel, const std::vector<Corners>& triangles) {
+        EXPECT_LT(texel, page_.texels.size());
+        EXPECT_TRUE(read.insert(texel).second);
+        const uvec4 pair = page_.texels[texel];
+        std::array<vec3, 4> ring;
+        for (std::uint32_t c = 0; c < 4; ++c) {
+            const std::uint32_t corner = (pair[static_cast<int>(2 + c / 2)] >> (c % 2 * shared::kBvhPageCornerBits)) &
+                                         shared::kBvhPageCornerMask;
+            EXPECT_LE(sizeof(vec3) * (corner + 1), page_.texels.size() * sizeof(uvec4));
+            std::memcpy(&ring[c], reinterpret_cast<const char*>(page_.texels.data()) + corner * sizeof(vec3),
+                        sizeof(vec3));
+        }
+        Bounds bounds;
+        for (const bool second : {false, true}) {
+            const std::uint32_t id = pair[second ? 1 : 0] & shared::kBvhTriangleMask;
+            if (second && id == (pair.x & shared::kBvhTriangleMask)) continue;
+            met.insert(id);
+            const std::array<vec3, 3> corners = {ring[0], ring[2], ring[second ? 3 : 1]};
+            const std::uint32_t order = pair[second ? 3 : 2] >> shared::kBvhPageOrderShift;
+            const std::uint32_t places[3] = {3 - (order & 3u) - (order >> 2), order & 3u, order >> 2};
+            for (std::size_t k = 0; k < 3; ++k) {
+                EXPECT_EQ(corners[places[k]], triangles[id][k]) << id;
+                bounds.add(triangles[id][k]);
             }
         }
-        EXPECT_TRUE(inside(below, rays::decode_page_box(texels, k)));
-        all.add(below);
+        return bounds;
     }
-    return all;
-}
+
+    const LoadedPage& page_;
+};
 
 void check_pages(const std::vector<Corners>& triangles, const PageLimits& limits) {
     std::vector<std::uint32_t> ids(triangles.size());
     std::iota(ids.begin(), ids.end(), 0u);
     const PageSet set = build_pages(triangles, ids, {}, limits);
     std::multiset<std::uint32_t> met;
-    std::vector<std::set<std::uint32_t>> nodes(set.pages.size());
-    std::uint32_t last = 0;
-    for (const PageRoot& root : set.roots) {
-        ASSERT_LT(root.page, set.pages.size());
-        EXPECT_GE(root.page, last);
-        last = root.page;
-        const Bounds below = check_subtree(set.pages[root.page], root.node, triangles, met, nodes[root.page]);
-        EXPECT_EQ(below.lower, root.bounds.lower);
-        EXPECT_EQ(below.upper, root.bounds.upper);
+    std::size_t next_root = 0, filled = 0;
+    for (std::uint32_t p = 0; p < set.pages.size(); ++p) {
+        const Page& page = set.pages[p];
+        filled += bytes_in_slot(size_of(page));
+        EXPECT_LE(bytes_in_slot(size_of(page)), limits.bytes);
+        const LoadedPage loaded = read_with_rows(OnePage(page, limits), p);
+        EXPECT_LE(loaded.texels.size() * sizeof(uvec4), limits.bytes);
+        ASSERT_EQ(loaded.roots.size(), page.roots);
+        SlotReader slot(loaded);
+        for (const PageNode& node : loaded.roots) {
+            ASSERT_LT(next_root, set.roots.size());
+            const PageRoot& root = set.roots[next_root++];
+            EXPECT_EQ(root.page, p);
+            const Bounds below = slot.check_below(node, 0, triangles);
+            EXPECT_EQ(below.lower, root.bounds.lower);
+            EXPECT_EQ(below.upper, root.bounds.upper);
+        }
+        const PageIndex::Size size = size_of(page);
+        EXPECT_EQ(slot.read.size(), (size.nodes - size.roots) * kBvhPageTexels + size.pairs)
+            << "nothing refers to some";
+        met.merge(slot.met);
     }
+    EXPECT_EQ(next_root, set.roots.size());
     EXPECT_EQ(met, std::multiset<std::uint32_t>(ids.begin(), ids.end())) << "each triangle must occur once";
-    for (std::size_t p = 0; p < set.pages.size(); ++p) {
-        EXPECT_EQ(nodes[p].size(), set.pages[p].nodes.size() / kBvhPageTexels) << "nodes that nothing refers to";
-        EXPECT_LE(set.pages[p].nodes.size() / kBvhPageTexels, limits.nodes);
-        EXPECT_LE(set.pages[p].pairs.size() / kBvhPairTexels, limits.pairs);
+    if (set.pages.size() > 20 && limits.bytes > 10000) {
+        EXPECT_GT(filled, set.pages.size() * limits.bytes * 0.95);
     }
 }
 
 TEST(Pages, EveryTriangleIsInOnePage) {
-    for (const std::size_t count : {1u, 2u, 5u, 100u, 3000u, 20000u}) check_pages(soup(count, 0.05f, 2), {64, 24});
+    for (const std::size_t count : {1u, 2u, 5u, 100u, 3000u, 20000u}) check_pages(soup(count, 0.05f, 2), {2400});
     check_pages(soup(20000, 0.05f, 3), {});
-    check_pages(soup(5000, 0.05f, 3), {4, 1});
+    check_pages(soup(20000, 0.05f, 3), {kMostPageBytes});
+    check_pages(soup(20000, 0.05f, 3), {19200});
+    check_pages(soup(5000, 0.05f, 3), {kLeastPageBytes});
 }
 
 TEST(Pages, CoincidentAndFlatTriangles) {
-    check_pages(std::vector<Corners>(3000, soup(1, 0.5f, 4).front()), {64, 24});
-    check_pages(std::vector<Corners>(500, Corners{vec3(1), vec3(1), vec3(1)}), {64, 24});
+    check_pages(std::vector<Corners>(3000, soup(1, 0.5f, 4).front()), {2400});
+    check_pages(std::vector<Corners>(500, Corners{vec3(1), vec3(1), vec3(1)}), {2400});
+}
+
+TEST(Pages, EqualPositionsAreStoredOnce) {
+    std::vector<Corners> grid;
+    for (int i = 0; i < 400; ++i) {
+        const vec3 p(static_cast<float>(i % 20), static_cast<float>(i / 20), 0);
+        grid.push_back({p, p + vec3(1, 0, 0), p + vec3(1, 1, 0)});
+        grid.push_back({p, p + vec3(1, 1, 0), p + vec3(0, 1, 0)});
+    }
+    std::vector<std::uint32_t> ids(grid.size());
+    std::iota(ids.begin(), ids.end(), 0u);
+    const PageSet set = build_pages(grid, ids);
+    ASSERT_EQ(set.pages.size(), 1u);
+    EXPECT_EQ(set.pages[0].vertices.size(), 21u * 21);
+}
+
+TEST(Pages, AppendedPagesHaveTheSubtreesOfBoth) {
+    const std::vector<Corners> triangles = soup(3000, 0.05f, 7);
+    std::vector<std::uint32_t> ids(triangles.size());
+    std::iota(ids.begin(), ids.end(), 0u);
+    const std::size_t half = triangles.size() / 2;
+    const auto page_of = [&](std::size_t first) {
+        PageSet set = build_pages(std::span(triangles).subspan(first, half), std::span(ids).subspan(first, half));
+        EXPECT_EQ(set.pages.size(), 1u);
+        return RootedPage{set.pages.front(), set.roots};
+    };
+    RootedPage all = page_of(0);
+    const PageIndex::Size one = size_of(all.page);
+    PageLimits limits;
+    limits.bytes = static_cast<std::uint32_t>(bytes_in_slot(one)) + 48;
+    EXPECT_FALSE(append(all, page_of(half), limits));
+    EXPECT_EQ(size_of(all.page).nodes, one.nodes);
+    ASSERT_TRUE(append(all, page_of(half), PageLimits{kMostPageBytes}));
+    EXPECT_EQ(all.page.roots, 2u);
+    ASSERT_EQ(all.roots.size(), 2u);
+    EXPECT_EQ(all.roots[1].node, one.nodes);
+    const LoadedPage loaded = read_with_rows(OnePage(all.page, PageLimits{kMostPageBytes}), 0);
+    SlotReader slot(loaded);
+    for (const PageNode& root : loaded.roots) slot.check_below(root, 0, triangles);
+    EXPECT_EQ(slot.met, std::multiset<std::uint32_t>(ids.begin(), ids.end()));
+}
+
+TEST(Pages, DamagedPagesAreRefused) {
+    const std::vector<Corners> triangles = soup(300, 0.1f, 8);
+    std::vector<std::uint32_t> ids(300);
+    std::iota(ids.begin(), ids.end(), 0u);
+    const Page good = build_pages(triangles, ids).pages.at(0);
+    const auto message = [&](const std::function<void(Page&)>& change, const PageLimits& limits = {}) {
+        Page page = good;
+        change(page);
+        return error_message([&] { read_with_rows(OnePage(page, limits), 3); });
+    };
+    EXPECT_EQ(message([](Page&) {}), "");
+    EXPECT_EQ(message([](Page&) {}, {kLeastPageBytes}), "pages: page 3 is larger than the limits of the scene");
+    const std::string out = "pages: page 3 has a node that leads out of it";
+    EXPECT_EQ(message([](Page& p) { p.pairs.pop_back(); }), out);
+    EXPECT_EQ(message([](Page& p) { p.pairs.push_back(p.pairs.back()); }), out);
+    EXPECT_EQ(message([](Page& p) { p.vertices.pop_back(); }), out);
+    EXPECT_EQ(message([](Page& p) { p.nodes.resize(p.nodes.size() - kBvhPageTexels); }), out);
+    EXPECT_EQ(message([](Page& p) { p.roots = 2; }), out);
+    EXPECT_EQ(message([](Page& p) { p.nodes[2].w ^= 1; }), out);
+    std::mt19937 random(9);
+    for (int run = 0; run < 2000; ++run)
+        message([&](Page& p) {
+            p.nodes[random() % p.nodes.size()][static_cast<int>(random() % 4)] ^= 1u << random() % 32;
+        });
 }
 
 TEST(Pages, NoTriangles) {
@@ -156,43 +274,39 @@ TEST(Pages, NoTriangles) {
     EXPECT_TRUE(set.roots.empty());
 }
 
-TEST(Pages, IdsUpToTheLimitSurviveTextureUnits) {
-    const std::vector<Corners> triangles = soup(50, 0.1f, 6);
-    std::vector<std::uint32_t> ids(50);
-    std::iota(ids.begin(), ids.end(), shared::kBvhTriangleLimit - 50u);
-    const PageSet set = build_pages(triangles, ids);
-    std::set<std::uint32_t> met;
-    for (const Page& page : set.pages) {
-        for (std::size_t pair = 0; pair < page.pairs.size() / kBvhPairTexels; ++pair) {
-            for (int which = 0; which < 2; ++which) {
-                const float word = page.pairs[pair * kBvhPairTexels + 3][which];
-                EXPECT_TRUE(std::isnormal(word) && word > 0);
-                met.insert(std::bit_cast<std::uint32_t>(word) & shared::kBvhTriangleMask);
-            }
-        }
-    }
-    EXPECT_EQ(met, std::set<std::uint32_t>(ids.begin(), ids.end()));
-}
-
-TEST(Pages, AlphaFlagsReachThePairs) {
+TEST(Pages, IdsAndAlphaFlagsReachTheSlots) {
     const std::vector<Corners> triangles = soup(50, 0.1f, 5);
     std::vector<std::uint32_t> ids(50);
-    std::iota(ids.begin(), ids.end(), 1000u);
+    const std::uint32_t first_id = shared::kBvhTriangleLimit - 50u;
+    std::iota(ids.begin(), ids.end(), first_id);
     bool alpha[50];
     for (std::size_t i = 0; i < 50; ++i) alpha[i] = i % 3 == 0;
     const PageSet set = build_pages(triangles, ids, alpha);
-    for (const Page& page : set.pages) {
-        for (std::size_t pair = 0; pair < page.pairs.size() / kBvhPairTexels; ++pair) {
-            for (int which = 0; which < 2; ++which) {
-                const auto word = std::bit_cast<std::uint32_t>(page.pairs[pair * kBvhPairTexels + 3][which]);
-                const std::uint32_t triangle = (word & shared::kBvhTriangleMask) - 1000u;
-                ASSERT_LT(triangle, 50u);
-                const auto orders = std::bit_cast<std::uint32_t>(page.pairs[pair * kBvhPairTexels + 3].z);
-                const bool tested = (orders & (shared::kBvhAlphaTested << (which * shared::kBvhAlphaShift))) != 0;
-                EXPECT_EQ(tested, alpha[triangle]);
-            }
+    ASSERT_EQ(set.pages.size(), 1u);
+    OnePage source(set.pages[0], {});
+    source.index().alpha = true;
+    const LoadedPage loaded = read_with_rows(source, 0);
+    EXPECT_EQ(loaded.rows.triangles.size(), 17u);
+    std::set<std::uint32_t> met;
+    for (std::size_t texel = 0; texel < loaded.first_rows.size(); ++texel) {
+        const uvec4& pair = loaded.texels[texel];
+        const std::uint32_t id = pair.x & shared::kBvhTriangleMask;
+        if (id < first_id || id >= shared::kBvhTriangleLimit || pair.x >> 31 != 0) continue;  // a node
+        std::uint32_t row = loaded.first_rows[texel];
+        for (const std::uint32_t word : std::set{pair.x, pair.y}) {
+            const std::uint32_t triangle = word & shared::kBvhTriangleMask;
+            if (triangle - first_id >= 50) continue;
+            met.insert(triangle);
+            EXPECT_EQ((word & shared::kBvhPageAlpha) != 0, alpha[triangle - first_id]);
+        }
+        for (int which = 0; which < 2; ++which) {
+            if (which == 1 && pair.x == pair.y) continue;
+            if ((pair[which] & shared::kBvhPageAlpha) == 0) continue;
+            ASSERT_LT(row, loaded.rows.triangles.size());
+            EXPECT_EQ(loaded.rows.triangles[row++].w, pair[which] & shared::kBvhTriangleMask);
         }
     }
+    EXPECT_EQ(met.size(), 50u);
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
     EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, not 'cpu'");
     EXPECT_EQ(problem("half", "1"), "expects yes or no, not '1'");
     EXPECT_EQ(problem("aov", "all"), "");
-    EXPECT_EQ(s.aovs.size() + 4, known_aovs().size()) << "all but two for debugging and two of the denoiser";
+    EXPECT_EQ(s.aovs.size() + 5, known_aovs().size()) << "all but three for debugging and two of the denoiser";
     EXPECT_TRUE(problem("aov", "depht").starts_with("has no layer 'depht'; known layers are: none, all, emission"));
     EXPECT_EQ(s.samples, 16) << "unchanged";
 
