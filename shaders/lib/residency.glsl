@@ -18,7 +18,7 @@ Subtree subtree_around(vec3 point, float error) {
     Subtree best = Subtree(0u, false);
     float least = uintBitsToFloat(uint(kBvhFar));
     uint entries[kMostEntries];
-    float extents[kMostEntries];  // of the boxes of entries
+    float extents[kMostEntries];  // diagonals of their boxes
     entries[0] = top + uint(kBvhPageTexels);
     extents[0] = 0.0;
     int count = 1;

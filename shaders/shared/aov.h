@@ -47,10 +47,8 @@ struct DebugRecord {
     uint nodes;   // inner nodes, with four boxes each, that the plain tracer visits for the camera ray
     uint leaves;  // leaves in the tile list of the last sample's shadow rays from the surface; 0 without a list
     uint others;  // other entries of that list; 0 without a list
-    // Of the subtree of pages around the surface (shaders/lib/residency.glsl): its number, 0 if there is none; 1 if it
-    // is in the pool.
-    uint subtree;
-    uint resident;
+    uint subtree;   // number of the subtree of pages around the surface (shaders/lib/residency.glsl); 0: none
+    uint resident;  // 1 if that subtree is in the pool
 };
 HALFLIGHT_SHARED_SIZE(DebugRecord, 20)
 
