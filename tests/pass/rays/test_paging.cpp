@@ -197,7 +197,7 @@ TEST_F(PagingTest, SchedulesAgree) {
 }
 
 TEST_F(PagingTest, ABatchFindsThePagesOfItsLastRun) {
-    InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 60, paging::PageSchedule::set);
+    InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 150, paging::PageSchedule::set);
     const std::vector<Ray> left = camera_rays(vec3(-0.6f, 0, 5), vec3(-0.6f, 0, 0));
     const std::vector<Ray> right = camera_rays(vec3(0, 5, 0.6f), vec3(0, 0, 0.6f));
     for (int turn = 0; turn < 3; ++turn) {
