@@ -36,7 +36,7 @@ TEST(InfoTime, IsMeasuredForEveryLeftOutPart) {
     EXPECT_EQ(others,
               (std::set<std::string>{"environment map", "light tree", "sun apart", "double precision for slivers",
                                      "path reuse", "camera rays for light alone", "radiance cache",
-                                     "temporal accumulation", "filter of noise", "denoiser"}));
+                                     "temporal accumulation", "filter of noise", "denoiser", "mip levels"}));
 }
 
 }  // namespace
