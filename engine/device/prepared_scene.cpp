@@ -110,6 +110,10 @@ void PreparedScene::take_names(const Scene& scene) {
     for (const Instance& i : scene.instances) object_names_.push_back(name_or(i.name, "object", object_names_.size()));
     for (const Material& m : scene.materials)
         material_names_.push_back(name_or(m.name, "material", material_names_.size()));
+    // Readers of pages add the default material as the last one, whether it is used or not.
+    if (!options_.pages || material_names_.empty()) return;
+    const std::vector<bool>& used = options_.pages->index().geometry.used_materials;
+    if (used.size() == material_names_.size() && !used.back()) material_names_.pop_back();
 }
 
 const paging::PageSource& PreparedScene::pages() const {

@@ -181,8 +181,8 @@ TEST_F(Pack, RefusalsAreOneLine) {
 TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
     const std::string scene = large_scene(6);
     ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
-    const Strings layers = {"--aov",
-                            "direct_diffuse,indirect_diffuse,indirect_glossy,albedo,normal,depth,ids,cryptoobject"};
+    const Strings layers = {
+        "--aov", "direct_diffuse,indirect_diffuse,indirect_glossy,albedo,normal,depth,ids,cryptoobject,cryptomaterial"};
     const Strings view = {"--width",   "64",          "--samples", "2",         "--env",
                           "1,0.9,0.8", "--look-from", "40,60,-50", "--look-at", "200,0,90"};
     const auto render = [&](const std::string& output, Strings more) {
