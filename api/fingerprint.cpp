@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "engine/core/error.h"
@@ -28,7 +29,18 @@ class Fingerprint {
     Fingerprint& values(fmt::format_string<Args...> format, Args&&... args) {
         return text(fmt::format(format, std::forward<Args>(args)...));
     }
-    Fingerprint& file(const std::filesystem::path& path) { return text(read_file(path, kAnySize)); }
+    /// Adds the content of a file, like a text. Files may be larger than memory.
+    Fingerprint& file(const std::filesystem::path& path) {
+        constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  // bytes
+        const ByteSource source(path);
+        hash_.add(source.size());
+        std::string buffer;
+        for (std::uint64_t at = 0; at < source.size(); at += kPiece) {
+            const std::string_view piece = source.read(at, std::min(kPiece, source.size() - at), buffer);
+            hash_.add_bytes(piece.data(), piece.size());
+        }
+        return *this;
+    }
     std::string hex() const { return fmt::format("{:016x}", hash_.value()); }
 
   private:
