@@ -312,16 +312,6 @@ void GltfScene::leave_out_still() {
     state_->kept.still_in_pages = true;
 }
 
-bool GltfScene::geometry_moves() {
-    return guarded(state_->path, [&] {
-        const GltfAnimatedObjects animated = animated_by(state_->document, state_->read_all());
-        const tinygltf::Model& model = state_->document.model;
-        for (std::size_t node = 0; node < model.nodes.size(); ++node)
-            if (model.nodes[node].mesh != kNone && animated.move_surface(model, static_cast<int>(node))) return true;
-        return false;
-    });
-}
-
 std::vector<bool> GltfScene::driven_materials() {
     std::vector<bool> driven;
     for (const Animation& animation : animations()) {

@@ -87,8 +87,6 @@ class GltfScene {
     /// marked (Instance::moves, Mesh::deforms) even if it does not play, and the default material is always there.
     /// size() then counts the geometry of those alone.
     void leave_out_still();
-    /// Returns whether some animation moves or deforms surfaces, or changes their tangents.
-    bool geometry_moves();
     /// Returns, per material of the file, whether some animation drives a property of it; empty without animations.
     std::vector<bool> driven_materials();
     /// Lets a store take the texels of all images, which are read later. Precondition: no images have been read.
