@@ -9,7 +9,7 @@
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
 // HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows).
-// With HALFLIGHT_NODES_PAGE, HALFLIGHT_SLOT_TEXELS is the size of a slot.
+// HALFLIGHT_SLOT_TEXELS is the size of a slot with HALFLIGHT_NODES_PAGE.
 // Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
 // head of the hierarchy where they start.
 #include "shaders/shared/rays.h"

@@ -197,7 +197,7 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
         EXPECT_TRUE(read_text(file("paged.exr")) == core) << pool;
     }
 
-    // With room for all pages every surface is resident, and numbers do not depend on what is resident.
+    // Every surface is resident in a pool with room for all pages, and numbers do not depend on what is resident.
     const auto residency = [&](const char* pool) {
         const Strings more = {"--pages", file("a.pages"), "--page-pool", pool, "--aov", "residency"};
         EXPECT_EQ(Pack::render(scene, "residency.exr", view, more).status, 0);
