@@ -10,19 +10,16 @@
 #include "engine/core/names.h"
 #include "engine/scene/light_types.h"
 #include "engine/tables/alias_table.h"
+#include "engine/tables/environment_warp.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/light_tree.h"
-#include "shaders/shared/environment.h"
+#include "engine/tables/luminance.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
-
-double luminance_of(const dvec3& c) {
-    return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
-}
 
 /// Groups of lights that get equal parts of the choices (lights.h).
 enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
@@ -297,7 +294,11 @@ class Builder {
                 i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
             tables_.rows[i * shared::kLightStride + 3].w = static_cast<float>(density);
         }
-        if (kind_.back() == kEnvironment) write_environment_cells(table.probabilities.back());
+        if (kind_.back() == kEnvironment) {
+            const double share = table.probabilities.back();
+            tables_.environment_warp =
+                cells_ ? environment_warp(*cells_, share) : constant_environment(scene_.environment.color, share);
+        }
         tables_.probabilities = std::move(table.probabilities);
     }
 
@@ -333,27 +334,6 @@ class Builder {
         tables_.tree = std::move(tree.rows);
     }
 
-    void write_environment_cells(double probability) {
-        std::vector<vec4>& rows = tables_.environment_cells;
-        const auto density = static_cast<float>(probability);
-        if (!cells_) {
-            rows = {vec4(0, 0, density, 0), vec4(scene_.environment.color, 0)};
-            return;
-        }
-        const AliasTable table = build_alias_table(cells_->weights);
-        const auto columns = static_cast<std::size_t>(cells_->columns);
-        const auto density_of = [&](std::size_t cell) {
-            return static_cast<float>(probability * table.probabilities[cell] / cells_->solid_angles[cell / columns]);
-        };
-        rows = {vec4(cells_->columns, cells_->rows, density, 0), vec4(0)};
-        rows.reserve(rows.size() + table.entries.size());
-        for (std::size_t i = 0; i < table.entries.size(); ++i) {
-            const AliasEntry& entry = table.entries[i];
-            rows.emplace_back(entry.threshold, shared::float_of_word(entry.alias), density_of(i),
-                              density_of(entry.alias));
-        }
-    }
-
     const Scene& scene_;
     const TraceTables& trace_;
     const LightChoice choice_;
@@ -381,63 +361,6 @@ const char* name(SunChoice choice) {
 
 LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {
     return Builder(scene, trace, choice, sun).build();
-}
-
-EnvironmentCells environment_cells(const Image& map, int max_cells) {
-    const std::int64_t width = map.width, height = map.height;
-    std::int64_t edge = 1;  // maximum number of texels along a cell's edge
-    while (((width + edge - 1) / edge) * ((height + edge - 1) / edge) > max_cells) ++edge;
-    const std::int64_t columns = (width + edge - 1) / edge, rows = (height + edge - 1) / edge;
-
-    const auto luminance_at = [&](std::int64_t x, std::int64_t y) {
-        const float* texel =
-            map.at(static_cast<int>((x + width) % width), static_cast<int>(std::clamp<std::int64_t>(y, 0, height - 1)));
-        return luminance_of({texel[0], texel[1], texel[2]});
-    };
-    // Bilinear weights, integrated over a texel's square, are 1/8, 3/4 and 1/8 along each axis.
-    const auto filtered = [&](std::int64_t x, std::int64_t y) {
-        dvec2 sum(0);  // luminance and its square
-        for (int j = -1; j <= 1; ++j) {
-            for (int i = -1; i <= 1; ++i) {
-                const double l = luminance_at(x + i, y + j);
-                sum += (i == 0 ? 0.75 : 0.125) * (j == 0 ? 0.75 : 0.125) * dvec2(l, l * l);
-            }
-        }
-        return sum;
-    };
-    const auto band = [](double v0, double v1) {  // solid angle between two polar angles, in pi
-        return 4 * kPi * std::sin(0.5 * kPi * (v0 + v1)) * std::sin(0.5 * kPi * (v1 - v0));
-    };
-
-    EnvironmentCells cells;
-    cells.columns = static_cast<int>(columns);
-    cells.rows = static_cast<int>(rows);
-    cells.weights.assign(static_cast<std::size_t>(columns * rows), 0);
-    for (std::int64_t r = 0; r < rows; ++r) {
-        cells.solid_angles.push_back(band(double(r) / double(rows), double(r + 1) / double(rows)) / double(columns));
-    }
-    std::vector<dvec2> row(static_cast<std::size_t>(width));
-    for (std::int64_t y = 0; y < height; ++y) {
-        for (std::int64_t x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] = filtered(x, y);
-        for (std::int64_t r = y * rows / height; r * height < (y + 1) * rows; ++r) {
-            const double solid = band(std::max(double(y) / double(height), double(r) / double(rows)),
-                                      std::min(double(y + 1) / double(height), double(r + 1) / double(rows)));
-            for (std::int64_t x = 0; x < width; ++x) {
-                const dvec2& value = row[static_cast<std::size_t>(x)];
-                for (std::int64_t c = x * columns / width; c * width < (x + 1) * columns; ++c) {
-                    const std::int64_t overlap =
-                        std::min((x + 1) * columns, (c + 1) * width) - std::max(x * columns, c * width);
-                    const double share = solid * double(overlap) / double(width * columns);
-                    cells.integral += share * value.x;
-                    cells.weights[static_cast<std::size_t>(r * columns + c)] += share * value.y;
-                }
-            }
-        }
-    }
-    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
-        cells.weights[i] = std::sqrt(cells.weights[i] * cells.solid_angles[i / static_cast<std::size_t>(columns)]);
-    }
-    return cells;
 }
 
 }  // namespace halflight

@@ -41,7 +41,7 @@ struct LightTables {
     // emits.
     std::vector<std::uint32_t> light_of_triangle;
     Image environment;                        // UNIT_ENVIRONMENT: map times its colour; empty if black
-    std::vector<vec4> environment_cells;      // UNIT_ENVIRONMENT_ALIAS: alias table over cells
+    std::vector<vec4> environment_warp;       // UNIT_ENVIRONMENT_WARP: hierarchy of cells
     std::vector<uvec4> tree;                  // UNIT_LIGHT_TREE: light tree; empty without one
     LightChoice choice = LightChoice::power;  // the choice in use, never `automatic`
     double tree_share = 0;                    // share of the choices that the tree makes
@@ -63,18 +63,5 @@ const char* name(SunChoice choice);  ///< Returns "apart" or "among".
 /// it. Throws Error for 2^29 lights or more, or more than 2^26 in a tree.
 LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic,
                          SunChoice sun = SunChoice::among);
-
-/// Importance of an environment map. Directions within a cell are uniform, so the best weight is the square root of
-/// solid angle times the integral of the squared luminance. Bilinear interpolation is convex, so the filtered squares
-/// of the texels bound that integral. A weight is 0 only where every bilinear lookup in the cell is 0.
-struct EnvironmentCells {
-    int columns = 0;
-    int rows = 0;
-    std::vector<double> weights;       // weight of each cell, row-major from the top
-    std::vector<double> solid_angles;  // solid angle of a cell of each row, sr
-    double integral = 0;               // integral of the luminance over the sphere, nit sr
-};
-/// Returns one cell per texel, or larger cells where these would be more than max_cells.
-EnvironmentCells environment_cells(const Image& map, int max_cells = 1 << 21);
 
 }  // namespace halflight

@@ -137,7 +137,7 @@ class Builder {
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);
-        tables_.environment_cells = std::move(lights.environment_cells);
+        tables_.environment_warp = std::move(lights.environment_warp);
     }
 
     /// Fills tables of lights that are kept but not in the scene: a light without radiance, no emissive triangles, a
@@ -152,7 +152,7 @@ class Builder {
         std::vector<std::uint32_t>& of_triangle = tables_.light_of_triangle;
         if (needs.area_lights && of_triangle.empty()) of_triangle.assign(trace_.triangles.size(), shared::kNoLight);
         if (needs.area_lights && needs.instances) of_triangle.resize(trace_.triangles.size() + trace_.instances.size());
-        if (needs.environment && tables_.environment_cells.empty()) tables_.environment_cells.assign(2, vec4(0));
+        if (needs.environment && tables_.environment_warp.empty()) tables_.environment_warp.assign(2, vec4(0));
     }
 
     const Scene& scene_;

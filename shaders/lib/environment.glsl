@@ -1,8 +1,6 @@
 // Light from infinity (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
 #include "shaders/lib/onb.glsl"
-#include "shaders/lib/sobol.glsl"
 #include "shaders/shared/environment.h"
-#include "shaders/shared/word.h"
 
 // Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by atan, because it loses half of its
 // bits at the poles.
@@ -34,21 +32,31 @@ vec3 environment_radiance(vec3 d) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
     return environment_texel_blend(environment_uv(d));
 #elif defined(HALFLIGHT_ENVIRONMENT)
-    return texelFetch(environment_cells, 1).rgb;
+    return texelFetch(environment_warp, 1).rgb;
 #else
     return vec3(0.0);
 #endif
 }
 
+#ifdef HALFLIGHT_ENVIRONMENT_MAP
+// Returns the solid angle of a cell in `row` of `rows`. `per_sine`: texel 1 of the table.
+float cell_solid_angle(float row, float rows, float per_sine) {
+    return per_sine * sin(3.14159265359 * (row + 0.5) / rows);
+}
+#endif
+
 // Returns the density per solid angle with which sample_light() selects direction d (unit) of the environment.
 float environment_pdf(vec3 d) {
+    vec4 head = texelFetch(environment_warp, 0);
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
-    vec2 cells = texelFetch(environment_cells, 0).xy;
+    vec4 layout_of = texelFetch(environment_warp, 1);
     // An atan rounded beyond pi leaves [0, 1] at either end.
-    vec2 cell = clamp(floor(environment_uv(d) * cells), vec2(0.0), cells - 1.0);
-    return texelFetch(environment_cells, kEnvironmentFirstCell + int(cell.y) * int(cells.x) + int(cell.x)).z;
+    ivec2 cell = ivec2(clamp(floor(environment_uv(d) * head.xy), vec2(0.0), head.xy - 1.0));
+    int node = (cell.y >> 1) * ((int(head.x) + 1) >> 1) + (cell.x >> 1);
+    float weight = texelFetch(environment_warp, int(layout_of.x) + node)[2 * (cell.y & 1) + (cell.x & 1)];
+    return head.z * weight / cell_solid_angle(float(cell.y), head.y, layout_of.y);
 #elif defined(HALFLIGHT_ENVIRONMENT)
-    return texelFetch(environment_cells, 0).z * 0.0795774715459;
+    return head.z * 0.0795774715459;
 #else
     return 0.0;
 #endif
@@ -60,32 +68,49 @@ struct EnvironmentSample {
     float pdf;  // density per solid angle, including the probability of the environment among all lights
 };
 
-// Samples a direction. `choice`: 32 uniform bits that select the cell; `xi`: the point in the cell.
-EnvironmentSample sample_environment(uint choice, vec2 xi) {
-    EnvironmentSample s;
-    vec4 head = texelFetch(environment_cells, 0);
 #ifdef HALFLIGHT_ENVIRONMENT_MAP
-    uint rows = uint(head.y);
-    uint columns = uint(head.x);
-    uint cell, fraction;
-    umulExtended(choice, rows * columns, cell, fraction);
-    vec4 row = texelFetch(environment_cells, kEnvironmentFirstCell + int(cell));
-    bool keep = unit_float(fraction) < row.x;
-    cell = keep ? cell : word_of_float(row.y);
-    s.pdf = keep ? row.z : row.w;
-    uint y = cell / columns;
+// Returns whether x selects the second of two parts. Replaces x by its place in the selected part, in [0, 1).
+bool selects_second(inout float x, float first, float second) {
+    float share = first / (first + second);
+    bool selected = x >= share;
+    x = min(selected ? (x - share) / (1.0 - share) : x / share, 0.99999994);
+    return selected;
+}
+#endif
+
+// Samples a direction by a point of the unit square.
+EnvironmentSample sample_environment(vec2 xi) {
+    EnvironmentSample s;
+    vec4 head = texelFetch(environment_warp, 0);
+#ifdef HALFLIGHT_ENVIRONMENT_MAP
+    vec4 layout_of = texelFetch(environment_warp, 1);
+    int levels = int(head.w);
+    int first = kEnvironmentFirstNode;
+    ivec2 at = ivec2(0);
+    float weight = 0.0;
+    for (int below = levels; below > 0; --below) {
+        ivec2 size = (ivec2(head.xy) + (1 << below) - 1) >> below;
+        vec4 weights = texelFetch(environment_warp, first + at.y * size.x + at.x);
+        bool lower = selects_second(xi.y, weights.x + weights.y, weights.z + weights.w);
+        vec2 pair = lower ? weights.zw : weights.xy;
+        bool right = selects_second(xi.x, pair.x, pair.y);
+        weight = right ? pair.y : pair.x;
+        at = 2 * at + ivec2(right ? 1 : 0, lower ? 1 : 0);
+        first += size.x * size.y;
+    }
+    s.pdf = head.z * weight / cell_solid_angle(float(at.y), head.y, layout_of.y);
     // Uniform per solid angle means linear in cos(theta). Thin rows use the sines of half sum and half difference.
-    float top = 3.14159265359 * float(y) / head.y;
-    float bottom = 3.14159265359 * float(y + 1u) / head.y;
+    float top = 3.14159265359 * float(at.y) / head.y;
+    float bottom = 3.14159265359 * float(at.y + 1) / head.y;
     float cosine = cos(top) - xi.y * 2.0 * sin(0.5 * (top + bottom)) * sin(0.5 * (bottom - top));
     float sine = sqrt(max(0.0, (1.0 - cosine) * (1.0 + cosine)));
-    float u = (float(cell - y * columns) + xi.x) / head.x;
+    float u = (float(at.x) + xi.x) / head.x;
     float phi = 6.28318530718 * (u - 0.5);
     s.direction = vec3(sine * cos(phi), cosine, sine * sin(phi));
     s.radiance = environment_texel_blend(vec2(u, atan(sine, cosine) * 0.318309886184));
 #else
     s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
-    s.radiance = texelFetch(environment_cells, 1).rgb;
+    s.radiance = texelFetch(environment_warp, 1).rgb;
     s.pdf = head.z * 0.0795774715459;
 #endif
     return s;

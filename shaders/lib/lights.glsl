@@ -103,7 +103,7 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
 }
 #endif
 
-#ifdef HALFLIGHT_LIGHTS
+#ifdef HALFLIGHT_LIGHT_TREE
 // Returns the part of `choice` that a decision for `u` in [low, low + share) leaves: 32 bits, uniform and still
 // stratified. A hash fills the bits below its resolution: 2^-32 per entry, or 2^-24, over the share.
 uint left_of_choice(uint choice, uint entries, float u, float low, float share) {
@@ -169,9 +169,7 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
 #endif
 #ifdef HALFLIGHT_ENVIRONMENT
     if (kind == kLightEnvironment) {
-        float low = keep ? 0.0 : alias.x;
-        float share = keep ? alias.x : 1.0 - alias.x;
-        EnvironmentSample e = sample_environment(left_of_choice(choice, count, u, low, share), xi);
+        EnvironmentSample e = sample_environment(xi);
         s.direction = e.direction;
         s.pdf = e.pdf;
         s.weight = e.pdf > 0.0 ? e.radiance / e.pdf : vec3(0.0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/tables/environment_warp.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/lights.h"
 #include "shaders/shared/environment.h"
@@ -44,7 +45,7 @@ TEST(Lights, DarkSceneHasNone) {
     scene.materials[1].emission = vec3(0);
     const LightTables lights = lights_of(scene);
     EXPECT_TRUE(lights.rows.empty() && lights.alias.empty() && lights.light_of_triangle.empty());
-    EXPECT_TRUE(lights.environment.pixels.empty() && lights.environment_cells.empty());
+    EXPECT_TRUE(lights.environment.pixels.empty() && lights.environment_warp.empty());
 }
 
 TEST(Lights, UnlitMaterialsAreNoLights) {
@@ -97,8 +98,8 @@ TEST(Lights, KindsShareAQuarterAndPowerTheRest) {
     for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_NEAR(lights.probabilities[i], 0.625 * power[i] / total + (0.25 + 0.125) / 4, 1e-6) << i;
     }
-    EXPECT_NEAR(lights.environment_cells[0].z, lights.probabilities[3], 1e-7);
-    EXPECT_EQ(vec3(lights.environment_cells[1]), vec3(0.5f));
+    EXPECT_NEAR(lights.environment_warp[0].z, lights.probabilities[3], 1e-7);
+    EXPECT_EQ(vec3(lights.environment_warp[1]), vec3(0.5f));
     EXPECT_EQ(lights.environment.width, 1);
     const vec4* row = &lights.rows[shared::kLightStride];
     EXPECT_EQ(shared::word_of_float(row[0].w), shared::kLightPoint);
@@ -192,21 +193,46 @@ TEST(EnvironmentCells, LargeMapsShareCells) {
     for (const double weight : few.weights) EXPECT_GT(weight, 0);
 }
 
-TEST(Lights, EnvironmentDensityIntegratesToItsProbability) {
-    Scene scene = triangles(1);
-    scene.environment.color = vec3(1, 2, 0.5f);
-    scene.environment.map = Image(24, 12, 3);
-    for (std::size_t i = 0; i < scene.environment.map.pixels.size(); ++i) {
-        scene.environment.map.pixels[i] = static_cast<float>(i * 37 % 11) + (i % 97 == 0 ? 500.0f : 0.0f);
+TEST(EnvironmentWarp, LevelsAddUpToTheWeightsOfTheirCells) {
+    for (const ivec2 size : {ivec2(24, 12), ivec2(13, 7), ivec2(1, 1), ivec2(1, 9), ivec2(6, 1)}) {
+        SCOPED_TRACE(size.x);
+        Scene scene = triangles(1);
+        scene.environment.color = vec3(1, 2, 0.5f);
+        scene.environment.map = Image(size.x, size.y, 3);
+        for (std::size_t i = 0; i < scene.environment.map.pixels.size(); ++i)
+            scene.environment.map.pixels[i] = static_cast<float>(i * 37 % 11) + (i % 97 == 0 ? 500.0f : 0.0f);
+        const LightTables lights = lights_of(scene);
+        EXPECT_FLOAT_EQ(lights.environment.at(0, 0)[1], 2 * scene.environment.map.at(0, 0)[1]);
+        const EnvironmentCells cells = environment_cells(lights.environment);
+        const double whole = std::accumulate(cells.weights.begin(), cells.weights.end(), 0.0);
+        const std::vector<vec4>& table = lights.environment_warp;
+        EXPECT_FLOAT_EQ(table[0].z, static_cast<float>(lights.probabilities.back()));
+        const int levels = static_cast<int>(table[0].w);
+        std::size_t first = shared::kEnvironmentFirstNode;
+        for (int below = levels; below > 0; --below) {
+            const ivec2 nodes = (size + (1 << below) - 1) >> below;
+            if (below == 1) {
+                EXPECT_EQ(table[1].x, static_cast<float>(first));
+            }
+            double sum = 0;
+            for (int y = 0; y < 2 * nodes.y; ++y) {
+                for (int x = 0; x < 2 * nodes.x; ++x) {
+                    const vec4 node = table[first + static_cast<std::size_t>(y / 2 * nodes.x + x / 2)];
+                    double expected = 0;  // sum of all cells below the child
+                    for (int v = y << (below - 1); v < std::min((y + 1) << (below - 1), size.y); ++v)
+                        for (int u = x << (below - 1); u < std::min((x + 1) << (below - 1), size.x); ++u)
+                            expected += cells.weights[static_cast<std::size_t>(v * size.x + u)] / whole;
+                    EXPECT_NEAR(node[2 * (y % 2) + x % 2], expected, 1e-6 * expected) << below << ' ' << x << ' ' << y;
+                    sum += double(node[2 * (y % 2) + x % 2]);
+                }
+            }
+            EXPECT_NEAR(sum, 1, 1e-6);
+            first += static_cast<std::size_t>(nodes.x * nodes.y);
+        }
+        EXPECT_EQ(first, table.size());
+        const double solid = double(table[1].y) * std::sin(kPi * 0.5 / size.y);
+        EXPECT_NEAR(solid, cells.solid_angles[0], 1e-6 * solid);
     }
-    const LightTables lights = lights_of(scene);
-    const EnvironmentCells cells = environment_cells(lights.environment);
-    double sum = 0;
-    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
-        sum += double(lights.environment_cells[shared::kEnvironmentFirstCell + i].z) * cells.solid_angles[i / 24];
-    }
-    EXPECT_NEAR(sum, lights.probabilities.back(), 1e-6);
-    EXPECT_FLOAT_EQ(lights.environment.at(3, 4)[1], 2 * scene.environment.map.at(3, 4)[1]);
 }
 
 }  // namespace
