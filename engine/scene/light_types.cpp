@@ -47,7 +47,7 @@ constexpr std::array kFeatures = {
     LightFeature{"sun apart", &N::sun, "SUN",
                  "there is no directional light beside others, or another choice was asked for"},
     LightFeature{"choice of a light", &N::light_choice, "LIGHT_CHOICE", "there is one light at most"},
-    LightFeature{"light tree", &N::light_tree, "LIGHT_TREE", "there are few lights, or another choice was asked for",
+    LightFeature{"light tree", &N::light_tree, "LIGHT_TREE", "one light at most is near, or another choice was asked for",
                  &N::light_choice},
     LightFeature{"environment", &N::environment, "ENVIRONMENT", "the environment is black"},
     LightFeature{"environment map", &N::environment_map, "ENVIRONMENT_MAP", "the environment is of one colour",

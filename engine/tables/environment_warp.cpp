@@ -1,9 +1,11 @@
 #include "engine/tables/environment_warp.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 
 #include "engine/tables/luminance.h"
 #include "shaders/shared/environment.h"
@@ -32,6 +34,77 @@ Level level_above(const Level& level) {
         }
     }
     return above;
+}
+
+void scale_to_one(Level& level) {
+    const double sum = std::accumulate(level.sums.begin(), level.sums.end(), 0.0);
+    for (double& weight : level.sums) weight /= sum > 0 ? sum : 1;
+}
+
+/// Returns the levels from `first` up to a single node. There are at least two.
+std::vector<Level> levels_above(Level first) {
+    std::vector<Level> levels{std::move(first)};
+    while (levels.size() == 1 || levels.back().sums.size() > 1) levels.push_back(level_above(levels.back()));
+    return levels;
+}
+
+/// A part of the map, seen as one direction.
+struct Patch {
+    dvec3 direction{0};
+    double weight = 0;
+    std::size_t block = 0;  // index of its block, row-major
+};
+
+/// Returns the normals by which a lobe is estimated: the middle of its cell of the octahedral map and the corners.
+std::array<dvec3, 5> normals_of(int column, int row) {
+    constexpr dvec2 kPlaces[] = {{0.5, 0.5}, {0, 0}, {1, 0}, {0, 1}, {1, 1}};
+    std::array<dvec3, 5> normals;
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+        const dvec2 p = (dvec2(column, row) + kPlaces[i]) * (2.0 / shared::kEnvironmentLobes) - 1.0;
+        dvec3 n(p, 1 - std::abs(p.x) - std::abs(p.y));
+        if (n.z < 0) n = {std::copysign(1 - std::abs(p.y), p.x), std::copysign(1 - std::abs(p.x), p.y), n.z};
+        normals[i] = glm::normalize(n);
+    }
+    return normals;
+}
+
+/// Appends a lobe: the illuminance, and all levels above the blocks.
+void append_lobe(std::vector<vec4>& table, Level blocks, double illuminance) {
+    table.emplace_back(illuminance, 0, 0, 0);
+    scale_to_one(blocks);
+    const std::vector<Level> levels = levels_above(std::move(blocks));
+    for (std::size_t k = levels.size() - 1; k > 0; --k)
+        for (std::size_t y = 0; y < levels[k].rows; ++y)
+            for (std::size_t x = 0; x < levels[k].columns; ++x) table.push_back(levels[k - 1].children(x, y));
+}
+
+/// Appends the lobes of all normals. `patches` has the blocks as a square of side 2^lobe_levels.
+void append_lobes(std::vector<vec4>& table, const std::vector<Patch>& patches, int lobe_levels, double integral,
+                  bool through) {
+    // Lobes of materials that do not follow the cosine contribute at grazing angles, too. Patches reach a little below
+    // the horizon.
+    constexpr double kGrazing = 0.05, kHorizon = -0.05;
+    const std::size_t side = std::size_t{1} << lobe_levels;
+    constexpr int kSide = shared::kEnvironmentLobes;
+    Level plain{side, side, std::vector<double>(side * side, 0)};
+    for (const Patch& patch : patches) plain.sums[patch.block] += patch.weight;
+    for (int lobe = 0; lobe < kSide * kSide; ++lobe) {
+        const std::array<dvec3, 5> normals = normals_of(lobe % kSide, lobe / kSide);
+        Level blocks{side, side, std::vector<double>(side * side, 0)};
+        double illuminance = 0;
+        for (const Patch& patch : patches) {
+            double sum = 0, received = 0;
+            for (const dvec3& n : normals) {
+                const double cosine = through ? std::abs(glm::dot(n, patch.direction)) : glm::dot(n, patch.direction);
+                received += std::max(cosine, 0.0) / normals.size();
+                sum += cosine > kHorizon ? kGrazing + std::max(cosine, 0.0) : 0;
+            }
+            blocks.sums[patch.block] += patch.weight * sum;
+            illuminance += patch.weight * received * integral;
+        }
+        append_lobe(table, std::move(blocks), illuminance);
+    }
+    append_lobe(table, std::move(plain), integral / 4);
 }
 
 }  // namespace
@@ -93,26 +166,50 @@ EnvironmentCells environment_cells(const Image& map, int max_cells) {
     return cells;
 }
 
-std::vector<vec4> environment_warp(const EnvironmentCells& cells, double probability) {
-    const double sum = std::accumulate(cells.weights.begin(), cells.weights.end(), 0.0);
-    std::vector<Level> levels(1);
-    levels[0] = {static_cast<std::size_t>(cells.columns), static_cast<std::size_t>(cells.rows), cells.weights};
-    for (double& weight : levels[0].sums) weight /= sum;
-    while (levels.size() == 1 || levels.back().sums.size() > 1) levels.push_back(level_above(levels.back()));
+std::vector<vec4> environment_warp(const EnvironmentCells& cells, double probability, bool through) {
+    Level finest{static_cast<std::size_t>(cells.columns), static_cast<std::size_t>(cells.rows), cells.weights};
+    scale_to_one(finest);
+    const std::vector<Level> levels = levels_above(std::move(finest));
+    const auto top = static_cast<int>(levels.size()) - 1;
+    const int lobe_levels = std::min(top, shared::kEnvironmentLobeLevels);
 
-    const double step = kPi / cells.rows;
-    const auto per_sine = static_cast<float>(4 * kPi / cells.columns * std::sin(0.5 * step));
-    std::vector<vec4> table{vec4(cells.columns, cells.rows, probability, levels.size() - 1), vec4(0, per_sine, 0, 0)};
-    for (std::size_t k = levels.size() - 1; k > 0; --k) {
-        table[1].x = static_cast<float>(table.size());
-        for (std::size_t y = 0; y < levels[k].rows; ++y)
-            for (std::size_t x = 0; x < levels[k].columns; ++x) table.push_back(levels[k - 1].children(x, y));
+    const auto per_sine = 4 * kPi / cells.columns * std::sin(0.5 * kPi / cells.rows);
+    std::vector<vec4> table{vec4(cells.columns, cells.rows, probability, top), vec4(per_sine, 0, 0, 0),
+                            vec4(lobe_levels, 0, 0, 0)};
+    for (int k = top; k > 0; --k) {
+        const Level& level = levels[static_cast<std::size_t>(k)];
+        if (k == top - lobe_levels) table[1].z = static_cast<float>(table.size());
+        table[1].y = static_cast<float>(table.size());
+        for (std::size_t y = 0; y < level.rows; ++y)
+            for (std::size_t x = 0; x < level.columns; ++x)
+                table.push_back(levels[static_cast<std::size_t>(k) - 1].children(x, y));
     }
+    table[1].w = static_cast<float>(table.size());
+
+    // Up to 4 x 4 patches make up a block.
+    const int finer = std::min(top - lobe_levels, 2);
+    const int covered = top - lobe_levels - finer;  // logarithm of the cells along a patch
+    const Level& level = levels[static_cast<std::size_t>(covered)];
+    std::vector<Patch> patches;
+    for (std::size_t y = 0; y < level.rows; ++y) {
+        for (std::size_t x = 0; x < level.columns; ++x) {
+            if (level.at(x, y) == 0) continue;
+            const auto middle = [&](std::size_t at, int size) {
+                const double first = std::ldexp(double(at), covered), last = std::ldexp(double(at + 1), covered);
+                return 0.5 * (first + std::min(last, double(size))) / size;
+            };
+            const double phi = 2 * kPi * (middle(x, cells.columns) - 0.5), theta = kPi * middle(y, cells.rows);
+            patches.push_back({dvec3(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)),
+                               level.at(x, y), ((y >> finer) << lobe_levels) + (x >> finer)});
+        }
+    }
+    append_lobes(table, patches, lobe_levels, cells.integral, through);
     return table;
 }
 
-std::vector<vec4> constant_environment(const vec3& radiance, double probability) {
-    return {vec4(0, 0, probability, 0), vec4(radiance, 0)};
+std::vector<vec4> constant_environment(const vec3& radiance, double probability, bool through) {
+    const double illuminance = (through ? 2 : 1) * kPi * luminance_of(dvec3(radiance));
+    return {vec4(0, 0, probability, 0), vec4(radiance, illuminance)};
 }
 
 }  // namespace halflight

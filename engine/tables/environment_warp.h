@@ -21,9 +21,10 @@ struct EnvironmentCells {
 /// Returns one cell per texel, or larger cells where these would be more than max_cells.
 EnvironmentCells environment_cells(const Image& map, int max_cells = 1 << 21);
 
-/// Returns the table of a map's cells; the density of all directions integrates to `probability`.
-std::vector<vec4> environment_warp(const EnvironmentCells& cells, double probability);
+/// Returns the table of a map's cells. `probability`: that of the environment in the alias table. `through`: some
+/// surface transmits light, so that light from behind counts.
+std::vector<vec4> environment_warp(const EnvironmentCells& cells, double probability, bool through);
 /// Returns the table of a constant environment.
-std::vector<vec4> constant_environment(const vec3& radiance, double probability);
+std::vector<vec4> constant_environment(const vec3& radiance, double probability, bool through);
 
 }  // namespace halflight

@@ -26,8 +26,8 @@ enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun)
-        : scene_(scene), trace_(trace), choice_(choice) {
+    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun, bool through)
+        : scene_(scene), trace_(trace), choice_(choice), through_(through) {
         if (sun == SunChoice::apart) sun_ = strongest_sun();
         const double radius = 0.5 * glm::length(dvec3(trace.bounds.extent()));
         shadow_disk_ = kPi * (radius > 0 ? radius * radius : 1);
@@ -40,7 +40,7 @@ class Builder {
         tables_.punctual_count = power_.size() - tables_.triangle_count;
         add_environment();
         const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
-        if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among).build();
+        if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among, through_).build();
         if (!others) return {};
         choose();
         find_needs();
@@ -266,7 +266,7 @@ class Builder {
             static_cast<double>(std::count_if(of_kind.begin(), of_kind.end(), [](double p) { return p > 0; }));
         const auto shining =
             static_cast<double>(std::count_if(power_.begin(), power_.end(), [](double p) { return p > 0; }));
-        const bool tree = uses_tree();
+        const std::optional<LightTree> tree = tree_for_choice();
         tables_.choice = tree                              ? LightChoice::tree
                          : choice_ == LightChoice::uniform ? LightChoice::uniform
                                                            : LightChoice::power;
@@ -278,7 +278,7 @@ class Builder {
                                  ? 1 / shining
                                  : power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + equal;
         }
-        if (tree) add_tree(weights, equal);
+        if (tree) add_tree(*tree, weights, equal);
         AliasTable table = build_alias_table(weights);
         for (const AliasEntry& entry : table.entries)
             tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
@@ -287,6 +287,7 @@ class Builder {
             shared::LightTreeHeader header = light_tree_header(tables_.tree);
             header.gain = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
             header.share = static_cast<float>(tables_.tree_share);
+            header.through = through_ ? 1 : 0;
             set_light_tree_header(tables_.tree, header);
         }
         for (std::size_t i = 0; i < power_.size(); ++i) {
@@ -294,10 +295,10 @@ class Builder {
                 i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
             tables_.rows[i * shared::kLightStride + 3].w = static_cast<float>(density);
         }
-        if (kind_.back() == kEnvironment) {
+        if (has_environment()) {
             const double share = table.probabilities.back();
-            tables_.environment_warp =
-                cells_ ? environment_warp(*cells_, share) : constant_environment(scene_.environment.color, share);
+            tables_.environment_warp = cells_ ? environment_warp(*cells_, share, through_)
+                                              : constant_environment(scene_.environment.color, share, through_);
         }
         tables_.probabilities = std::move(table.probabilities);
     }
@@ -312,15 +313,21 @@ class Builder {
         needs.light_tree = !tables_.tree.empty();
     }
 
-    bool uses_tree() const {
-        if (in_tree_.size() < 2) return false;
-        return choice_ == LightChoice::tree || (choice_ == LightChoice::automatic && in_tree_.size() >= kTreeLights);
+    bool has_environment() const { return kind_.back() == kEnvironment; }
+
+    /// Returns the light tree, or none where another choice is requested or there is nothing to choose from.
+    std::optional<LightTree> tree_for_choice() {
+        const bool wanted = choice_ == LightChoice::tree || choice_ == LightChoice::automatic;
+        if (!wanted || in_tree_.size() + (has_environment() ? 1 : 0) < 2 || in_tree_.empty()) return {};
+        if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
+        const bool alone = in_tree_.size() == 2 && act_as_one(bounds_[0], bounds_[1]);
+        if (alone && !has_environment() && choice_ == LightChoice::automatic) return {};
+        return build_light_tree(bounds_, in_tree_);
     }
 
-    /// Moves the weights of the tree's lights, except their equal parts, to the tree. The alias table keeps the rest.
-    void add_tree(std::vector<double>& weights, double equal) {
-        if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
-        LightTree tree = build_light_tree(bounds_, in_tree_);
+    /// Moves the weights of the tree's lights and of the environment, except their equal parts, to the tree. The alias
+    /// table keeps the rest.
+    void add_tree(const LightTree& tree, std::vector<double>& weights, double equal) {
         double share = 0;
         for (std::size_t i = 0; i < in_tree_.size(); ++i) {
             const std::uint32_t light = in_tree_[i];
@@ -329,14 +336,19 @@ class Builder {
             float& head = tables_.rows[std::size_t{light} * shared::kLightStride].w;
             head = shared::float_of_word(shared::word_of_float(head) | tree.trails[i] << shared::kLightKindBits);
         }
+        if (has_environment()) {
+            share += weights.back() - equal;
+            weights.back() = equal;
+        }
         // The share is a multiple of 2^-24, like the random numbers that it is compared with.
         tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
-        tables_.tree = std::move(tree.rows);
+        tables_.tree = tree.rows;
     }
 
     const Scene& scene_;
     const TraceTables& trace_;
     const LightChoice choice_;
+    const bool through_;                     // some surface transmits light
     const PunctualLight* sun_ = nullptr;     // sun that is sampled apart; null: none
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // sums of luminance by image
@@ -359,8 +371,9 @@ const char* name(SunChoice choice) {
     return name_among(kSunChoices, {"apart", "among"}, choice);
 }
 
-LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {
-    return Builder(scene, trace, choice, sun).build();
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun,
+                         bool through) {
+    return Builder(scene, trace, choice, sun, through).build();
 }
 
 }  // namespace halflight

@@ -10,8 +10,9 @@
 // equal parts to the kinds that are present (triangles, points and spots, directional, environment). A dim light may be
 // the only one in its room. So an eighth goes in equal parts to all lights.
 //
-// A scene with many lights has a light tree (light_tree.h). The tree gets the share of triangles, points and spots
-// without that eighth, and distributes it anew for each receiver.
+// With two lights or more, triangles, points and spots have a light tree (light_tree.h). The tree gets their share and
+// that of the environment, without that eighth. Shaders distribute it anew for each receiver, first between the
+// environment and the tree. The two triangles of a square count as one light here.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +24,14 @@
 namespace halflight {
 
 enum class LightChoice : std::uint8_t {
-    automatic,  // tree for kTreeLights lights or more, power below
+    automatic,  // tree where there are two lights to choose from, power otherwise
     power,
-    tree,     // power where fewer than two lights fit into a tree
+    tree,     // power where no light fits into a tree, or one that is alone
     uniform,  // equal probabilities, as a baseline for comparisons
 };
 inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightChoice::power, LightChoice::tree,
                                                 LightChoice::uniform};
 const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree" or "uniform".
-inline constexpr std::size_t kTreeLights = 16;
 
 struct LightTables {
     // UNIT_LIGHTS: triangles, punctual lights, the environment, the separate sun
@@ -60,8 +60,9 @@ inline constexpr SunChoice kSunChoices[] = {SunChoice::apart, SunChoice::among};
 const char* name(SunChoice choice);  ///< Returns "apart" or "among".
 
 /// Returns the tables, empty where the scene has no light. Precondition: validate(scene) passes, `trace` was built from
-/// it. Throws Error for 2^29 lights or more, or more than 2^26 in a tree.
+/// it. `through`: some surface transmits light, so that light from behind counts. Throws Error for 2^29 lights or more,
+/// or more than 2^26 in a tree.
 LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic,
-                         SunChoice sun = SunChoice::among);
+                         SunChoice sun = SunChoice::among, bool through = false);
 
 }  // namespace halflight

@@ -6,7 +6,6 @@
 
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
-#include "engine/tables/light_tree.h"
 #include "engine/tables/shading_textures.h"
 #include "engine/tables/table_rows.h"
 #include "shaders/shared/light.h"
@@ -122,18 +121,13 @@ class Builder {
     // --- Lights ---------------------------------------------------------------------------------------------------
 
     void add_lights() {
-        LightTables lights = build_lights(scene_, trace_, choice_, sun_);
+        // Transmission of the scene counts here, not kept transmission: it changes which light is chosen.
+        LightTables lights = build_lights(scene_, trace_, choice_, sun_, tables_.needs.transmission);
         SceneNeeds& needs = tables_.needs;
         static_cast<LightNeeds&>(needs) = lights.needs;
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);
-        // Transmission of the scene counts here, not kept transmission: the flag changes which light is chosen.
-        if (needs.light_tree) {
-            shared::LightTreeHeader header = light_tree_header(tables_.light_tree);
-            header.through = needs.transmission ? 1 : 0;
-            set_light_tree_header(tables_.light_tree, header);
-        }
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);
