@@ -41,13 +41,13 @@ vec3 environment_radiance(vec3 d) {
 #ifdef HALFLIGHT_ENVIRONMENT_MAP
 // Header of the table (shaders/shared/environment.h).
 struct EnvironmentLayout {
-    vec2 cells;     // columns, rows
+    vec2 cells;  // columns, rows
     int levels;
-    float per_sine;
-    int last_level; // first texel of the last level
-    int block_level; // first texel of the level below the blocks
-    int lobes;       // first texel of the lobes
-    int lobe_levels;
+    float per_sine;   // solid angle of a cell over the sine of its middle's polar angle
+    int last_level;   // first texel of the last level
+    int block_level;  // first texel of the level below the blocks
+    int lobes;        // first texel of the lobes
+    int lobe_levels;  // levels above the blocks
 };
 
 EnvironmentLayout environment_layout() {

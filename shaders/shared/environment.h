@@ -1,16 +1,16 @@
 // Environment: UNIT_ENVIRONMENT holds the map times its colour (1x1: constant). UNIT_ENVIRONMENT_WARP (RGBA32F) holds
-// the hierarchy that maps random numbers to directions (Clarberg et al. 2005, Wavelet Importance Sampling, section 4.1):
+// the hierarchy that maps random numbers to directions (Clarberg et al. 2005, Wavelet Importance Sampling):
 //
 //   texel 0     columns and rows of cells (0: constant environment), probability of the environment in the alias table,
 //               levels
-//   texel 1     constant environment: its colour, and the illuminance of a surface; maps: the solid angle of a cell over
-//               the sine of its middle's polar angle, first texels of the last level, of level `shared levels`, and of the
-//               lobes
-//   texel 2     levels above the blocks, 0, 0, 0
+//   texel 1     constant environment: its colour, and the illuminance of a surface in lux. Maps: the solid angle of a
+//               cell over the sine of its middle's polar angle; first texels of the last level, of the level below the
+//               blocks, and of the lobes
+//   texel 2     number of levels above the blocks, 0, 0, 0
 //   from 3 on   per level, from one node down, and per node, row-major from the top: the weights of its children at the
 //               upper left, upper right, lower left and lower right. All weights of a level add up to 1.
-//   after that  per lobe: a texel with the illuminance of a surface, then the levels above the blocks, with weights times
-//               the cosine at the surface. Level k has 2^k x 2^k nodes here.
+//   after that  per lobe: a texel with the illuminance of a surface in lux, then the levels above the blocks, with
+//               weights times the cosine at the surface. Level k has 2^k x 2^k nodes here.
 //
 // A cell is a rectangle of equal extent in u and in v; directions within it are uniform per solid angle. A node of level
 // k covers 2^(levels - k) cells in each direction, less at the right and at the bottom. Children beyond the cells have
