@@ -84,7 +84,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::glossy, sizeof(vec2) * shared::kAlbedoTableSize * shared::kAlbedoTableSize},
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
-        {&N::light_tree, size.paths * sizeof(shared::Receiver)},
+        {&N::light_tree, size.paths * sizeof(shared::Receiver)},  // an environment map alone needs receivers, too
         {&N::texture_levels, size.paths * sizeof(vec2)},
     };
     std::size_t sum = 0;

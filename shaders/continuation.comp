@@ -41,7 +41,7 @@ layout(std430) writeonly buffer SunRays { Ray sun_rays[]; };
 layout(std430) writeonly buffer Leaving { uint leaving[]; };
 layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
 layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 #endif
 #if defined(HALFLIGHT_TEXTURE_LEVELS) && !defined(HALFLIGHT_LAST_VERTEX)
@@ -139,13 +139,13 @@ void main() {
     hit.instance = is_hit ? hit.instance : 0u;
     vec3 geometric_normal = load_geometric_normal(path);
 
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
     Receiver from = receivers[path];
 #else
     Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any receiver will do
 #endif
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), geometric_normal)
-                           : environment_pdf(direction);
+                           : environment_pdf(from, direction);
 #ifdef HALFLIGHT_FIRST_HIT
     density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
 #endif
@@ -196,8 +196,7 @@ void main() {
 
 #ifdef HALFLIGHT_LIGHT_SAMPLES
     NextEvent e = sample_next_event(at.position, at.offset, b, wo,
-                                    sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
-                                    sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)), 1u);
+                                    sample_2d_bits(random, vertex_dimension(depth, kDimensionLight)), 1u);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_pending = has_point ? e.diffuse : vec3(0.0);
     e.diffuse = is_apart ? vec3(0.0) : e.diffuse;
@@ -299,7 +298,7 @@ void main() {
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(cones[path], hit.t * length(ray.direction), s.pdf);
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
         receivers[path] = receiver_at(at.position, b.geometric_normal);
 #endif
     }

@@ -17,7 +17,7 @@ layout(std430) writeonly buffer PathRays { Ray path_rays[]; };
 layout(std430) writeonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer List { uint list[]; };
 layout(std430) buffer Header { ListHeader header; };
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
 layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
 #endif
 
@@ -63,7 +63,7 @@ void main() {
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
         receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
 #endif
     }

@@ -37,8 +37,7 @@ void main() {
     Sampler random = path_sampler(frame, path);
     random.index = random.index * rays + ray / paths;
     NextEvent e = sample_next_event(point.position, point.offset, b, wo,
-                                    sample_1d_bits(random, vertex_dimension(0u, kDimensionLightChoice)),
-                                    sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)), rays);
+                                    sample_2d_bits(random, vertex_dimension(0u, kDimensionLight)), rays);
     e.diffuse /= float(rays);
     e.glossy /= float(rays);
 #endif

@@ -11,7 +11,7 @@ using graph::Access;
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
     const std::size_t paths = view.band.paths();
     graph::BufferHandle receivers, cones;
-    if (view.scene.needs().light_tree)
+    if (view.scene.needs().receivers())
         receivers = graph.create_buffer("path receivers", {paths * sizeof(shared::Receiver)});
     if (view.scene.needs().texture_levels) cones = graph.create_buffer("path cones", {paths * sizeof(vec2)});
     return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),

@@ -23,8 +23,8 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
 }
 
 // Samples one of the lights of the selection.
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi, uint count) {
-    LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, SampleBits bits, uint count) {
+    LightSample light = sample_light(receiver_at(position, b.geometric_normal), bits);
     return event_of(light, position, offset, b, wo, count);
 }
 
