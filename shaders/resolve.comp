@@ -69,6 +69,9 @@ layout(std430) writeonly buffer Points { ReusePoint points[]; };
 uniform samplerBuffer cones;  // RG32F: RayCone of each path
 #endif
 #endif
+#if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_LIST)
+uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib/bsdf.glsl)
+#endif
 #ifndef HALFLIGHT_TRACED
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
@@ -192,6 +195,16 @@ void main() {
 #endif
     vec3 emission = is_hit ? material.emission : inside ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
+#if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
+    // The ray's medium is that of its origin for emitted light, like that of light samples.
+#ifdef HALFLIGHT_LIST
+    vec4 medium = texelFetch(media, int(path));
+#else
+    vec4 medium = vec4(0.0);
+#endif
+    float way = is_hit ? hit.t * length(ray.direction) : medium.w;
+    emission *= transmittance(medium, way);
+#endif
 #ifdef HALFLIGHT_SEEN
     vec4 before = begins ? vec4(0.0) : light_seen[path];
     if (listed) light_seen[path] = before + weight * vec4(emission, 0.0);
@@ -199,9 +212,16 @@ void main() {
     if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
 #else
     Bsdf b = make_bsdf(material, surface.geometric_normal, -direction);
+#ifdef HALFLIGHT_VOLUME
+    if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
+    scale_lobes(b, transmittance(medium, way));
+#endif
     if (listed) store_surface(path, SurfacePoint(surface.position, surface.offset, emission, is_hit), b);
 #ifdef HALFLIGHT_REUSE_POINTS
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
+#ifdef HALFLIGHT_VOLUME
+    if (medium.w > 0.0) point.share = 0.0;  // light inside of solids is not shared
+#endif
     if (listed && is_hit) points[path] = point;
 #endif
 #endif
