@@ -49,7 +49,7 @@ layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the ra
 layout(std430) buffer Cones { RayCone cones[]; };
 #endif
 #if defined(HALFLIGHT_VOLUME) && !defined(HALFLIGHT_LAST_VERTEX)
-layout(std430) buffer Media { vec4 media[]; };  // of the rays (medium_towards())
+layout(std430) buffer Media { vec4 media[]; };  // media of the rays (medium_towards())
 #endif
 #if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
 #define HALFLIGHT_APART  // diffuse light of vertex 1 is no part of the path's own light

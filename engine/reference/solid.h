@@ -5,7 +5,7 @@
 
 namespace halflight::reference {
 
-/// What fills the space that a ray crosses.
+/// Medium of the space that a ray crosses.
 struct Medium {
     dvec3 absorption{0};   // per world unit
     double thickness = 0;  // length that stands for an endless way, > 0 inside of solids
@@ -25,7 +25,7 @@ dvec3 refract(const dvec3& wo, const dvec3& h, double eta);
 struct Refraction {
     double value = 0;        // f |mu_i| of basic radiance, times 1 - reflectance
     double pdf = 0;          // density of refract() by visible normals, without the choice
-    double reflectance = 1;  // of the facet
+    double reflectance = 1;  // reflectance of the facet
 };
 Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, double eta);
 
