@@ -78,6 +78,9 @@ uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib
 #include "shaders/lib/primary_search.glsl"
 #endif
 #include "shaders/lib/finite.glsl"
+#ifdef HALFLIGHT_DISPERSION
+#include "shaders/lib/dimensions.glsl"
+#endif
 #include "shaders/lib/material.glsl"
 #ifdef HALFLIGHT_STORE_SURFACE
 #include "shaders/lib/surface_record.glsl"
@@ -202,7 +205,7 @@ void main() {
 #else
     vec4 medium = vec4(0.0);
 #endif
-    float way = is_hit ? hit.t * length(ray.direction) : medium.w;
+    float way = is_hit ? hit.t * length(ray.direction) : endless_way(medium);
     emission *= transmittance(medium, way);
 #endif
 #ifdef HALFLIGHT_SEEN
@@ -211,16 +214,25 @@ void main() {
 #elif defined(HALFLIGHT_LAST_VERTEX)
     if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
 #else
+#ifdef HALFLIGHT_DISPERSION
+    float pick = sample_1d(path_sampler(frame, path), vertex_dimension(0u, kDimensionRoulette));  // no roulette there
+    material.channel = min(int(3.0 * pick), 2);
+#endif
     Bsdf b = make_bsdf(material, surface.geometric_normal, -direction);
 #ifdef HALFLIGHT_VOLUME
+    vec3 light = vec3(1.0);
+#ifdef HALFLIGHT_DISPERSION
+    if (b.disperses) light = dispersed_light(medium, material.channel);
+#endif
+    bool one_channel = is_one_channel(medium);
     if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
-    scale_lobes(b, transmittance(medium, way));
+    scale_lobes(b, light * transmittance(medium, way));
 #endif
     if (listed) store_surface(path, SurfacePoint(surface.position, surface.offset, emission, is_hit), b);
 #ifdef HALFLIGHT_REUSE_POINTS
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
 #ifdef HALFLIGHT_VOLUME
-    if (medium.w > 0.0) point.share = 0.0;  // light inside of solids is not shared
+    if (medium.w > 0.0 || one_channel) point.share = 0.0;  // neither is light inside of solids shared, nor one channel
 #endif
     if (listed && is_hit) points[path] = point;
 #endif

@@ -51,6 +51,7 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.clearcoat_roughness = m.clearcoat_roughness * lookup(m.clearcoat_roughness_texture, linear).g;
     p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
     p.inside.thickness = m.thickness;
+    p.dispersion = m.dispersion;
     if (m.attenuation_distance > 0)
         p.inside.absorption = -log(max(dvec3(m.attenuation_color), 1e-30)) / double(m.attenuation_distance);
     p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
@@ -58,7 +59,7 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     return p;
 }
 
-Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k)
+Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k, int channel)
     : wo_(wo),
       n_g_(n_g),
       base_frame_(n),
@@ -109,7 +110,11 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
     transmission_scale_ = 1 / e.one();
     double transmission_mean = mean(transmission_);
     if (solid) {
-        eta_ = p.front ? p.ior : 1 / p.ior;
+        disperses_ = p.dispersion > 0 && p.ior > 1;
+        // The Abbe number V spreads the index by (ior - 1) / V from the C line, red, to the F line, blue.
+        const double abbe = 20 / p.dispersion, spread = disperses_ ? (p.ior - 1) / abbe : 0;
+        const double ior = std::max(p.ior + spread * (channel - 1) / 2, 1.0);
+        eta_ = p.front ? ior : 1 / ior;
         const double share = under_sheen * (1 - m) * p.transmission;
         transmission_ = share * c;
         solid_reflection_ = share * (p.front ? min(p.specular * p.specular_color, dvec3(1)) : dvec3(1));

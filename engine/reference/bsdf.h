@@ -30,6 +30,7 @@ struct BsdfParameters {
     double sheen_roughness = 0;
     Medium inside{};    // thickness 0: thin-walled
     bool front = true;  // wo is outside
+    double dispersion = 0;
 
     bool is_solid() const { return inside.thickness > 0 && transmission * (1 - metallic) > 0; }
 };
@@ -46,10 +47,13 @@ enum class Component : std::uint8_t { diffuse, glossy };
 /// point away from the surface.
 class Bsdf {
   public:
-    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
-    Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
+    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it. `channel`:
+    /// colour channel whose index of refraction solids have, 0 to 2.
+    Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k,
+         int channel = 1);
 
-    bool black() const { return black_; }  ///< Returns whether the material reflects nothing.
+    bool disperses() const { return disperses_; }  ///< Returns whether colours have different directions.
+    bool black() const { return black_; }          ///< Returns whether the material reflects nothing.
 
     /// f times cosine by component, without mirrors, and the density of sample(), P_c p_c(wi), per solid angle.
     struct Value {
@@ -93,6 +97,7 @@ class Bsdf {
     double solid_scale_ = 1;     // 1 / albedo
     bool solid_mirror_ = false;
     Medium inside_;
+    bool disperses_ = false;
     bool front_;
     std::array<double, kLobes> choice_{};  // probability of each lobe
     bool black_ = true;

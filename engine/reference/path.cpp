@@ -70,6 +70,8 @@ class Path {
     Random& random_;
     PathResult result_;
     dvec3 throughput_{1};
+    int channel_ = 1;                       // colour channel of solids that disperse light
+    bool one_channel_ = false;              // the path has met such a solid
     Medium medium_;                         // medium of the current ray, then that on wo's side
     int bounce_ = 0;                        // number of reflections, including the next one
     Component first_ = Component::diffuse;  // lobe by which the path left its first surface
@@ -132,8 +134,15 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
     arrive(surface, hit->t * length(camera_ray.direction));
     result_.radiance.emission = surface.emitted;
 
+    if (scene_.disperses) channel_ = static_cast<int>(3 * random_.uniform());
     for (bounce_ = 1; bounce_ <= settings_.bounces && !surface.unlit; ++bounce_) {
-        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
+        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k, channel_);
+        if (bsdf.disperses()) {
+            dvec3 channel(0);
+            channel[channel_] = one_channel_ ? 1 : 3;
+            throughput_ *= channel;
+            one_channel_ = true;
+        }
         if (bsdf.black()) break;
         if (settings_.strategy != ReferenceStrategy::surfaces_only && !scene_.lights.empty())
             sample_light(surface, bsdf);

@@ -50,6 +50,10 @@ bool is_solid(const M& m) {
     return transmits(m) && m.thickness > 0;
 }
 
+bool disperses(const M& m) {
+    return is_solid(m) && m.dispersion > 0 && m.ior > 1;
+}
+
 // --- Packing ----------------------------------------------------------------------------------------------------
 
 /// Returns F0 of the dielectric: ((ior - 1) / (ior + 1))^2.
@@ -221,6 +225,16 @@ const std::array kProperties = {
                      .range = kNotNegative,
                      .need = &N::volume,
                      .meaning = "world units of the attenuation colour; 0: infinite; packed with the colour"},
+    MaterialProperty{
+        .name = "dispersion",
+        .field = &M::dispersion,
+        .path = "/extensions/KHR_materials_dispersion/dispersion",
+        .range = kNotNegative,
+        .packing = {11, 0},
+        .shader = "dispersion",
+        .need = &N::dispersion,
+        .scales_lobe = true,
+        .meaning = "spread of the index of refraction of solids over the colours: 20 over the Abbe number"},
     MaterialProperty{.name = "sheen_color",
                      .field = &M::sheen_color,
                      .path = "/extensions/KHR_materials_sheen/sheenColorFactor",
@@ -414,6 +428,12 @@ const std::array kLobes = {
                  .implies = &N::glossy,
                  .record_rows = 1,
                  .layer_rows = 1},
+    MaterialLobe{.label = "dispersion",
+                 .need = &N::dispersion,
+                 .define = "DISPERSION",
+                 .fact = "every solid refracts all colours alike",
+                 .present = disperses,
+                 .implies = &N::volume},
     MaterialLobe{.label = "volume",
                  .need = &N::volume,
                  .define = "VOLUME",

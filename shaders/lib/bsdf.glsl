@@ -28,6 +28,7 @@ struct Bsdf {
     float thickness;        // solids: length of a path inside that never ends; < 0: wo is inside
     float solid_gain;       // solids: gain of rough reflection and transmission
     vec3 coat_tint;         // factor of the coat's light
+    bool disperses;         // true: the lobes are those of one colour channel, and so are paths from here on
 };
 
 const float kCoatF0 = 0.04;
@@ -60,6 +61,7 @@ void make_thin(inout Bsdf b) {
     b.thickness = 0.0;
     b.solid_gain = 0.0;
     b.coat_tint = vec3(1.0);
+    b.disperses = false;
 }
 
 vec4[kBsdfRows] pack_bsdf(Bsdf b) {
@@ -72,7 +74,7 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[kGlossyRow + 1] = vec4(b.specular_edge, b.coat_alpha);
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
-    rows[kTransmissionRow] = vec4(b.transmission, 0.0);
+    rows[kTransmissionRow] = vec4(b.transmission, b.disperses ? 1.0 : 0.0);
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[kCoatRow] = vec4(b.coat_normal, b.coat);
@@ -116,6 +118,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
     b.transmission = rows[kTransmissionRow].rgb;
+    b.disperses = rows[kTransmissionRow].w != 0.0;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     b.coat_normal = rows[kCoatRow].xyz;
@@ -140,8 +143,16 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
 // --- The inside of solids ---------------------------------------------------------------------------------------------
 
 #ifdef HALFLIGHT_VOLUME
-// A medium is the absorption per world unit on a ray's way, and the length that stands for an endless way. The length
-// is 0 outside of solids.
+// A medium is the absorption per world unit on a ray's way, and the length L that stands for an endless way. The length
+// is 0 outside of solids. Its sign bit is set for paths of one colour channel.
+float endless_way(vec4 medium) { return abs(medium.w); }
+bool is_one_channel(vec4 medium) { return (floatBitsToUint(medium.w) & 0x80000000u) != 0u; }
+
+// Returns the factor of light that a path has from a surface that disperses it. `channel`: the path's colour channel.
+// Each is picked with probability 1/3, and counts once.
+vec3 dispersed_light(vec4 medium, int channel) {
+    return (is_one_channel(medium) ? 1.0 : 3.0) * vec3(equal(ivec3(channel), ivec3(0, 1, 2)));
+}
 
 // Returns whether a direction from the surface leads to the inside of its solid.
 bool leads_inside(Bsdf b, vec3 direction) {
@@ -151,13 +162,15 @@ bool leads_inside(Bsdf b, vec3 direction) {
 // Returns the medium of rays that leave the surface. `before` is that of the ray that arrived.
 vec4 medium_towards(Bsdf b, vec4 before, vec3 direction) {
     bool leaves = b.thickness < 0.0 && dot(b.geometric_normal, direction) < 0.0;
-    vec4 outside = leaves ? vec4(0.0) : before;
-    return leads_inside(b, direction) ? vec4(b.absorption, abs(b.thickness)) : outside;
+    vec4 outside = leaves ? vec4(0.0) : vec4(before.rgb, endless_way(before));
+    vec4 medium = leads_inside(b, direction) ? vec4(b.absorption, abs(b.thickness)) : outside;
+    if (b.disperses || is_one_channel(before)) medium.w = uintBitsToFloat(floatBitsToUint(medium.w) | 0x80000000u);
+    return medium;
 }
 
 // Returns the transmittance of a distance (Beer-Lambert). It is 0 where a float has no bits for it.
 vec3 transmittance(vec4 medium, float distance) {
-    return medium.w > 0.0 ? exp(-min(medium.rgb * distance, vec3(100.0))) : vec3(1.0);
+    return endless_way(medium) > 0.0 ? exp(-min(medium.rgb * distance, vec3(100.0))) : vec3(1.0);
 }
 
 // Returns whether reflection and refraction are perfect. Directions of nearly equal indices spread as little as those
@@ -388,6 +401,10 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
         float root = min(sqrt(m.dielectric_f0), 0.998);  // an index of refraction up to 999
         float ior = (1.0 + root) / (1.0 - root);
         float factor = solid_share * (1.0 - m.metallic) * below_layers;
+#ifdef HALFLIGHT_DISPERSION
+        b.disperses = m.dispersion > 0.0 && ior > 1.0;
+        ior = max(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0);
+#endif
         b.eta = m.front ? ior : 1.0 / ior;
         b.transmission = factor * m.base_color;
         b.solid_reflection = factor * (m.front ? min(m.specular * m.specular_color, vec3(1.0)) : vec3(1.0));

@@ -15,10 +15,11 @@
 //   row 8  sheen_color.rgb, sheen_roughness
 //   row 9  slot of sheen_roughness_texture
 //   row 10  attenuation_color.rgb, thickness
+//   row 11  dispersion
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 11;
+const int kMaterialStride = 12;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -40,6 +41,7 @@ float packed_clearcoat_normal_scale(uint material) { return material_row(materia
 float packed_transmission(uint material) { return material_row(material, 3).w; }
 float packed_thickness(uint material) { return material_row(material, 10).w; }
 vec3 packed_attenuation_color(uint material) { return material_row(material, 10).rgb; }
+float packed_dispersion(uint material) { return material_row(material, 11).x; }
 vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
 float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
 
@@ -73,11 +75,13 @@ struct Material {
     float transmission;
     float thickness;
     vec3 absorption;
+    float dispersion;
     vec3 sheen_color;
     float sheen_roughness;
     vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;  // n_k
     bool front;        // true: wo is outside, on the side of the vertex normals
+    int channel;       // colour channel of the path, 0 to 2, for solids that disperse light
     bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
 };
 
@@ -138,6 +142,11 @@ Material load_material(uint material) {
     m.absorption = packed_attenuation_color(material);
 #else
     m.absorption = vec3(0.0, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_DISPERSION
+    m.dispersion = packed_dispersion(material);
+#else
+    m.dispersion = 0.0;
 #endif
 #ifdef HALFLIGHT_SHEEN
     m.sheen_color = packed_sheen_color(material);

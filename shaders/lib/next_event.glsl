@@ -21,7 +21,7 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
 #ifdef HALFLIGHT_VOLUME
     vec4 medium = medium_towards(b, before, light.direction);
-    vec3 passed = transmittance(medium, light.at_infinity ? medium.w : distance(light.end, position));
+    vec3 passed = transmittance(medium, light.at_infinity ? endless_way(medium) : distance(light.end, position));
     e.diffuse *= passed;
     e.glossy *= passed;
 #endif

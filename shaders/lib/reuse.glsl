@@ -26,11 +26,12 @@ Sight sight_of(ReusePoint y, vec3 from, bool finder) {
     return Sight(direction, seen || finder ? (finder ? cosine : cosine / square) : 0.0);
 }
 
-// Returns the value for light that the group shares. Light inside of solids is not shared.
+// Returns the value for light that the group shares. Light inside of solids, and light of one
+// colour channel, is not shared.
 BsdfValue shared_value(Bsdf b, vec3 wo, vec3 wi) {
     BsdfValue f = evaluate_bsdf(b, wo, wi);
 #ifdef HALFLIGHT_VOLUME
-    if (leads_inside(b, wi)) {
+    if (b.disperses || leads_inside(b, wi)) {
         f.diffuse = vec3(0.0);
         f.glossy = vec3(0.0);
     }

@@ -204,6 +204,24 @@ TEST_F(ImageTest, Solids) {
     expect_agreement(scene, {.name = "solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+TEST_F(ImageTest, Dispersion) {
+    // Each path has one colour channel from the first surface on that disperses light.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    Material flint = glass_material(0, 1.6f), frosted = glass_material(0.4f, 1.4f);
+    flint.dispersion = 3;
+    frosted.dispersion = 10;
+    frosted.attenuation_color = {0.9f, 0.5f, 0.7f};
+    frosted.attenuation_distance = 0.5f;
+    frosted.transmission = 0.7f;
+    add_quad(scene, add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f})), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    add_ball(scene, add_material(scene, flint), {-0.7f, 0.7f, 0}, 0.6f);
+    add_box(scene, add_material(scene, frosted), {0.3f, 0.05f, -0.4f}, {1.1f, 0.8f, 0.4f});
+    add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
+    expect_agreement(scene, {.name = "dispersion", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, MaskAndBlend) {
     const Scene scene = curtain_scene();
     expect_agreement(scene, {.name = "curtains", .camera = scene.cameras[0], .bounces = 4});

@@ -60,6 +60,26 @@ TEST_F(Solids, WhiteBallsVanishUnderAWhiteSky) {
            "four standard errors and 1/100; the 64 bounces end many paths inside");
 }
 
+TEST_F(Solids, ColoursThatPartAddUpToWhite) {
+    for (const float roughness : {0.0f, 0.5f}) {
+        double worst = 0, bound = 1;
+        for (const float dispersion : {1e-6f, 1.0f, 20.0f, 1e6f}) {
+            Scene scene = under_white_sky();
+            Material m = glass_material(roughness);
+            m.dispersion = dispersion;
+            add_ball(scene, add_material(scene, m), vec3(0), 1, 12);
+            const MeanValue found = seen(scene, towards({3, 2, 4}, dvec3(0), 2.2), 24, 256, 64);
+            // High indices of refraction keep light inside for longer than 64 bounces.
+            const double off = dispersion > 20 ? std::max(found.value - 1, 0.0) : std::abs(found.value - 1);
+            const double allowed = 4 * found.error + 0.01;
+            if (off / allowed >= worst / bound) worst = off, bound = allowed;
+        }
+        expect(fmt::format("white glass ball of roughness {} that disperses light", roughness), worst, bound,
+               "radiance",
+               "worst of dispersions 1e-6, 1, 20, 1e6: four standard errors, and 1/100 for table and 64 bounces");
+    }
+}
+
 TEST_F(Solids, SlabsAbsorbByTheirThickness) {
     constexpr double kThickness = 0.5;
     for (const float ior : {1.0f, 1.5f, 20.0f}) {
