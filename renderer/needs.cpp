@@ -86,6 +86,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
         {&N::light_tree, size.paths * sizeof(shared::Receiver)},  // an environment map alone needs receivers, too
         {&N::texture_levels, size.paths * sizeof(vec2)},
+        {&N::volume, size.paths * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kSolidTableRows},
     };
     std::size_t sum = 0;
     for (const auto& [of, count] : bytes)

@@ -48,6 +48,9 @@ layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the ra
 #include "shaders/lib/ray_cone.glsl"
 layout(std430) buffer Cones { RayCone cones[]; };
 #endif
+#if defined(HALFLIGHT_VOLUME) && !defined(HALFLIGHT_LAST_VERTEX)
+layout(std430) buffer Media { vec4 media[]; };  // media of the rays (medium_towards())
+#endif
 #if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
 #define HALFLIGHT_APART  // diffuse light of vertex 1 is no part of the path's own light
 #endif
@@ -164,6 +167,11 @@ void main() {
     if (active_path) store_state(path, state);
 #else
     Bsdf b = load_bsdf(path);
+#ifdef HALFLIGHT_VOLUME
+    vec4 before = media[path];
+#else
+    const vec4 before = vec4(0.0);
+#endif
     Sampler random = path_sampler(frame, path);
 #ifdef HALFLIGHT_CELLS
     int finest = cache_level(distance(at.position, frame.camera_position.xyz));
@@ -195,7 +203,7 @@ void main() {
 #endif
 
 #ifdef HALFLIGHT_LIGHT_SAMPLES
-    NextEvent e = sample_next_event(at.position, at.offset, b, wo,
+    NextEvent e = sample_next_event(at.position, at.offset, b, wo, before,
                                     sample_2d_bits(random, vertex_dimension(depth, kDimensionLight)), 1u);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_pending = has_point ? e.diffuse : vec3(0.0);
@@ -212,7 +220,7 @@ void main() {
 #endif
 #endif
 #ifdef HALFLIGHT_SUN
-    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo);
+    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo, before);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_sun = has_point ? sun.diffuse : vec3(0.0);
     sun.diffuse = is_apart ? vec3(0.0) : sun.diffuse;
@@ -297,6 +305,9 @@ void main() {
         leaving[leaving_place] = path;
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(cones[path], hit.t * length(ray.direction), s.pdf);
+#endif
+#ifdef HALFLIGHT_VOLUME
+        media[path] = medium_towards(b, before, s.direction);
 #endif
 #ifdef HALFLIGHT_RECEIVERS
         receivers[path] = receiver_at(at.position, b.geometric_normal);

@@ -24,6 +24,9 @@ layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
 #ifdef HALFLIGHT_TEXTURE_LEVELS
 layout(std430) writeonly buffer Cones { RayCone cones[]; };
 #endif
+#ifdef HALFLIGHT_VOLUME
+layout(std430) writeonly buffer Media { vec4 media[]; };
+#endif
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/offset.glsl"
@@ -62,6 +65,9 @@ void main() {
         list[place] = path;
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
+#endif
+#ifdef HALFLIGHT_VOLUME
+        media[path] = medium_towards(b, vec4(0.0), s.direction);
 #endif
 #ifdef HALFLIGHT_RECEIVERS
         receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);

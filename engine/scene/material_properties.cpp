@@ -46,6 +46,13 @@ bool has_sheen(const M& m) {
 bool transmits(const M& m) {
     return base(m) && m.transmission > 0;
 }
+bool is_solid(const M& m) {
+    return transmits(m) && m.thickness > 0;
+}
+
+bool disperses(const M& m) {
+    return is_solid(m) && m.dispersion > 0 && m.ior > 1;
+}
 
 // --- Packing ----------------------------------------------------------------------------------------------------
 
@@ -53,6 +60,14 @@ bool transmits(const M& m) {
 vec4 packed_ior(const M& m) {
     const float r0 = (m.ior - 1) / (m.ior + 1);
     return vec4(r0 * r0, 0, 0, 0);
+}
+
+/// Returns the absorption per world unit: after the attenuation distance, light has the attenuation colour.
+vec4 packed_attenuation(const M& m) {
+    constexpr float kLeastColor = 1e-30f, kMost = 1e30f;
+    if (m.attenuation_distance == 0) return vec4(0);
+    const vec3 depth = -glm::log(glm::max(m.attenuation_color, vec3(kLeastColor)));
+    return vec4(glm::min(depth / m.attenuation_distance, vec3(kMost)), 0);
 }
 
 /// Returns the cutoff of mask, kAlphaBlend of blend and 0 of opaque materials.
@@ -183,7 +198,43 @@ const std::array kProperties = {
                      .shader = "transmission",
                      .need = &N::transmission,
                      .scales_lobe = true,
-                     .meaning = "share of light that a thin wall lets through instead of scattering it diffusely"},
+                     .meaning = "share of light that passes the surface instead of being scattered diffusely"},
+    MaterialProperty{
+        .name = "thickness",
+        .field = &M::thickness,
+        .path = "/extensions/KHR_materials_volume/thicknessFactor",
+        .range = kNotNegative,
+        .packing = {10, 3},
+        .shader = "thickness",
+        .need = &N::volume,
+        .scales_lobe = true,
+        .meaning = "0: thin-walled; > 0: solid, and only rays that never leave use the value as their path"},
+    MaterialProperty{
+        .name = "attenuation_color",
+        .field = &M::attenuation_color,
+        .path = "/extensions/KHR_materials_volume/attenuationColor",
+        .range = kFraction,
+        .packing = {10, 0},
+        .shader = "absorption",
+        .need = &N::volume,
+        .packed = packed_attenuation,
+        .meaning = "colour of white light after the attenuation distance; packed as absorption per world unit"},
+    MaterialProperty{.name = "attenuation_distance",
+                     .field = &M::attenuation_distance,
+                     .path = "/extensions/KHR_materials_volume/attenuationDistance",
+                     .range = kNotNegative,
+                     .need = &N::volume,
+                     .meaning = "world units of the attenuation colour; 0: infinite; packed with the colour"},
+    MaterialProperty{
+        .name = "dispersion",
+        .field = &M::dispersion,
+        .path = "/extensions/KHR_materials_dispersion/dispersion",
+        .range = kNotNegative,
+        .packing = {11, 0},
+        .shader = "dispersion",
+        .need = &N::dispersion,
+        .scales_lobe = true,
+        .meaning = "spread of the index of refraction of solids over the colours: 20 over the Abbe number"},
     MaterialProperty{.name = "sheen_color",
                      .field = &M::sheen_color,
                      .path = "/extensions/KHR_materials_sheen/sheenColorFactor",
@@ -377,6 +428,19 @@ const std::array kLobes = {
                  .implies = &N::glossy,
                  .record_rows = 1,
                  .layer_rows = 1},
+    MaterialLobe{.label = "dispersion",
+                 .need = &N::dispersion,
+                 .define = "DISPERSION",
+                 .fact = "every solid refracts all colours alike",
+                 .present = disperses,
+                 .implies = &N::volume},
+    MaterialLobe{.label = "volume",
+                 .need = &N::volume,
+                 .define = "VOLUME",
+                 .fact = "no material is solid",
+                 .present = is_solid,
+                 .implies = &N::transmission,  // the next row, which implies the glossy lobe
+                 .record_rows = 3},
     MaterialLobe{.label = "transmission",
                  .need = &N::transmission,
                  .define = "TRANSMISSION",

@@ -1,8 +1,10 @@
 #include "engine/tables/shading_tables.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <future>
+#include <mutex>
 
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
@@ -15,14 +17,13 @@
 namespace halflight {
 namespace {
 
-/// Returns the albedo table, which is equal for all scenes with, and for all without sheen.
-Image albedo_table(bool sheen) {
-    if (sheen) {
-        static const Image table = build_albedo_table(true);
-        return table;
-    }
-    static const Image table = build_albedo_table();
-    return table;
+/// Returns the albedo table, which is equal for all scenes of the same lobes. Each is built once.
+Image albedo_table(bool sheen, bool solid) {
+    static std::array<std::once_flag, 4> built;
+    static std::array<Image, 4> tables;
+    const std::size_t which = (sheen ? 1u : 0u) + (solid ? 2u : 0u);
+    std::call_once(built[which], [&] { tables[which] = build_albedo_table(sheen, solid); });
+    return tables[which];
 }
 
 class Builder {
@@ -51,10 +52,11 @@ class Builder {
         complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
-        // The table takes about 15 ms, twice as much with sheen, and nothing below depends on it.
+        // The table takes about 15 ms, more with sheen or solids, and nothing below depends on it.
         std::future<Image> albedo;
         if (needs.glossy || kept_.glossy)
-            albedo = std::async(std::launch::async, albedo_table, needs.sheen || kept_.sheen);
+            albedo =
+                std::async(std::launch::async, albedo_table, needs.sheen || kept_.sheen, needs.volume || kept_.volume);
         add_lights();
         needs = united(needs, kept_);
         fill_light_tables();

@@ -14,10 +14,12 @@
 //   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture, slot of sheen_color_texture
 //   row 8  sheen_color.rgb, sheen_roughness
 //   row 9  slot of sheen_roughness_texture
+//   row 10  attenuation_color.rgb, thickness
+//   row 11  dispersion
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 10;
+const int kMaterialStride = 12;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -37,6 +39,9 @@ float packed_clearcoat(uint material) { return material_row(material, 4).x; }
 float packed_clearcoat_roughness(uint material) { return material_row(material, 4).y; }
 float packed_clearcoat_normal_scale(uint material) { return material_row(material, 4).w; }
 float packed_transmission(uint material) { return material_row(material, 3).w; }
+float packed_thickness(uint material) { return material_row(material, 10).w; }
+vec3 packed_attenuation_color(uint material) { return material_row(material, 10).rgb; }
+float packed_dispersion(uint material) { return material_row(material, 11).x; }
 vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
 float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
 
@@ -68,10 +73,15 @@ struct Material {
     float coat_roughness;
     float coat_normal_scale;
     float transmission;
+    float thickness;
+    vec3 absorption;
+    float dispersion;
     vec3 sheen_color;
     float sheen_roughness;
     vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;  // n_k
+    bool front;        // true: wo is outside, on the side of the vertex normals
+    int channel;       // colour channel of the path, 0 to 2, for solids that disperse light
     bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
 };
 
@@ -122,6 +132,21 @@ Material load_material(uint material) {
     m.transmission = packed_transmission(material);
 #else
     m.transmission = 0.0;
+#endif
+#ifdef HALFLIGHT_VOLUME
+    m.thickness = packed_thickness(material);
+#else
+    m.thickness = 0.0;
+#endif
+#ifdef HALFLIGHT_VOLUME
+    m.absorption = packed_attenuation_color(material);
+#else
+    m.absorption = vec3(0.0, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_DISPERSION
+    m.dispersion = packed_dispersion(material);
+#else
+    m.dispersion = 0.0;
 #endif
 #ifdef HALFLIGHT_SHEEN
     m.sheen_color = packed_sheen_color(material);

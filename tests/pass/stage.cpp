@@ -76,6 +76,11 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
         row(&SurfaceRecord::sheen, &SurfaceRecord::sheen_alpha);
         row(&SurfaceRecord::sheen_choice, nullptr);
     }
+    if (needs.volume) {
+        row(&SurfaceRecord::solid_reflection, &SurfaceRecord::eta);
+        row(&SurfaceRecord::absorption, &SurfaceRecord::thickness);
+        row(&SurfaceRecord::coat_tint, &SurfaceRecord::solid_gain);
+    }
 }
 
 std::size_t row_count(const SceneNeeds& needs) {

@@ -72,6 +72,12 @@ struct SurfaceRecord {
     vec3 sheen{0};
     float sheen_alpha = 0;
     vec3 sheen_choice{0};  // x: p_sheen
+    vec3 solid_reflection{0};
+    float eta = 0;
+    vec3 absorption{0};
+    float thickness = 0;
+    vec3 coat_tint{1};
+    float solid_gain = 0;
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
 /// Returns the rows of `records` as input of kernels.

@@ -48,6 +48,7 @@ Scene scene_of_everything() {
     Material& m = scene.materials.emplace_back();
     for (const MaterialProperty& p : material_properties())
         if (p.scales_lobe) set_value(m, p.field, vec4(0.5f));
+    m.attenuation_distance = 0.5f;
     for (const MaterialTexture& texture : material_textures()) (m.*texture.field).image = 0;
     Mesh& mesh = scene.meshes.emplace_back();
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -110,7 +111,8 @@ TEST_F(MaterialTable, CoversEveryMemberAndEveryNeed) {
     std::size_t gap = 0;
     for (std::size_t i = 0; i < sizeof m; ++i) {
         gap = covered[i] ? 0 : gap + 1;
-        EXPECT_LT(gap, alignof(float)) << "the member at byte " << i + 1 - gap << " has no row";
+        EXPECT_LT(gap, i + 1 == sizeof m ? alignof(Material) : alignof(float))
+            << "the member at byte " << i + 1 - gap << " has no row";
     }
     MaterialNeeds needs;
     std::set<const bool*> flags;
