@@ -95,8 +95,9 @@ class PageServer::Run {
         } else {
             pages = pool_.uses().set();
         }
+        // A pool that is smaller than the set would lose pages that rays need first.
+        if (pages.size() > pool_.slots()) return;
         std::ranges::stable_partition(pages, [&](std::uint32_t page) { return pool_.resident(page); });
-        pages.resize(std::min(pages.size(), std::size_t{pool_.slots()}));
         std::vector<Wanted> wanted;
         for (const std::uint32_t page : pages) {
             wanted.push_back({page, 1});
