@@ -29,10 +29,23 @@ struct LobeValue {
     double x = 0;  // cosine dot(wo, h)
 };
 
-LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, double alpha) {
+LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, const dvec2& alpha) {
     const dvec3 h = normalize(wo + wi);
-    return {ggx_distribution(h, alpha) * ggx_visibility(wo.z, wi.z, alpha) * wi.z, reflection_pdf(wo, h, alpha),
+    return {ggx_distribution(h, alpha) * ggx_visibility(wo, wi, alpha) * wi.z, reflection_pdf(wo, h, alpha),
             dot(wo, h)};
+}
+
+bool is_anisotropic(const BsdfParameters& p) {
+    return p.anisotropy > 0 && p.rough_direction != dvec3(0);
+}
+
+/// Returns alpha along and across the direction of higher roughness. Lobes that are rough in one direction are no
+/// mirrors in the other one.
+dvec2 base_alpha(const BsdfParameters& p) {
+    const double alpha = p.roughness * p.roughness;
+    if (!is_anisotropic(p)) return dvec2(alpha);
+    const double along = glm::mix(alpha, 1.0, p.anisotropy * p.anisotropy);
+    return {along, along < kMirrorAlpha ? along : std::max(alpha, kMirrorAlpha)};
 }
 
 }  // namespace
@@ -52,17 +65,22 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
     p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
     p.sheen_roughness = m.sheen_roughness * lookup(m.sheen_roughness_texture, linear).a;
+    const dvec4 anisotropy = lookup(m.anisotropy_texture, linear);
+    p.anisotropy = m.anisotropy_strength * anisotropy.b;
+    const dvec2 d = m.anisotropy_texture ? 2.0 * dvec2(anisotropy) - 1.0 : dvec2(1, 0);
+    const double turn = m.anisotropy_rotation, cosine = std::cos(turn), sine = std::sin(turn);
+    p.tangent_direction = {cosine * d.x - sine * d.y, sine * d.x + cosine * d.y};
     return p;
 }
 
 Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k)
     : wo_(wo),
       n_g_(n_g),
-      base_frame_(n),
+      base_frame_(is_anisotropic(p) ? Frame(n, p.rough_direction) : Frame(n)),
       coat_frame_(n_k),
       wo_base_(base_frame_.to_local(wo)),
       wo_coat_(coat_frame_.to_local(wo)),
-      alpha_(p.roughness * p.roughness),
+      alpha_(base_alpha(p)),
       alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness),
       sheen_roughness_(p.sheen_roughness) {
     const dvec3 c = p.base_color;
@@ -86,7 +104,8 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         under_sheen *= 1 - max_component(p.sheen_color) * albedo;
     }
 
-    const Albedo e = directional_albedo(wo_base_.z, alpha_);
+    const Albedo e =
+        alpha_.x == alpha_.y ? directional_albedo(wo_base_.z, alpha_.x) : directional_albedo(wo_base_, alpha_);
     const double lost = (1 - e.one()) / e.one();
     const double r0 = (p.ior - 1) / (p.ior + 1);
     const dvec3 f0_dielectric = min(r0 * r0 * p.specular_color, dvec3(1)) * p.specular;
@@ -122,12 +141,12 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
             result.glossy += sheen_ * sheen_value(wo_base_, wi_base, sheen_roughness_);
             result.pdf_glossy += choice_[kSheen] * sheen_pdf(wi_base.z, sheen_roughness_);
         }
-        if (alpha_ >= kMirrorAlpha && choice_[kSpecular] > 0) {
+        if (alpha_.x >= kMirrorAlpha && choice_[kSpecular] > 0) {
             const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
             result.glossy += specular_factor(lobe.x) * lobe.value;
             result.pdf_glossy += choice_[kSpecular] * lobe.pdf;
         }
-    } else if (side_g < 0 && wi_base.z < 0 && alpha_ >= kMirrorAlpha && choice_[kTransmission] > 0) {
+    } else if (side_g < 0 && wi_base.z < 0 && alpha_.x >= kMirrorAlpha && choice_[kTransmission] > 0) {
         const LobeValue lobe = evaluate_lobe(wo_base_, {wi_base.x, wi_base.y, -wi_base.z}, alpha_);
         result.glossy += transmission_ * (lobe.value * transmission_scale_);
         result.pdf_glossy += choice_[kTransmission] * lobe.pdf;
@@ -135,7 +154,7 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
     if (side_g > 0 && alpha_coat_ >= kMirrorAlpha && choice_[kCoat] > 0) {
         const dvec3 wi_coat = coat_frame_.to_local(wi);
         if (wi_coat.z > 0) {
-            const LobeValue lobe = evaluate_lobe(wo_coat_, wi_coat, alpha_coat_);
+            const LobeValue lobe = evaluate_lobe(wo_coat_, wi_coat, dvec2(alpha_coat_));
             result.glossy += coat_scale_ * (kCoatF0 + (1 - kCoatF0) * schlick(lobe.x)) * lobe.value;
             result.pdf_glossy += choice_[kCoat] * lobe.pdf;
         }
@@ -167,8 +186,8 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
     const Lobe lobe = static_cast<Lobe>(chosen);
     if (!(choice_[lobe] > 0)) return std::nullopt;  // u_lobe ran past the last lobe by rounding
 
-    const double alpha = lobe == kCoat ? alpha_coat_ : alpha_;
-    if (lobe != kDiffuse && lobe != kSheen && alpha < kMirrorAlpha) return sample_mirror(lobe);
+    const dvec2 alpha = lobe == kCoat ? dvec2(alpha_coat_) : alpha_;
+    if (lobe != kDiffuse && lobe != kSheen && alpha.x < kMirrorAlpha) return sample_mirror(lobe);
 
     const Frame& frame = lobe == kCoat ? coat_frame_ : base_frame_;
     dvec3 wi;

@@ -27,6 +27,10 @@ struct BsdfParameters {
     double transmission = 0;
     dvec3 sheen_color{0};
     double sheen_roughness = 0;
+    double anisotropy = 0;
+    dvec2 tangent_direction{1, 0};  // direction of higher roughness: components along tangent and bitangent
+    dvec3 rough_direction{
+        0};  // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
 };
 
 /// Returns a texel, or white where there is no texture, so that factors stand alone.
@@ -72,7 +76,8 @@ class Bsdf {
     dvec3 wo_, n_g_;
     Frame base_frame_, coat_frame_;
     dvec3 wo_base_, wo_coat_;
-    double alpha_, alpha_coat_;
+    dvec2 alpha_;  // along the x and y axes of the base's frame
+    double alpha_coat_;
     dvec3 specular_f0_, specular_f90_;  // mixture of both Fresnel terms, compensation and the coat's loss included
     dvec3 diffuse_, transmission_;      // albedos, [0, 1]
     double coat_scale_;                 // k M(0.04)

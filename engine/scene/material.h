@@ -75,6 +75,9 @@ struct Material {
     TextureRef sheen_color_texture;
     float sheen_roughness = 0;  // perceptual, [0, 1]; alpha = roughness^2
     TextureRef sheen_roughness_texture;
+    float anisotropy_strength = 0;  // [0, 1]; alpha along the direction is mix(alpha, 1, strength^2)
+    float anisotropy_rotation = 0;  // radians, direction of higher roughness, from the tangent to the bitangent
+    TextureRef anisotropy_texture;
 };
 
 /// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).
@@ -85,6 +88,7 @@ struct MaterialNeeds {
     bool clearcoat = false;
     bool transmission = false;
     bool sheen = false;
+    bool anisotropy = false;      // some lobe is anisotropic, on a mesh with tangents
     bool specular_color = false;  // some dielectric's specular colour is not white
     bool emission = false;        // some surface emits light, unlit ones included
 
@@ -100,6 +104,7 @@ struct MaterialNeeds {
     bool transmission_texture = false;
     bool sheen_color_texture = false;
     bool sheen_roughness_texture = false;
+    bool anisotropy_texture = false;
 
     bool operator==(const MaterialNeeds&) const = default;
 };

@@ -46,6 +46,9 @@ bool has_sheen(const M& m) {
 bool transmits(const M& m) {
     return base(m) && m.transmission > 0;
 }
+bool anisotropic(const M& m) {
+    return lit(m) && m.anisotropy_strength > 0;
+}
 
 // --- Packing ----------------------------------------------------------------------------------------------------
 
@@ -201,6 +204,23 @@ const std::array kProperties = {
                      .shader = "sheen_roughness",
                      .need = &N::sheen,
                      .meaning = "perceptual roughness of the sheen"},
+    MaterialProperty{.name = "anisotropy_strength",
+                     .field = &M::anisotropy_strength,
+                     .path = "/extensions/KHR_materials_anisotropy/anisotropyStrength",
+                     .range = kFraction,
+                     .packing = {9, 1},
+                     .shader = "anisotropy",
+                     .need = &N::anisotropy,
+                     .scales_lobe = true,
+                     .meaning = "anisotropy of specular and transmission; b of `anisotropy_texture` multiplies it"},
+    MaterialProperty{.name = "anisotropy_rotation",
+                     .field = &M::anisotropy_rotation,
+                     .path = "/extensions/KHR_materials_anisotropy/anisotropyRotation",
+                     .range = kFinite,
+                     .packing = {9, 2},
+                     .shader = "anisotropy_rotation",
+                     .need = &N::anisotropy,
+                     .meaning = "radians from the tangent towards the bitangent, added to the texture's direction"},
 };
 
 const std::array kTextures = {
@@ -348,6 +368,18 @@ const std::array kTextures = {
                     "TEXTURE_SHEEN_ROUGHNESS",
                     "sheen roughness textures",
                     "no sheen has one"},
+    MaterialTexture{"anisotropy_texture",
+                    &M::anisotropy_texture,
+                    "/extensions/KHR_materials_anisotropy/anisotropyTexture",
+                    TextureUse::direction,
+                    {},
+                    anisotropic,
+                    {9, 3},
+                    &N::anisotropy_texture,
+                    &N::anisotropy,
+                    "TEXTURE_ANISOTROPY",
+                    "anisotropy textures",
+                    "no anisotropic material has one, or no mesh tangents"},
 };
 
 const std::array kLobes = {
@@ -392,6 +424,15 @@ const std::array kLobes = {
                  .implies = &N::glossy,
                  .record_rows = 2,
                  .layer_rows = 1},
+    MaterialLobe{.label = "anisotropy",
+                 .need = &N::anisotropy,
+                 .define = "ANISOTROPY",
+                 .fact = "no material is anisotropic, or no mesh has tangents",
+                 .present = anisotropic,
+                 .implies = &N::glossy,
+                 .record_rows = 1,
+                 .layer_rows = 1,
+                 .tangents = true},
     MaterialLobe{
         .label = "specular colour",
         .need = &N::specular_color,

@@ -1,8 +1,11 @@
 #include "engine/tables/shading_tables.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <future>
+#include <mutex>
+#include <optional>
 
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
@@ -16,14 +19,14 @@
 namespace halflight {
 namespace {
 
-/// Returns the albedo table, which is equal for all scenes with, and for all without sheen.
-Image albedo_table(bool sheen) {
-    if (sheen) {
-        static const Image table = build_albedo_table(true);
-        return table;
-    }
-    static const Image table = build_albedo_table();
-    return table;
+/// Returns the albedo table, which is equal for all scenes with equal parts.
+Image albedo_table(AlbedoParts parts) {
+    static std::mutex mutex;
+    static std::array<std::optional<Image>, 4> tables;
+    const std::lock_guard lock(mutex);
+    std::optional<Image>& table = tables[(parts.sheen ? 1 : 0) + (parts.anisotropy ? 2 : 0)];
+    if (!table) table = build_albedo_table(parts);
+    return *table;
 }
 
 class Builder {
@@ -52,10 +55,12 @@ class Builder {
         complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
-        // The table takes about 15 ms, twice as much with sheen, and nothing below depends on it.
+        // The table takes about 15 ms, twice as much with sheen and much more with anisotropy (engine/tables/albedo.h).
+        // Nothing below depends on it.
         std::future<Image> albedo;
         if (needs.glossy || kept_.glossy)
-            albedo = std::async(std::launch::async, albedo_table, needs.sheen || kept_.sheen);
+            albedo = std::async(std::launch::async, albedo_table,
+                                AlbedoParts{needs.sheen || kept_.sheen, needs.anisotropy || kept_.anisotropy});
         add_lights();
         needs = united(needs, kept_);
         fill_light_tables();
@@ -78,7 +83,7 @@ class Builder {
     /// Adds a material. alpha_tested: alpha decides hits on some of its triangles.
     void add_material(const Material& m, bool alpha_tested, vec4* rows) {
         SceneNeeds& needs = tables_.needs;
-        for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= lobe.present(m);
+        for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= has_lobe(m, lobe, attributes_);
         for (const MaterialProperty& property : material_properties()) {
             const vec4 value = packed_value(m, property);
             for (int i = 0; property.packing.row != kNone && i < component_count(property.field); ++i)

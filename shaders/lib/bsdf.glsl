@@ -22,6 +22,8 @@ struct Bsdf {
     vec3 sheen;             // factor of sheen_scattered()
     float sheen_alpha;      // roughness of the sheen
     float p_sheen;          // probability of the sheen among the glossy lobes
+    vec3 rough_direction;   // unit length, perpendicular to n: the direction in which `alpha` applies
+    float alpha_across;     // roughness across it, of specular and transmission; `alpha`: the lobe is isotropic
 };
 
 const float kCoatF0 = 0.04;
@@ -40,6 +42,11 @@ const int kCoatRow = kTransmissionRow;
 const int kSheenRow = kCoatRow + 1;
 #else
 const int kSheenRow = kCoatRow;
+#endif
+#ifdef HALFLIGHT_SHEEN
+const int kAnisotropyRecordRow = kSheenRow + 2;
+#else
+const int kAnisotropyRecordRow = kSheenRow;
 #endif
 
 vec4[kBsdfRows] pack_bsdf(Bsdf b) {
@@ -60,6 +67,9 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
 #ifdef HALFLIGHT_SHEEN
     rows[kSheenRow] = vec4(b.sheen, b.sheen_alpha);
     rows[kSheenRow + 1] = vec4(b.p_sheen, 0.0, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+    rows[kAnisotropyRecordRow] = vec4(b.rough_direction, b.alpha_across);
 #endif
     return rows;
 }
@@ -82,6 +92,8 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.sheen = vec3(0.0);
     b.sheen_alpha = 1.0;
     b.p_sheen = 0.0;
+    b.rough_direction = vec3(0.0);
+    b.alpha_across = b.alpha;
 #ifdef HALFLIGHT_GLOSSY
     b.specular = rows[kGlossyRow].rgb;
     b.p_coat = rows[kGlossyRow].w;
@@ -100,6 +112,10 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.sheen_alpha = rows[kSheenRow].w;
     b.p_sheen = rows[kSheenRow + 1].x;
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+    b.rough_direction = rows[kAnisotropyRecordRow].xyz;
+    b.alpha_across = rows[kAnisotropyRecordRow].w;
+#endif
     return b;
 }
 
@@ -116,12 +132,19 @@ struct Layers {
     vec3 coat_normal;
     float sheen;  // largest component of the sheen's colour
     float sheen_roughness;
+    vec3 rough_direction;
+    float alpha_across;
 };
 
 #ifdef HALFLIGHT_CLEARCOAT
 const int kSheenLayerRow = 3;
 #else
 const int kSheenLayerRow = 2;
+#endif
+#ifdef HALFLIGHT_SHEEN
+const int kAnisotropyLayerRow = kSheenLayerRow + 1;
+#else
+const int kAnisotropyLayerRow = kSheenLayerRow;
 #endif
 
 vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
@@ -135,6 +158,9 @@ vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
 #endif
 #ifdef HALFLIGHT_SHEEN
     rows[kSheenLayerRow] = vec4(l.sheen, l.sheen_roughness, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+    rows[kAnisotropyLayerRow] = vec4(l.rough_direction, l.alpha_across);
 #endif
     return rows;
 }
@@ -156,6 +182,10 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
     l.sheen = rows[kSheenLayerRow].x;
     l.sheen_roughness = rows[kSheenLayerRow].y;
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+    l.rough_direction = rows[kAnisotropyLayerRow].xyz;
+    l.alpha_across = rows[kAnisotropyLayerRow].w;
+#endif
     return l;
 }
 
@@ -172,6 +202,21 @@ bool leaves_base(Layers l, vec3 wo) {
 // Returns the gain M of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16).
 float multiple_scattering_gain(float f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
+
+#ifdef HALFLIGHT_ANISOTROPY
+// Returns the basis of a lobe around n: `along` has unit length and is perpendicular to n.
+mat3 lobe_basis(vec3 n, vec3 along) { return mat3(along, cross(n, along), n); }
+#endif
+
+// Returns the directional albedo of the specular lobe: x = E_A, y = E_B.
+vec2 specular_albedo(Layers l, vec3 wo) {
+    vec2 albedo = ggx_albedo(dot(l.normal, wo), l.alpha);
+#ifdef HALFLIGHT_ANISOTROPY
+    if (l.alpha != l.alpha_across)
+        albedo = ggx_albedo(wo * lobe_basis(l.normal, l.rough_direction), vec2(l.alpha, l.alpha_across));
+#endif
+    return albedo;
+}
 
 // Returns the share 1 - E_d of light that the dielectric's specular lobe of a directional albedo leaves to the base.
 float specular_share(Layers l, vec2 albedo) {
@@ -203,7 +248,7 @@ float sheen_share(Layers l, float albedo) {
 float base_share(Layers l, vec3 wo) {
     precise float share = 1.0;
 #ifdef HALFLIGHT_GLOSSY
-    share = specular_share(l, ggx_albedo(dot(l.normal, wo), l.alpha));
+    share = specular_share(l, specular_albedo(l, wo));
 #endif
 #ifdef HALFLIGHT_SHEEN
     share *= sheen_share(l, sheen_albedo(dot(l.normal, wo), l.sheen_roughness));
@@ -244,6 +289,16 @@ Layers layers_of(Material m) {
 #ifdef HALFLIGHT_CLEARCOAT
     l.coat_alpha = ggx_alpha(m.coat_roughness);
 #endif
+    l.rough_direction = vec3(0.0);
+    l.alpha_across = l.alpha;
+#ifdef HALFLIGHT_ANISOTROPY
+    float alpha_along = mix(m.roughness * m.roughness, 1.0, m.anisotropy * m.anisotropy);
+    if (m.anisotropy > 0.0 && alpha_along >= kMirrorAlpha) {
+        l.rough_direction = m.rough_direction;
+        l.alpha_across = max(l.alpha, kMirrorAlpha);
+        l.alpha = alpha_along;
+    }
+#endif
     return l;
 }
 
@@ -266,9 +321,11 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.sheen = vec3(0.0);
     b.sheen_alpha = 1.0;
     b.p_sheen = 0.0;
+    b.rough_direction = layers.rough_direction;
+    b.alpha_across = layers.alpha_across;
     b.diffuse = (1.0 - m.metallic) * m.base_color;
 #ifdef HALFLIGHT_GLOSSY
-    vec2 albedo = ggx_albedo(dot(m.normal, wo), b.alpha);
+    vec2 albedo = specular_albedo(layers, wo);
     float whole = albedo.x + albedo.y;  // E_1
     vec3 f0 = dielectric_f0(m);
     vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
@@ -378,6 +435,10 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
     if (lobe && b.alpha > 0.0) {
         GgxValue ggx = ggx_evaluate(b.normal, b.alpha, wo, folded);
+#ifdef HALFLIGHT_ANISOTROPY
+        if (b.alpha != b.alpha_across)
+            ggx = ggx_evaluate(lobe_basis(b.normal, b.rough_direction), vec2(b.alpha, b.alpha_across), wo, folded);
+#endif
         value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
         value.pdf_glossy = p * ggx.pdf;
     }
@@ -419,12 +480,12 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
     bool transmitted = false;
     vec3 n = b.normal;
-    float alpha = b.alpha;
+    vec2 alpha = vec2(b.alpha);
     float p = p_specular(b);
 #ifdef HALFLIGHT_CLEARCOAT
     coat = choice < b.p_coat;
     n = coat ? b.coat_normal : n;
-    alpha = coat ? b.coat_alpha : alpha;
+    alpha = coat ? vec2(b.coat_alpha) : alpha;
     p = coat ? b.p_coat : p;
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
@@ -435,8 +496,14 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
 #ifdef HALFLIGHT_SHEEN
     sheen = !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
 #endif
-    bool mirror = alpha == 0.0 && !sheen;
+    bool mirror = alpha.x == 0.0 && !sheen;
     mat3 basis = basis_around(n);
+#ifdef HALFLIGHT_ANISOTROPY
+    if (!coat && b.alpha != b.alpha_across) {
+        basis = lobe_basis(n, b.rough_direction);
+        alpha.y = b.alpha_across;
+    }
+#endif
     vec3 wo_local = wo * basis;
     wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; the bound covers rounding of the product
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);

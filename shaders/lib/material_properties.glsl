@@ -13,7 +13,7 @@
 //   row 6  slot of emission_texture, slot of specular_texture, slot of specular_color_texture, slot of transmission_texture
 //   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture, slot of sheen_color_texture
 //   row 8  sheen_color.rgb, sheen_roughness
-//   row 9  slot of sheen_roughness_texture
+//   row 9  slot of sheen_roughness_texture, anisotropy_strength, anisotropy_rotation, slot of anisotropy_texture
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
@@ -39,6 +39,8 @@ float packed_clearcoat_normal_scale(uint material) { return material_row(materia
 float packed_transmission(uint material) { return material_row(material, 3).w; }
 vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
 float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
+float packed_anisotropy_strength(uint material) { return material_row(material, 9).y; }
+float packed_anisotropy_rotation(uint material) { return material_row(material, 9).z; }
 
 uint base_color_texture_slot(uint material) { return word_of_float(material_row(material, 5).y); }
 uint normal_texture_slot(uint material) { return word_of_float(material_row(material, 5).w); }
@@ -52,6 +54,7 @@ uint clearcoat_normal_texture_slot(uint material) { return word_of_float(materia
 uint transmission_texture_slot(uint material) { return word_of_float(material_row(material, 6).w); }
 uint sheen_color_texture_slot(uint material) { return word_of_float(material_row(material, 7).w); }
 uint sheen_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 9).x); }
+uint anisotropy_texture_slot(uint material) { return word_of_float(material_row(material, 9).w); }
 
 // Properties that no material of the scene needs are constants, which the compiler folds.
 struct Material {
@@ -70,12 +73,15 @@ struct Material {
     float transmission;
     vec3 sheen_color;
     float sheen_roughness;
-    vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
-    vec3 coat_normal;  // n_k
-    bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
+    float anisotropy;
+    float anisotropy_rotation;
+    vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
+    vec3 coat_normal;      // n_k
+    bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
+    vec3 rough_direction;  // direction of the higher roughness, perpendicular to n; 0: none
 };
 
-// Returns the factors; the caller sets the normals.
+// Returns the factors; the caller sets the normals and the direction.
 Material load_material(uint material) {
     Material m;
 #ifdef HALFLIGHT_UNLIT
@@ -133,10 +139,20 @@ Material load_material(uint material) {
 #else
     m.sheen_roughness = 0.0;
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+    m.anisotropy = packed_anisotropy_strength(material);
+#else
+    m.anisotropy = 0.0;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+    m.anisotropy_rotation = packed_anisotropy_rotation(material);
+#else
+    m.anisotropy_rotation = 0.0;
+#endif
     return m;
 }
 
-// Multiplies the factors by their textures, except for normal maps.
+// Multiplies the factors by their textures, except for those that need tangents.
 void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_BASE_COLOR
     vec4 base_color_texture = color_texture(base_color_texture_slot(material), uv0, uv1);

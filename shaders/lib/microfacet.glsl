@@ -1,4 +1,4 @@
-// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], and the sheen's lobe.
+// GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], and the sheen's lobe.
 #include "shaders/shared/albedo.h"
 
 float pow5(float v) { return v * v * v * v * v; }
@@ -42,7 +42,7 @@ GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
 
 // Samples a visible normal of the lobe around +z (Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical
 // Caps). Precondition: wo.z > 0.
-vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
+vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 xi) {
     vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
     float z = (1.0 - xi.y) * (1.0 + stretched.z) - stretched.z;
     float sine = sqrt(max(0.0, (1.0 - z) * (1.0 + z)));
@@ -73,6 +73,56 @@ vec2 ggx_albedo(float cosine, float alpha) {
     float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
     return vec2(entry.x - edge, edge);
 }
+
+// --- Anisotropic GGX --------------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_ANISOTROPY
+// Returns length(alpha w.xy, w.z), which takes the place of ggx_root().
+float ggx_root(vec3 local, vec2 alpha) { return length(vec3(alpha * local.xy, local.z)); }
+
+// Evaluates a lobe as above. The columns of `basis` are the direction of alpha.x, that of alpha.y, and n.
+GgxValue ggx_evaluate(mat3 basis, vec2 alpha, vec3 wo, vec3 wi) {
+    vec3 sum = wo + wi;
+    vec3 h = sum * inversesqrt(max(dot(sum, sum), 1e-30));
+    vec3 local_h = h * basis;
+    vec2 slopes = local_h.xy / alpha;
+    float k = dot(slopes, slopes) + local_h.z * local_h.z;
+    float density = 0.318309886184 / (alpha.x * alpha.y * k * k);
+    vec3 local_o = wo * basis;
+    local_o.z = max(local_o.z, 0.0);
+    vec3 local_i = wi * basis;
+    float root_o = ggx_root(local_o, alpha);
+    float root_i = ggx_root(local_i, alpha);
+    GgxValue value;
+    value.scattered = 0.5 * density / (local_o.z * root_i / local_i.z + root_o);
+    value.pdf = 0.5 * density / (local_o.z + root_o);
+    value.schlick = pow5(1.0 - clamp(dot(wo, h), 0.0, 1.0));
+    return value;
+}
+
+#ifdef HALFLIGHT_SHEEN
+const int kAnisotropyRow = 2 * kAlbedoTableSize;
+#else
+const int kAnisotropyRow = kAlbedoTableSize;
+#endif
+
+// Returns the directional albedo of the lobe: x = E_A, y = E_B. wo is in the lobe's basis.
+vec2 ggx_albedo(vec3 wo, vec2 alpha) {
+    vec4 last = vec4(kAnisotropyCosines, kAnisotropyAngles, kAnisotropyRoughnesses, kAnisotropyStrengths) - 1.0;
+    vec4 at = anisotropy_coordinates(wo, alpha) * last;
+    vec4 cell = clamp(floor(at), vec4(0.0), last - 1.0);
+    vec4 f = at - cell;
+    vec2 entry = vec2(0.0);
+    for (int corner = 0; corner < 16; ++corner) {
+        ivec4 step = (ivec4(corner) >> ivec4(0, 1, 2, 3)) & 1;
+        vec4 weight = mix(1.0 - f, f, vec4(step));
+        ivec2 texel = anisotropy_texel(ivec4(cell) + step) + ivec2(0, kAnisotropyRow);
+        entry += weight.x * weight.y * weight.z * weight.w * texelFetch(albedo_table, texel, 0).rg;
+    }
+    float edge = entry.x * clamp(pow5(1.0 - clamp(wo.z, 0.0, 1.0)) + entry.y, 0.0, 1.0);
+    return vec2(entry.x - edge, edge);
+}
+#endif
 
 // --- Sheen ------------------------------------------------------------------------------------------------------------
 

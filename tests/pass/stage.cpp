@@ -76,6 +76,7 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
         row(&SurfaceRecord::sheen, &SurfaceRecord::sheen_alpha);
         row(&SurfaceRecord::sheen_choice, nullptr);
     }
+    if (needs.anisotropy) row(&SurfaceRecord::rough_direction, &SurfaceRecord::alpha_across);
 }
 
 std::size_t row_count(const SceneNeeds& needs) {

@@ -72,6 +72,8 @@ struct SurfaceRecord {
     vec3 sheen{0};
     float sheen_alpha = 0;
     vec3 sheen_choice{0};  // x: p_sheen
+    vec3 rough_direction{0};
+    float alpha_across = 0;
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
 /// Returns the rows of `records` as input of kernels.

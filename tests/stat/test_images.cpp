@@ -176,6 +176,28 @@ TEST_F(ImageTest, Sheen) {
     expect_agreement(scene, {.name = "sheen", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+TEST_F(ImageTest, Anisotropy) {
+    Scene scene = load("cornell");
+    float strength = 0.4f;
+    for (Material& m : scene.materials) {
+        if (m.emission != vec3(0)) continue;
+        m.metallic = strength > 0.6f ? 1.0f : 0.3f;
+        m.specular = 1;
+        m.roughness = 0.3f;
+        m.anisotropy_strength = strength;
+        m.anisotropy_rotation = 2 * strength;
+        strength = strength > 0.8f ? 0.4f : strength + 0.3f;
+    }
+    for (Mesh& mesh : scene.meshes) {
+        mesh.tangents.clear();
+        for (const vec3& n : mesh.normals) {
+            const vec3 t = glm::cross(n, std::abs(n.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0));
+            mesh.tangents.emplace_back(glm::normalize(t), 1);
+        }
+    }
+    expect_agreement(scene, {.name = "anisotropy", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, MaskAndBlend) {
     const Scene scene = curtain_scene();
     expect_agreement(scene, {.name = "curtains", .camera = scene.cameras[0], .bounces = 4});

@@ -51,6 +51,15 @@ class Series : public StiffTest {
         cloth.transmission = 0.5f;
         cloth.clearcoat = 0.5f;
         all.push_back({"sheen under clearcoat, transmission", cloth});
+        Material brushed = metal_material(vec3(1), 0);
+        brushed.anisotropy_strength = 1;
+        all.push_back({"anisotropy 1", brushed});
+        brushed.anisotropy_strength = 0.3f;
+        brushed.anisotropy_rotation = 1;
+        all.push_back({"anisotropy 0.3", brushed});
+        brushed.metallic = 0;
+        brushed.transmission = 0.7f;
+        all.push_back({"anisotropy 0.3, transmission", brushed});
         m.transmission = 1;
         m.ior = 1;
         all.push_back({"all transmission, ior 1", m});
@@ -93,6 +102,7 @@ TEST_F(Series, WhiteFurnace) {
                 m.roughness = m.clearcoat_roughness = m.sheen_roughness = kRoughnesses[column];
                 add_quad(scene, add_material(scene, m),
                          {static_cast<float>(column), 0, static_cast<float>(row) * length}, {0, 0, length}, {1, 0, 0});
+                scene.meshes.back().tangents.assign(4, vec4(1, 0, 0, 1));
             }
         }
         const int columns = static_cast<int>(std::size(kRoughnesses)), rows = static_cast<int>(all.size());

@@ -110,7 +110,8 @@ TEST_F(MaterialTable, CoversEveryMemberAndEveryNeed) {
     std::size_t gap = 0;
     for (std::size_t i = 0; i < sizeof m; ++i) {
         gap = covered[i] ? 0 : gap + 1;
-        EXPECT_LT(gap, alignof(float)) << "the member at byte " << i + 1 - gap << " has no row";
+        EXPECT_LT(gap, i + 1 == sizeof m ? alignof(Material) : alignof(float))
+            << "the member at byte " << i + 1 - gap << " has no row";
     }
     MaterialNeeds needs;
     std::set<const bool*> flags;
