@@ -65,6 +65,10 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
     p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
     p.sheen_roughness = m.sheen_roughness * lookup(m.sheen_roughness_texture, linear).a;
+    p.iridescence = m.iridescence * lookup(m.iridescence_texture, linear).r;
+    p.film.ior = m.iridescence_ior;
+    p.film.thickness = glm::mix<double>(m.iridescence_thickness_minimum, m.iridescence_thickness_maximum,
+                                        lookup(m.iridescence_thickness_texture, linear).g);
     const dvec4 anisotropy = lookup(m.anisotropy_texture, linear);
     p.anisotropy = m.anisotropy_strength * anisotropy.b;
     const dvec2 d = m.anisotropy_texture ? 2.0 * dvec2(anisotropy) - 1.0 : dvec2(1, 0);
@@ -82,6 +86,9 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
       wo_coat_(coat_frame_.to_local(wo)),
       alpha_(base_alpha(p)),
       alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness),
+      film_(p.film),
+      metal_f0_(p.base_color),
+      dielectric_f0_(min(std::pow((p.ior - 1) / (p.ior + 1), 2) * p.specular_color, dvec3(1))),
       sheen_roughness_(p.sheen_roughness) {
     const dvec3 c = p.base_color;
     const double m = p.metallic, k = p.clearcoat;
@@ -114,20 +121,43 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
     specular_f0_ = under_sheen * (scale_metal * c + (1 - m) * scale_dielectric * f0_dielectric);
     specular_f90_ = under_sheen * (scale_metal + (1 - m) * scale_dielectric * p.specular);
 
-    const dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
+    dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
+    double film_mean = 0;
+    if (p.iridescence > 0) {
+        // The film's mean is taken at the cosine whose Schlick weight is the mean one of the lobe.
+        const double x = 1 - std::pow(e.b / e.one(), 0.2);
+        const dvec3 on_metal = thin_film_reflectance(p.film, metal_f0_, x);
+        const dvec3 on_dielectric = thin_film_reflectance(p.film, dielectric_f0_, x);
+        const auto gained = [&](const dvec3& f) { return 1.0 + f * lost; };
+        film_metal_ = under_sheen * m * p.iridescence * gained(on_metal);
+        film_dielectric_ = under_sheen * (1 - m) * p.iridescence * p.specular * gained(on_dielectric);
+        // The bound of 0.05 keeps weights low where the film is dark at the mean cosine alone.
+        film_mean = mean(film_metal_ * max(on_metal, 0.05) + film_dielectric_ * max(on_dielectric, 0.05)) * e.one();
+        dielectric_albedo =
+            mix(dielectric_albedo, p.specular * gained(on_dielectric) * on_dielectric * e.one(), p.iridescence);
+        specular_f0_ *= 1 - p.iridescence;
+        specular_f90_ *= 1 - p.iridescence;
+    }
     const double below = under_sheen * (1 - m) * (1 - std::min(max_component(dielectric_albedo), 1.0));
     diffuse_ = below * (1 - p.transmission) * c;
     transmission_ = below * p.transmission * c;
     transmission_scale_ = 1 / e.one();
 
-    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b), mean(transmission_), coat_albedo,
-               sheen_mean};
+    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b) + film_mean, mean(transmission_),
+               coat_albedo, sheen_mean};
     const double total =
         choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat] + choice_[kSheen];
     black_ = !(total > 0);
     if (!black_) {
         for (double& probability : choice_) probability /= total;
     }
+}
+
+dvec3 Bsdf::specular_factor(double x) const {
+    const dvec3 plain = specular_f0_ + (specular_f90_ - specular_f0_) * schlick(x);
+    if (film_metal_ == dvec3(0) && film_dielectric_ == dvec3(0)) return plain;
+    return plain + film_metal_ * thin_film_reflectance(film_, metal_f0_, x) +
+           film_dielectric_ * thin_film_reflectance(film_, dielectric_f0_, x);
 }
 
 Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {

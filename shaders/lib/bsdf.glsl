@@ -24,6 +24,12 @@ struct Bsdf {
     float p_sheen;          // probability of the sheen among the glossy lobes
     vec3 rough_direction;   // unit length, perpendicular to n: the direction in which `alpha` applies
     float alpha_across;     // roughness across it, of specular and transmission; `alpha`: the lobe is isotropic
+    vec3 film_dielectric;   // factors of D G2 / (4 mu_o mu_i) film_reflectance() of both substrates
+    float film_ior;
+    vec3 film_metal;
+    float film_thickness;   // nanometres
+    vec3 film_dielectric_f0;
+    vec3 film_metal_f0;
 };
 
 const float kCoatF0 = 0.04;
@@ -48,6 +54,11 @@ const int kAnisotropyRecordRow = kSheenRow + 2;
 #else
 const int kAnisotropyRecordRow = kSheenRow;
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+const int kFilmRow = kAnisotropyRecordRow + 1;
+#else
+const int kFilmRow = kAnisotropyRecordRow;
+#endif
 
 vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     vec4 rows[kBsdfRows];
@@ -70,6 +81,12 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
 #endif
 #ifdef HALFLIGHT_ANISOTROPY
     rows[kAnisotropyRecordRow] = vec4(b.rough_direction, b.alpha_across);
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    rows[kFilmRow] = vec4(b.film_dielectric, b.film_ior);
+    rows[kFilmRow + 1] = vec4(b.film_metal, b.film_thickness);
+    rows[kFilmRow + 2] = vec4(b.film_dielectric_f0, 0.0);
+    rows[kFilmRow + 3] = vec4(b.film_metal_f0, 0.0);
 #endif
     return rows;
 }
@@ -94,6 +111,12 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.p_sheen = 0.0;
     b.rough_direction = vec3(0.0);
     b.alpha_across = b.alpha;
+    b.film_dielectric = vec3(0.0);
+    b.film_ior = 1.0;
+    b.film_metal = vec3(0.0);
+    b.film_thickness = 0.0;
+    b.film_dielectric_f0 = vec3(0.0);
+    b.film_metal_f0 = vec3(0.0);
 #ifdef HALFLIGHT_GLOSSY
     b.specular = rows[kGlossyRow].rgb;
     b.p_coat = rows[kGlossyRow].w;
@@ -116,6 +139,14 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.rough_direction = rows[kAnisotropyRecordRow].xyz;
     b.alpha_across = rows[kAnisotropyRecordRow].w;
 #endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    b.film_dielectric = rows[kFilmRow].rgb;
+    b.film_ior = rows[kFilmRow].w;
+    b.film_metal = rows[kFilmRow + 1].rgb;
+    b.film_thickness = rows[kFilmRow + 1].w;
+    b.film_dielectric_f0 = rows[kFilmRow + 2].rgb;
+    b.film_metal_f0 = rows[kFilmRow + 3].rgb;
+#endif
     return b;
 }
 
@@ -134,6 +165,10 @@ struct Layers {
     float sheen_roughness;
     vec3 rough_direction;
     float alpha_across;
+    vec3 film_f0;   // f0 of the dielectric below the film, without its strength f90
+    float film;     // factor of the film; 0: none
+    float film_ior;
+    float film_thickness;
 };
 
 #ifdef HALFLIGHT_CLEARCOAT
@@ -145,6 +180,11 @@ const int kSheenLayerRow = 2;
 const int kAnisotropyLayerRow = kSheenLayerRow + 1;
 #else
 const int kAnisotropyLayerRow = kSheenLayerRow;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+const int kFilmLayerRow = kAnisotropyLayerRow + 1;
+#else
+const int kFilmLayerRow = kAnisotropyLayerRow;
 #endif
 
 vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
@@ -161,6 +201,10 @@ vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
 #endif
 #ifdef HALFLIGHT_ANISOTROPY
     rows[kAnisotropyLayerRow] = vec4(l.rough_direction, l.alpha_across);
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    rows[kFilmLayerRow] = vec4(l.film_f0, l.film);
+    rows[kFilmLayerRow + 1] = vec4(l.film_ior, l.film_thickness, 0.0, 0.0);
 #endif
     return rows;
 }
@@ -185,6 +229,12 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
 #ifdef HALFLIGHT_ANISOTROPY
     l.rough_direction = rows[kAnisotropyLayerRow].xyz;
     l.alpha_across = rows[kAnisotropyLayerRow].w;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    l.film_f0 = rows[kFilmLayerRow].rgb;
+    l.film = rows[kFilmLayerRow].w;
+    l.film_ior = rows[kFilmLayerRow + 1].x;
+    l.film_thickness = rows[kFilmLayerRow + 1].y;
 #endif
     return l;
 }
@@ -218,9 +268,27 @@ vec2 specular_albedo(Layers l, vec3 wo) {
     return albedo;
 }
 
+#ifdef HALFLIGHT_IRIDESCENCE
+// Returns the film at the cosine whose Schlick weight is the mean of the lobe, E_B / E_1.
+FilmWaves mean_film_waves(Layers l, vec2 albedo) {
+    return film_waves(l.film_ior, l.film_thickness, 1.0 - pow(albedo.y / (albedo.x + albedo.y), 0.2));
+}
+#endif
+
 // Returns the share 1 - E_d of light that the dielectric's specular lobe of a directional albedo leaves to the base.
 float specular_share(Layers l, vec2 albedo) {
     float gain = multiple_scattering_gain(l.f0, albedo.x + albedo.y);
+#ifdef HALFLIGHT_IRIDESCENCE
+    if (l.film > 0.0) {
+        float whole = albedo.x + albedo.y;
+        vec3 mean = film_reflectance(mean_film_waves(l, albedo), l.film_f0);
+        vec3 plain_f0 = l.film_f0 * l.f90;
+        vec3 plain = multiple_scattering_gain(plain_f0, whole) * (plain_f0 * albedo.x + l.f90 * albedo.y);
+        vec3 film = l.f90 * multiple_scattering_gain(mean, whole) * mean * whole;
+        vec3 both = mix(plain, film, l.film);
+        return 1.0 - min(max(both.r, max(both.g, both.b)), 1.0);
+    }
+#endif
     precise float share = 1.0 - min(gain * (l.f0 * albedo.x + l.f90 * albedo.y), 1.0);
     return share;
 }
@@ -291,6 +359,10 @@ Layers layers_of(Material m) {
 #endif
     l.rough_direction = vec3(0.0);
     l.alpha_across = l.alpha;
+    l.film = m.iridescence;
+    l.film_ior = m.film_ior;
+    l.film_thickness = m.film_thickness + m.film_thickness_range;
+    l.film_f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0));
 #ifdef HALFLIGHT_ANISOTROPY
     float alpha_along = mix(m.roughness * m.roughness, 1.0, m.anisotropy * m.anisotropy);
     if (m.anisotropy > 0.0 && alpha_along >= kMirrorAlpha) {
@@ -323,6 +395,12 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.p_sheen = 0.0;
     b.rough_direction = layers.rough_direction;
     b.alpha_across = layers.alpha_across;
+    b.film_dielectric = vec3(0.0);
+    b.film_metal = vec3(0.0);
+    b.film_ior = layers.film_ior;
+    b.film_thickness = layers.film_thickness;
+    b.film_dielectric_f0 = layers.film_f0;
+    b.film_metal_f0 = m.base_color;
     b.diffuse = (1.0 - m.metallic) * m.base_color;
 #ifdef HALFLIGHT_GLOSSY
     vec2 albedo = specular_albedo(layers, wo);
@@ -332,6 +410,16 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     vec3 metal_gain = m.metallic * multiple_scattering_gain(m.base_color, whole);
     b.specular = metal_gain * m.base_color + gain * f0;
     b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
+#ifdef HALFLIGHT_IRIDESCENCE
+    FilmWaves mean_waves = mean_film_waves(layers, albedo);
+    vec3 film_of_dielectric = film_reflectance(mean_waves, b.film_dielectric_f0);
+    vec3 film_of_metal = film_reflectance(mean_waves, b.film_metal_f0);
+    float on_dielectric = (1.0 - m.metallic) * m.iridescence * m.specular;
+    b.film_dielectric = on_dielectric * multiple_scattering_gain(film_of_dielectric, whole);
+    b.film_metal = m.metallic * m.iridescence * multiple_scattering_gain(film_of_metal, whole);
+    b.specular *= 1.0 - m.iridescence;
+    b.specular_edge *= 1.0 - m.iridescence;
+#endif
 
     b.diffuse *= specular_share(layers, albedo);
 #ifdef HALFLIGHT_SHEEN
@@ -340,6 +428,8 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.diffuse *= below_sheen;
     b.specular *= below_sheen;
     b.specular_edge *= below_sheen;
+    b.film_dielectric *= below_sheen;
+    b.film_metal *= below_sheen;
     b.sheen = m.sheen_color / max(sheen_whole, 1.0);
     b.sheen_alpha = layers.sheen_roughness * layers.sheen_roughness;
 #endif
@@ -351,6 +441,8 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.diffuse *= 1.0 - coat_albedo;
     b.specular *= 1.0 - coat_albedo;
     b.specular_edge *= 1.0 - coat_albedo;
+    b.film_dielectric *= 1.0 - coat_albedo;
+    b.film_metal *= 1.0 - coat_albedo;
     b.sheen *= 1.0 - coat_albedo;
 #endif
     float transmission = 0.0;
@@ -361,6 +453,11 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
 #endif
     float diffuse = average(b.diffuse);
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
+#ifdef HALFLIGHT_IRIDESCENCE
+    // The bound covers lobes that reflect more beside the mean cosine, where interference leaves little.
+    specular += average(b.film_dielectric * max(film_of_dielectric, 0.05) + b.film_metal * max(film_of_metal, 0.05)) *
+                whole;
+#endif
     float glossy = specular + transmission + coat_albedo;
 #ifdef HALFLIGHT_SHEEN
     float sheen = average(b.sheen) * max(sheen_whole, 1e-3);  // the bound covers errors of the table
@@ -381,8 +478,23 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
 
 // --- Evaluation and sampling ----------------------------------------------------------------------------------------
 
+#ifdef HALFLIGHT_IRIDESCENCE
+// Returns the part of the specular lobe's factor that the film adds, at x = dot(wo, h).
+vec3 film_reflection(Bsdf b, float x) {
+    FilmWaves waves = film_waves(b.film_ior, b.film_thickness, x);
+    return b.film_dielectric * film_reflectance(waves, b.film_dielectric_f0) +
+           b.film_metal * film_reflectance(waves, b.film_metal_f0);
+}
+#endif
+
 // Returns the reflectance below the coat, specular at normal incidence.
-vec3 reflectance(Bsdf b) { return b.diffuse + b.transmission + b.specular; }
+vec3 reflectance(Bsdf b) {
+    vec3 sum = b.diffuse + b.transmission + b.specular;
+#ifdef HALFLIGHT_IRIDESCENCE
+    sum += film_reflection(b, 1.0);
+#endif
+    return sum;
+}
 
 // Returns the component that a uniform number selects; a constant where the scene has only one.
 bool picks_diffuse(Bsdf b, float choice) {
@@ -440,6 +552,13 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
             ggx = ggx_evaluate(lobe_basis(b.normal, b.rough_direction), vec2(b.alpha, b.alpha_across), wo, folded);
 #endif
         value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
+#ifdef HALFLIGHT_IRIDESCENCE
+        vec3 film = film_reflection(b, ggx.x);
+#ifdef HALFLIGHT_TRANSMISSION
+        film = transmitted ? vec3(0.0) : film;
+#endif
+        value.glossy += ggx.scattered * film;
+#endif
         value.pdf_glossy = p * ggx.pdf;
     }
 #ifdef HALFLIGHT_CLEARCOAT
@@ -528,6 +647,9 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
         vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0))
                            : transmitted ? b.transmission
                                          : b.specular + b.specular_edge * schlick;
+#ifdef HALFLIGHT_IRIDESCENCE
+        if (!coat && !transmitted) reflectance += film_reflection(b, x);
+#endif
         s.pdf = 0.0;
         s.weight = usable && p > 0.0 ? reflectance / p : vec3(0.0);
     }

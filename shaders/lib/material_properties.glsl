@@ -14,10 +14,12 @@
 //   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture, slot of sheen_color_texture
 //   row 8  sheen_color.rgb, sheen_roughness
 //   row 9  slot of sheen_roughness_texture, anisotropy_strength, anisotropy_rotation, slot of anisotropy_texture
+//   row 10  iridescence, iridescence_ior, iridescence_thickness_minimum, iridescence_thickness_maximum
+//   row 11  slot of iridescence_texture, slot of iridescence_thickness_texture
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 10;
+const int kMaterialStride = 12;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -41,6 +43,10 @@ vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
 float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
 float packed_anisotropy_strength(uint material) { return material_row(material, 9).y; }
 float packed_anisotropy_rotation(uint material) { return material_row(material, 9).z; }
+float packed_iridescence(uint material) { return material_row(material, 10).x; }
+float packed_iridescence_ior(uint material) { return material_row(material, 10).y; }
+float packed_iridescence_thickness_minimum(uint material) { return material_row(material, 10).z; }
+float packed_iridescence_thickness_maximum(uint material) { return material_row(material, 10).w; }
 
 uint base_color_texture_slot(uint material) { return word_of_float(material_row(material, 5).y); }
 uint normal_texture_slot(uint material) { return word_of_float(material_row(material, 5).w); }
@@ -55,6 +61,8 @@ uint transmission_texture_slot(uint material) { return word_of_float(material_ro
 uint sheen_color_texture_slot(uint material) { return word_of_float(material_row(material, 7).w); }
 uint sheen_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 9).x); }
 uint anisotropy_texture_slot(uint material) { return word_of_float(material_row(material, 9).w); }
+uint iridescence_texture_slot(uint material) { return word_of_float(material_row(material, 11).x); }
+uint iridescence_thickness_texture_slot(uint material) { return word_of_float(material_row(material, 11).y); }
 
 // Properties that no material of the scene needs are constants, which the compiler folds.
 struct Material {
@@ -75,6 +83,10 @@ struct Material {
     float sheen_roughness;
     float anisotropy;
     float anisotropy_rotation;
+    float iridescence;
+    float film_ior;
+    float film_thickness;
+    float film_thickness_range;
     vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;      // n_k
     bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
@@ -149,6 +161,26 @@ Material load_material(uint material) {
 #else
     m.anisotropy_rotation = 0.0;
 #endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.iridescence = packed_iridescence(material);
+#else
+    m.iridescence = 0.0;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.film_ior = packed_iridescence_ior(material);
+#else
+    m.film_ior = 1.3;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.film_thickness = packed_iridescence_thickness_minimum(material);
+#else
+    m.film_thickness = 0.0;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.film_thickness_range = packed_iridescence_thickness_maximum(material);
+#else
+    m.film_thickness_range = 400.0;
+#endif
     return m;
 }
 
@@ -194,5 +226,13 @@ void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_SHEEN_ROUGHNESS
     vec4 sheen_roughness_texture = data_texture(sheen_roughness_texture_slot(material), uv0, uv1);
     m.sheen_roughness *= sheen_roughness_texture.a;
+#endif
+#ifdef HALFLIGHT_TEXTURE_IRIDESCENCE
+    vec4 iridescence_texture = data_texture(iridescence_texture_slot(material), uv0, uv1);
+    m.iridescence *= iridescence_texture.r;
+#endif
+#ifdef HALFLIGHT_TEXTURE_IRIDESCENCE_THICKNESS
+    vec4 iridescence_thickness_texture = data_texture(iridescence_thickness_texture_slot(material), uv0, uv1);
+    m.film_thickness_range *= iridescence_thickness_texture.g;
 #endif
 }

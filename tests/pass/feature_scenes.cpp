@@ -82,6 +82,10 @@ Scene textured_scene() {
     brushed.anisotropy_strength = 0.9f;
     brushed.anisotropy_rotation = 0.7f;
     brushed.anisotropy_texture = texture(data);
+    brushed.iridescence = 0.9f;
+    brushed.iridescence_texture = texture(data);
+    brushed.iridescence_thickness_maximum = 700;
+    brushed.iridescence_thickness_texture = texture(data);
 
     Material lamp = diffuse_material(vec3(0.3f));
     lamp.emission = {6, 5, 4};

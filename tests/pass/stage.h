@@ -74,6 +74,12 @@ struct SurfaceRecord {
     vec3 sheen_choice{0};  // x: p_sheen
     vec3 rough_direction{0};
     float alpha_across = 0;
+    vec3 film_dielectric{0};
+    float film_ior = 1;
+    vec3 film_metal{0};
+    float film_thickness = 0;
+    vec3 film_dielectric_f0{0};
+    vec3 film_metal_f0{0};
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
 /// Returns the rows of `records` as input of kernels.

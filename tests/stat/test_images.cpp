@@ -198,6 +198,22 @@ TEST_F(ImageTest, Anisotropy) {
     expect_agreement(scene, {.name = "anisotropy", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+TEST_F(ImageTest, Iridescence) {
+    Scene scene = load("cornell");
+    float thickness = 250;
+    for (Material& m : scene.materials) {
+        if (m.emission != vec3(0)) continue;
+        m.metallic = thickness > 400 ? 1.0f : 0.3f;
+        m.specular = 0.8f;
+        m.roughness = 0.4f;
+        m.iridescence = 0.9f;
+        m.iridescence_ior = 1.6f;
+        m.iridescence_thickness_maximum = thickness;
+        thickness = thickness > 500 ? 250 : thickness + 150;
+    }
+    expect_agreement(scene, {.name = "iridescence", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, MaskAndBlend) {
     const Scene scene = curtain_scene();
     expect_agreement(scene, {.name = "curtains", .camera = scene.cameras[0], .bounces = 4});

@@ -181,6 +181,51 @@ TEST(ReferenceBsdf, WhiteMaterialsLoseNoEnergy) {
     }
 }
 
+TEST(ReferenceBsdf, ThinFilmsStayWithinEnergy) {
+    Random random(9);
+    for (const double metallic : {0.0, 1.0}) {
+        for (const double roughness : {0.0, 0.2, 0.8}) {
+            for (const ThinFilm film : {ThinFilm{1, 400}, ThinFilm{1.3, 0}, ThinFilm{1.3, 300}, ThinFilm{2, 900},
+                                        ThinFilm{20, 200}, ThinFilm{1.5, 1e6}}) {
+                for (const double mu : {0.05, 0.4, 0.95}) {
+                    const BsdfParameters p{
+                        .metallic = metallic, .roughness = roughness, .iridescence = 1, .film = film};
+                    const Bsdf bsdf(p, direction_at(mu), kUp, kUp, kUp);
+                    dvec3 sum(0);
+                    for (int i = 0; i < 4000; ++i) {
+                        const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
+                        if (const auto sample = bsdf.sample(u, u1, u2)) sum += sample->weight / 4000.0;
+                    }
+                    const double largest = std::max({sum.x, sum.y, sum.z});
+                    EXPECT_LT(largest, 1.05)
+                        << metallic << ' ' << roughness << ' ' << film.ior << ' ' << film.thickness << ' ' << mu;
+                    EXPECT_GT(largest, 0.5);
+                }
+            }
+        }
+    }
+}
+
+TEST(ReferenceThinFilm, LimitsAreKnown) {
+    for (const double x : {0.0, 0.1, 0.5, 1.0}) {
+        const dvec3 f0(0.04, 0.3, 0.9), bare = f0 + (1.0 - f0) * schlick(x);
+        EXPECT_LT(length(thin_film_reflectance({2, 0}, f0, x) - bare), 1e-9) << "no film";
+        EXPECT_LT(length(thin_film_reflectance({1, 500}, f0, x) - bare), 1e-9) << "a film of air";
+        const dvec3 white = thin_film_reflectance({1.4, 350}, dvec3(1), x);
+        EXPECT_LT(length(white - dvec3(1)), 1e-3) << "all light returns";
+        // Thick films show no interference: the sum of all reflections without phases.
+        const double r0 = std::pow(0.4 / 2.4, 2), r12 = r0 + (1 - r0) * schlick(x);
+        const double cosine = std::sqrt(1 - (1 - x * x) / (1.4 * 1.4)), r1 = std::pow((1.5 - 1.4) / 2.9, 2);
+        const double r23 = r1 + (1 - r1) * schlick(cosine), all = r12 + (1 - r12) * (1 - r12) * r23 / (1 - r12 * r23);
+        EXPECT_NEAR(thin_film_reflectance({1.4, 1e6}, dvec3(0.04), x).y, all, 1e-6);
+    }
+    // A soap film's first order at normal incidence: half a wave plus the turn of the first reflection adds up in the
+    // green at a path difference of 550 nm / 2.
+    const double path = 550 / 2.0, thickness = path / (2 * 1.33);
+    EXPECT_GT(thin_film_reflectance({1.33, thickness}, dvec3(0), 1).y, 3 * std::pow(0.33 / 2.33, 2));
+    EXPECT_LT(thin_film_reflectance({1.33, 2 * thickness}, dvec3(0), 1).y, 0.5 * std::pow(0.33 / 2.33, 2));
+}
+
 TEST(ReferenceBsdf, ColouredMaterialsNeverGainEnergy) {
     Random random(4);
     for (Case c : white_materials()) {
@@ -270,6 +315,7 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
           .transmission = 0.5,
           .anisotropy = 0.6,
           .rough_direction = direction_at(0, 2)}},
+        {"film", {.metallic = 0.5, .roughness = 0.5, .iridescence = 0.8}},
     };
     Random random(5);
     // The normals differ from each other and from the geometric one, so that the side rules cut into the lobes.

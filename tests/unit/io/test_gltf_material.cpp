@@ -78,6 +78,10 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     extension("KHR_materials_transmission") = {{"transmissionFactor", 0.875}};
     extension("KHR_materials_sheen") = {{"sheenColorFactor", {0.5, 0.25, 1}}, {"sheenRoughnessFactor", 0.375}};
     extension("KHR_materials_anisotropy") = {{"anisotropyStrength", 0.75}, {"anisotropyRotation", -1.5}};
+    extension("KHR_materials_iridescence") = {{"iridescenceFactor", 0.25},
+                                              {"iridescenceIor", 1.75},
+                                              {"iridescenceThicknessMinimum", 50},
+                                              {"iridescenceThicknessMaximum", 750}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     EXPECT_EQ(m.name, "all");
@@ -98,6 +102,10 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_EQ(m.sheen_roughness, 0.375f);
     EXPECT_EQ(m.anisotropy_strength, 0.75f);
     EXPECT_EQ(m.anisotropy_rotation, -1.5f);
+    EXPECT_EQ(m.iridescence, 0.25f);
+    EXPECT_EQ(m.iridescence_ior, 1.75f);
+    EXPECT_EQ(m.iridescence_thickness_minimum, 50);
+    EXPECT_EQ(m.iridescence_thickness_maximum, 750);
     EXPECT_TRUE(scene.report.warnings.empty());
 }
 
@@ -169,6 +177,8 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     extension("KHR_materials_sheen") = {{"sheenColorTexture", info("sheen_color.png")},
                                         {"sheenRoughnessTexture", info("sheen_roughness.png")}};
     extension("KHR_materials_anisotropy")["anisotropyTexture"] = info("anisotropy.png");
+    extension("KHR_materials_iridescence") = {{"iridescenceTexture", info("film.png")},
+                                              {"iridescenceThicknessTexture", info("thickness.png")}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     const auto name = [&](const TextureRef& t) { return scene.images.at(static_cast<std::size_t>(t.image)).name; };
@@ -185,9 +195,11 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(name(m.sheen_color_texture), "sheen_color.png");
     EXPECT_EQ(name(m.sheen_roughness_texture), "sheen_roughness.png");
     EXPECT_EQ(name(m.anisotropy_texture), "anisotropy.png");
+    EXPECT_EQ(name(m.iridescence_texture), "film.png");
+    EXPECT_EQ(name(m.iridescence_thickness_texture), "thickness.png");
     EXPECT_EQ(m.normal_scale, 0.5f);
     EXPECT_EQ(m.clearcoat_normal_scale, 2);
-    EXPECT_EQ(scene.images.size(), 13u) << "images that nothing uses are not loaded";
+    EXPECT_EQ(scene.images.size(), 15u) << "images that nothing uses are not loaded";
 }
 
 /// A file with three triangles, each with a material of its own, and the variants "day" and "night".
