@@ -72,8 +72,9 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
         if (part) bytes += part.path_bytes;
     // Rays to the sun and their light exist for the first surface and for later vertices of paths.
     if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
-    if (scene.light_tree) bytes += sizeof(shared::Receiver);
+    if (scene.receivers()) bytes += sizeof(shared::Receiver);
     if (scene.texture_levels) bytes += sizeof(vec2);
+    if (scene.volume) bytes += sizeof(vec4);
     // Later vertices have records, which path reuse keeps in the memory of its rays.
     if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);

@@ -84,8 +84,9 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::glossy, sizeof(vec2) * shared::kAlbedoTableSize * shared::kAlbedoTableSize},
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
-        {&N::light_tree, size.paths * sizeof(shared::Receiver)},
+        {&N::light_tree, size.paths * sizeof(shared::Receiver)},  // an environment map alone needs receivers, too
         {&N::texture_levels, size.paths * sizeof(vec2)},
+        {&N::volume, size.paths * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kSolidTableRows},
     };
     std::size_t sum = 0;
     for (const auto& [of, count] : bytes)

@@ -41,12 +41,15 @@ layout(std430) writeonly buffer SunRays { Ray sun_rays[]; };
 layout(std430) writeonly buffer Leaving { uint leaving[]; };
 layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
 layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 #endif
 #if defined(HALFLIGHT_TEXTURE_LEVELS) && !defined(HALFLIGHT_LAST_VERTEX)
 #include "shaders/lib/ray_cone.glsl"
 layout(std430) buffer Cones { RayCone cones[]; };
+#endif
+#if defined(HALFLIGHT_VOLUME) && !defined(HALFLIGHT_LAST_VERTEX)
+layout(std430) buffer Media { vec4 media[]; };  // media of the rays (medium_towards())
 #endif
 #if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
 #define HALFLIGHT_APART  // diffuse light of vertex 1 is no part of the path's own light
@@ -139,13 +142,13 @@ void main() {
     hit.instance = is_hit ? hit.instance : 0u;
     vec3 geometric_normal = load_geometric_normal(path);
 
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
     Receiver from = receivers[path];
 #else
     Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any receiver will do
 #endif
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), geometric_normal)
-                           : environment_pdf(direction);
+                           : environment_pdf(from, direction);
 #ifdef HALFLIGHT_FIRST_HIT
     density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
 #endif
@@ -164,6 +167,11 @@ void main() {
     if (active_path) store_state(path, state);
 #else
     Bsdf b = load_bsdf(path);
+#ifdef HALFLIGHT_VOLUME
+    vec4 before = media[path];
+#else
+    const vec4 before = vec4(0.0);
+#endif
     Sampler random = path_sampler(frame, path);
 #ifdef HALFLIGHT_CELLS
     int finest = cache_level(distance(at.position, frame.camera_position.xyz));
@@ -195,9 +203,8 @@ void main() {
 #endif
 
 #ifdef HALFLIGHT_LIGHT_SAMPLES
-    NextEvent e = sample_next_event(at.position, at.offset, b, wo,
-                                    sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
-                                    sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)), 1u);
+    NextEvent e = sample_next_event(at.position, at.offset, b, wo, before,
+                                    sample_2d_bits(random, vertex_dimension(depth, kDimensionLight)), 1u);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_pending = has_point ? e.diffuse : vec3(0.0);
     e.diffuse = is_apart ? vec3(0.0) : e.diffuse;
@@ -213,7 +220,7 @@ void main() {
 #endif
 #endif
 #ifdef HALFLIGHT_SUN
-    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo);
+    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo, before);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_sun = has_point ? sun.diffuse : vec3(0.0);
     sun.diffuse = is_apart ? vec3(0.0) : sun.diffuse;
@@ -299,7 +306,10 @@ void main() {
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(cones[path], hit.t * length(ray.direction), s.pdf);
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_VOLUME
+        media[path] = medium_towards(b, before, s.direction);
+#endif
+#ifdef HALFLIGHT_RECEIVERS
         receivers[path] = receiver_at(at.position, b.geometric_normal);
 #endif
     }

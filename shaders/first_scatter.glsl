@@ -17,12 +17,15 @@ layout(std430) writeonly buffer PathRays { Ray path_rays[]; };
 layout(std430) writeonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer List { uint list[]; };
 layout(std430) buffer Header { ListHeader header; };
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_RECEIVERS
 layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
 #endif
 
 #ifdef HALFLIGHT_TEXTURE_LEVELS
 layout(std430) writeonly buffer Cones { RayCone cones[]; };
+#endif
+#ifdef HALFLIGHT_VOLUME
+layout(std430) writeonly buffer Media { vec4 media[]; };
 #endif
 
 #include "shaders/lib/dimensions.glsl"
@@ -63,7 +66,10 @@ void main() {
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#ifdef HALFLIGHT_VOLUME
+        media[path] = medium_towards(b, vec4(0.0), s.direction);
+#endif
+#ifdef HALFLIGHT_RECEIVERS
         receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
 #endif
     }

@@ -69,12 +69,18 @@ layout(std430) writeonly buffer Points { ReusePoint points[]; };
 uniform samplerBuffer cones;  // RG32F: RayCone of each path
 #endif
 #endif
+#if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_LIST)
+uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib/bsdf.glsl)
+#endif
 #ifndef HALFLIGHT_TRACED
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/primary_search.glsl"
 #endif
 #include "shaders/lib/finite.glsl"
+#ifdef HALFLIGHT_DISPERSION
+#include "shaders/lib/dimensions.glsl"
+#endif
 #include "shaders/lib/material.glsl"
 #ifdef HALFLIGHT_STORE_SURFACE
 #include "shaders/lib/surface_record.glsl"
@@ -192,16 +198,42 @@ void main() {
 #endif
     vec3 emission = is_hit ? material.emission : inside ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
+#if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
+    // The ray's medium is that of its origin for emitted light, like that of light samples.
+#ifdef HALFLIGHT_LIST
+    vec4 medium = texelFetch(media, int(path));
+#else
+    vec4 medium = vec4(0.0);
+#endif
+    float way = is_hit ? hit.t * length(ray.direction) : endless_way(medium);
+    emission *= transmittance(medium, way);
+#endif
 #ifdef HALFLIGHT_SEEN
     vec4 before = begins ? vec4(0.0) : light_seen[path];
     if (listed) light_seen[path] = before + weight * vec4(emission, 0.0);
 #elif defined(HALFLIGHT_LAST_VERTEX)
     if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
 #else
+#ifdef HALFLIGHT_DISPERSION
+    float pick = sample_1d(path_sampler(frame, path), vertex_dimension(0u, kDimensionRoulette));  // no roulette there
+    material.channel = min(int(3.0 * pick), 2);
+#endif
     Bsdf b = make_bsdf(material, surface.geometric_normal, -direction);
+#ifdef HALFLIGHT_VOLUME
+    vec3 light = vec3(1.0);
+#ifdef HALFLIGHT_DISPERSION
+    if (b.disperses) light = dispersed_light(medium, material.channel);
+#endif
+    bool one_channel = is_one_channel(medium);
+    if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
+    scale_lobes(b, light * transmittance(medium, way));
+#endif
     if (listed) store_surface(path, SurfacePoint(surface.position, surface.offset, emission, is_hit), b);
 #ifdef HALFLIGHT_REUSE_POINTS
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
+#ifdef HALFLIGHT_VOLUME
+    if (medium.w > 0.0 || one_channel) point.share = 0.0;  // neither is light inside of solids shared, nor one channel
+#endif
     if (listed && is_hit) points[path] = point;
 #endif
 #endif

@@ -39,7 +39,7 @@ void main() {
         uint entry = finder * HALFLIGHT_GROUP_SIZE + i;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
-        float density = scatter_density(b, evaluate_bsdf(b, wo, sight.direction)) * sight.geometry;
+        float density = scatter_density(b, shared_value(b, wo, sight.direction)) * sight.geometry;
         density = gives[finder & 255u] != 0u && from.is_surface ? density : 0.0;
         densities[entry] = density;
 

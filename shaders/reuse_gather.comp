@@ -56,7 +56,7 @@ void main() {
         uint entry = finder * HALFLIGHT_GROUP_SIZE + i;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
-        BsdfValue f = evaluate_bsdf(b, wo, sight.direction);
+        BsdfValue f = shared_value(b, wo, sight.direction);
         float share = base_share(unpack_layers(y.layers), -sight.direction);
         vec3 incoming = given[finder & 255u] * visible(entry) * sight.geometry * share;
         bool receives = densities[entry] != 0.0;

@@ -12,7 +12,7 @@ layout(binding = UNIT_LIGHTS) uniform samplerBuffer scene_lights;
 layout(binding = UNIT_LIGHT_ALIAS) uniform samplerBuffer light_alias;
 layout(binding = UNIT_LIGHT_OF_TRIANGLE) uniform usamplerBuffer light_of_triangle;
 layout(binding = UNIT_ENVIRONMENT) uniform sampler2D environment_map;
-layout(binding = UNIT_ENVIRONMENT_ALIAS) uniform samplerBuffer environment_cells;
+layout(binding = UNIT_ENVIRONMENT_WARP) uniform samplerBuffer environment_warp;
 layout(binding = UNIT_LIGHT_TREE) uniform usamplerBuffer light_tree;
 layout(binding = UNIT_ALBEDO) uniform sampler2D albedo_table;
 #ifdef HALFLIGHT_TILED_TEXTURES

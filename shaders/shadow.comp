@@ -32,13 +32,12 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
 #ifdef HALFLIGHT_SUN_SAMPLES
-    NextEvent e = sample_sun_event(point.position, point.offset, b, wo);
+    NextEvent e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0));
 #else
     Sampler random = path_sampler(frame, path);
     random.index = random.index * rays + ray / paths;
-    NextEvent e = sample_next_event(point.position, point.offset, b, wo,
-                                    sample_1d_bits(random, vertex_dimension(0u, kDimensionLightChoice)),
-                                    sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)), rays);
+    NextEvent e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0),
+                                    sample_2d_bits(random, vertex_dimension(0u, kDimensionLight)), rays);
     e.diffuse /= float(rays);
     e.glossy /= float(rays);
 #endif

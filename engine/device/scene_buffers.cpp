@@ -75,7 +75,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table");
     add(UNIT_LIGHT_TREE, GL_RGBA32UI, "light tree");
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
-    add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells");
+    add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, "environment warp");
     update_tables(trace, shading, nullptr);
 }
 
@@ -145,7 +145,7 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
     bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
     bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
-    bring(UNIT_ENVIRONMENT_ALIAS, shading.environment_cells, shaded ? &shaded->environment_cells : nullptr);
+    bring(UNIT_ENVIRONMENT_WARP, shading.environment_warp, shaded ? &shaded->environment_warp : nullptr);
     bind();  // bind() reports tables beyond the driver's limits
     set_draws(trace);
 }

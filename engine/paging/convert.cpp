@@ -87,8 +87,7 @@ struct Slice {
     std::uint64_t first = 0;
     std::uint64_t count = 0;
     // Results:
-    std::uint32_t stack_entries = 0;   // PageSet::stack_entries
-    std::vector<RootedPage> pages;     // contents of all but the last page are only in `encoded`
+    PageSet set;                       // contents of all but the last page are only in `encoded`
     std::vector<std::string> encoded;  // all but the last page
     std::vector<PageIndex::Size> sizes;
 };
@@ -434,15 +433,12 @@ class Converter {
             ids.push_back(t.id & ~kBucketAlpha);
         }
         triangles = {};
-        PageSet set = build_pages(corners, ids, {alpha.get(), any_alpha ? ids.size() : 0}, options_.limits);
-        slice.stack_entries = set.stack_entries;
-        slice.pages.resize(set.pages.size());
-        for (const PageRoot& root : set.roots) slice.pages[root.page].roots.push_back(root);
+        PageSet& set = slice.set;
+        set = build_pages(corners, ids, {alpha.get(), any_alpha ? ids.size() : 0}, options_.limits);
         for (std::size_t i = 0; i + 1 < set.pages.size(); ++i) {
             slice.sizes.push_back(size_of(set.pages[i]));
             slice.encoded.push_back(encode(std::exchange(set.pages[i], {})));
         }
-        slice.pages.back().page = std::move(set.pages.back());
     }
 
     void write_page(PageFileWriter& writer, const std::string& encoded, const PageIndex::Size& size,
@@ -459,15 +455,19 @@ class Converter {
 
     /// Writes the pages of a slice. The last one has room left, so it is merged with those of other slices.
     void write_slice(PageFileWriter& writer, Slice& slice) {
+        append_above(index_.above, slice.set);
+        std::vector<RootedPage> pages(slice.set.pages.size());
+        for (const PageRoot& root : slice.set.roots) pages[root.page].roots.push_back(root);
         for (std::size_t i = 0; i < slice.encoded.size(); ++i)
-            write_page(writer, slice.encoded[i], slice.sizes[i], slice.pages[i].roots);
-        RootedPage& last = slice.pages.back();
+            write_page(writer, slice.encoded[i], slice.sizes[i], pages[i].roots);
+        RootedPage& last = pages.back();
+        last.page = std::move(slice.set.pages.back());
         if (!append(rest_page_, last, options_.limits)) {
             if (bytes_in_slot(size_of(last.page)) < bytes_in_slot(size_of(rest_page_.page)))
                 std::swap(last, rest_page_);
             write_page(writer, last);
         }
-        index_.stack_entries = std::max(index_.stack_entries, slice.stack_entries);
+        index_.stack_entries = std::max(index_.stack_entries, slice.set.stack_entries);
     }
 
     void write_pages(std::uint32_t count, const BucketFile& buckets, PageFileWriter& writer) {

@@ -117,6 +117,7 @@ void MovingPages::build(const PageIndex& of_still) {
     index_.stack_entries = of_still.stack_entries;
     index_.pages.resize(of_still.pages.size());
     index_.roots.resize(of_still.roots.size());
+    index_.above.resize(of_still.above.size());
     pages_.clear();
     std::vector<rays::Corners> corners;
     std::vector<vec3> centroids;
@@ -146,6 +147,7 @@ void MovingPages::build(const PageIndex& of_still) {
         sets[bucket] = build_pages(own, ids, {alpha.get(), index_.alpha ? ids.size() : 0}, index_.limits);
     });
     for (PageSet& set : sets) {
+        append_above(index_.above, set);
         for (PageRoot root : set.roots) {
             root.page += static_cast<std::uint32_t>(index_.pages.size());
             index_.roots.push_back(root);

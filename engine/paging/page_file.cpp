@@ -298,7 +298,7 @@ using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
 constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8;
 
-static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 16);
+static_assert(sizeof(PageRoot) == 36 && sizeof(PageIndex::Size) == 16);
 
 template <class T>
 void append_list(const std::vector<T>& values, std::string& bytes) {
@@ -321,6 +321,7 @@ std::string bytes_of(const StoredIndex& stored) {
     append_list(index.geometry.emitters, bytes);
     append_list(index.pages, bytes);
     append_list(index.roots, bytes);
+    append_list(index.above, bytes);
     std::vector<RangeWords> ranges;
     for (const MeshRange& r : index.ranges)
         ranges.push_back({r.mesh, r.instance, (r.merged ? kMerged : 0) | (r.moves ? kMoves : 0), r.block,
@@ -346,6 +347,7 @@ StoredIndex parse_index(Reader& reader) {
     index.geometry.emitters = reader.list<std::uint32_t>();
     index.pages = reader.list<PageIndex::Size>();
     index.roots = reader.list<PageRoot>();
+    index.above = reader.list<std::uint32_t>();
     for (const RangeWords& w : reader.list<RangeWords>()) {
         MeshRange& r = index.ranges.emplace_back();
         std::tie(r.mesh, r.instance, r.block) = std::tie(w[0], w[1], w[3]);
@@ -397,6 +399,15 @@ bool consistent(const StoredIndex& stored, const Header& header) {
                 return false;
     }
     if (root != index.roots.size()) return false;
+    std::vector<std::uint8_t> children(index.above.size(), 0);
+    const auto add_child = [&](std::uint32_t parent, std::size_t end) {
+        return parent == PageRoot::kNoParent || (parent < end && ++children[parent] <= 4);
+    };
+    for (const PageRoot& r : index.roots)
+        if (!add_child(r.parent, children.size())) return false;
+    for (std::size_t i = 0; i < index.above.size(); ++i)
+        if (!add_child(index.above[i], i)) return false;
+    if (std::ranges::count(children, 0) > 0) return false;
     std::uint64_t triangles = 0, vertices = 0;
     for (const MeshRange& range : index.ranges) {
         if (range.first_triangle != triangles || range.first_vertex != vertices) return false;

@@ -22,7 +22,7 @@
 
 namespace halflight::paging {
 
-inline constexpr std::uint32_t kPageFileVersion = 3;
+inline constexpr std::uint32_t kPageFileVersion = 4;
 /// Triangles per block of table rows. The rows of a triangle are one read of about 64 KiB before compression.
 inline constexpr std::uint32_t kTrianglesPerBlock = 512;
 

@@ -80,7 +80,7 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
       first_rows_("first rows of pairs", 0),
       reader_(source) {
     const PageIndex& index = source.index();
-    const rays::Bvh top = hierarchy_over(index.roots);
+    const rays::Bvh top = hierarchy_over(index);
     // The nodes of roots are beside those of the hierarchy over them.
     std::size_t nodes_over = 1 + top.nodes.size() + index.roots.size();
     if (const std::uint32_t still = source.still().pages; still < index.pages.size()) {
@@ -165,7 +165,7 @@ void PagePool::begin_pose() {
 
 bool PagePool::end_pose() {
     const PageIndex& index = source_.index();
-    const rays::Bvh top = hierarchy_over(index.roots);
+    const rays::Bvh top = hierarchy_over(index);
     if (texels_over(top, index) > top_texels_ || index.alpha != scene_->alpha_tested()) return false;
     for (auto* per_page : {&asked_at_, &used_at_}) per_page->resize(index.pages.size(), 0);
     slot_of_page_.resize(index.pages.size(), kNone);

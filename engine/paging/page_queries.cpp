@@ -19,7 +19,7 @@ constexpr std::uint32_t kAllSlots = 15;
 
 }  // namespace
 
-PageQueries::PageQueries(const PageIndex& index, Method method) : index_(index), top_(hierarchy_over(index.roots)) {
+PageQueries::PageQueries(const PageIndex& index, Method method) : index_(index), top_(hierarchy_over(index)) {
     TraceTables tables;
     tables.instances.push_back({.identity = true});
     const rays::PackedScene packed = rays::pack_boxes(top_, index.bounds);

@@ -32,6 +32,12 @@ std::size_t first_vertex(const PageIndex::Size& size) {
     return (texels * kTexel + kVertex - 1) / kVertex;
 }
 
+Bounds bounds_of(const BvhNode& node) {
+    Bounds bounds;
+    for (const BvhChild& child : node.children) bounds.add(child.bounds);
+    return bounds;
+}
+
 bool alpha_tested(const uvec4& pair, int which) {
     return (pair[which] & shared::kBvhPageAlpha) != 0;
 }
@@ -75,9 +81,13 @@ Corners number_corners(std::span<const rays::Ring> rings) {
 struct Content {
     std::uint32_t nodes = 0;
     std::uint32_t pairs = 0;
-    std::uint32_t alpha_tested = 0;  // triangles
+    std::uint32_t alpha_tested = 0;   // triangles
+    std::uint32_t stack_entries = 0;  // maximum stack of a traversal
 
-    void add(const Content& s) { nodes += s.nodes, pairs += s.pairs, alpha_tested += s.alpha_tested; }
+    void add(const Content& s) {
+        nodes += s.nodes, pairs += s.pairs, alpha_tested += s.alpha_tested;
+        stack_entries = std::max(stack_entries, s.stack_entries);
+    }
 };
 
 /// A subtree, as it is put into a page.
@@ -86,6 +96,7 @@ struct Subtree {
     std::uint32_t first = 0;         // index of the root in the hierarchy
     Bounds bounds;
     Content content;
+    std::uint32_t parent = PageRoot::kNoParent;  // PageRoot::parent
 };
 
 /// Cuts a hierarchy into pages.
@@ -104,13 +115,11 @@ class Cutter {
           place_of_(corners.positions.size()) {}
 
     PageSet cut() {
-        set_.stack_entries = std::max(bvh_.stack_entries, 1u);
+        set_.stack_entries = 1;
         if (bvh_.nodes.empty()) return std::move(set_);
         measure();
-        Bounds all;
-        for (const BvhChild& child : bvh_.nodes.front().children) all.add(child.bounds);
         set_.pages.emplace_back();
-        descend(0, all);
+        descend(0, bounds_of(bvh_.nodes.front()), PageRoot::kNoParent);
         return std::move(set_);
     }
 
@@ -119,17 +128,16 @@ class Cutter {
     void measure() {
         content_.resize(bvh_.nodes.size());
         for (std::size_t i = bvh_.nodes.size(); i-- > 0;) {
-            Content s{1, 0};
-            for (const BvhChild& child : bvh_.nodes[i].children) {
-                if (child.bounds.empty()) continue;
-                s.add(child.leaf() ? content_of(child) : content_[child.first]);
-            }
+            Content s{1};
+            for (const BvhChild& child : bvh_.nodes[i].children)
+                if (!child.bounds.empty()) s.add(child.leaf() ? content_of(child) : content_[child.first]);
+            s.stack_entries += static_cast<std::uint32_t>(bvh_.nodes[i].child_count()) - 1;
             content_[i] = s;
         }
     }
 
     Content content_of(const BvhChild& leaf) const {
-        Content s{0, leaf.count, 0};
+        Content s{0, leaf.count};
         for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count && !alpha_.empty(); ++i) {
             const auto& [a, b] = pairs_[bvh_.primitives[i]].triangles;
             s.alpha_tested += alpha_[a] + (b != a && alpha_[b]);
@@ -173,29 +181,31 @@ class Cutter {
     }
 
     /// Puts the largest subtrees that fit into pages, depth first.
-    void descend(std::uint32_t node, const Bounds& bounds) {
+    void descend(std::uint32_t node, const Bounds& bounds, std::uint32_t parent) {
         const Content& content = content_[node];
-        const Subtree subtree{std::span(bvh_.nodes).subspan(node, content.nodes), node, bounds, content};
+        const Subtree subtree{std::span(bvh_.nodes).subspan(node, content.nodes), node, bounds, content, parent};
         const bool fits_into_last = fits(subtree);
         if (fits_into_last || small(content)) {
             if (!fits_into_last) start_page();
             add(subtree);
             return;
         }
+        const auto above = static_cast<std::uint32_t>(set_.above.size());
+        set_.above.push_back(parent);
         for (const BvhChild& child : bvh_.nodes[node].children) {
             if (child.bounds.empty()) continue;
             if (child.leaf())
-                add_leaf(child);
+                add_leaf(child, above);
             else
-                descend(child.first, child.bounds);
+                descend(child.first, child.bounds, above);
         }
     }
 
     /// Adds a leaf whose parent does not fit, below a node of its own.
-    void add_leaf(const BvhChild& leaf) {
+    void add_leaf(const BvhChild& leaf, std::uint32_t parent) {
         BvhNode node;
         node.children[0] = leaf;
-        Subtree subtree{std::span(&node, 1), 0, leaf.bounds, content_of(leaf)};
+        Subtree subtree{std::span(&node, 1), 0, leaf.bounds, content_of(leaf), parent};
         subtree.content.nodes = 1;
         if (!fits(subtree)) start_page();
         add(subtree);
@@ -205,7 +215,9 @@ class Cutter {
         Page& to = set_.pages.back();
         last_.add(subtree.content);
         ++to.roots;
-        set_.roots.push_back({subtree.bounds, page(), static_cast<std::uint32_t>(to.nodes.size() / kBvhPageTexels)});
+        set_.roots.push_back(
+            {subtree.bounds, page(), static_cast<std::uint32_t>(to.nodes.size() / kBvhPageTexels), subtree.parent});
+        set_.stack_entries = std::max(set_.stack_entries, subtree.content.stack_entries);
         std::vector<std::uint32_t> order{0};  // nodes of the subtree, breadth first
         for (std::size_t i = 0; i < order.size(); ++i) {
             const BvhNode& node = subtree.nodes[order[i]];
@@ -352,12 +364,61 @@ std::size_t alpha_tested_in(const Page& page) {
 
 }  // namespace
 
-rays::Bvh hierarchy_over(std::span<const PageRoot> roots) {
+void append_above(std::vector<std::uint32_t>& above, PageSet& set) {
+    const auto shift = static_cast<std::uint32_t>(above.size());
+    const auto shifted = [&](std::uint32_t parent) { return parent == PageRoot::kNoParent ? parent : parent + shift; };
+    for (const std::uint32_t parent : set.above) above.push_back(shifted(parent));
+    for (PageRoot& root : set.roots) root.parent = shifted(root.parent);
+}
+
+rays::Bvh hierarchy_over(const PageIndex& index) {
+    // Children of nodes have indices into `nodes`, or roots and a count of 1.
+    std::vector<BvhNode> nodes(index.above.size());
+    std::vector<BvhChild> without_parent;
+    const auto add = [&](std::uint32_t parent, const BvhChild& child) {
+        if (parent == PageRoot::kNoParent)
+            without_parent.push_back(child);
+        else
+            *std::ranges::find_if(nodes[parent].children, [](const BvhChild& c) { return c.bounds.empty(); }) = child;
+    };
+    for (std::uint32_t root = 0; root < index.roots.size(); ++root)
+        add(index.roots[root].parent, {index.roots[root].bounds, root, 1});
+    for (auto i = static_cast<std::uint32_t>(nodes.size()); i-- > 0;) add(index.above[i], {bounds_of(nodes[i]), i, 0});
+
     std::vector<Bounds> boxes;
-    boxes.reserve(roots.size());
-    for (const PageRoot& root : roots) boxes.push_back(root.bounds);
-    rays::Bvh bvh = rays::build_bvh(boxes);
-    if (bvh.nodes.empty()) bvh.nodes.emplace_back();
+    for (const BvhChild& child : without_parent) boxes.push_back(child.bounds);
+    const Bvh over = rays::build_bvh(boxes);
+    const auto first = static_cast<std::uint32_t>(nodes.size());
+    for (BvhNode node : over.nodes) {
+        for (BvhChild& child : node.children) {
+            if (child.leaf())
+                child = without_parent[over.primitives[child.first]];
+            else
+                child.first += first;
+        }
+        nodes.push_back(node);
+    }
+    if (over.nodes.empty()) nodes.emplace_back();
+
+    Bvh bvh;
+    const auto add_from = [&](const auto& self, std::uint32_t from) -> std::uint32_t {
+        BvhNode node = nodes[from];
+        const std::size_t place = bvh.nodes.size();
+        bvh.nodes.emplace_back();
+        std::uint32_t deepest = 0;
+        for (BvhChild& child : node.children) {
+            if (child.bounds.empty()) continue;
+            if (child.leaf()) {
+                bvh.primitives.push_back(std::exchange(child.first, static_cast<std::uint32_t>(bvh.primitives.size())));
+            } else {
+                const std::uint32_t below = std::exchange(child.first, static_cast<std::uint32_t>(bvh.nodes.size()));
+                deepest = std::max(deepest, self(self, below));
+            }
+        }
+        bvh.nodes[place] = node;
+        return deepest + static_cast<std::uint32_t>(std::max(node.child_count(), 1)) - 1;
+    };
+    bvh.stack_entries = add_from(add_from, first);
     return bvh;
 }
 

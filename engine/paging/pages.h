@@ -1,8 +1,8 @@
 // Pages: parts of a scene's hierarchy that can be loaded one by one, for scenes larger than memory. No OpenGL is used.
 //
 // The triangles of a scene are divided into buckets that fit in memory. Each bucket has a hierarchy, which is cut into
-// subtrees. Consecutive subtrees are the content of a page. The roots of all subtrees are the leaves of a small
-// hierarchy, which stays in memory.
+// subtrees. Consecutive subtrees are the content of a page. The nodes above them stay in memory, with a hierarchy over
+// all buckets.
 #pragma once
 
 #include <cstdint>
@@ -39,16 +39,19 @@ struct Page {
 
 /// A subtree that is reached from outside its page.
 struct PageRoot {
-    Bounds bounds;           // exact bounds of its triangles
-    std::uint32_t page = 0;  // index of the page
-    std::uint32_t node = 0;  // index of the subtree's root in the page
+    static constexpr std::uint32_t kNoParent = ~0u;
+    Bounds bounds;                     // exact bounds of its triangles
+    std::uint32_t page = 0;            // index of the page
+    std::uint32_t node = 0;            // index of the subtree's root in the page
+    std::uint32_t parent = kNoParent;  // index of the node above it among those above subtrees
 };
 
 /// The hierarchy of a bucket.
 struct PageSet {
     std::vector<Page> pages;
-    std::vector<PageRoot> roots;      // `page` counts from the first page of the bucket, ascending
-    std::uint32_t stack_entries = 0;  // maximum stack of a traversal that starts at a root, entries
+    std::vector<PageRoot> roots;       // `page` counts from the first page of the bucket, ascending
+    std::vector<std::uint32_t> above;  // nodes above the subtrees: each one's parent, a lower index, or kNoParent
+    std::uint32_t stack_entries = 0;   // maximum stack of a traversal that starts at a root, entries
 };
 
 /// Builds the pages of a bucket. `ids` has the index of each triangle in TraceTables::triangles, in ascending order.
@@ -66,19 +69,20 @@ struct PageIndex {
         std::uint32_t vertices = 0;
     };
     PageLimits limits;
-    std::uint64_t scene = 0;          // identity of the scene's files (identity_of() in engine/io/gltf/parts.h)
-    dvec3 origin{0};                  // TraceTables::origin
-    Bounds bounds;                    // bounds of all triangles
-    std::uint32_t triangles = 0;      // number of triangles
-    std::uint64_t vertices = 0;       // number of vertices
-    std::uint32_t vertex_texels = 1;  // texels of a vertex attribute row (shaders/shared/vertex.h)
-    std::uint32_t stack_entries = 0;  // maximum of PageSet::stack_entries
-    bool slivers = false;             // TraceTables::slivers
-    std::vector<Size> pages;          // sizes of the pages
-    std::vector<PageRoot> roots;      // roots of all pages, ascending by page
-    std::vector<MeshRange> ranges;    // TraceTables::ranges
-    AbsentGeometry geometry;          // facts about triangles and vertices, without AbsentGeometry::attributes
-    bool alpha = false;               // some triangle needs the alpha test
+    std::uint64_t scene = 0;           // identity of the scene's files (identity_of() in engine/io/gltf/parts.h)
+    dvec3 origin{0};                   // TraceTables::origin
+    Bounds bounds;                     // bounds of all triangles
+    std::uint32_t triangles = 0;       // number of triangles
+    std::uint64_t vertices = 0;        // number of vertices
+    std::uint32_t vertex_texels = 1;   // texels of a vertex attribute row (shaders/shared/vertex.h)
+    std::uint32_t stack_entries = 0;   // maximum of PageSet::stack_entries
+    bool slivers = false;              // TraceTables::slivers
+    std::vector<Size> pages;           // sizes of the pages
+    std::vector<PageRoot> roots;       // roots of all pages, ascending by page
+    std::vector<std::uint32_t> above;  // nodes above them, like PageSet::above; at most 4 children each
+    std::vector<MeshRange> ranges;     // TraceTables::ranges
+    AbsentGeometry geometry;           // facts about triangles and vertices, without AbsentGeometry::attributes
+    bool alpha = false;                // some triangle needs the alpha test
 };
 
 PageIndex::Size size_of(const Page& page);
@@ -93,9 +97,12 @@ struct RootedPage {
 /// Appends a page to another one if both fit into a slot. Returns whether they do.
 bool append(RootedPage& to, const RootedPage& page, const PageLimits& limits);
 
-/// Builds the hierarchy over the roots of all pages. Its primitives are the roots. It has a root without children if
-/// there are no pages.
-rays::Bvh hierarchy_over(std::span<const PageRoot> roots);
+/// Appends the nodes above a set's subtrees. Its roots get the new indices of their parents.
+void append_above(std::vector<std::uint32_t>& above, PageSet& set);
+
+/// Builds the hierarchy over the roots of all pages: the nodes above them, and a hierarchy over what has no parent. Its
+/// primitives are the roots. It has a root without children if there are no pages.
+rays::Bvh hierarchy_over(const PageIndex& index);
 
 /// Table rows of triangles, as kernels look them up.
 struct TriangleRows {

@@ -63,6 +63,10 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.clearcoat = m.clearcoat * lookup(m.clearcoat_texture, linear).r;
     p.clearcoat_roughness = m.clearcoat_roughness * lookup(m.clearcoat_roughness_texture, linear).g;
     p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
+    p.inside.thickness = m.thickness;
+    p.dispersion = m.dispersion;
+    if (m.attenuation_distance > 0)
+        p.inside.absorption = -log(max(dvec3(m.attenuation_color), 1e-30)) / double(m.attenuation_distance);
     p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
     p.sheen_roughness = m.sheen_roughness * lookup(m.sheen_roughness_texture, linear).a;
     p.iridescence = m.iridescence * lookup(m.iridescence_texture, linear).r;
@@ -77,7 +81,7 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     return p;
 }
 
-Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k)
+Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k, int channel)
     : wo_(wo),
       n_g_(n_g),
       base_frame_(is_anisotropic(p) ? Frame(n, p.rough_direction) : Frame(n)),
@@ -89,7 +93,9 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
       film_(p.film),
       metal_f0_(p.base_color),
       dielectric_f0_(min(std::pow((p.ior - 1) / (p.ior + 1), 2) * p.specular_color, dvec3(1))),
-      sheen_roughness_(p.sheen_roughness) {
+      sheen_roughness_(p.sheen_roughness),
+      inside_(p.inside),
+      front_(p.front) {
     const dvec3 c = p.base_color;
     const double m = p.metallic, k = p.clearcoat;
 
@@ -117,9 +123,11 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
     const double r0 = (p.ior - 1) / (p.ior + 1);
     const dvec3 f0_dielectric = min(r0 * r0 * p.specular_color, dvec3(1)) * p.specular;
     const dvec3 scale_metal = m * (1.0 + c * lost);
+    const bool solid = p.is_solid();
+    const double opaque = (1 - m) * (solid ? 1 - p.transmission : 1.0);
     const dvec3 scale_dielectric = 1.0 + f0_dielectric * lost;
-    specular_f0_ = under_sheen * (scale_metal * c + (1 - m) * scale_dielectric * f0_dielectric);
-    specular_f90_ = under_sheen * (scale_metal + (1 - m) * scale_dielectric * p.specular);
+    specular_f0_ = under_sheen * (scale_metal * c + opaque * scale_dielectric * f0_dielectric);
+    specular_f90_ = under_sheen * (scale_metal + opaque * scale_dielectric * p.specular);
 
     dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
     double film_mean = 0;
@@ -130,7 +138,7 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         const dvec3 on_dielectric = thin_film_reflectance(p.film, dielectric_f0_, x);
         const auto gained = [&](const dvec3& f) { return 1.0 + f * lost; };
         film_metal_ = under_sheen * m * p.iridescence * gained(on_metal);
-        film_dielectric_ = under_sheen * (1 - m) * p.iridescence * p.specular * gained(on_dielectric);
+        film_dielectric_ = under_sheen * opaque * p.iridescence * p.specular * gained(on_dielectric);
         // The bound of 0.05 keeps weights low where the film is dark at the mean cosine alone.
         film_mean = mean(film_metal_ * max(on_metal, 0.05) + film_dielectric_ * max(on_dielectric, 0.05)) * e.one();
         dielectric_albedo =
@@ -142,8 +150,22 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
     diffuse_ = below * (1 - p.transmission) * c;
     transmission_ = below * p.transmission * c;
     transmission_scale_ = 1 / e.one();
+    double transmission_mean = mean(transmission_);
+    if (solid) {
+        disperses_ = p.dispersion > 0 && p.ior > 1;
+        // The Abbe number V spreads the index by (ior - 1) / V from the C line, red, to the F line, blue.
+        const double abbe = 20 / p.dispersion, spread = disperses_ ? (p.ior - 1) / abbe : 0;
+        const double ior = std::max(p.ior + spread * (channel - 1) / 2, 1.0);
+        eta_ = p.front ? ior : 1 / ior;
+        const double share = under_sheen * (1 - m) * p.transmission;
+        transmission_ = share * c;
+        solid_reflection_ = share * (p.front ? min(p.specular * p.specular_color, dvec3(1)) : dvec3(1));
+        solid_mirror_ = alpha_solid() * std::abs(eta_ - 1) < kMirrorAlpha;
+        solid_scale_ = solid_mirror_ ? 1 : 1 / solid_albedo(wo_base_.z, alpha_solid(), eta_);
+        transmission_mean = mean(max(transmission_, solid_reflection_));
+    }
 
-    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b) + film_mean, mean(transmission_),
+    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b) + film_mean, transmission_mean,
                coat_albedo, sheen_mean};
     const double total =
         choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat] + choice_[kSheen];
@@ -175,6 +197,18 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
             const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
             result.glossy += specular_factor(lobe.x) * lobe.value;
             result.pdf_glossy += choice_[kSpecular] * lobe.pdf;
+        }
+        if (eta_ > 0 && !solid_mirror_) {
+            const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, dvec2(alpha_solid()));
+            const double reflectance = dielectric_fresnel(lobe.x, eta_);
+            result.glossy += solid_reflection_ * (solid_scale_ * reflectance * lobe.value);
+            result.pdf_glossy += choice_[kTransmission] * reflectance * lobe.pdf;
+        }
+    } else if (side_g < 0 && wi_base.z < 0 && eta_ > 0) {
+        if (!solid_mirror_) {
+            const Refraction lobe = evaluate_refraction(wo_base_, wi_base, alpha_solid(), eta_);
+            result.glossy += transmission_ * (solid_scale_ * lobe.value);
+            result.pdf_glossy += choice_[kTransmission] * (1 - lobe.reflectance) * lobe.pdf;
         }
     } else if (side_g < 0 && wi_base.z < 0 && alpha_.x >= kMirrorAlpha && choice_[kTransmission] > 0) {
         const LobeValue lobe = evaluate_lobe(wo_base_, {wi_base.x, wi_base.y, -wi_base.z}, alpha_);
@@ -209,6 +243,40 @@ std::optional<Bsdf::Sample> Bsdf::sample_mirror(Lobe lobe) const {
     return s;
 }
 
+Medium Bsdf::medium_towards(const dvec3& wi, const Medium& before) const {
+    if (eta_ == 0) return before;
+    const bool passes = dot(wi, n_g_) < 0;
+    if (passes == front_) return inside_;
+    return passes ? Medium() : before;
+}
+
+std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double u2) const {
+    const dvec3 h =
+        base_frame_.to_world(solid_mirror_ ? dvec3(0, 0, 1) : sample_visible_normal(wo_base_, alpha_solid(), u1, u2));
+    Sample s;
+    s.component = Component::glossy;
+    bool passes = false;
+    const auto scatter = [&](const dvec3& facet) {
+        passes = u_side >= dielectric_fresnel(std::clamp(dot(wo_, facet), 0.0, 1.0), eta_);
+        s.wi = normalize(passes ? refract(wo_, facet, eta_) : mirror_at(wo_, facet));
+    };
+    scatter(h);
+    const auto right_side = [&](const dvec3& n) { return passes ? dot(s.wi, n) < 0 : dot(s.wi, n) > 0; };
+    if (solid_mirror_) {
+        if (!right_side(n_g_)) scatter(n_g_);  // a mirror does without its shading normal there
+        if (!right_side(n_g_)) return std::nullopt;
+        s.mirror = true;
+        s.weight = (passes ? transmission_ : solid_reflection_) / choice_[kTransmission];
+        return s;
+    }
+    if (!right_side(n_g_) || !right_side(base_frame_.z)) return std::nullopt;
+    const Value value = evaluate(s.wi);
+    s.pdf = value.pdf_glossy;
+    if (!(s.pdf > 0)) return std::nullopt;
+    s.weight = value.glossy / s.pdf;
+    return s;
+}
+
 std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) const {
     if (black_) return std::nullopt;
     int chosen = 0;
@@ -216,6 +284,7 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
     const Lobe lobe = static_cast<Lobe>(chosen);
     if (!(choice_[lobe] > 0)) return std::nullopt;  // u_lobe ran past the last lobe by rounding
 
+    if (lobe == kTransmission && eta_ > 0) return sample_solid(u_lobe / choice_[lobe], u1, u2);
     const dvec2 alpha = lobe == kCoat ? dvec2(alpha_coat_) : alpha_;
     if (lobe != kDiffuse && lobe != kSheen && alpha.x < kMirrorAlpha) return sample_mirror(lobe);
 

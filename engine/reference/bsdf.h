@@ -10,6 +10,7 @@
 #include "engine/core/math.h"
 #include "engine/reference/albedo.h"
 #include "engine/reference/ggx.h"
+#include "engine/reference/solid.h"
 #include "engine/reference/texture.h"
 #include "engine/reference/thin_film.h"
 
@@ -33,7 +34,12 @@ struct BsdfParameters {
     double anisotropy = 0;
     dvec2 tangent_direction{1, 0};  // direction of higher roughness: components along tangent and bitangent
     dvec3 rough_direction{
-        0};  // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
+        0};             // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
+    Medium inside{};    // thickness 0: thin-walled
+    bool front = true;  // wo is outside
+    double dispersion = 0;
+
+    bool is_solid() const { return inside.thickness > 0 && transmission * (1 - metallic) > 0; }
 };
 
 /// Returns a texel, or white where there is no texture, so that factors stand alone.
@@ -48,10 +54,13 @@ enum class Component : std::uint8_t { diffuse, glossy };
 /// point away from the surface.
 class Bsdf {
   public:
-    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
-    Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
+    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it. `channel`:
+    /// colour channel whose index of refraction solids have, 0 to 2.
+    Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k,
+         int channel = 1);
 
-    bool black() const { return black_; }  ///< Returns whether the material reflects nothing.
+    bool disperses() const { return disperses_; }  ///< Returns whether colours have different directions.
+    bool black() const { return black_; }          ///< Returns whether the material reflects nothing.
 
     /// f times cosine by component, without mirrors, and the density of sample(), P_c p_c(wi), per solid angle.
     struct Value {
@@ -67,6 +76,9 @@ class Bsdf {
         bool mirror = false;
         Component component = Component::diffuse;
     };
+    /// Returns the medium of rays in this direction. `before` is that on wo's side.
+    Medium medium_towards(const dvec3& wi, const Medium& before) const;
+
     /// Samples a direction; returns none where it contributes nothing. The three numbers are uniform in [0, 1).
     std::optional<Sample> sample(double u_lobe, double u1, double u2) const;
 
@@ -74,7 +86,10 @@ class Bsdf {
     enum Lobe { kDiffuse, kSpecular, kTransmission, kCoat, kSheen, kLobes };
 
     std::optional<Sample> sample_mirror(Lobe lobe) const;
+    std::optional<Sample> sample_solid(double u_side, double u1, double u2) const;
     dvec3 specular_factor(double x) const;
+    /// Returns alpha of a solid's interface, which is isotropic.
+    double alpha_solid() const { return alpha_.y; }
 
     dvec3 wo_, n_g_;
     Frame base_frame_, coat_frame_;
@@ -89,7 +104,14 @@ class Bsdf {
     double coat_scale_;                         // k M(0.04)
     double transmission_scale_;                 // 1 / E_1
     double sheen_roughness_;
-    dvec3 sheen_{0};                       // factor of sheen_value()
+    dvec3 sheen_{0};             // factor of sheen_value()
+    double eta_ = 0;             // solids: index of refraction beyond over that on wo's side; 0: thin-walled
+    dvec3 solid_reflection_{0};  // factor of reflected light at the solid's interface
+    double solid_scale_ = 1;     // 1 / albedo
+    bool solid_mirror_ = false;
+    Medium inside_;
+    bool disperses_ = false;
+    bool front_;
     std::array<double, kLobes> choice_{};  // probability of each lobe
     bool black_ = true;
 };

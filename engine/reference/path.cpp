@@ -60,6 +60,7 @@ class Path {
         (bounce_ == 1 ? result_.radiance.direct : result_.radiance.indirect)[way] += value;
     }
     void sample_light(const Surface& surface, const Bsdf& bsdf);
+    void arrive(Surface& surface, double distance);
     bool visible(const Surface& surface, const LightSample& light);
     double surface_weight(const Bsdf::Sample& sample, double light_pdf) const;
     AlphaTest alpha() { return {random_.bits()}; }
@@ -69,6 +70,9 @@ class Path {
     Random& random_;
     PathResult result_;
     dvec3 throughput_{1};
+    int channel_ = 1;                       // colour channel of solids that disperse light
+    bool one_channel_ = false;              // the path has met such a solid
+    Medium medium_;                         // medium of the current ray, then that on wo's side
     int bounce_ = 0;                        // number of reflections, including the next one
     Component first_ = Component::diffuse;  // lobe by which the path left its first surface
 };
@@ -95,7 +99,9 @@ void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
         const bool alone = light->punctual || settings_.strategy == ReferenceStrategy::lights_only;
         return alone ? 1 : power_heuristic(light->pdf, surface_pdf);
     };
-    const dvec3 received = throughput_ * light->radiance / light->pdf;
+    const Medium medium = bsdf.medium_towards(light->wi, medium_);
+    const double way = light->infinite ? medium.thickness : distance(light->end, surface.position);
+    const dvec3 received = throughput_ * medium.transmittance(way) * light->radiance / light->pdf;
     add(Component::diffuse, received * value.diffuse * weight(value.pdf_diffuse));
     add(Component::glossy, received * value.glossy * weight(value.pdf_glossy));
 }
@@ -105,6 +111,14 @@ double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf) const 
     if (sample.mirror || !(light_pdf > 0) || settings_.strategy == ReferenceStrategy::surfaces_only) return 1;
     if (settings_.strategy == ReferenceStrategy::lights_only) return 0;
     return power_heuristic(sample.pdf, light_pdf);
+}
+
+/// Absorbs light on the way to a surface. A solid that is left knows its inside, whatever the ray's origin knew.
+void Path::arrive(Surface& surface, double distance) {
+    surface.emitted *= medium_.transmittance(distance);
+    const BsdfParameters& p = surface.parameters;
+    if (!surface.unlit && !p.front && p.is_solid()) medium_ = p.inside;
+    throughput_ *= medium_.transmittance(distance);
 }
 
 PathResult Path::trace(const ReferenceRay& camera_ray) {
@@ -117,10 +131,18 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
     }
     result_.covered = true;
     Surface surface = make_surface(scene_.tracer, *hit, -view);
+    arrive(surface, hit->t * length(camera_ray.direction));
     result_.radiance.emission = surface.emitted;
 
+    if (scene_.disperses) channel_ = static_cast<int>(3 * random_.uniform());
     for (bounce_ = 1; bounce_ <= settings_.bounces && !surface.unlit; ++bounce_) {
-        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
+        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k, channel_);
+        if (bsdf.disperses()) {
+            dvec3 channel(0);
+            channel[channel_] = one_channel_ ? 1 : 3;
+            throughput_ *= channel;
+            one_channel_ = true;
+        }
         if (bsdf.black()) break;
         if (settings_.strategy != ReferenceStrategy::surfaces_only && !scene_.lights.empty())
             sample_light(surface, bsdf);
@@ -136,18 +158,21 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
             throughput_ /= survival;
         }
 
+        medium_ = bsdf.medium_towards(sample->wi, medium_);
         const ReferenceRay ray{surface.leave(sample->wi), sample->wi};
         hit = scene_.tracer.closest_hit(ray, alpha());
         if (!hit) {
-            const dvec3 sky = environment.radiance(sample->wi);
+            const dvec3 sky = environment.radiance(sample->wi) * medium_.transmittance(medium_.thickness);
             add(first_, throughput_ * sky * surface_weight(*sample, scene_.lights.pdf_environment(sample->wi)));
             break;
         }
         const dvec3 from = surface.position;
         surface = make_surface(scene_.tracer, *hit, -sample->wi);
+        const dvec3 before = throughput_;
+        arrive(surface, hit->t);
         if (surface.emitted == dvec3(0)) continue;
         const double light_pdf = surface.unlit ? 0 : scene_.lights.pdf(from, surface);
-        add(first_, throughput_ * surface.emitted * surface_weight(*sample, light_pdf));
+        add(first_, before * surface.emitted * surface_weight(*sample, light_pdf));
     }
     return result_;
 }

@@ -1,6 +1,7 @@
 // One path from the camera (SHADING.md, "Estimator").
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "engine/reference/lights.h"
@@ -15,7 +16,11 @@ namespace halflight::reference {
 struct Prepared {
     Tracer tracer;
     Lights lights;
-    explicit Prepared(const Scene& scene) : tracer(scene), lights(tracer) {}
+    bool disperses;  // some material has a dispersion
+    explicit Prepared(const Scene& scene)
+        : tracer(scene),
+          lights(tracer),
+          disperses(std::ranges::any_of(scene.materials, [](const Material& m) { return m.dispersion > 0; })) {}
 };
 
 /// Radiance by component; the arrays are indexed by Component.

@@ -73,6 +73,7 @@ void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
         const dvec3 texel = dvec3(lookup(scene, texture, vertex)) * 2.0 - 1.0;
         return normalize_or(texel.x * scale * t + texel.y * scale * b + texel.z * interpolated, interpolated);
     };
+    s.front = side > 0;
     s.n = bend_towards(side * mapped(m.normal_texture, m.normal_scale), s.wo);
     s.n_k = bend_towards(side * mapped(m.clearcoat_normal_texture, m.clearcoat_normal_scale), s.wo);
 }
@@ -121,6 +122,7 @@ Surface make_surface(const Tracer& tracer, const ReferenceHit& hit, const dvec3&
                                      return lookup(tracer.scene(), texture, vertex, encoding);
                                  });
     find_rough_direction(tracer, vertex, s);
+    s.parameters.front = s.front;
     s.emitted = s.unlit ? s.parameters.base_color : emission(tracer.scene(), material, vertex);
     return s;
 }

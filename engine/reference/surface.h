@@ -17,6 +17,7 @@ struct Surface {
     BsdfParameters parameters;
     dvec3 emitted{0};  // emitted radiance, linear Rec.709
     bool unlit = false;
+    bool front = true;  // wo is on the side of the vertex normals
 
     /// Returns the origin of a ray in this direction.
     dvec3 leave(const dvec3& direction) const { return position + (dot(direction, n_g) < 0 ? -offset : offset) * n_g; }

@@ -69,8 +69,12 @@ struct Material {
     TextureRef clearcoat_roughness_texture;
     TextureRef clearcoat_normal_texture;
     float clearcoat_normal_scale = 1;
-    float transmission = 0;  // share of transmitted light, thin-walled
+    float transmission = 0;  // share of transmitted light
     TextureRef transmission_texture;
+    float thickness = 0;  // 0: a thin wall; > 0: the surface bounds a solid, and rays measure its thickness
+    vec3 attenuation_color{1};
+    float attenuation_distance = 0;  // world units after which white light has the attenuation colour; 0: infinite
+    float dispersion = 0;            // 20 over the Abbe number; 0: none
     vec3 sheen_color{0};
     TextureRef sheen_color_texture;
     float sheen_roughness = 0;  // perceptual, [0, 1]; alpha = roughness^2
@@ -93,6 +97,8 @@ struct MaterialNeeds {
     bool glossy = false;   // some material reflects specularly, has a coat or a sheen or transmits
     bool clearcoat = false;
     bool transmission = false;
+    bool dispersion = false;  // the index of refraction of some solid depends on the colour
+    bool volume = false;      // some material that transmits light is solid
     bool sheen = false;
     bool anisotropy = false;      // some lobe is anisotropic, on a mesh with tangents
     bool iridescence = false;     // some surface has a thin film

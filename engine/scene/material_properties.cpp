@@ -52,6 +52,12 @@ bool iridescent(const M& m) {
 bool anisotropic(const M& m) {
     return lit(m) && m.anisotropy_strength > 0;
 }
+bool is_solid(const M& m) {
+    return transmits(m) && m.thickness > 0;
+}
+bool disperses(const M& m) {
+    return is_solid(m) && m.dispersion > 0 && m.ior > 1;
+}
 
 // --- Packing ----------------------------------------------------------------------------------------------------
 
@@ -59,6 +65,14 @@ bool anisotropic(const M& m) {
 vec4 packed_ior(const M& m) {
     const float r0 = (m.ior - 1) / (m.ior + 1);
     return vec4(r0 * r0, 0, 0, 0);
+}
+
+/// Returns the absorption per world unit: after the attenuation distance, light has the attenuation colour.
+vec4 packed_attenuation(const M& m) {
+    constexpr float kLeastColor = 1e-30f, kMost = 1e30f;
+    if (m.attenuation_distance == 0) return vec4(0);
+    const vec3 depth = -glm::log(glm::max(m.attenuation_color, vec3(kLeastColor)));
+    return vec4(glm::min(depth / m.attenuation_distance, vec3(kMost)), 0);
 }
 
 /// Returns the cutoff of mask, kAlphaBlend of blend and 0 of opaque materials.
@@ -197,7 +211,43 @@ const std::array kProperties = {
                      .shader = "transmission",
                      .need = &N::transmission,
                      .scales_lobe = true,
-                     .meaning = "share of light that a thin wall lets through instead of scattering it diffusely"},
+                     .meaning = "share of light that passes the surface instead of being scattered diffusely"},
+    MaterialProperty{
+        .name = "thickness",
+        .field = &M::thickness,
+        .path = "/extensions/KHR_materials_volume/thicknessFactor",
+        .range = kNotNegative,
+        .packing = {10, 3},
+        .shader = "thickness",
+        .need = &N::volume,
+        .scales_lobe = true,
+        .meaning = "0: thin-walled; > 0: solid, and only rays that never leave use the value as their path"},
+    MaterialProperty{
+        .name = "attenuation_color",
+        .field = &M::attenuation_color,
+        .path = "/extensions/KHR_materials_volume/attenuationColor",
+        .range = kFraction,
+        .packing = {10, 0},
+        .shader = "absorption",
+        .need = &N::volume,
+        .packed = packed_attenuation,
+        .meaning = "colour of white light after the attenuation distance; packed as absorption per world unit"},
+    MaterialProperty{.name = "attenuation_distance",
+                     .field = &M::attenuation_distance,
+                     .path = "/extensions/KHR_materials_volume/attenuationDistance",
+                     .range = kNotNegative,
+                     .need = &N::volume,
+                     .meaning = "world units of the attenuation colour; 0: infinite; packed with the colour"},
+    MaterialProperty{
+        .name = "dispersion",
+        .field = &M::dispersion,
+        .path = "/extensions/KHR_materials_dispersion/dispersion",
+        .range = kNotNegative,
+        .packing = {11, 0},
+        .shader = "dispersion",
+        .need = &N::dispersion,
+        .scales_lobe = true,
+        .meaning = "spread of the index of refraction of solids over the colours: 20 over the Abbe number"},
     MaterialProperty{.name = "sheen_color",
                      .field = &M::sheen_color,
                      .path = "/extensions/KHR_materials_sheen/sheenColorFactor",
@@ -236,7 +286,7 @@ const std::array kProperties = {
                      .field = &M::iridescence,
                      .path = "/extensions/KHR_materials_iridescence/iridescenceFactor",
                      .range = kFraction,
-                     .packing = {10, 0},
+                     .packing = {12, 0},
                      .shader = "iridescence",
                      .need = &N::iridescence,
                      .scales_lobe = true,
@@ -245,7 +295,7 @@ const std::array kProperties = {
                      .field = &M::iridescence_ior,
                      .path = "/extensions/KHR_materials_iridescence/iridescenceIor",
                      .range = kNotBelowOne,
-                     .packing = {10, 1},
+                     .packing = {12, 1},
                      .shader = "film_ior",
                      .need = &N::iridescence,
                      .meaning = "index of refraction of the film"},
@@ -253,7 +303,7 @@ const std::array kProperties = {
                      .field = &M::iridescence_thickness_minimum,
                      .path = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum",
                      .range = kNotNegative,
-                     .packing = {10, 2},
+                     .packing = {12, 2},
                      .shader = "film_thickness",
                      .need = &N::iridescence,
                      .packed = packed_thickness_minimum,
@@ -262,7 +312,7 @@ const std::array kProperties = {
                      .field = &M::iridescence_thickness_maximum,
                      .path = "/extensions/KHR_materials_iridescence/iridescenceThicknessMaximum",
                      .range = kNotNegative,
-                     .packing = {10, 3},
+                     .packing = {12, 3},
                      .shader = "film_thickness_range",
                      .need = &N::iridescence,
                      .packed = packed_thickness_range,
@@ -432,7 +482,7 @@ const std::array kTextures = {
                     TextureUse::data,
                     {{"iridescence", "r"}},
                     iridescent,
-                    {11, 0},
+                    {11, 1},
                     &N::iridescence_texture,
                     &N::iridescence,
                     "TEXTURE_IRIDESCENCE",
@@ -444,7 +494,7 @@ const std::array kTextures = {
                     TextureUse::data,
                     {{"film_thickness_range", "g"}},
                     iridescent,
-                    {11, 1},
+                    {11, 2},
                     &N::iridescence_thickness_texture,
                     &N::iridescence,
                     "TEXTURE_IRIDESCENCE_THICKNESS",
@@ -479,6 +529,19 @@ const std::array kLobes = {
                  .implies = &N::glossy,
                  .record_rows = 1,
                  .layer_rows = 1},
+    MaterialLobe{.label = "dispersion",
+                 .need = &N::dispersion,
+                 .define = "DISPERSION",
+                 .fact = "every solid refracts all colours alike",
+                 .present = disperses,
+                 .implies = &N::volume},
+    MaterialLobe{.label = "volume",
+                 .need = &N::volume,
+                 .define = "VOLUME",
+                 .fact = "no material is solid",
+                 .present = is_solid,
+                 .implies = &N::transmission,  // the next row, which implies the glossy lobe
+                 .record_rows = 3},
     MaterialLobe{.label = "transmission",
                  .need = &N::transmission,
                  .define = "TRANSMISSION",

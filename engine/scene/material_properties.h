@@ -81,7 +81,7 @@ struct MaterialLobe {
     const char* define;                      // name of the macro after HALFLIGHT_
     const char* fact;                        // statement that is true if the need is false
     bool (*present)(const Material&);        // returns whether a material has the lobe
-    bool MaterialNeeds::*implies = nullptr;  // a need that comes with the lobe and implies none itself; null: none
+    bool MaterialNeeds::*implies = nullptr;  // a need that comes with the lobe; its own row is later; null: none
     int record_rows = 0;                     // rows of pack_bsdf() in shaders/lib/bsdf.glsl that the lobe adds
     int layer_rows = 0;                      // rows of pack_layers() there that the lobe adds
     bool tangents = false;                   // the lobe exists only on meshes with tangents

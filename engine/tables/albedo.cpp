@@ -167,6 +167,16 @@ class AnisotropicLobeIntegral {
     const Quadrature &chi_, &v_;
 };
 
+/// Returns the reflectance of a dielectric for unpolarised light (SHADING.md, Solid).
+double fresnel(double x, double eta) {
+    const double square = 1 - (1 - x * x) / (eta * eta);
+    if (square <= 0) return 1;
+    const double refracted = std::sqrt(square);
+    const double across = (x - eta * refracted) / (x + eta * refracted);
+    const double along = (eta * x - refracted) / (eta * x + refracted);
+    return 0.5 * (across * across + along * along);
+}
+
 /// Returns L of Lambda (Estevez and Kulla 2017, eq. 3 and table 1).
 double sheen_fit(double x, double alpha) {
     const double t = (1 - alpha) * (1 - alpha);
@@ -306,10 +316,61 @@ double sheen_albedo(double cosine, double roughness, int nodes) {
     return integrate_sheen(cosine, roughness, Quadrature(nodes));
 }
 
+/// Averages over visible normals (Dupuy and Benyoub 2023) at the points of the R2 sequence (Roberts 2018). With normals
+/// that are chosen by their visibility, light that leaves counts G2 / G1.
+double solid_albedo(double cosine, double alpha, double eta, int samples) {
+    const double mu = std::clamp(cosine, 1e-6, 1.0), sine = std::sqrt((1 - mu) * (1 + mu));
+    const auto root = [&](double c) { return std::sqrt(alpha * alpha + (1 - alpha * alpha) * c * c); };
+    const double root_o = root(mu);
+    const auto seen = [&](double mu_i) {
+        return mu_i > 0 ? mu_i * (mu + root_o) / (mu * root(mu_i) + mu_i * root_o) : 0.0;
+    };
+    const dvec3 stretched = glm::normalize(dvec3(alpha * sine, 0, mu));
+    double sum = 0;
+    for (int i = 0; i < samples; ++i) {
+        const double u = std::fmod((i + 1) * 0.7548776662466927, 1.0), v = std::fmod((i + 1) * 0.5698402909980532, 1.0);
+        const double z = (1 - v) * (1 + stretched.z) - stretched.z, s = std::sqrt(std::max(1 - z * z, 0.0));
+        const dvec3 cap = dvec3(s * std::cos(2 * kPi * u), s * std::sin(2 * kPi * u), z) + stretched;
+        const dvec3 h = glm::normalize(dvec3(alpha * cap.x, alpha * cap.y, std::max(cap.z, 1e-20)));
+        const double x = std::clamp(sine * h.x + mu * h.z, 0.0, 1.0);
+        const double reflected = fresnel(x, eta);
+        const double refracted_z = ((x - std::sqrt(std::max(eta * eta - 1 + x * x, 0.0))) * h.z - mu) / eta;
+        sum += reflected * seen(2 * x * h.z - mu) + (1 - reflected) * seen(-refracted_z);
+    }
+    return sum / samples;
+}
+
+namespace {
+
+/// Fills the slices of the table of solid transmission, whose texels are exact values.
+void fill_solid_table(Image& table, int first_row) {
+    constexpr int kSize = shared::kSolidTableSize;
+    constexpr double kLast = kSize - 1;
+    for (int slice = 0; slice < shared::kSolidTableSlices; ++slice) {
+        const double root = 2 * slice / (shared::kSolidTableSlices - 1.0) - 1;  // inverse of solid_coordinates()
+        const double reflectance = shared::kSolidReflectance * root * std::abs(root);
+        const double eta = (1 + reflectance) / (1 - reflectance);
+        for (int y = 0; y < kSize; ++y) {
+            const double roughness = 0.01 + 0.99 * y / kLast;
+            const double knee = shared::kAlbedoKnee * roughness * roughness;
+            for (int x = 0; x < kSize; ++x) {
+                const double square = x / kLast * (x / kLast);
+                const double cosine = square * knee / (1 + knee - square);  // inverse of albedo_coordinates()
+                table.at(slice % shared::kSolidTableColumns * kSize + x,
+                         first_row + slice / shared::kSolidTableColumns * kSize + y)[0] =
+                    static_cast<float>(solid_albedo(cosine, roughness * roughness, eta, 256));
+            }
+        }
+    }
+}
+
+}  // namespace
+
 Image build_albedo_table(AlbedoParts parts) {
     const Quadrature rule(24);
     const int anisotropy_row = shared::kAlbedoTableSize * (parts.sheen ? 2 : 1);
-    Image table(shared::kAlbedoTableSize, anisotropy_row + (parts.anisotropy ? shared::kAnisotropyTableRows : 0), 2);
+    const int solid_row = anisotropy_row + (parts.anisotropy ? shared::kAnisotropyTableRows : 0);
+    Image table(shared::kAlbedoTableSize, solid_row + (parts.solid ? shared::kSolidTableRows : 0), 2);
     fill_table(table, 0, [&](double x, double y) {
         const double roughness = 0.01 + 0.99 * y;
         const double knee = shared::kAlbedoKnee * roughness * roughness;
@@ -323,6 +384,7 @@ Image build_albedo_table(AlbedoParts parts) {
             return dvec2(integrate_sheen(x * x, glm::mix<double>(shared::kLeastSheenRoughness, 1, y * y), rule), 0);
         });
     if (parts.anisotropy) fill_anisotropy(table, anisotropy_row);
+    if (parts.solid) fill_solid_table(table, solid_row);
     return table;
 }
 

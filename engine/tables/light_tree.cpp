@@ -71,6 +71,7 @@ class Builder {
         tree.rows.insert(tree.rows.end(), children_.begin(), children_.end());
         tree.rows[0].w = static_cast<std::uint32_t>(tree.rows.size());
         tree.rows[1] = glm::floatBitsToUint(ball);
+        tree.rows[2].x = glm::floatBitsToUint(static_cast<float>(brightest_));
         for (const auto& lights : leaves_) tree.rows.insert(tree.rows.end(), lights.begin(), lights.end());
         tree.trails = std::move(trails_);
         return tree;
@@ -100,6 +101,7 @@ class Builder {
         const std::vector<Part> parts = parts_of(all, depth);
         double brightest = 0;
         for (const Part& part : parts) brightest = std::max(brightest, part.bounds.intensity);
+        if (node == 0) brightest_ = brightest;
         const auto inner = static_cast<std::uint32_t>(
             std::count_if(parts.begin(), parts.end(), [&](const Part& part) { return !is_leaf(part); }));
         const std::uint32_t below = add_nodes(inner);
@@ -125,17 +127,10 @@ class Builder {
         }
     }
 
-    /// Returns whether lights form a leaf: one, or two that act as one for any receiver (triangles of a square).
+    /// Returns whether lights form a leaf: one, or two that act as one.
     bool is_leaf(const Part& part) const {
         if (part.count() != 2) return part.count() == 1;
-        const LightBounds &a = lights_[order_[part.first]], &b = lights_[order_[part.first + 1]];
-        const auto size = [](const LightBounds& x) { return glm::length(x.upper - x.lower); };
-        const auto centre = [](const LightBounds& x) { return 0.5 * (x.lower + x.upper); };
-        const double apart = glm::dot(part.bounds.axis, centre(a) - centre(b));
-        const double brighter = std::max(a.intensity, b.intensity), wider = std::max(a.theta_o, b.theta_o);
-        return brighter <= 1.25 * std::min(a.intensity, b.intensity) && part.bounds.theta_o <= wider + 0.02 &&
-               a.theta_e == b.theta_e && a.two_sided == b.two_sided && std::abs(apart) <= 0.05 * size(part.bounds) &&
-               size(part.bounds) <= 1.3 * std::max(size(a), size(b));  // rectangles have at most 1.27
+        return act_as_one(lights_[order_[part.first]], lights_[order_[part.first + 1]]);
     }
 
     /// Splits lights into four parts, or into one per light; leaves come last. The part of the highest cost is split
@@ -280,6 +275,7 @@ class Builder {
     std::span<const std::uint32_t> names_;
     std::vector<std::uint32_t> order_;
     std::vector<std::uint32_t> trails_;
+    double brightest_ = 0;                      // intensity of the root's brightest child, cd
     std::vector<uvec4> children_;               // kLightTreeWidth texels per node
     std::vector<std::array<uvec4, 2>> leaves_;  // names of the lights of each node
 };
@@ -313,6 +309,17 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
     all.axis = glm::normalize(std::cos(turned) * all.axis + std::sin(turned) * towards);
     all.theta_o = widened;
     return all;
+}
+
+bool act_as_one(const LightBounds& a, const LightBounds& b) {
+    const LightBounds both = united(a, b);
+    const auto size = [](const LightBounds& x) { return glm::length(x.upper - x.lower); };
+    const auto centre = [](const LightBounds& x) { return 0.5 * (x.lower + x.upper); };
+    const double apart = glm::dot(both.axis, centre(a) - centre(b));
+    const double brighter = std::max(a.intensity, b.intensity), wider = std::max(a.theta_o, b.theta_o);
+    return brighter <= 1.25 * std::min(a.intensity, b.intensity) && both.theta_o <= wider + 0.02 &&
+           a.theta_e == b.theta_e && a.two_sided == b.two_sided && std::abs(apart) <= 0.05 * size(both) &&
+           size(both) <= 1.3 * std::max(size(a), size(b));  // rectangles have at most 1.27
 }
 
 LightTree build_light_tree(std::span<const LightBounds> lights, std::span<const std::uint32_t> names) {

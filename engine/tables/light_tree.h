@@ -29,13 +29,16 @@ struct LightBounds {
 /// Returns the bounds of both. The cone of two opposite directions holds all directions between them.
 LightBounds united(const LightBounds& a, const LightBounds& b);
 
+/// Returns whether two lights act as one for any receiver, like the triangles of a square.
+bool act_as_one(const LightBounds& a, const LightBounds& b);
+
 struct LightTree {
     std::vector<uvec4> rows;            // UNIT_LIGHT_TREE; of the header only `names` is set
     std::vector<std::uint32_t> trails;  // trail of each light
 };
 
 /// Returns the tree. `names` are the indices by which leaves refer to the lights, below 2^27. Precondition: as many
-/// names as lights, from 2 to 2^26. Equal inputs give equal trees.
+/// names as lights, from 1 to 2^26. Equal inputs give equal trees.
 LightTree build_light_tree(std::span<const LightBounds> lights, std::span<const std::uint32_t> names);
 
 /// A child of a node, decoded like in the shaders.

@@ -10,9 +10,10 @@
 #include "engine/core/names.h"
 #include "engine/scene/light_types.h"
 #include "engine/tables/alias_table.h"
+#include "engine/tables/environment_warp.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/light_tree.h"
-#include "shaders/shared/environment.h"
+#include "engine/tables/luminance.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
@@ -20,17 +21,13 @@
 namespace halflight {
 namespace {
 
-double luminance_of(const dvec3& c) {
-    return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
-}
-
 /// Groups of lights that get equal parts of the choices (lights.h).
 enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun)
-        : scene_(scene), trace_(trace), choice_(choice) {
+    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun, bool through)
+        : scene_(scene), trace_(trace), choice_(choice), through_(through) {
         if (sun == SunChoice::apart) sun_ = strongest_sun();
         const double radius = 0.5 * glm::length(dvec3(trace.bounds.extent()));
         shadow_disk_ = kPi * (radius > 0 ? radius * radius : 1);
@@ -43,7 +40,7 @@ class Builder {
         tables_.punctual_count = power_.size() - tables_.triangle_count;
         add_environment();
         const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
-        if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among).build();
+        if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among, through_).build();
         if (!others) return {};
         choose();
         find_needs();
@@ -269,7 +266,7 @@ class Builder {
             static_cast<double>(std::count_if(of_kind.begin(), of_kind.end(), [](double p) { return p > 0; }));
         const auto shining =
             static_cast<double>(std::count_if(power_.begin(), power_.end(), [](double p) { return p > 0; }));
-        const bool tree = uses_tree();
+        const std::optional<LightTree> tree = tree_for_choice();
         tables_.choice = tree                              ? LightChoice::tree
                          : choice_ == LightChoice::uniform ? LightChoice::uniform
                                                            : LightChoice::power;
@@ -281,7 +278,7 @@ class Builder {
                                  ? 1 / shining
                                  : power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + equal;
         }
-        if (tree) add_tree(weights, equal);
+        if (tree) add_tree(*tree, weights, equal);
         AliasTable table = build_alias_table(weights);
         for (const AliasEntry& entry : table.entries)
             tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
@@ -290,6 +287,7 @@ class Builder {
             shared::LightTreeHeader header = light_tree_header(tables_.tree);
             header.gain = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
             header.share = static_cast<float>(tables_.tree_share);
+            header.through = through_ ? 1 : 0;
             set_light_tree_header(tables_.tree, header);
         }
         for (std::size_t i = 0; i < power_.size(); ++i) {
@@ -297,7 +295,11 @@ class Builder {
                 i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
             tables_.rows[i * shared::kLightStride + 3].w = static_cast<float>(density);
         }
-        if (kind_.back() == kEnvironment) write_environment_cells(table.probabilities.back());
+        if (has_environment()) {
+            const double share = table.probabilities.back();
+            tables_.environment_warp = cells_ ? environment_warp(*cells_, share, through_)
+                                              : constant_environment(scene_.environment.color, share, through_);
+        }
         tables_.probabilities = std::move(table.probabilities);
     }
 
@@ -311,15 +313,21 @@ class Builder {
         needs.light_tree = !tables_.tree.empty();
     }
 
-    bool uses_tree() const {
-        if (in_tree_.size() < 2) return false;
-        return choice_ == LightChoice::tree || (choice_ == LightChoice::automatic && in_tree_.size() >= kTreeLights);
+    bool has_environment() const { return kind_.back() == kEnvironment; }
+
+    /// Returns the light tree, or none where another choice is requested or there is nothing to choose from.
+    std::optional<LightTree> tree_for_choice() {
+        const bool wanted = choice_ == LightChoice::tree || choice_ == LightChoice::automatic;
+        if (!wanted || in_tree_.size() + (has_environment() ? 1 : 0) < 2 || in_tree_.empty()) return {};
+        if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
+        const bool alone = in_tree_.size() == 2 && act_as_one(bounds_[0], bounds_[1]);
+        if (alone && !has_environment() && choice_ == LightChoice::automatic) return {};
+        return build_light_tree(bounds_, in_tree_);
     }
 
-    /// Moves the weights of the tree's lights, except their equal parts, to the tree. The alias table keeps the rest.
-    void add_tree(std::vector<double>& weights, double equal) {
-        if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
-        LightTree tree = build_light_tree(bounds_, in_tree_);
+    /// Moves the weights of the tree's lights and of the environment, except their equal parts, to the tree. The alias
+    /// table keeps the rest.
+    void add_tree(const LightTree& tree, std::vector<double>& weights, double equal) {
         double share = 0;
         for (std::size_t i = 0; i < in_tree_.size(); ++i) {
             const std::uint32_t light = in_tree_[i];
@@ -328,35 +336,19 @@ class Builder {
             float& head = tables_.rows[std::size_t{light} * shared::kLightStride].w;
             head = shared::float_of_word(shared::word_of_float(head) | tree.trails[i] << shared::kLightKindBits);
         }
+        if (has_environment()) {
+            share += weights.back() - equal;
+            weights.back() = equal;
+        }
         // The share is a multiple of 2^-24, like the random numbers that it is compared with.
         tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
-        tables_.tree = std::move(tree.rows);
-    }
-
-    void write_environment_cells(double probability) {
-        std::vector<vec4>& rows = tables_.environment_cells;
-        const auto density = static_cast<float>(probability);
-        if (!cells_) {
-            rows = {vec4(0, 0, density, 0), vec4(scene_.environment.color, 0)};
-            return;
-        }
-        const AliasTable table = build_alias_table(cells_->weights);
-        const auto columns = static_cast<std::size_t>(cells_->columns);
-        const auto density_of = [&](std::size_t cell) {
-            return static_cast<float>(probability * table.probabilities[cell] / cells_->solid_angles[cell / columns]);
-        };
-        rows = {vec4(cells_->columns, cells_->rows, density, 0), vec4(0)};
-        rows.reserve(rows.size() + table.entries.size());
-        for (std::size_t i = 0; i < table.entries.size(); ++i) {
-            const AliasEntry& entry = table.entries[i];
-            rows.emplace_back(entry.threshold, shared::float_of_word(entry.alias), density_of(i),
-                              density_of(entry.alias));
-        }
+        tables_.tree = tree.rows;
     }
 
     const Scene& scene_;
     const TraceTables& trace_;
     const LightChoice choice_;
+    const bool through_;                     // some surface transmits light
     const PunctualLight* sun_ = nullptr;     // sun that is sampled apart; null: none
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // sums of luminance by image
@@ -379,65 +371,9 @@ const char* name(SunChoice choice) {
     return name_among(kSunChoices, {"apart", "among"}, choice);
 }
 
-LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {
-    return Builder(scene, trace, choice, sun).build();
-}
-
-EnvironmentCells environment_cells(const Image& map, int max_cells) {
-    const std::int64_t width = map.width, height = map.height;
-    std::int64_t edge = 1;  // maximum number of texels along a cell's edge
-    while (((width + edge - 1) / edge) * ((height + edge - 1) / edge) > max_cells) ++edge;
-    const std::int64_t columns = (width + edge - 1) / edge, rows = (height + edge - 1) / edge;
-
-    const auto luminance_at = [&](std::int64_t x, std::int64_t y) {
-        const float* texel =
-            map.at(static_cast<int>((x + width) % width), static_cast<int>(std::clamp<std::int64_t>(y, 0, height - 1)));
-        return luminance_of({texel[0], texel[1], texel[2]});
-    };
-    // Bilinear weights, integrated over a texel's square, are 1/8, 3/4 and 1/8 along each axis.
-    const auto filtered = [&](std::int64_t x, std::int64_t y) {
-        dvec2 sum(0);  // luminance and its square
-        for (int j = -1; j <= 1; ++j) {
-            for (int i = -1; i <= 1; ++i) {
-                const double l = luminance_at(x + i, y + j);
-                sum += (i == 0 ? 0.75 : 0.125) * (j == 0 ? 0.75 : 0.125) * dvec2(l, l * l);
-            }
-        }
-        return sum;
-    };
-    const auto band = [](double v0, double v1) {  // solid angle between two polar angles, in pi
-        return 4 * kPi * std::sin(0.5 * kPi * (v0 + v1)) * std::sin(0.5 * kPi * (v1 - v0));
-    };
-
-    EnvironmentCells cells;
-    cells.columns = static_cast<int>(columns);
-    cells.rows = static_cast<int>(rows);
-    cells.weights.assign(static_cast<std::size_t>(columns * rows), 0);
-    for (std::int64_t r = 0; r < rows; ++r) {
-        cells.solid_angles.push_back(band(double(r) / double(rows), double(r + 1) / double(rows)) / double(columns));
-    }
-    std::vector<dvec2> row(static_cast<std::size_t>(width));
-    for (std::int64_t y = 0; y < height; ++y) {
-        for (std::int64_t x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] = filtered(x, y);
-        for (std::int64_t r = y * rows / height; r * height < (y + 1) * rows; ++r) {
-            const double solid = band(std::max(double(y) / double(height), double(r) / double(rows)),
-                                      std::min(double(y + 1) / double(height), double(r + 1) / double(rows)));
-            for (std::int64_t x = 0; x < width; ++x) {
-                const dvec2& value = row[static_cast<std::size_t>(x)];
-                for (std::int64_t c = x * columns / width; c * width < (x + 1) * columns; ++c) {
-                    const std::int64_t overlap =
-                        std::min((x + 1) * columns, (c + 1) * width) - std::max(x * columns, c * width);
-                    const double share = solid * double(overlap) / double(width * columns);
-                    cells.integral += share * value.x;
-                    cells.weights[static_cast<std::size_t>(r * columns + c)] += share * value.y;
-                }
-            }
-        }
-    }
-    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
-        cells.weights[i] = std::sqrt(cells.weights[i] * cells.solid_angles[i / static_cast<std::size_t>(columns)]);
-    }
-    return cells;
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun,
+                         bool through) {
+    return Builder(scene, trace, choice, sun, through).build();
 }
 
 }  // namespace halflight

@@ -10,8 +10,9 @@
 // equal parts to the kinds that are present (triangles, points and spots, directional, environment). A dim light may be
 // the only one in its room. So an eighth goes in equal parts to all lights.
 //
-// A scene with many lights has a light tree (light_tree.h). The tree gets the share of triangles, points and spots
-// without that eighth, and distributes it anew for each receiver.
+// With two lights or more, triangles, points and spots have a light tree (light_tree.h). The tree gets their share and
+// that of the environment, without that eighth. Shaders distribute it anew for each receiver, first between the
+// environment and the tree. The two triangles of a square count as one light here.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +24,14 @@
 namespace halflight {
 
 enum class LightChoice : std::uint8_t {
-    automatic,  // tree for kTreeLights lights or more, power below
+    automatic,  // tree where there are two lights to choose from, power otherwise
     power,
-    tree,     // power where fewer than two lights fit into a tree
+    tree,     // power where no light fits into a tree, or one that is alone
     uniform,  // equal probabilities, as a baseline for comparisons
 };
 inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightChoice::power, LightChoice::tree,
                                                 LightChoice::uniform};
 const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree" or "uniform".
-inline constexpr std::size_t kTreeLights = 16;
 
 struct LightTables {
     // UNIT_LIGHTS: triangles, punctual lights, the environment, the separate sun
@@ -41,7 +41,7 @@ struct LightTables {
     // emits.
     std::vector<std::uint32_t> light_of_triangle;
     Image environment;                        // UNIT_ENVIRONMENT: map times its colour; empty if black
-    std::vector<vec4> environment_cells;      // UNIT_ENVIRONMENT_ALIAS: alias table over cells
+    std::vector<vec4> environment_warp;       // UNIT_ENVIRONMENT_WARP: hierarchy of cells
     std::vector<uvec4> tree;                  // UNIT_LIGHT_TREE: light tree; empty without one
     LightChoice choice = LightChoice::power;  // the choice in use, never `automatic`
     double tree_share = 0;                    // share of the choices that the tree makes
@@ -60,21 +60,9 @@ inline constexpr SunChoice kSunChoices[] = {SunChoice::apart, SunChoice::among};
 const char* name(SunChoice choice);  ///< Returns "apart" or "among".
 
 /// Returns the tables, empty where the scene has no light. Precondition: validate(scene) passes, `trace` was built from
-/// it. Throws Error for 2^29 lights or more, or more than 2^26 in a tree.
+/// it. `through`: some surface transmits light, so that light from behind counts. Throws Error for 2^29 lights or more,
+/// or more than 2^26 in a tree.
 LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic,
-                         SunChoice sun = SunChoice::among);
-
-/// Importance of an environment map. Directions within a cell are uniform, so the best weight is the square root of
-/// solid angle times the integral of the squared luminance. Bilinear interpolation is convex, so the filtered squares
-/// of the texels bound that integral. A weight is 0 only where every bilinear lookup in the cell is 0.
-struct EnvironmentCells {
-    int columns = 0;
-    int rows = 0;
-    std::vector<double> weights;       // weight of each cell, row-major from the top
-    std::vector<double> solid_angles;  // solid angle of a cell of each row, sr
-    double integral = 0;               // integral of the luminance over the sphere, nit sr
-};
-/// Returns one cell per texel, or larger cells where these would be more than max_cells.
-EnvironmentCells environment_cells(const Image& map, int max_cells = 1 << 21);
+                         SunChoice sun = SunChoice::among, bool through = false);
 
 }  // namespace halflight

@@ -108,6 +108,7 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
     for (const SceneNeed& need : known_scene_needs())
         if (needs.*need.flag) define(need.define, "1");
     if (needs.lights()) define("LIGHTS", "1");
+    if (needs.receivers()) define("RECEIVERS", "1");
     define("VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
     define("SURFACE_ROWS", std::to_string(record_rows(needs)) + "u");
     define("LAYER_ROWS", std::to_string(layer_rows(needs)));

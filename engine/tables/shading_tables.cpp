@@ -9,7 +9,6 @@
 
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
-#include "engine/tables/light_tree.h"
 #include "engine/tables/shading_textures.h"
 #include "engine/tables/table_rows.h"
 #include "shaders/shared/light.h"
@@ -22,9 +21,9 @@ namespace {
 /// Returns the albedo table, which is equal for all scenes with equal parts.
 Image albedo_table(AlbedoParts parts) {
     static std::mutex mutex;
-    static std::array<std::optional<Image>, 4> tables;
+    static std::array<std::optional<Image>, 8> tables;
     const std::lock_guard lock(mutex);
-    std::optional<Image>& table = tables[(parts.sheen ? 1 : 0) + (parts.anisotropy ? 2 : 0)];
+    std::optional<Image>& table = tables[(parts.sheen ? 1 : 0) + (parts.anisotropy ? 2 : 0) + (parts.solid ? 4 : 0)];
     if (!table) table = build_albedo_table(parts);
     return *table;
 }
@@ -55,12 +54,14 @@ class Builder {
         complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
-        // The table takes about 15 ms, twice as much with sheen and much more with anisotropy (engine/tables/albedo.h).
-        // Nothing below depends on it.
+        // The table takes about 15 ms, and more with sheen, anisotropy or solids (engine/tables/albedo.h). Nothing
+        // below depends on it.
         std::future<Image> albedo;
         if (needs.glossy || kept_.glossy)
             albedo = std::async(std::launch::async, albedo_table,
-                                AlbedoParts{needs.sheen || kept_.sheen, needs.anisotropy || kept_.anisotropy});
+                                AlbedoParts{.sheen = needs.sheen || kept_.sheen,
+                                            .anisotropy = needs.anisotropy || kept_.anisotropy,
+                                            .solid = needs.volume || kept_.volume});
         add_lights();
         needs = united(needs, kept_);
         fill_light_tables();
@@ -127,22 +128,17 @@ class Builder {
     // --- Lights ---------------------------------------------------------------------------------------------------
 
     void add_lights() {
-        LightTables lights = build_lights(scene_, trace_, choice_, sun_);
+        // Transmission of the scene counts here, not kept transmission: it changes which light is chosen.
+        LightTables lights = build_lights(scene_, trace_, choice_, sun_, tables_.needs.transmission);
         SceneNeeds& needs = tables_.needs;
         static_cast<LightNeeds&>(needs) = lights.needs;
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);
-        // Transmission of the scene counts here, not kept transmission: the flag changes which light is chosen.
-        if (needs.light_tree) {
-            shared::LightTreeHeader header = light_tree_header(tables_.light_tree);
-            header.through = needs.transmission ? 1 : 0;
-            set_light_tree_header(tables_.light_tree, header);
-        }
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);
-        tables_.environment_cells = std::move(lights.environment_cells);
+        tables_.environment_warp = std::move(lights.environment_warp);
     }
 
     /// Fills tables of lights that are kept but not in the scene: a light without radiance, no emissive triangles, a
@@ -157,7 +153,7 @@ class Builder {
         std::vector<std::uint32_t>& of_triangle = tables_.light_of_triangle;
         if (needs.area_lights && of_triangle.empty()) of_triangle.assign(trace_.triangles.size(), shared::kNoLight);
         if (needs.area_lights && needs.instances) of_triangle.resize(trace_.triangles.size() + trace_.instances.size());
-        if (needs.environment && tables_.environment_cells.empty()) tables_.environment_cells.assign(2, vec4(0));
+        if (needs.environment && tables_.environment_warp.empty()) tables_.environment_warp.assign(2, vec4(0));
     }
 
     const Scene& scene_;

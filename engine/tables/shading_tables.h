@@ -53,7 +53,7 @@ struct ShadingTables {
     LightChoice light_choice = LightChoice::power;           // choice in use, never `automatic`
     std::vector<std::uint32_t> light_of_triangle;            // R32UI: light of each triangle
     Image environment;                                       // map of 3 channels, times the colour; 1x1 where constant
-    std::vector<vec4> environment_cells;                     // RGBA32F: alias table over cells
+    std::vector<vec4> environment_warp;                      // RGBA32F: hierarchy of cells
     Image albedo;                                            // table of 2 channels (albedo.h); empty unless glossy
 };
 

@@ -32,6 +32,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
     pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
     if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
+    if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
     const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
     const graph::BufferHandle surfaces =
         pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
@@ -74,6 +75,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
             paths.receivers = pass.write(paths.receivers, Access::storage_read_write, "Receivers");
     }
     if (paths.cones && !last) paths.cones = pass.write(paths.cones, Access::storage_read_write, "Cones");
+    if (paths.media && !last) paths.media = pass.write(paths.media, Access::storage_read_write, "Media");
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
     const bool asks = paths.cells && depth == 1;  // vertex 1 asks for cells
     const bool takes = paths.cells && depth == 2 && !last;

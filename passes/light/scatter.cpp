@@ -10,15 +10,17 @@ using graph::Access;
 
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
     const std::size_t paths = view.band.paths();
-    graph::BufferHandle receivers, cones;
-    if (view.scene.needs().light_tree)
+    graph::BufferHandle receivers, cones, media;
+    if (view.scene.needs().receivers())
         receivers = graph.create_buffer("path receivers", {paths * sizeof(shared::Receiver)});
     if (view.scene.needs().texture_levels) cones = graph.create_buffer("path cones", {paths * sizeof(vec2)});
+    if (view.scene.needs().volume) media = graph.create_buffer("path media", {paths * sizeof(vec4)});
     return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),
             .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
             .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
             .receivers = receivers,
             .cones = cones,
+            .media = media,
             .points = {},
             .sun_light = {},
             .cells = {}};
@@ -66,6 +68,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     paths.states = pass.write(paths.states, partial_write(paths.states), "States");
     if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers), "Receivers");
     if (paths.cones) paths.cones = pass.write(paths.cones, partial_write(paths.cones), "Cones");
+    if (paths.media) paths.media = pass.write(paths.media, partial_write(paths.media), "Media");
     list.list = pass.write(list.list, Access::storage_read_write, "List");
     list.header = pass.write(list.header, Access::storage_read_write, "Header");
     pass.execute([=](graph::Resources& r) {

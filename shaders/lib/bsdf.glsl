@@ -23,13 +23,20 @@ struct Bsdf {
     float sheen_alpha;      // roughness of the sheen
     float p_sheen;          // probability of the sheen among the glossy lobes
     vec3 rough_direction;   // unit length, perpendicular to n: the direction in which `alpha` applies
-    float alpha_across;     // roughness across it, of specular and transmission; `alpha`: the lobe is isotropic
+    float alpha_across;     // roughness across it and of solid interfaces; `alpha`: the lobe is isotropic
     vec3 film_dielectric;   // factors of D G2 / (4 mu_o mu_i) film_reflectance() of both substrates
     float film_ior;
     vec3 film_metal;
     float film_thickness;   // nanometres
     vec3 film_dielectric_f0;
     vec3 film_metal_f0;
+    vec3 solid_reflection;  // solids: factor of the light that the interface reflects; `transmission` is that of the rest
+    float eta;              // solids: index of refraction beyond the surface over that on wo's side; 0: thin-walled
+    vec3 absorption;        // solids: absorption per world unit inside
+    float thickness;        // solids: length of a path inside that never ends; < 0: wo is inside
+    float solid_gain;       // solids: gain of rough reflection and transmission
+    vec3 coat_tint;         // factor of the coat's light
+    bool disperses;         // true: the lobes are those of one colour channel, and so are paths from here on
 };
 
 const float kCoatF0 = 0.04;
@@ -59,6 +66,21 @@ const int kFilmRow = kAnisotropyRecordRow + 1;
 #else
 const int kFilmRow = kAnisotropyRecordRow;
 #endif
+#ifdef HALFLIGHT_IRIDESCENCE
+const int kSolidRow = kFilmRow + 4;
+#else
+const int kSolidRow = kFilmRow;
+#endif
+
+void make_thin(inout Bsdf b) {
+    b.solid_reflection = vec3(0.0);
+    b.eta = 0.0;
+    b.absorption = vec3(0.0);
+    b.thickness = 0.0;
+    b.solid_gain = 0.0;
+    b.coat_tint = vec3(1.0);
+    b.disperses = false;
+}
 
 vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     vec4 rows[kBsdfRows];
@@ -70,7 +92,7 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[kGlossyRow + 1] = vec4(b.specular_edge, b.coat_alpha);
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
-    rows[kTransmissionRow] = vec4(b.transmission, 0.0);
+    rows[kTransmissionRow] = vec4(b.transmission, b.disperses ? 1.0 : 0.0);
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[kCoatRow] = vec4(b.coat_normal, b.coat);
@@ -87,6 +109,11 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[kFilmRow + 1] = vec4(b.film_metal, b.film_thickness);
     rows[kFilmRow + 2] = vec4(b.film_dielectric_f0, 0.0);
     rows[kFilmRow + 3] = vec4(b.film_metal_f0, 0.0);
+#endif
+#ifdef HALFLIGHT_VOLUME
+    rows[kSolidRow] = vec4(b.solid_reflection, b.eta);
+    rows[kSolidRow + 1] = vec4(b.absorption, b.thickness);
+    rows[kSolidRow + 2] = vec4(b.coat_tint, b.solid_gain);
 #endif
     return rows;
 }
@@ -117,6 +144,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.film_thickness = 0.0;
     b.film_dielectric_f0 = vec3(0.0);
     b.film_metal_f0 = vec3(0.0);
+    make_thin(b);
 #ifdef HALFLIGHT_GLOSSY
     b.specular = rows[kGlossyRow].rgb;
     b.p_coat = rows[kGlossyRow].w;
@@ -125,6 +153,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
     b.transmission = rows[kTransmissionRow].rgb;
+    b.disperses = rows[kTransmissionRow].w != 0.0;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     b.coat_normal = rows[kCoatRow].xyz;
@@ -147,8 +176,66 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.film_dielectric_f0 = rows[kFilmRow + 2].rgb;
     b.film_metal_f0 = rows[kFilmRow + 3].rgb;
 #endif
+#ifdef HALFLIGHT_VOLUME
+    b.solid_reflection = rows[kSolidRow].rgb;
+    b.eta = rows[kSolidRow].w;
+    b.absorption = rows[kSolidRow + 1].rgb;
+    b.thickness = rows[kSolidRow + 1].w;
+    b.coat_tint = rows[kSolidRow + 2].rgb;
+    b.solid_gain = rows[kSolidRow + 2].w;
+#endif
     return b;
 }
+
+// --- The inside of solids ---------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_VOLUME
+// A medium is the absorption per world unit on a ray's way, and the length L that stands for an endless way. The length
+// is 0 outside of solids. Its sign bit is set for paths of one colour channel.
+float endless_way(vec4 medium) { return abs(medium.w); }
+bool is_one_channel(vec4 medium) { return (floatBitsToUint(medium.w) & 0x80000000u) != 0u; }
+
+// Returns the factor of light that a path has from a surface that disperses it. `channel`: the path's colour channel.
+// Each is picked with probability 1/3, and counts once.
+vec3 dispersed_light(vec4 medium, int channel) {
+    return (is_one_channel(medium) ? 1.0 : 3.0) * vec3(equal(ivec3(channel), ivec3(0, 1, 2)));
+}
+
+// Returns whether a direction from the surface leads to the inside of its solid.
+bool leads_inside(Bsdf b, vec3 direction) {
+    return b.eta > 0.0 && (dot(b.geometric_normal, direction) < 0.0) != (b.thickness < 0.0);
+}
+
+// Returns the medium of rays that leave the surface. `before` is that of the ray that arrived.
+vec4 medium_towards(Bsdf b, vec4 before, vec3 direction) {
+    bool leaves = b.thickness < 0.0 && dot(b.geometric_normal, direction) < 0.0;
+    vec4 outside = leaves ? vec4(0.0) : vec4(before.rgb, endless_way(before));
+    vec4 medium = leads_inside(b, direction) ? vec4(b.absorption, abs(b.thickness)) : outside;
+    if (b.disperses || is_one_channel(before)) medium.w = uintBitsToFloat(floatBitsToUint(medium.w) | 0x80000000u);
+    return medium;
+}
+
+// Returns the transmittance of a distance (Beer-Lambert). It is 0 where a float has no bits for it.
+vec3 transmittance(vec4 medium, float distance) {
+    return endless_way(medium) > 0.0 ? exp(-min(medium.rgb * distance, vec3(100.0))) : vec3(1.0);
+}
+
+// Returns whether reflection and refraction are perfect. Directions of nearly equal indices spread as little as those
+// of nearly no roughness.
+bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirrorAlpha; }
+
+void scale_lobes(inout Bsdf b, vec3 factor) {
+    b.diffuse *= factor;
+    b.specular *= factor;
+    b.specular_edge *= factor;
+    b.film_dielectric *= factor;
+    b.film_metal *= factor;
+    b.transmission *= factor;
+    b.solid_reflection *= factor;
+    b.sheen *= factor;
+    b.coat_tint *= factor;
+}
+#endif
 
 // --- Layers above the base ------------------------------------------------------------------------------------------
 
@@ -401,20 +488,30 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.film_thickness = layers.film_thickness;
     b.film_dielectric_f0 = layers.film_f0;
     b.film_metal_f0 = m.base_color;
+    make_thin(b);
     b.diffuse = (1.0 - m.metallic) * m.base_color;
 #ifdef HALFLIGHT_GLOSSY
     vec2 albedo = specular_albedo(layers, wo);
     float whole = albedo.x + albedo.y;  // E_1
     vec3 f0 = dielectric_f0(m);
     vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
+#ifdef HALFLIGHT_VOLUME
+    bool solid = m.thickness > 0.0 && m.transmission * (1.0 - m.metallic) > 0.0;
+    float solid_share = solid ? m.transmission : 0.0;
+    gain *= 1.0 - solid_share;
+#endif
     vec3 metal_gain = m.metallic * multiple_scattering_gain(m.base_color, whole);
     b.specular = metal_gain * m.base_color + gain * f0;
     b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
+    float below_layers = 1.0;
 #ifdef HALFLIGHT_IRIDESCENCE
     FilmWaves mean_waves = mean_film_waves(layers, albedo);
     vec3 film_of_dielectric = film_reflectance(mean_waves, b.film_dielectric_f0);
     vec3 film_of_metal = film_reflectance(mean_waves, b.film_metal_f0);
     float on_dielectric = (1.0 - m.metallic) * m.iridescence * m.specular;
+#ifdef HALFLIGHT_VOLUME
+    on_dielectric *= 1.0 - solid_share;
+#endif
     b.film_dielectric = on_dielectric * multiple_scattering_gain(film_of_dielectric, whole);
     b.film_metal = m.metallic * m.iridescence * multiple_scattering_gain(film_of_metal, whole);
     b.specular *= 1.0 - m.iridescence;
@@ -430,6 +527,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.specular_edge *= below_sheen;
     b.film_dielectric *= below_sheen;
     b.film_metal *= below_sheen;
+    below_layers *= below_sheen;
     b.sheen = m.sheen_color / max(sheen_whole, 1.0);
     b.sheen_alpha = layers.sheen_roughness * layers.sheen_roughness;
 #endif
@@ -443,6 +541,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.specular_edge *= 1.0 - coat_albedo;
     b.film_dielectric *= 1.0 - coat_albedo;
     b.film_metal *= 1.0 - coat_albedo;
+    below_layers *= 1.0 - coat_albedo;
     b.sheen *= 1.0 - coat_albedo;
 #endif
     float transmission = 0.0;
@@ -450,6 +549,24 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.transmission = b.diffuse * (m.transmission / whole);
     b.diffuse *= 1.0 - m.transmission;
     transmission = average(b.transmission) * whole;
+#endif
+#ifdef HALFLIGHT_VOLUME
+    if (solid) {
+        float root = min(sqrt(m.dielectric_f0), 0.998);  // an index of refraction up to 999
+        float ior = (1.0 + root) / (1.0 - root);
+        float factor = solid_share * (1.0 - m.metallic) * below_layers;
+#ifdef HALFLIGHT_DISPERSION
+        b.disperses = m.dispersion > 0.0 && ior > 1.0;
+        ior = max(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0);
+#endif
+        b.eta = m.front ? ior : 1.0 / ior;
+        b.transmission = factor * m.base_color;
+        b.solid_reflection = factor * (m.front ? min(m.specular * m.specular_color, vec3(1.0)) : vec3(1.0));
+        b.absorption = m.absorption;
+        b.thickness = m.front ? m.thickness : -m.thickness;
+        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(dot(m.normal, wo), b.alpha_across, b.eta);
+        transmission = average(max(b.transmission, b.solid_reflection));
+    }
 #endif
     float diffuse = average(b.diffuse);
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
@@ -538,7 +655,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     float p = p_specular(b);
     vec3 folded = wi;
 #ifdef HALFLIGHT_TRANSMISSION
-    bool transmitted = side_g < 0.0 && side_n < 0.0;
+    bool transmitted = b.eta == 0.0 && side_g < 0.0 && side_n < 0.0;
     lobe = lobe || transmitted;
     scale = transmitted ? b.transmission : scale;
     edge = transmitted ? vec3(0.0) : edge;
@@ -561,10 +678,25 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
         value.pdf_glossy = p * ggx.pdf;
     }
+#ifdef HALFLIGHT_VOLUME
+    if (b.eta > 0.0 && !is_solid_mirror(b)) {
+        if (reflected) {
+            GgxValue ggx = ggx_evaluate(b.normal, b.alpha_across, wo, wi);
+            float fresnel = fresnel_dielectric(max(dot(wo, normalize(wo + wi)), 0.0), b.eta);
+            value.glossy += b.solid_reflection * (b.solid_gain * fresnel * ggx.scattered);
+            value.pdf_glossy += b.p_transmission * fresnel * ggx.pdf;
+        } else if (side_g < 0.0 && side_n < 0.0) {
+            RefractedValue refracted = refracted_evaluate(b.normal, b.alpha_across, b.eta, wo, wi);
+            float passed = 1.0 - fresnel_dielectric(refracted.x, b.eta);
+            value.glossy += b.transmission * (b.solid_gain * passed * refracted.scattered);
+            value.pdf_glossy += b.p_transmission * passed * refracted.pdf;
+        }
+    }
+#endif
 #ifdef HALFLIGHT_CLEARCOAT
     if (b.coat > 0.0 && b.coat_alpha > 0.0 && side_g > 0.0 && dot(b.coat_normal, wi) > 0.0) {
         GgxValue ggx = ggx_evaluate(b.coat_normal, b.coat_alpha, wo, wi);
-        value.glossy += vec3(ggx.scattered * b.coat * mix(ggx.schlick, 1.0, kCoatF0));
+        value.glossy += vec3(ggx.scattered * b.coat * mix(ggx.schlick, 1.0, kCoatF0)) * b.coat_tint;
         value.pdf_glossy += b.p_coat * ggx.pdf;
     }
 #endif
@@ -594,6 +726,15 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi) {
     return s;
 }
 
+#ifdef HALFLIGHT_VOLUME
+// Returns the direction that a microfacet reflects or refracts. `split`, uniform in [0, 1), decides which.
+vec3 solid_direction(Bsdf b, vec3 wo, vec3 facet, float split, out bool refracted) {
+    float x = dot(wo, facet);
+    refracted = split >= fresnel_dielectric(clamp(x, 0.0, 1.0), b.eta);
+    return refracted ? refracted_direction(wo, facet, b.eta) : normalize(2.0 * x * facet - wo);
+}
+#endif
+
 // Samples a glossy direction. `choice`, uniform in [0, 1), selects specular, transmission, coat or sheen.
 BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
@@ -619,8 +760,9 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     mat3 basis = basis_around(n);
 #ifdef HALFLIGHT_ANISOTROPY
     if (!coat && b.alpha != b.alpha_across) {
-        basis = lobe_basis(n, b.rough_direction);
-        alpha.y = b.alpha_across;
+        bool solid_lobe = transmitted && b.eta > 0.0;  // isotropic
+        alpha = solid_lobe ? vec2(b.alpha_across) : vec2(b.alpha, b.alpha_across);
+        basis = solid_lobe ? basis : lobe_basis(n, b.rough_direction);
     }
 #endif
     vec3 wo_local = wo * basis;
@@ -636,15 +778,38 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 wi = normalize(basis * local);
     float side_g = dot(wi, b.geometric_normal);
     usable = usable && (transmitted ? side_g < 0.0 : side_g > 0.0);
+#ifdef HALFLIGHT_VOLUME
+    bool solid = transmitted && b.eta > 0.0;
+    bool solid_mirror = solid && is_solid_mirror(b);
+    bool refracted = false;
+    if (solid) {
+        mirror = solid_mirror;
+        float split = clamp((choice - b.p_coat) / b.p_transmission, 0.0, 1.0);
+        vec3 facet = mirror ? n : basis * h;
+        wi = solid_direction(b, wo, facet, split, refracted);
+        // Mirrors that would send light to the wrong side of the surface do without their shading normal.
+        if (mirror && (dot(wi, b.geometric_normal) < 0.0) != refracted)
+            wi = solid_direction(b, wo, b.geometric_normal, split, refracted);
+        float away = refracted ? -1.0 : 1.0;
+        usable = away * dot(wi, b.geometric_normal) > 0.0 && (mirror || away * dot(wi, n) > 0.0);
+    }
+#endif
 
     BsdfSample s;
     s.direction = wi;
     BsdfValue value = evaluate_bsdf(b, wo, wi);
     s.pdf = usable ? value.pdf_glossy : 0.0;
     s.weight = s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
+#ifdef HALFLIGHT_VOLUME
+    if (solid_mirror) {
+        s.pdf = 0.0;
+        s.weight = usable && p > 0.0 ? (refracted ? b.transmission : b.solid_reflection) / p : vec3(0.0);
+        return s;
+    }
+#endif
     if (mirror) {
         float schlick = pow5(1.0 - clamp(x, 0.0, 1.0));
-        vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0))
+        vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0)) * b.coat_tint
                            : transmitted ? b.transmission
                                          : b.specular + b.specular_edge * schlick;
 #ifdef HALFLIGHT_IRIDESCENCE

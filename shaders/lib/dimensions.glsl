@@ -3,11 +3,10 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 
-const uint kDimensionLightChoice = 0u;  // one-dimensional, bits
-const uint kDimensionLightPoint = 1u;   // 2d
-const uint kDimensionLobe = 2u;         // two-dimensional: component, lobe within the glossy one
-const uint kDimensionDirection = 3u;    // 2d
-const uint kDimensionRoulette = 4u;     // 1d
+const uint kDimensionLight = 1u;      // two-dimensional, bits: choice of a light and point on it
+const uint kDimensionLobe = 2u;       // two-dimensional: component, lobe within the glossy one
+const uint kDimensionDirection = 3u;  // 2d
+const uint kDimensionRoulette = 4u;   // 1d
 const uint kDimensionsPerVertex = 5u;
 
 uint vertex_dimension(uint depth, uint which) { return depth * kDimensionsPerVertex + which; }

@@ -1,8 +1,6 @@
 // Light from infinity (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
 #include "shaders/lib/onb.glsl"
-#include "shaders/lib/sobol.glsl"
 #include "shaders/shared/environment.h"
-#include "shaders/shared/word.h"
 
 // Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by atan, because it loses half of its
 // bits at the poles.
@@ -34,21 +32,90 @@ vec3 environment_radiance(vec3 d) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
     return environment_texel_blend(environment_uv(d));
 #elif defined(HALFLIGHT_ENVIRONMENT)
-    return texelFetch(environment_cells, 1).rgb;
+    return texelFetch(environment_warp, 1).rgb;
 #else
     return vec3(0.0);
 #endif
 }
 
-// Returns the density per solid angle with which sample_light() selects direction d (unit) of the environment.
-float environment_pdf(vec3 d) {
+#ifdef HALFLIGHT_ENVIRONMENT_MAP
+// Header of the table (shaders/shared/environment.h).
+struct EnvironmentLayout {
+    vec2 cells;  // columns, rows
+    int levels;
+    float per_sine;   // solid angle of a cell over the sine of its middle's polar angle
+    int last_level;   // first texel of the last level
+    int block_level;  // first texel of the level below the blocks
+    int lobes;        // first texel of the lobes
+    int lobe_levels;  // levels above the blocks
+};
+
+EnvironmentLayout environment_layout() {
+    vec4 head = texelFetch(environment_warp, 0), first = texelFetch(environment_warp, 1);
+    int lobe_levels = int(texelFetch(environment_warp, 2).x);
+    return EnvironmentLayout(head.xy, int(head.w), first.x, int(first.y), int(first.z), int(first.w), lobe_levels);
+}
+
+// Returns the first texel of the lobe of a receiver's normal.
+int environment_lobe(EnvironmentLayout l, vec3 normal) {
+    const int kSide = kEnvironmentLobes;
+    float sum = abs(normal.x) + abs(normal.y) + abs(normal.z);
+    vec2 p = normal.xy / sum;
+    if (normal.z < 0.0) p = (1.0 - abs(p.yx)) * vec2(p.x < 0.0 ? -1.0 : 1.0, p.y < 0.0 ? -1.0 : 1.0);
+    ivec2 at = clamp(ivec2((0.5 * p + 0.5) * float(kSide)), 0, kSide - 1);
+    return l.lobes + (sum > 0.0 ? at.y * kSide + at.x : kSide * kSide) * environment_lobe_texels(l.lobe_levels);
+}
+
+// Returns the solid angle of a cell.
+float cell_solid_angle(EnvironmentLayout l, int row) {
+    return l.per_sine * sin(3.14159265359 * (float(row) + 0.5) / l.cells.y);
+}
+
+float sum_of(vec4 weights) { return (weights.x + weights.y) + (weights.z + weights.w); }
+
+// Returns whether x selects the second of two parts. Replaces x by its place in the selected part, in [0, 1).
+bool selects_second(inout float x, float first, float second) {
+    float sum = first + second;
+    float share = sum > 0.0 ? first / sum : 1.0;
+    bool selected = x >= share;
+    x = min(selected ? (x - share) / (1.0 - share) : x / share, 0.99999994);
+    return selected;
+}
+#endif
+
+// Returns the illuminance that the environment gives a surface with a normal if nothing is in between, lux.
+float environment_illuminance(vec3 normal) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
-    vec2 cells = texelFetch(environment_cells, 0).xy;
-    // An atan rounded beyond pi leaves [0, 1] at either end.
-    vec2 cell = clamp(floor(environment_uv(d) * cells), vec2(0.0), cells - 1.0);
-    return texelFetch(environment_cells, kEnvironmentFirstCell + int(cell.y) * int(cells.x) + int(cell.x)).z;
+    return texelFetch(environment_warp, environment_lobe(environment_layout(), normal)).x;
 #elif defined(HALFLIGHT_ENVIRONMENT)
-    return texelFetch(environment_cells, 0).z * 0.0795774715459;
+    return texelFetch(environment_warp, 1).w;
+#else
+    return 0.0;
+#endif
+}
+
+// Returns the density per solid angle with which sample_environment() selects direction d (unit).
+float environment_density(vec3 normal, vec3 d) {
+#if defined(HALFLIGHT_ENVIRONMENT_MAP)
+    EnvironmentLayout l = environment_layout();
+    // An atan rounded beyond pi leaves [0, 1] at either end.
+    ivec2 cell = ivec2(clamp(floor(environment_uv(d) * l.cells), vec2(0.0), l.cells - 1.0));
+    ivec2 block = cell >> (l.levels - l.lobe_levels);
+    int top = (1 << (2 * (l.lobe_levels - 1))) / 3;  // nodes of the levels above the blocks' parents
+    int parent = ((block.y >> 1) << (l.lobe_levels - 1)) + (block.x >> 1);
+    int lobe = environment_lobe(l, normal);
+    float density = texelFetch(environment_warp, lobe + 1 + top + parent)[2 * (block.y & 1) + (block.x & 1)];
+    if (l.levels > l.lobe_levels) {
+        int below = l.levels - l.lobe_levels;
+        int columns = (int(l.cells.x) + (1 << below) - 1) >> below;
+        float whole = sum_of(texelFetch(environment_warp, l.block_level + block.y * columns + block.x));
+        int node = l.last_level + (cell.y >> 1) * ((int(l.cells.x) + 1) >> 1) + (cell.x >> 1);
+        float weight = texelFetch(environment_warp, node)[2 * (cell.y & 1) + (cell.x & 1)];
+        density *= whole > 0.0 ? weight / whole : 0.0;
+    }
+    return density / cell_solid_angle(l, cell.y);
+#elif defined(HALFLIGHT_ENVIRONMENT)
+    return 0.0795774715459;
 #else
     return 0.0;
 #endif
@@ -57,36 +124,50 @@ float environment_pdf(vec3 d) {
 struct EnvironmentSample {
     vec3 direction;
     vec3 radiance;
-    float pdf;  // density per solid angle, including the probability of the environment among all lights
+    float density;  // density per solid angle among directions of the environment
 };
 
-// Samples a direction. `choice`: 32 uniform bits that select the cell; `xi`: the point in the cell.
-EnvironmentSample sample_environment(uint choice, vec2 xi) {
+// Samples a direction for a receiver's normal by a point of the unit square.
+EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
     EnvironmentSample s;
-    vec4 head = texelFetch(environment_cells, 0);
 #ifdef HALFLIGHT_ENVIRONMENT_MAP
-    uint rows = uint(head.y);
-    uint columns = uint(head.x);
-    uint cell, fraction;
-    umulExtended(choice, rows * columns, cell, fraction);
-    vec4 row = texelFetch(environment_cells, kEnvironmentFirstCell + int(cell));
-    bool keep = unit_float(fraction) < row.x;
-    cell = keep ? cell : word_of_float(row.y);
-    s.pdf = keep ? row.z : row.w;
-    uint y = cell / columns;
+    EnvironmentLayout l = environment_layout();
+    int in_lobe = environment_lobe(l, normal) + 1;
+    int in_level = l.block_level;
+    ivec2 at = ivec2(0);
+    float density = 1.0, whole = 1.0;
+    for (int level = 0; level < l.levels; ++level) {
+        bool above = level < l.lobe_levels;
+        int below = l.levels - level;
+        int columns = (int(l.cells.x) + (1 << below) - 1) >> below;
+        int rows = (int(l.cells.y) + (1 << below) - 1) >> below;
+        vec4 weights = texelFetch(environment_warp, above ? in_lobe + (at.y << level) + at.x
+                                                          : in_level + at.y * columns + at.x);
+        in_lobe += 1 << (2 * level);
+        in_level += above ? 0 : columns * rows;
+        whole = level == l.lobe_levels ? sum_of(weights) : whole;
+        bool lower = selects_second(xi.y, weights.x + weights.y, weights.z + weights.w);
+        vec2 pair = lower ? weights.zw : weights.xy;
+        bool right = selects_second(xi.x, pair.x, pair.y);
+        float weight = right ? pair.y : pair.x;
+        at = 2 * at + ivec2(right ? 1 : 0, lower ? 1 : 0);
+        if (level == l.lobe_levels - 1) density = weight;
+        if (level == l.levels - 1 && !above) density *= whole > 0.0 ? weight / whole : 0.0;
+    }
+    s.density = density / cell_solid_angle(l, at.y);
     // Uniform per solid angle means linear in cos(theta). Thin rows use the sines of half sum and half difference.
-    float top = 3.14159265359 * float(y) / head.y;
-    float bottom = 3.14159265359 * float(y + 1u) / head.y;
+    float top = 3.14159265359 * float(at.y) / l.cells.y;
+    float bottom = 3.14159265359 * float(at.y + 1) / l.cells.y;
     float cosine = cos(top) - xi.y * 2.0 * sin(0.5 * (top + bottom)) * sin(0.5 * (bottom - top));
     float sine = sqrt(max(0.0, (1.0 - cosine) * (1.0 + cosine)));
-    float u = (float(cell - y * columns) + xi.x) / head.x;
+    float u = (float(at.x) + xi.x) / l.cells.x;
     float phi = 6.28318530718 * (u - 0.5);
     s.direction = vec3(sine * cos(phi), cosine, sine * sin(phi));
     s.radiance = environment_texel_blend(vec2(u, atan(sine, cosine) * 0.318309886184));
 #else
     s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
-    s.radiance = texelFetch(environment_cells, 1).rgb;
-    s.pdf = head.z * 0.0795774715459;
+    s.radiance = texelFetch(environment_warp, 1).rgb;
+    s.density = 0.0795774715459;
 #endif
     return s;
 }

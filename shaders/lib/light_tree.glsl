@@ -11,6 +11,7 @@ LightTreeHeader light_tree_header() {
 struct LightWay {
     uint light;         // selected light
     float probability;  // probability of the light among all of the tree; 0: no light of this path reaches the receiver
+    uint rest;          // 32 uniform bits that the selection leaves, still stratified
 };
 
 // State of a traversal.
@@ -87,10 +88,21 @@ LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
     }
     bool pair = (word & kLightTreePair) != 0u;
     bool second = pair && (guided ? (walk.trail & 1u) != 0u : walk.number >= 0x800000u);
+    uint rest = (walk.number << (pair ? 9 : 8)) | (walk.fresh & 0xffu);
     uint light = texelFetch(light_tree, int(header.names + 2u * node + (second ? 1u : 0u)))[child];
-    return LightWay(light, pair ? 0.5 * walk.probability : walk.probability);
+    return LightWay(light, pair ? 0.5 * walk.probability : walk.probability, rest);
 }
 
-// Returns the factor by which the tree raises a light's probability of the alias table.
-float light_tree_gain(LightWay way) { return 1.0 + light_tree_header().gain * way.probability; }
+// Returns about the illuminance that all lights of the tree give a receiver if nothing is in between, lux.
+float light_tree_illuminance(Receiver at) {
+    bool through = light_tree_header().through != 0u;
+    vec4 ball = uintBitsToFloat(texelFetch(light_tree, 1));
+    precise float sum = 0.0;
+    for (int k = 0; k < kLightTreeWidth; ++k) {
+        LightNode node = light_child(texelFetch(light_tree, kLightTreeHeaderTexels + k), ball);
+        sum += light_importance(node, at.position, at.normal, through);
+    }
+    precise float all = sum * uintBitsToFloat(texelFetch(light_tree, 2).x);
+    return all;
+}
 #endif

@@ -103,19 +103,45 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
 }
 #endif
 
-#ifdef HALFLIGHT_LIGHTS
-// Returns the part of `choice` that a decision for `u` in [low, low + share) leaves: 32 bits, uniform and still
-// stratified. A hash fills the bits below its resolution: 2^-32 per entry, or 2^-24, over the share.
-uint left_of_choice(uint choice, uint entries, float u, float low, float share) {
-    float resolution = max(float(entries), 256.0) / share;
-    uint mask = (2u << findMSB(uint(min(resolution, 1e9)))) - 1u;
-    uint rest = uint(clamp((u - low) / share, 0.0, 0.99999994) * 4294967296.0);
-    return (rest & ~mask) | (hash_u32(choice) & mask);
+#ifdef HALFLIGHT_LIGHT_TREE
+// Returns the environment's share of the selections that the tree does not leave to the alias table. It is the share of
+// the light that would arrive if nothing were in between. Neither side gets less than an eighth, because it may be the
+// only one that is not occluded.
+float environment_share(Receiver at) {
+#ifdef HALFLIGHT_ENVIRONMENT
+    precise float sky = environment_illuminance(at.normal);
+    precise float lamps = light_tree_illuminance(at);
+    precise float share = clamp(sky / (sky + lamps), 0.125, 0.875);
+    return sky > 0.0 ? (lamps > 0.0 ? share : 1.0) : 0.0;
+#else
+    return 0.0;
+#endif
+}
+
+// Returns the factor by which the tree raises a light's probability of the alias table. `sky`: environment_share().
+float light_tree_gain(LightWay way, float sky) {
+    precise float gain = light_tree_header().gain * (1.0 - sky);
+    return 1.0 + gain * way.probability;
 }
 #endif
 
-// Samples a light. `choice`: 32 uniform bits that pick the light; `xi`: the point on it.
-LightSample sample_light(Receiver at, uint choice, vec2 xi) {
+// Returns the density per solid angle with which sample_light() at a receiver selects direction d (unit) of the
+// environment.
+float environment_pdf(Receiver from, vec3 d) {
+#ifdef HALFLIGHT_ENVIRONMENT
+    float probability = texelFetch(environment_warp, 0).z;
+#ifdef HALFLIGHT_LIGHT_TREE
+    probability += light_tree_header().share * environment_share(from);
+#endif
+    return probability * environment_density(from.normal, d);
+#else
+    return 0.0;
+#endif
+}
+
+// Samples a light by a point of the unit square. Its first coordinate selects the light; the rest of it, and the second
+// one, select the point on the light. Points that are stratified in the square are stratified on each light.
+LightSample sample_light(Receiver at, SampleBits bits) {
     vec3 position = at.position;
     LightSample s;
     s.direction = vec3(0.0, 0.0, 1.0);
@@ -124,41 +150,49 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     s.at_infinity = false;
     s.end = position;
 #ifdef HALFLIGHT_LIGHTS
+    uint choice = bits.x;
 #ifdef HALFLIGHT_LIGHT_TREE
-    float tree_share = light_tree_header().share;
+    float share = light_tree_header().share;
+    float sky = environment_share(at);
+    precise float tree_share = share * (1.0 - sky);
     float top = unit_float(choice);
     bool by_tree = top < tree_share;
-    choice = left_of_choice(choice, 1u, top, by_tree ? 0.0 : tree_share, by_tree ? tree_share : 1.0 - tree_share);
+    bool is_sky = !by_tree && top < share;
+    choice = left_of_choice(choice, 1u, top, by_tree ? 0.0 : is_sky ? tree_share : share,
+                            by_tree ? tree_share : is_sky ? share - tree_share : 1.0 - share);
 #endif
     uint light = 0u;
-    uint fraction = choice;
-    uint count = 1u;
-    vec2 alias = vec2(1.0, 0.0);
+    uint rest = choice;
 #ifdef HALFLIGHT_LIGHT_CHOICE
-    count = uint(textureSize(scene_lights) / kLightStride) - kSuns;
+    uint count = uint(textureSize(scene_lights) / kLightStride) - kSuns;
+    uint fraction;
     umulExtended(choice, count, light, fraction);
 #ifdef HALFLIGHT_LIGHT_TREE
     light = by_tree ? 0u : light;  // the result is unused; row 0 avoids cache misses
 #endif
-    alias = texelFetch(light_alias, int(light)).xy;
-#endif
+    vec2 alias = texelFetch(light_alias, int(light)).xy;
     float u = unit_float(fraction);
     bool keep = u < alias.x;
     light = keep ? light : word_of_float(alias.y);
+    rest = left_of_choice(choice, count, u, keep ? 0.0 : alias.x, keep ? alias.x : 1.0 - alias.x);
+#endif
 #ifdef HALFLIGHT_LIGHT_TREE
     // The density of a light that the table picks includes that of the tree.
-    uint head_word = word_of_float(texelFetch(scene_lights, int(light) * kLightStride).w);
-    LightWay way = LightWay(0u, 0.0);  // value for lights at infinity
+    uint head_word = is_sky ? kLightEnvironment
+                            : word_of_float(texelFetch(scene_lights, int(light) * kLightStride).w);
+    LightWay way = LightWay(0u, 0.0, 0u);  // value for lights at infinity
     if (by_tree || light_kind(head_word) <= kLightSpot) way = light_way(at, !by_tree, light_trail(head_word), choice);
     bool leads_nowhere = by_tree && way.probability == 0.0;
-    light = by_tree && !leads_nowhere ? way.light : light;
+    light = is_sky ? count - 1u : by_tree && !leads_nowhere ? way.light : light;
+    rest = is_sky ? choice : by_tree ? way.rest : rest;
 #endif
+    vec2 xi = vec2(unit_float(rest), unit_float(bits.y));
     int row = int(light) * kLightStride;
     vec4 head = texelFetch(scene_lights, row);
     vec4 last = texelFetch(scene_lights, row + 3);
     uint kind = light_kind(word_of_float(head.w));
 #ifdef HALFLIGHT_LIGHT_TREE
-    last.w *= light_tree_gain(way);
+    last.w *= light_tree_gain(way, sky);
     if (leads_nowhere) kind = kLightNone;
 #endif
 #ifdef HALFLIGHT_AREA_LIGHTS
@@ -169,12 +203,14 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
 #endif
 #ifdef HALFLIGHT_ENVIRONMENT
     if (kind == kLightEnvironment) {
-        float low = keep ? 0.0 : alias.x;
-        float share = keep ? alias.x : 1.0 - alias.x;
-        EnvironmentSample e = sample_environment(left_of_choice(choice, count, u, low, share), xi);
+        EnvironmentSample e = sample_environment(at.normal, xi);
+        float probability = texelFetch(environment_warp, 0).z;
+#ifdef HALFLIGHT_LIGHT_TREE
+        probability += share - tree_share;
+#endif
         s.direction = e.direction;
-        s.pdf = e.pdf;
-        s.weight = e.pdf > 0.0 ? e.radiance / e.pdf : vec3(0.0);
+        s.pdf = probability * e.density;
+        s.weight = s.pdf > 0.0 ? e.radiance / s.pdf : vec3(0.0);
         s.at_infinity = true;
     }
 #endif
@@ -212,7 +248,7 @@ float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geo
     float density = texelFetch(scene_lights, row + 3).w;
 #ifdef HALFLIGHT_LIGHT_TREE
     uint trail = light_trail(word_of_float(texelFetch(scene_lights, row).w));
-    density *= light_tree_gain(light_way(from, true, trail, 0u));
+    density *= light_tree_gain(light_way(from, true, trail, 0u), environment_share(from));
 #endif
     float cosine = abs(dot(direction, geometric_normal));
     return cosine > 0.0 ? density * distance * distance / cosine : 0.0;

@@ -63,6 +63,7 @@ Material evaluate_material(Surface s, vec3 wo) {
 #ifdef HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL
     m.coat_normal = mapped_normal(s, clearcoat_normal_texture_slot(s.material), m.coat_normal_scale);
 #endif
+    m.front = s.front;
     m.bent = dot(m.normal, wo) <= 0.0 || (m.coat > 0.0 && dot(m.coat_normal, wo) <= 0.0);
     m.normal = bend_normal(m.normal, wo);
     m.coat_normal = bend_normal(m.coat_normal, wo);

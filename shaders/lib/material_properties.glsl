@@ -14,12 +14,13 @@
 //   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture, slot of sheen_color_texture
 //   row 8  sheen_color.rgb, sheen_roughness
 //   row 9  slot of sheen_roughness_texture, anisotropy_strength, anisotropy_rotation, slot of anisotropy_texture
-//   row 10  iridescence, iridescence_ior, iridescence_thickness_minimum, iridescence_thickness_maximum
-//   row 11  slot of iridescence_texture, slot of iridescence_thickness_texture
+//   row 10  attenuation_color.rgb, thickness
+//   row 11  dispersion, slot of iridescence_texture, slot of iridescence_thickness_texture
+//   row 12  iridescence, iridescence_ior, iridescence_thickness_minimum, iridescence_thickness_maximum
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 12;
+const int kMaterialStride = 13;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -39,14 +40,17 @@ float packed_clearcoat(uint material) { return material_row(material, 4).x; }
 float packed_clearcoat_roughness(uint material) { return material_row(material, 4).y; }
 float packed_clearcoat_normal_scale(uint material) { return material_row(material, 4).w; }
 float packed_transmission(uint material) { return material_row(material, 3).w; }
+float packed_thickness(uint material) { return material_row(material, 10).w; }
+vec3 packed_attenuation_color(uint material) { return material_row(material, 10).rgb; }
+float packed_dispersion(uint material) { return material_row(material, 11).x; }
 vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
 float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
 float packed_anisotropy_strength(uint material) { return material_row(material, 9).y; }
 float packed_anisotropy_rotation(uint material) { return material_row(material, 9).z; }
-float packed_iridescence(uint material) { return material_row(material, 10).x; }
-float packed_iridescence_ior(uint material) { return material_row(material, 10).y; }
-float packed_iridescence_thickness_minimum(uint material) { return material_row(material, 10).z; }
-float packed_iridescence_thickness_maximum(uint material) { return material_row(material, 10).w; }
+float packed_iridescence(uint material) { return material_row(material, 12).x; }
+float packed_iridescence_ior(uint material) { return material_row(material, 12).y; }
+float packed_iridescence_thickness_minimum(uint material) { return material_row(material, 12).z; }
+float packed_iridescence_thickness_maximum(uint material) { return material_row(material, 12).w; }
 
 uint base_color_texture_slot(uint material) { return word_of_float(material_row(material, 5).y); }
 uint normal_texture_slot(uint material) { return word_of_float(material_row(material, 5).w); }
@@ -61,8 +65,8 @@ uint transmission_texture_slot(uint material) { return word_of_float(material_ro
 uint sheen_color_texture_slot(uint material) { return word_of_float(material_row(material, 7).w); }
 uint sheen_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 9).x); }
 uint anisotropy_texture_slot(uint material) { return word_of_float(material_row(material, 9).w); }
-uint iridescence_texture_slot(uint material) { return word_of_float(material_row(material, 11).x); }
-uint iridescence_thickness_texture_slot(uint material) { return word_of_float(material_row(material, 11).y); }
+uint iridescence_texture_slot(uint material) { return word_of_float(material_row(material, 11).y); }
+uint iridescence_thickness_texture_slot(uint material) { return word_of_float(material_row(material, 11).z); }
 
 // Properties that no material of the scene needs are constants, which the compiler folds.
 struct Material {
@@ -79,6 +83,9 @@ struct Material {
     float coat_roughness;
     float coat_normal_scale;
     float transmission;
+    float thickness;
+    vec3 absorption;
+    float dispersion;
     vec3 sheen_color;
     float sheen_roughness;
     float anisotropy;
@@ -89,6 +96,8 @@ struct Material {
     float film_thickness_range;
     vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;      // n_k
+    bool front;            // true: wo is outside, on the side of the vertex normals
+    int channel;           // colour channel of the path, 0 to 2, for solids that disperse light
     bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
     vec3 rough_direction;  // direction of the higher roughness, perpendicular to n; 0: none
 };
@@ -140,6 +149,21 @@ Material load_material(uint material) {
     m.transmission = packed_transmission(material);
 #else
     m.transmission = 0.0;
+#endif
+#ifdef HALFLIGHT_VOLUME
+    m.thickness = packed_thickness(material);
+#else
+    m.thickness = 0.0;
+#endif
+#ifdef HALFLIGHT_VOLUME
+    m.absorption = packed_attenuation_color(material);
+#else
+    m.absorption = vec3(0.0, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_DISPERSION
+    m.dispersion = packed_dispersion(material);
+#else
+    m.dispersion = 0.0;
 #endif
 #ifdef HALFLIGHT_SHEEN
     m.sheen_color = packed_sheen_color(material);

@@ -1,5 +1,18 @@
-// GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], and the sheen's lobe.
+// GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], solid transmission, and the sheen's
+// lobe.
 #include "shaders/shared/albedo.h"
+
+// First rows of the parts of the albedo table (engine/tables/albedo.h).
+#ifdef HALFLIGHT_SHEEN
+const int kAnisotropyRow = 2 * kAlbedoTableSize;
+#else
+const int kAnisotropyRow = kAlbedoTableSize;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+const int kSolidTableRow = kAnisotropyRow + kAnisotropyTableRows;
+#else
+const int kSolidTableRow = kAnisotropyRow;
+#endif
 
 float pow5(float v) { return v * v * v * v * v; }
 
@@ -103,12 +116,6 @@ GgxValue ggx_evaluate(mat3 basis, vec2 alpha, vec3 wo, vec3 wi) {
     return value;
 }
 
-#ifdef HALFLIGHT_SHEEN
-const int kAnisotropyRow = 2 * kAlbedoTableSize;
-#else
-const int kAnisotropyRow = kAlbedoTableSize;
-#endif
-
 // Returns the directional albedo of the lobe: x = E_A, y = E_B. wo is in the lobe's basis.
 vec2 ggx_albedo(vec3 wo, vec2 alpha) {
     vec4 last = vec4(kAnisotropyCosines, kAnisotropyAngles, kAnisotropyRoughnesses, kAnisotropyStrengths) - 1.0;
@@ -181,6 +188,76 @@ vec3 film_reflectance(FilmWaves w, vec3 f0) {
     vec3 phase_sign = mix(vec3(-1.0), vec3(1.0), lessThan(ior, vec3(w.ior)));
     vec3 sum = w.reflected + series + amplitude * phase_sign * w.first + amplitude * root_product * w.second;
     return mix(mix(f0, vec3(1.0), w.edge), clamp(sum, 0.0, 1.0), w.presence);
+}
+#endif
+
+// --- Solid transmission ------------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_VOLUME
+// Returns the Fresnel reflectance of a dielectric for unpolarised light, 1 in total internal reflection. x: cosine of wo
+// with the microfacet's normal; eta: index of refraction beyond the surface over that on wo's side.
+float fresnel_dielectric(float x, float eta) {
+    float square = ((eta - 1.0) * (eta + 1.0) + x * x) / (eta * eta);  // squared cosine of the refracted direction
+    float refracted = sqrt(max(square, 0.0));
+    float across = (x - eta * refracted) / max(x + eta * refracted, 1e-20);
+    float along = (eta * x - refracted) / max(eta * x + refracted, 1e-20);
+    return square <= 0.0 ? 1.0 : 0.5 * (across * across + along * along);
+}
+
+// Returns the direction of light that reaches wo through a microfacet of normal h, which is on wo's side (Walter et al.
+// 2007, eq. 40). Precondition: no total internal reflection.
+vec3 refracted_direction(vec3 wo, vec3 h, float eta) {
+    float x = dot(wo, h);
+    float refracted = sqrt(max((eta - 1.0) * (eta + 1.0) + x * x, 0.0));
+    return normalize((x - refracted) * h - wo);
+}
+
+// Value of refraction in one direction.
+struct RefractedValue {
+    float scattered;  // f mu_i of basic radiance, without the Fresnel transmittance (Walter et al. 2007, eq. 21)
+    float pdf;        // density of visible-normal sampling, per solid angle (eq. 17)
+    float x;          // dot(wo, h), h on wo's side; 0: there is no such microfacet
+};
+
+// Evaluates refraction. wo and wi: unit length, on different sides of n.
+RefractedValue refracted_evaluate(vec3 n, float alpha, float eta, vec3 wo, vec3 wi) {
+    vec3 sum = wo + eta * wi;
+    float square = max(dot(sum, sum), 1e-30);
+    vec3 h = sum * inversesqrt(square);
+    h = dot(h, n) < 0.0 ? -h : h;
+    float x = dot(wo, h);
+    float y = -dot(wi, h);
+    vec3 across = cross(h, n);
+    float density = ggx_density(dot(h, n), dot(across, across), alpha);
+    float mu_o = max(dot(n, wo), 0.0);
+    float mu_i = -dot(n, wi);
+    float root_o = ggx_root(mu_o, alpha);
+    // The denominator of eq. 17 is the squared length of the sum.
+    float jacobian = 2.0 * density * x * y * eta * eta / square;
+    bool faces = x > 0.0 && y > 0.0;
+    RefractedValue value;
+    value.scattered = faces ? jacobian / (mu_o * ggx_root(mu_i, alpha) / mu_i + root_o) : 0.0;
+    value.pdf = faces ? jacobian / (mu_o + root_o) : 0.0;
+    value.x = faces ? x : 0.0;
+    return value;
+}
+
+// Returns the directional albedo of reflection and refraction of a white interface.
+float solid_albedo(float cosine, float alpha, float eta) {
+    vec3 size = vec3(kSolidTableSize, kSolidTableSize, kSolidTableSlices);
+    vec3 at = solid_coordinates(clamp(cosine, 0.0, 1.0), alpha, eta) * (size - 1.0);
+    vec3 cell = clamp(floor(at), vec3(0.0), size - 2.0);
+    vec3 f = at - cell;
+    float found = 0.0;
+    for (int i = 0; i < 8; ++i) {
+        ivec3 step = ivec3(i & 1, (i >> 1) & 1, i >> 2);
+        ivec3 node = ivec3(cell) + step;
+        vec3 weight = mix(1.0 - f, f, vec3(step));
+        ivec2 texel = node.xy + kSolidTableSize * ivec2(node.z % kSolidTableColumns, node.z / kSolidTableColumns);
+        texel.y += kSolidTableRow;
+        found += weight.x * weight.y * weight.z * texelFetch(albedo_table, texel, 0).x;
+    }
+    return found;
 }
 #endif
 

@@ -10,28 +10,35 @@ struct NextEvent {
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Returns true for NaN, too.
 
-// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples.
-NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, uint count) {
+// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples. `before` is
+// the medium on wo's side.
+NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
     float density = float(count) * light.pdf;
     precise NextEvent e;  // precise, so that all shaders compute equal bits (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
+#ifdef HALFLIGHT_VOLUME
+    vec4 medium = medium_towards(b, before, light.direction);
+    vec3 passed = transmittance(medium, light.at_infinity ? endless_way(medium) : distance(light.end, position));
+    e.diffuse *= passed;
+    e.glossy *= passed;
+#endif
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
     return e;
 }
 
 // Samples one of the lights of the selection.
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi, uint count) {
-    LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
-    return event_of(light, position, offset, b, wo, count);
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, SampleBits bits, uint count) {
+    LightSample light = sample_light(receiver_at(position, b.geometric_normal), bits);
+    return event_of(light, position, offset, b, wo, before, count);
 }
 
 #ifdef HALFLIGHT_SUN
 // Samples the sun that is not part of the selection.
-NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo) {
-    return event_of(sample_sun(position), position, offset, b, wo, 1u);
+NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before) {
+    return event_of(sample_sun(position), position, offset, b, wo, before, 1u);
 }
 #endif
 

@@ -26,6 +26,19 @@ Sight sight_of(ReusePoint y, vec3 from, bool finder) {
     return Sight(direction, seen || finder ? (finder ? cosine : cosine / square) : 0.0);
 }
 
+// Returns the value for light that the group shares. Light inside of solids, and light of one
+// colour channel, is not shared.
+BsdfValue shared_value(Bsdf b, vec3 wo, vec3 wi) {
+    BsdfValue f = evaluate_bsdf(b, wo, wi);
+#ifdef HALFLIGHT_VOLUME
+    if (b.disperses || leads_inside(b, wi)) {
+        f.diffuse = vec3(0.0);
+        f.glossy = vec3(0.0);
+    }
+#endif
+    return f;
+}
+
 // Returns the density per solid angle with which shaders/first_scatter.glsl continues a path, without mirrors.
 // Directions without value are not selected.
 float scatter_density(Bsdf b, BsdfValue f) {

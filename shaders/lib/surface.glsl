@@ -10,6 +10,7 @@ struct Surface {
     float offset;           // distance along n_g at which new rays start (offset_ray_origin())
     vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent
     uint material;
+    bool front;             // true: n_g is on the outside, where vertex normals point to
 #ifdef HALFLIGHT_TEXTURES
     vec2 uv0;
     vec2 uv1;
@@ -116,6 +117,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     normal = length_squared > 0.0 ? normal * inversesqrt(length_squared) : s.geometric_normal;
     float side = dot(normal, s.geometric_normal) < 0.0 ? -1.0 : 1.0;
     s.normal = side * normal;
+    s.front = side > 0.0;
 #ifdef HALFLIGHT_NORMAL_MAPS
     float tangent_squared = dot(tangent, tangent);
     bool has_tangent = tangent_squared > 0.0;

@@ -66,6 +66,26 @@ HALFLIGHT_SHARED_FUNCTION ivec2 anisotropy_texel(ivec4 node) {
     return ivec2(index % kAlbedoTableSize, index / kAlbedoTableSize);
 }
 
+// The table of solid transmission has slices of equal index of refraction, kSolidTableColumns of them side by side.
+HALFLIGHT_SHARED_CONST int kSolidTableSize = 24;  // texels along both edges of a slice
+HALFLIGHT_SHARED_CONST int kSolidTableSlices = 32;
+HALFLIGHT_SHARED_CONST int kSolidTableColumns = 5;
+HALFLIGHT_SHARED_CONST int kSolidTableRows = 168;        // rows of texels
+HALFLIGHT_SHARED_CONST float kSolidReflectance = 0.92f;  // largest (eta - 1) / (eta + 1), of eta = 24
+
+// Returns coordinates of the solid transmission, in [0, 1]. Slices are dense around equal indices. eta: index of
+// refraction beyond the surface, relative to that on the side of the cosine.
+#ifdef __cplusplus
+inline
+#endif
+    vec3
+    solid_coordinates(float cosine, float alpha, float eta) {
+    float reflectance = (eta - 1.0f) / (eta + 1.0f) * (1.0f / kSolidReflectance);
+    float root = sqrt(reflectance < 0.0f ? -reflectance : reflectance);
+    root = root > 1.0f ? 1.0f : root;
+    return vec3(albedo_coordinates(cosine, alpha), 0.5f + (reflectance < 0.0f ? -0.5f : 0.5f) * root);
+}
+
 HALFLIGHT_SHARED_END
 
 #endif

@@ -19,7 +19,7 @@
 #define UNIT_LIGHT_ALIAS 13        // RG32F: alias table over lights
 #define UNIT_LIGHT_OF_TRIANGLE 14  // R32UI: light of an emissive triangle
 #define UNIT_ENVIRONMENT 15        // 2D RGB32F: environment map
-#define UNIT_ENVIRONMENT_ALIAS 16  // RGBA32F: alias table over environment cells
+#define UNIT_ENVIRONMENT_WARP 16   // RGBA32F: hierarchy of environment cells
 #define UNIT_ALBEDO 17             // 2D RG32F: directional albedo (E_A, E_B)
 #define UNIT_LIGHT_TREE 18         // RGBA32F: light tree
 #define UNIT_COLOR_BANKS 19        // RGBA16F: banks 1 to 3 of the colour texels

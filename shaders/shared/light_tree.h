@@ -4,7 +4,8 @@
 // Rows (UNIT_LIGHT_TREE, RGBA32UI):
 //   LightTreeHeader
 //   the root's ball as bits of floats: centre and radius
-//   two unused texels
+//   the intensity of the root's brightest child as bits of a float, cd; then unused words
+//   an unused texel
 //   per node, the root first: kLightTreeWidth texels, one per child (64 bytes, a line of most caches)
 //   per node, from LightTreeHeader::names on: two texels. The first holds the lights of children that are leaves, the
 //       second the other lights of pairs. Each light of a pair has half of the leaf's probability.
@@ -20,9 +21,9 @@
 // The links of children 0 and 1 are the lower and the upper bits of child 0's node. The nodes of the next children
 // follow it; leaves come after inner nodes. A missing child has kLightTreeNone as its w.
 //
-// The tree makes `share` of the selections, the alias table makes the rest. A light's trail is its path: bits 2 d and
-// 2 d + 1 are the child taken after d steps, and the bit above those of a pair selects one of its lights. No trail has
-// more than kLightTreeDepth bits, and there are at least two lights.
+// The tree and the environment make `share` of the selections, the alias table makes the rest. A light's trail is its
+// path: bits 2 d and 2 d + 1 are the child taken after d steps, and the bit above those of a pair selects one of its
+// lights. No trail has more than kLightTreeDepth bits.
 #ifndef HALFLIGHT_SHARED_LIGHT_TREE_H
 #define HALFLIGHT_SHARED_LIGHT_TREE_H
 
@@ -53,7 +54,7 @@ HALFLIGHT_SHARED_CONST uint kLightTreeNone = 0x5fffu;  // a leaf of intensity 0
 
 struct LightTreeHeader {
     float gain;    // `share` over the probability with which the alias table picks each light of the tree
-    float share;   // share of the selections
+    float share;   // share of the selections, with those of the environment (environment_share())
     uint through;  // 1 where some surface transmits light, so that light from behind counts
     uint names;    // first texel of the leaves' lights
 };

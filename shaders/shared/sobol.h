@@ -7,6 +7,10 @@
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/portable.h"
 
+#ifdef __cplusplus
+#include <bit>
+#endif
+
 HALFLIGHT_SHARED_BEGIN
 
 #ifdef __cplusplus
@@ -16,6 +20,9 @@ inline uint bitfieldReverse(uint v) {
     v = ((v >> 4) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4);
     v = ((v >> 2) & 0x33333333u) | ((v & 0x33333333u) << 2);
     return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
+}
+inline int findMSB(uint v) {
+    return std::bit_width(v) - 1;
 }
 #endif
 
@@ -113,6 +120,19 @@ HALFLIGHT_SHARED_FUNCTION SampleBits sample_2d_bits(Sampler s, uint dimension) {
 // Returns a number in [0, 1) in steps of 2^-24, so that it never rounds up to 1.
 HALFLIGHT_SHARED_FUNCTION float unit_float(uint bits) {
     return float(bits >> 8) * (1.0f / 16777216.0f);
+}
+
+// Returns the part of `choice` that a decision for `u` in [low, low + share) leaves: 32 bits, uniform and still
+// stratified. `u` is a number of unit_float() from the choice times `entries`. A hash fills the bits below its
+// resolution: 2^-32 per entry, or 2^-24, over the share.
+HALFLIGHT_SHARED_FUNCTION uint left_of_choice(uint choice, uint entries, float u, float low, float share) {
+    if (entries == 1u && share == 1.0f) return choice;  // there was no decision
+    float steps = (entries > 256u ? float(entries) : 256.0f) / share;
+    uint mask = (2u << uint(findMSB(uint(steps < 1e9f ? steps : 1e9f)))) - 1u;
+    float left = (u - low) / share;
+    left = left > 0.0f ? left : 0.0f;
+    uint rest = uint((left < 1.0f ? left : 0.99999994f) * 4294967296.0f);
+    return (rest & ~mask) | (hash_u32(choice) & mask);
 }
 
 HALFLIGHT_SHARED_FUNCTION float sample_1d(Sampler s, uint dimension) {

@@ -476,6 +476,13 @@ TEST_F(Pack, ScenesThatDoNotFitIntoMemoryAreConvertedOnce) {
     // A damaged file is made anew, and a list of files is always rendered from pages.
     std::filesystem::resize_file(pages, 1000);
     write_text(file("list.parts.json"), R"({"parts": [{"uri": "field.glb"}]})");
+    const Json facts = Json::parse(run_program({"info", file("list.parts.json"), "--json"}).out);
+    EXPECT_EQ(facts.at("bytes"), std::filesystem::file_size(file("field.glb")));
+    EXPECT_EQ(facts.at("files"), 1);
+    EXPECT_GT(facts.at("triangles_with_instances"), 0);
+    const Outcome needs = run_program({"info", file("list.parts.json"), "--needs"});
+    EXPECT_EQ(needs.status, 1);
+    EXPECT_NE(needs.err.find("list.parts.json: is a list of files: --needs describes single files"), std::string::npos);
     const Outcome list = render(file("list.parts.json"), {});
     EXPECT_EQ(list.status, 0) << list.err;
     EXPECT_NE(list.err.find("it is converted to"), std::string::npos) << list.err;

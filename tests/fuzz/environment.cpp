@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/tables/lights.h"
+#include "engine/tables/environment_warp.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/targets.h"
 

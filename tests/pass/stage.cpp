@@ -83,6 +83,11 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
         row(&SurfaceRecord::film_dielectric_f0, nullptr);
         row(&SurfaceRecord::film_metal_f0, nullptr);
     }
+    if (needs.volume) {
+        row(&SurfaceRecord::solid_reflection, &SurfaceRecord::eta);
+        row(&SurfaceRecord::absorption, &SurfaceRecord::thickness);
+        row(&SurfaceRecord::coat_tint, &SurfaceRecord::solid_gain);
+    }
 }
 
 std::size_t row_count(const SceneNeeds& needs) {

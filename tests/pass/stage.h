@@ -80,6 +80,12 @@ struct SurfaceRecord {
     float film_thickness = 0;
     vec3 film_dielectric_f0{0};
     vec3 film_metal_f0{0};
+    vec3 solid_reflection{0};
+    float eta = 0;
+    vec3 absorption{0};
+    float thickness = 0;
+    vec3 coat_tint{1};
+    float solid_gain = 0;
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
 /// Returns the rows of `records` as input of kernels.

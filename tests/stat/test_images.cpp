@@ -176,6 +176,17 @@ TEST_F(ImageTest, Sheen) {
     expect_agreement(scene, {.name = "sheen", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+/// Gives all vertices a tangent, horizontal where the normal is not vertical.
+void set_tangents(Scene& scene) {
+    for (Mesh& mesh : scene.meshes) {
+        mesh.tangents.clear();
+        for (const vec3& n : mesh.normals) {
+            const vec3 t = glm::cross(n, std::abs(n.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0));
+            mesh.tangents.emplace_back(glm::normalize(t), 1);
+        }
+    }
+}
+
 TEST_F(ImageTest, Anisotropy) {
     Scene scene = load("cornell");
     float strength = 0.4f;
@@ -188,13 +199,7 @@ TEST_F(ImageTest, Anisotropy) {
         m.anisotropy_rotation = 2 * strength;
         strength = strength > 0.8f ? 0.4f : strength + 0.3f;
     }
-    for (Mesh& mesh : scene.meshes) {
-        mesh.tangents.clear();
-        for (const vec3& n : mesh.normals) {
-            const vec3 t = glm::cross(n, std::abs(n.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0));
-            mesh.tangents.emplace_back(glm::normalize(t), 1);
-        }
-    }
+    set_tangents(scene);
     expect_agreement(scene, {.name = "anisotropy", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
@@ -212,6 +217,74 @@ TEST_F(ImageTest, Iridescence) {
         thickness = thickness > 500 ? 250 : thickness + 150;
     }
     expect_agreement(scene, {.name = "iridescence", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
+TEST_F(ImageTest, Solids) {
+    // Light through glass is found by sampled directions alone, so the lights are large.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    Material green = glass_material(0.3f);
+    green.attenuation_color = {0.3f, 0.9f, 0.5f};
+    green.attenuation_distance = 0.7f;
+    Material clear = glass_material(0), pane = green;
+    clear.ior = 1.4f;
+    clear.base_color = {1, 0.9f, 0.7f, 1};
+    pane.roughness = 0.5f, pane.thickness = 0.4f;
+    Material varnished = green;
+    varnished.transmission = 0.6f, varnished.clearcoat = 0.7f, varnished.metallic = 0.2f;
+    varnished.roughness = 0.6f, varnished.sheen_color = vec3(0.4f), varnished.sheen_roughness = 0.5f;
+    add_quad(scene, add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f})), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    add_box(scene, add_material(scene, green), {-1.6f, 0.05f, -0.5f}, {-0.6f, 1, 0.5f});
+    add_box(scene, add_material(scene, diffuse_material({0.8f, 0.3f, 0.2f})), {-1.2f, 0.3f, -0.1f},
+            {-0.9f, 0.6f, 0.2f});
+    const int ball = add_ball(scene, add_material(scene, clear), vec3(0), 0.5f);
+    scene.instances[static_cast<std::size_t>(ball)].object_to_world =
+        dmat4(dvec4(-1, 0, 0, 0), dvec4(0, 0.9, 0.3, 0), dvec4(0, -0.3, 1.1, 0), dvec4(0.1, 0.7, 0, 1));  // mirrors
+    add_box(scene, add_material(scene, varnished), {0.9f, 0.05f, -0.4f}, {1.7f, 0.8f, 0.4f});
+    add_quad(scene, add_material(scene, pane), {-0.7f, 0.1f, 0.8f}, {1, 0, 0.2f}, {0, 0.5f, 0});  // open
+    add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.8)};
+    expect_agreement(scene, {.name = "solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
+TEST_F(ImageTest, Dispersion) {
+    // Each path has one colour channel from the first surface on that disperses light.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    Material flint = glass_material(0, 1.6f), frosted = glass_material(0.4f, 1.4f);
+    flint.dispersion = 3;
+    frosted.dispersion = 10;
+    frosted.attenuation_color = {0.9f, 0.5f, 0.7f};
+    frosted.attenuation_distance = 0.5f;
+    frosted.transmission = 0.7f;
+    add_quad(scene, add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f})), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    add_ball(scene, add_material(scene, flint), {-0.7f, 0.7f, 0}, 0.6f);
+    add_box(scene, add_material(scene, frosted), {0.3f, 0.05f, -0.4f}, {1.1f, 0.8f, 0.4f});
+    add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
+    expect_agreement(scene, {.name = "dispersion", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
+TEST_F(ImageTest, BrushedSolidsWithFilms) {
+    // The interface of a solid is isotropic and has no film; the metal and the opaque dielectric have both.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    Material brushed = glass_material(0.4f);
+    brushed.transmission = 0.6f, brushed.metallic = 0.3f;
+    brushed.anisotropy_strength = 0.7f, brushed.anisotropy_rotation = 0.5f;
+    brushed.iridescence = 0.8f, brushed.iridescence_ior = 1.6f;
+    brushed.clearcoat = 0.5f, brushed.sheen_color = vec3(0.3f), brushed.sheen_roughness = 0.5f;
+    Material dispersing = brushed;
+    dispersing.dispersion = 8, dispersing.clearcoat = 0;
+    dispersing.attenuation_color = {0.9f, 0.5f, 0.7f}, dispersing.attenuation_distance = 0.5f;
+    add_quad(scene, add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f})), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    add_box(scene, add_material(scene, brushed), {-1.2f, 0.05f, -0.4f}, {-0.3f, 0.9f, 0.4f});
+    add_box(scene, add_material(scene, dispersing), {0.3f, 0.05f, -0.4f}, {1.1f, 0.8f, 0.4f});
+    add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
+    set_tangents(scene);
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
+    expect_agreement(scene,
+                     {.name = "brushed-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
 TEST_F(ImageTest, MaskAndBlend) {

@@ -133,6 +133,55 @@ TEST_F(Light, OnePixelSun) {
     expect_spot("one-pixel sun of 10^6 in an environment of 1", scene, dvec3(0), 0.1, irradiance);
 }
 
+TEST_F(Light, OneTexelOfALargeBlackMap) {
+    Scene scene = floor();
+    Image& map = scene.environment.map = Image(4096, 2048, 3);
+    scene.environment.color = vec3(1);
+    std::fill(map.pixels.begin(), map.pixels.end(), 0.0f);
+    std::fill_n(map.at(1000, 512), 3, 1e6f);
+    // Bilinear lookups make the texel a tent. Its directions are alike, so that its integral is that of a flat texel.
+    const double theta = kPi * 512.5 / 2048, side = kPi / 2048;
+    const double exact = kAlbedo / kPi * 1e6 * side * side * std::sin(theta) * std::cos(theta);
+    expect_mean("one texel of 10^6 in a black map of 4096 x 2048",
+                mean_of(picture(scene, spot_camera(dvec3(0), {0.3, 0.5, 0.6}, 0.1), 16, 256, 1)), exact, 1e-3,
+                "1/1000 for the tent's extent");
+}
+
+TEST_F(Light, SmallestMaps) {
+    Scene scene = floor();
+    scene.environment.color = vec3(1);
+    scene.environment.map = Image(1, 1, 3);
+    std::fill_n(scene.environment.map.at(0, 0), 3, 2.0f);
+    expect_spot("map of one texel", scene, dvec3(0), 0.1, 2 * kPi);
+
+    std::fill_n(scene.environment.map.at(0, 0), 3, 0.0f);
+    add_lamp(scene, LightType::point, {0, 0.5, 0}, 0.25f);
+    expect_spot("lamp beside a black map", scene, dvec3(0), 0.001, 1);
+}
+
+TEST_F(Light, FewAtUnlikeDistances) {
+    Scene scene = floor();
+    add_lamp(scene, LightType::point, {0, 1e6, 0}, 1e12f);
+    add_lamp(scene, LightType::point, {0, 0.5, 0}, 0.25f);
+    add_lamp(scene, LightType::point, {0.3, 0.5, 0}, 0);
+    add_lamp(scene, LightType::point, {0.9, 0, 0.9}, 1);  // on the floor
+    // The oracle selects such lamps by power. The tree rounds the place of the near ones to 15 m.
+    const Camera camera = spot_camera(dvec3(0), {0.3, 0.5, 0.6}, 0.001);
+    expect_mean("lamps at 10^6 and 0.5, one of no power, and one on the floor",
+                mean_of(picture(scene, camera, 16, 1024, 1)), kAlbedo / kPi * 2, 1e-3, "1/1000 for the spot's size");
+
+    Scene many = floor();
+    double exact = 0;
+    for (int i = 0; i < 100'000; ++i) {
+        const double turn = 2.4 * i, away = 0.0001 * i;
+        const dvec3 at(away * std::cos(turn), 0.3 + 0.001 * (i % 100), away * std::sin(turn));
+        add_lamp(many, LightType::point, at, 1e-4f);
+        exact += double(1e-4f) * at.y / std::pow(glm::dot(at, at), 1.5);
+    }
+    expect_mean("100,000 lamps", mean_of(picture(many, camera, 16, 256, 1)), kAlbedo / kPi * exact, 1e-3,
+                "1/1000 for the spot's size");
+}
+
 TEST_F(Light, BrokenEnvironments) {
     Image broken(8, 4, 3);
     std::fill(broken.pixels.begin(), broken.pixels.end(), 2.0f);

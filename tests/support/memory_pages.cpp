@@ -34,6 +34,7 @@ MemoryPages::MemoryPages(const TraceTables& tables, std::size_t bucket, const pa
             corners.push_back({tables.positions[t.x], tables.positions[t.y], tables.positions[t.z]});
         }
         paging::PageSet set = paging::build_pages(corners, ids, {alpha.get(), ids.size()}, limits);
+        paging::append_above(index_.above, set);
         for (paging::PageRoot root : set.roots) {
             root.page += static_cast<std::uint32_t>(pages_.size());
             index_.roots.push_back(root);

@@ -19,6 +19,16 @@ Material metal_material(const vec3& albedo, float roughness) {
     return m;
 }
 
+Material glass_material(float roughness, float ior) {
+    Material m;
+    m.metallic = 0;
+    m.roughness = roughness;
+    m.ior = ior;
+    m.transmission = 1;
+    m.thickness = 1;
+    return m;
+}
+
 Material light_material(const vec3& radiance) {
     Material m = diffuse_material(vec3(0));
     m.emission = radiance;
@@ -66,6 +76,32 @@ int add_box(Scene& scene, int material, const vec3& lower, const vec3& upper) {
     append_quad(mesh, material, lower + z, x, y);
     append_quad(mesh, material, lower + x, y, z);
     append_quad(mesh, material, lower + y, z, x);
+    return add_instance(scene, std::move(mesh));
+}
+
+int add_ball(Scene& scene, int material, const vec3& centre, float radius, int rings) {
+    Mesh mesh;
+    const int columns = 2 * rings;
+    const auto at = [&](int row, int column) {
+        const double polar = kPi * row / rings, turn = 2 * kPi * (column % columns) / columns;
+        return centre +
+               radius * vec3(std::sin(polar) * std::cos(turn), std::cos(polar), std::sin(polar) * std::sin(turn));
+    };
+    const auto add = [&](const vec3& a, const vec3& b, const vec3& c) {
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        mesh.positions.insert(mesh.positions.end(), {a, b, c});
+        mesh.normals.insert(mesh.normals.end(), 3, glm::normalize(glm::cross(b - a, c - a)));
+        mesh.triangles.emplace_back(first, first + 1, first + 2);
+        mesh.triangle_material.push_back(static_cast<std::uint32_t>(material));
+    };
+    for (int row = 0; row < rings; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            const vec3 a = at(row, column), b = at(row, column + 1), c = at(row + 1, column + 1),
+                       d = at(row + 1, column);
+            if (row > 0) add(a, b, c);
+            if (row < rings - 1) add(a, c, d);
+        }
+    }
     return add_instance(scene, std::move(mesh));
 }
 

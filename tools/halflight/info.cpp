@@ -9,6 +9,7 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf/gltf.h"
+#include "engine/io/gltf/parts.h"
 #include "engine/paging/page_file.h"
 #include "shaders/shared/bvh.h"
 #include "tools/cli/console.h"
@@ -155,6 +156,25 @@ Json file_facts(const InfoArguments& a, Scene& scene) {
     return facts;
 }
 
+/// Returns the facts of a list of files, as their headers tell them.
+Json list_facts(const InfoArguments& a) {
+    std::vector<GltfScene> parts = open_files(*a.scene, gltf_options(a.picture));
+    const SceneSize size = size_of_parts(parts);
+    std::uintmax_t bytes = 0;
+    std::size_t files = 0;
+    for (const GltfScene& part : parts) {
+        files += part.files().size();
+        for (const std::filesystem::path& file : part.files()) bytes += std::filesystem::file_size(file);
+    }
+    return {{"file", a.scene->string()},
+            {"bytes", bytes},
+            {"scenes", parts.size()},
+            {"files", files},
+            {"triangles_with_instances", size.drawn},
+            {"texture_bytes", size.texture_bytes},
+            {"largest_mesh_bytes", size.largest_mesh}};
+}
+
 /// Returns the facts of a page file.
 Json page_facts(const std::filesystem::path& path) {
     const paging::PageFile file(path);
@@ -196,10 +216,12 @@ Json page_facts(const std::filesystem::path& path) {
 void run_info(const InfoArguments& a) {
     Json all = Json::object(), facts = Json::object();
     Scene scene;
-    const bool paged = a.scene && paging::is_page_file(*a.scene);
+    const bool list = a.scene && is_part_list(*a.scene);
+    const bool paged = a.scene && !list && paging::is_page_file(*a.scene);
+    if (list && a.needs) throw Error(a.scene->string(), "is a list of files: --needs describes single files");
     if (paged && a.needs) throw Error(a.scene->string(), "is a page file: --needs describes glTF scenes");
     if (a.device) all["devices"] = device_facts();
-    if (a.scene) facts = paged ? page_facts(*a.scene) : file_facts(a, scene);
+    if (a.scene) facts = list ? list_facts(a) : paged ? page_facts(*a.scene) : file_facts(a, scene);
     if (!a.json) {
         if (a.device) print_devices(all["devices"]);
         print_text(facts, 0);

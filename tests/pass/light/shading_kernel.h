@@ -35,7 +35,7 @@ class ShadingScene {
         add(UNIT_LIGHT_ALIAS, GL_RG32F, tables.light_alias);
         add(UNIT_LIGHT_TREE, GL_RGBA32UI, tables.light_tree);
         add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, tables.light_of_triangle);
-        add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, tables.environment_cells);
+        add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, tables.environment_warp);
         add(UNIT_ENVIRONMENT, GL_RGB32F, tables.environment);
         add(UNIT_ALBEDO, GL_RG32F, tables.albedo);
     }

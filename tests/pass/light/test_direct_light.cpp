@@ -42,20 +42,23 @@ class SunAndSky {
   public:
     SunAndSky(const Scene& scene, const TraceTables& trace) : scene_(scene), tables_(build_lights(scene, trace)) {}
 
-    /// Selects a sun, or the sky after the suns.
-    std::size_t choose(const shared::Sampler& random) const {
-        const std::uint64_t scaled = std::uint64_t{shared::sample_1d_bits(random, 0)} * tables_.alias.size();
+    /// Selects a sun or the sky, and a direction.
+    Light sample(const shared::Sampler& random) const {
+        const shared::SampleBits bits = shared::sample_2d_bits(random, 1);
+        const auto count = static_cast<std::uint32_t>(tables_.alias.size());
+        const std::uint64_t scaled = std::uint64_t{bits.x} * count;
         const vec2 alias = tables_.alias[scaled >> 32];
-        const bool keep = shared::unit_float(static_cast<std::uint32_t>(scaled)) < alias.x;
-        return keep ? scaled >> 32 : shared::word_of_float(alias.y);
-    }
-    Light sample(std::size_t chosen, const shared::Sampler& random) const {
+        const float u = shared::unit_float(static_cast<std::uint32_t>(scaled));
+        const bool keep = u < alias.x;
+        const std::size_t chosen = keep ? scaled >> 32 : shared::word_of_float(alias.y);
         if (chosen < scene_.lights.size()) {
             const PunctualLight& sun = scene_.lights[chosen];
             return {-glm::normalize(dvec3(sun.direction)), dvec3(sun.intensity) / tables_.probabilities[chosen], 0};
         }
-        const dvec2 xi(shared::sample_2d(random, 1));
-        const double y = 1 - 2 * xi.y, r = std::sqrt(1 - y * y), phi = 2 * kPi * xi.x;
+        const float low = keep ? 0 : alias.x;
+        const std::uint32_t rest = shared::left_of_choice(bits.x, count, u, low, keep ? alias.x : 1 - alias.x);
+        const double y = 1 - 2 * double(shared::unit_float(bits.y)), r = std::sqrt(1 - y * y),
+                     phi = 2 * kPi * double(shared::unit_float(rest));
         return {
             {r * std::cos(phi), r * std::sin(phi), y}, dvec3(scene_.environment.color) / sky_density(), sky_density()};
     }
@@ -167,8 +170,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
                 };
 
                 const shared::Sampler random = shared::make_sampler(x, y, sample, stage.frame().seed);
-                const std::size_t chosen = lights.choose(random);
-                const Light light = lights.sample(chosen, random);
+                const Light light = lights.sample(random);
                 double sampled = 0;
                 if (bsdf) {
                     const reference::Bsdf::Value v = bsdf->evaluate(light.direction);

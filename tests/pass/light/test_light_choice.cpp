@@ -60,6 +60,34 @@ TEST_F(LightChoiceTest, PicturesAreTheOracles) {
     }
 }
 
+/// Few lights at unequal distances beside a map with a small sun. MIS weighs rays that meet the map or a square against
+/// the selection between map and tree.
+TEST_F(LightChoiceTest, FewLightsBesideAMapAreTheOracles) {
+    Scene scene = floor_scene(metal_material(vec3(0.9f, 0.8f, 0.6f), 0.4f));
+    add_quad(scene, add_material(scene, diffuse_material(vec3(0.6f))), {-0.5f, 0, -0.6f}, {1, 0, 0}, {0, 1, 0});
+    add_quad(scene, add_material(scene, light_material(vec3(5))), {-1.2f, 0.4f, 0.3f}, {0.2f, 0, 0}, {0, 0.2f, 0.1f});
+    scene.lights.emplace_back().position = dvec3(0.8, 0.5, 0.2);
+    scene.lights.back().intensity = vec3(0.2f);
+    scene.environment.map = Image(32, 16, 3);
+    for (std::size_t i = 0; i < scene.environment.map.pixels.size(); ++i)
+        scene.environment.map.pixels[i] = 0.05f * static_cast<float>(i * 37 % 11);
+    for (int k = 0; k < 3; ++k) scene.environment.map.at(20, 4)[k] = 60;
+    scene.cameras = {spot_camera(dvec3(0, 0.2, 0), {0.3, 1.5, 2.5}, 3)};
+    const ReferenceResult oracle = render_oracle(scene, scene.cameras.front(), 32, 512, 3);
+    for (const LightChoice choice : {LightChoice::automatic, LightChoice::power}) {
+        SCOPED_TRACE(name(choice));
+        const RenderResult result = picture(scene, choice, 128, 3);
+        EXPECT_EQ(result.stats.estimator.lights,
+                  choice == LightChoice::automatic ? LightChoice::tree : LightChoice::power);
+        for (int channel = 0; channel < 3; ++channel) {
+            const MeanValue found = mean_radiance(result, channel);
+            const MeanRadiance expected = mean_radiance(oracle, channel);
+            EXPECT_NEAR(found.value, expected.value, 5 * std::hypot(found.error, expected.error)) << channel;
+            EXPECT_LT(std::hypot(found.error, expected.error), 0.025 * found.value) << "and reports it";
+        }
+    }
+}
+
 /// Pairs of spot lights point away from each other, above a floor. If bounds let opposite cones cancel, samples would
 /// go to lights that do not shine there.
 TEST_F(LightChoiceTest, OppositeSpotsCostNothing) {

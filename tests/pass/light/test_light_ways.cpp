@@ -182,6 +182,35 @@ TEST_F(LightWays, EqualTheCpus) {
     EXPECT_GT(pairs, 0) << "of one square's triangles";
 }
 
+/// Few point lights have a leaf each, so that their illuminance is exact but for the share of grazing light.
+TEST_F(LightWays, IlluminanceOfFewLights) {
+    Scene scene = many_lights(0, 4, 0);
+    scene.environment.color = vec3(0.3f);
+    const ShadingScene shading(scene);
+    ASSERT_TRUE(shading.tables.needs.light_tree);
+    const std::vector<vec4> at = receivers(kReceivers);
+    const auto found = shading.run(kLibrary, R"(
+        Receiver at = receiver_number(i);
+        result[0] = vec4(light_tree_illuminance(at), environment_share(at), environment_illuminance(at.normal), 0.0);
+    )",
+                                   kReceivers, 1, at);
+    for (std::uint32_t r = 0; r < kReceivers; ++r) {
+        const dvec3 position(at[2 * r]), normal(at[2 * r + 1]);
+        double lamps = 0;
+        for (const PunctualLight& light : scene.lights) {
+            if (light.type == LightType::directional) continue;
+            const dvec3 to = light.position - shading.trace.origin - position;
+            const double cosine = glm::dot(glm::normalize(to), normal);
+            if (cosine > 0) lamps += luminance(light.intensity) * (0.05 + 0.95 * cosine) / glm::dot(to, to);
+        }
+        const double sky = kPi * 0.3;
+        // Intensities are rounded to eight bits, places to 2^-15 of the root's ball.
+        EXPECT_NEAR(found[r].x, lamps, 0.02 * lamps) << r;
+        EXPECT_NEAR(found[r].y, lamps > 0 ? std::clamp(sky / (sky + lamps), 0.125, 0.875) : 1, 0.02) << r;
+        EXPECT_NEAR(found[r].z, sky, 1e-5) << r;
+    }
+}
+
 /// Compares the mean contribution of each selection with the sum over all lights.
 TEST_F(LightWays, EverySelectionIsUnbiased) {
     const Scene scene = many_lights(0, 24, 40);
@@ -197,7 +226,7 @@ TEST_F(LightWays, EverySelectionIsUnbiased) {
             vec2 sums = vec2(0.0);
             for (uint n = 0u; n < 2048u; ++n) {
                 uint seed = hash_combine(hash_u32(i), n);
-                LightSample s = sample_light(at, seed, vec2(0.5));
+                LightSample s = sample_light(at, SampleBits(seed, 0u));
                 float value = s.weight.x * max(dot(s.direction, at.normal), 0.0);
                 sums += vec2(value, value * value);
             }

@@ -21,7 +21,7 @@ const uint kTurns = 16384u;
 const vec3 kTowardsAny = vec3(0.0);  // no light is behind a receiver of this normal, nor before it
 LightSample sample_of(vec3 position, uint point, uint n) {
     Sampler s = make_sampler(point, 3u, n, 11u);
-    return sample_light(receiver_at(position, kTowardsAny), sample_1d_bits(s, 0u), sample_2d(s, 1u));
+    return sample_light(receiver_at(position, kTowardsAny), sample_2d_bits(s, 1u));
 }
 Ray to_block(Ray ray, uint instance) {
 #ifdef HALFLIGHT_INSTANCES
@@ -360,8 +360,42 @@ TEST_F(ShadingLights, EnvironmentIsBilinear) {
     }
 }
 
+// Owen-scrambled Sobol points stay stratified on the map: the mean of 64 points has a much smaller variance than that
+// of independent points.
+TEST_F(ShadingLights, EnvironmentSamplesStayStratified) {
+    Scene scene = triangle_scene({});
+    scene.environment.map = test_map(64, 32);
+    const ShadingScene shading(scene);
+    constexpr std::uint32_t kSets = 4096;
+    const auto found = shading.run(kLibrary, R"(
+        vec3 means[2] = vec3[2](vec3(0.0), vec3(0.0));
+        for (uint n = 0u; n < 64u; ++n) {
+            uint seed = hash_combine(hash_u32(i), n);
+            vec2 points[2] = vec2[2](sample_2d(make_sampler(i, 3u, n, 11u), 1u),
+                                     vec2(unit_float(hash_combine(seed, 1u)), unit_float(hash_combine(seed, 2u))));
+            for (int k = 0; k < 2; ++k) means[k] += sample_environment(kTowardsAny, points[k]).direction / 64.0;
+        }
+        result[0] = vec4(means[0], 0.0);
+        result[1] = vec4(means[1], 0.0);
+    )",
+                                   kSets, 2);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::array<double, 2> sum{}, squares{};
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            sum[i % 2] += found[i][axis];
+            squares[i % 2] += double(found[i][axis]) * found[i][axis];
+        }
+        std::array<double, 2> variance;
+        for (std::size_t k = 0; k < 2; ++k) variance[k] = squares[k] / kSets - sum[k] / kSets * (sum[k] / kSets);
+        EXPECT_LT(variance[0], 0.1 * variance[1]) << axis;  // an alias table of the cells leaves 0.3 to 0.9
+    }
+}
+
 TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
-    for (const bool constant : {false, true}) {
+    const vec3 towards_any(0), up(0, 1, 0), aside(glm::normalize(vec3(-1, 0.2f, 2)));
+    for (const auto& [constant, normal] :
+         {std::pair(false, towards_any), {false, up}, {false, aside}, {true, towards_any}, {true, aside}}) {
+        SCOPED_TRACE(normal.x);
         Scene scene = triangle_scene({});
         scene.environment.color = vec3(1, 0.5f, 2);
         if (!constant) scene.environment.map = test_map(36, 18);
@@ -370,24 +404,25 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
         sun.intensity = vec3(5);
         scene.lights = {sun};
         const ShadingScene shading(scene);
-        const double share = shading.tables.environment_cells[0].z;
+        const double share = shading.tables.environment_warp[0].z;
         EXPECT_GT(share, 0.2);
         EXPECT_LT(share, 0.9);
         constexpr std::uint32_t kSamples = 1u << 18;
         const auto found = shading.run(kLibrary, R"(
             // Independent numbers: chi-square wants them.
             uint seed = hash_combine(hash_u32(i), 77u);
-            vec2 xi = vec2(unit_float(hash_combine(seed, 1u)), unit_float(hash_combine(seed, 2u)));
-            LightSample s = sample_light(receiver_at(vec3(0.0), kTowardsAny), seed, xi);
+            SampleBits bits = SampleBits(hash_combine(seed, 1u), hash_combine(seed, 2u));
+            Receiver at = receiver_at(vec3(0.0), inputs[0].xyz);
+            LightSample s = sample_light(at, bits);
             result[0] = vec4(s.direction, s.pdf);
-            result[1] = vec4(s.weight * s.pdf - environment_radiance(s.direction), environment_pdf(s.direction));
+            result[1] = vec4(s.weight * s.pdf - environment_radiance(s.direction), environment_pdf(at, s.direction));
             result[2] = vec4(s.weight, 0.0);
         )",
-                                       kSamples, 3);
+                                       kSamples, 3, {vec4(normal, 0)});
         constexpr int kColumns = 36, kRows = 18, kSub = 8;
         std::vector<double> expected(kColumns * kRows, 0), bins(kColumns * kRows, 0);
         dvec3 integral(0), mean(0);
-        std::vector<vec4> grid;
+        std::vector<vec4> grid{vec4(normal, 0)};
         for (int y = 0; y < kRows * kSub; ++y) {
             for (int x = 0; x < kColumns * kSub; ++x) {
                 const double theta = kPi * (y + 0.5) / (kRows * kSub),
@@ -395,17 +430,22 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
                 grid.emplace_back(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi), 0);
             }
         }
-        const auto densities = shading.run(
-            kLibrary, "result[0] = vec4(environment_radiance(inputs[i].xyz), environment_pdf(inputs[i].xyz));",
-            static_cast<std::uint32_t>(grid.size()), 1, grid);
+        const auto densities = shading.run(kLibrary, R"(
+            vec3 d = inputs[i + 1u].xyz;
+            result[0] = vec4(environment_radiance(d), environment_pdf(receiver_at(vec3(0.0), inputs[0].xyz), d));
+        )",
+                                           static_cast<std::uint32_t>(grid.size() - 1), 1, grid);
+        const auto received = [&, n = normal](const vec3& d) {
+            return n == vec3(0) ? 1.0 : std::max(0.0, double(glm::dot(n, d)));
+        };
         double dark = 0;
-        for (std::size_t i = 0; i < grid.size(); ++i) {
+        for (std::size_t i = 0; i < densities.size(); ++i) {
             const int y = static_cast<int>(i) / (kColumns * kSub), x = static_cast<int>(i) % (kColumns * kSub);
             const double solid = 2 * kPi / (kColumns * kSub) *
                                  (std::cos(kPi * y / (kRows * kSub)) - std::cos(kPi * (y + 1) / (kRows * kSub)));
             expected[static_cast<std::size_t>(y / kSub * kColumns + x / kSub)] += kSamples * densities[i].w * solid;
-            integral += solid * dvec3(densities[i]);
-            EXPECT_TRUE(densities[i].w > 0 || vec3(densities[i]) == vec3(0));
+            integral += solid * received(vec3(grid[i + 1])) * dvec3(densities[i]);
+            EXPECT_TRUE(densities[i].w > 0 || received(vec3(grid[i + 1])) == 0 || vec3(densities[i]) == vec3(0));
             dark += densities[i].w == 0 ? 1 : 0;
         }
         EXPECT_EQ(dark > 1000, !constant);
@@ -414,7 +454,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
             const vec4* r = &found[3 * i];
             if (r[0].w == 0) continue;
             ++picked;
-            mean += dvec3(r[2]) / double(kSamples);
+            mean += received(vec3(r[0])) * dvec3(r[2]) / double(kSamples);
             const double radiance_scale = 1 + r[0].w * r[2].y;
             // A round trip through sine and arc may lead to another cell only at the borders.
             inconsistent +=

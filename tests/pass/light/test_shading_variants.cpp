@@ -24,13 +24,13 @@ void main() {
     Material m = evaluate_material(s, wo);
     Bsdf b = make_bsdf(m, s.geometric_normal, wo);
     Receiver at = receiver_at(s.position, s.geometric_normal);
-    LightSample l = sample_light(at, sample_1d_bits(random, 0u), sample_2d(random, 1u));
+    LightSample l = sample_light(at, sample_2d_bits(random, 1u));
     BsdfValue v = evaluate_bsdf(b, wo, l.direction);
     BsdfSample d = sample_diffuse(b, wo, sample_2d(random, 2u));
     BsdfSample g = sample_glossy(b, wo, sample_2d(random, 3u), sample_1d(random, 4u));
     Ray ray = shadow_ray(s.position, s.offset, s.geometric_normal, l);
     vec3 sum = m.emission + v.diffuse * v.pdf_diffuse + v.glossy * v.pdf_glossy + d.weight + g.weight + ray.direction +
-               environment_radiance(d.direction) * environment_pdf(g.direction);
+               environment_radiance(d.direction) * environment_pdf(at, g.direction);
     results[i] = vec4(sum, light_pdf(at, hit, wo, 1.0, s.geometric_normal) +
                                (alpha_accept(i, i, i, 0.3, 0.3, ray_key(i, 1u)) ? 1.0 : 0.0));
 }

@@ -76,6 +76,9 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     extension("KHR_materials_specular") = {{"specularFactor", 0.5}, {"specularColorFactor", {1, 2, 0}}};
     extension("KHR_materials_clearcoat") = {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.125}};
     extension("KHR_materials_transmission") = {{"transmissionFactor", 0.875}};
+    extension("KHR_materials_dispersion") = {{"dispersion", 0.625}};
+    extension("KHR_materials_volume") = {
+        {"thicknessFactor", 2}, {"attenuationDistance", 0.5}, {"attenuationColor", {1, 0.5, 0.25}}};
     extension("KHR_materials_sheen") = {{"sheenColorFactor", {0.5, 0.25, 1}}, {"sheenRoughnessFactor", 0.375}};
     extension("KHR_materials_anisotropy") = {{"anisotropyStrength", 0.75}, {"anisotropyRotation", -1.5}};
     extension("KHR_materials_iridescence") = {{"iridescenceFactor", 0.25},
@@ -98,6 +101,10 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_EQ(m.clearcoat, 1);
     EXPECT_EQ(m.clearcoat_roughness, 0.125f);
     EXPECT_EQ(m.transmission, 0.875f);
+    EXPECT_EQ(m.dispersion, 0.625f);
+    EXPECT_EQ(m.thickness, 2);
+    EXPECT_EQ(m.attenuation_distance, 0.5f);
+    EXPECT_EQ(m.attenuation_color, vec3(1, 0.5f, 0.25f));
     EXPECT_EQ(m.sheen_color, vec3(0.5f, 0.25f, 1));
     EXPECT_EQ(m.sheen_roughness, 0.375f);
     EXPECT_EQ(m.anisotropy_strength, 0.75f);

@@ -69,9 +69,10 @@ Content content_of(std::uint32_t triangles, std::uint32_t pages) {
         for (uvec4& texel : page.nodes) texel = uvec4(random(), random(), random(), random());
         for (uvec4& pair : page.pairs) pair = uvec4(random() >> 1, random() >> 1, random(), random());
         for (std::uint32_t i = 0; i < p % 4; ++i) page.vertices.emplace_back(number(), number(), number());
-        index.roots.push_back({index.bounds, p, p % 5});
+        index.roots.push_back({index.bounds, p, p % 5, pages >= 8 && p < 8 ? p / 4 + 1 : PageRoot::kNoParent});
         content.pages.push_back(std::move(page));
     }
+    if (pages >= 8) index.above = {PageRoot::kNoParent, 0, 0};
     return content;
 }
 
@@ -121,6 +122,7 @@ TEST_F(PageFiles, ReturnWhatWasWritten) {
         EXPECT_TRUE(index.slivers);
         EXPECT_EQ(index.ranges, content.index.ranges);
         EXPECT_TRUE(same_bytes(index.roots, content.index.roots));
+        EXPECT_EQ(index.above, content.index.above);
         ASSERT_EQ(index.pages.size(), content.pages.size());
         for (std::uint32_t p = 0; p < content.pages.size(); ++p) {
             EXPECT_EQ(index.pages[p].nodes * shared::kBvhPageTexels, content.pages[p].nodes.size());
@@ -219,7 +221,7 @@ TEST_F(PageFiles, ForeignFilesAndOtherVersionsAreNamed) {
     std::string bytes = bytes_of(path());
     bytes[8] = 9;
     write_file(bad, bytes);
-    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 3 is needed"),
+    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 4 is needed"),
               std::string::npos);
     EXPECT_TRUE(is_page_file(bad));
 }
@@ -237,6 +239,10 @@ TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
     EXPECT_EQ(message([](Content& c) { c.index.roots[3].page = 70; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.roots[3].node = 70; }), damaged);
     EXPECT_EQ(message([](Content& c) { std::swap(c.index.roots[3], c.index.roots[5]); }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.roots[3].parent = 3; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.roots[4].parent = 1; }), damaged) << "five children";
+    EXPECT_EQ(message([](Content& c) { c.index.above[1] = 1; }), damaged) << "its own parent";
+    EXPECT_EQ(message([](Content& c) { c.index.above.push_back(0); }), damaged) << "no child";
     EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = 48; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = 1000; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = kMostPageBytes + kPageByteSteps; }), damaged);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -214,6 +215,60 @@ TEST(Pages, EqualPositionsAreStoredOnce) {
     const PageSet set = build_pages(grid, ids);
     ASSERT_EQ(set.pages.size(), 1u);
     EXPECT_EQ(set.pages[0].vertices.size(), 21u * 21);
+}
+
+/// Checks the subtree of a node; counts how often it meets each root. Returns the exact bounds below.
+Bounds check_over(const rays::Bvh& bvh, std::size_t node, const PageIndex& index, std::vector<int>& met) {
+    Bounds all;
+    for (const rays::BvhChild& child : bvh.nodes[node].children) {
+        if (child.bounds.empty()) continue;
+        Bounds below;
+        if (child.leaf()) {
+            EXPECT_EQ(child.count, 1u);
+            const std::uint32_t root = bvh.primitives[child.first];
+            ++met[root];
+            below = index.roots[root].bounds;
+        } else {
+            EXPECT_GT(child.first, node);
+            below = check_over(bvh, child.first, index, met);
+        }
+        EXPECT_EQ(child.bounds.lower, below.lower);
+        EXPECT_EQ(child.bounds.upper, below.upper);
+        all.add(below);
+    }
+    return all;
+}
+
+std::uint32_t stack_below(const rays::Bvh& bvh, std::size_t node) {
+    std::uint32_t deepest = 0;
+    for (const rays::BvhChild& child : bvh.nodes[node].children)
+        if (!child.bounds.empty() && !child.leaf()) deepest = std::max(deepest, stack_below(bvh, child.first));
+    return deepest + static_cast<std::uint32_t>(std::max(bvh.nodes[node].child_count(), 1)) - 1;
+}
+
+TEST(Pages, TheHierarchyOverTheRootsKeepsTheNodesOfBuckets) {
+    PageIndex index;
+    for (const unsigned seed : {8u, 9u, 10u}) {
+        const std::vector<Corners> triangles = soup(seed == 9 ? 10 : 20000, 0.05f, seed);
+        std::vector<std::uint32_t> ids(triangles.size());
+        std::iota(ids.begin(), ids.end(), 0u);
+        PageSet set = build_pages(triangles, ids, {}, {19200});
+        EXPECT_EQ(set.above.empty(), seed == 9) << "a single subtree has no node above it";
+        append_above(index.above, set);
+        index.roots.insert(index.roots.end(), set.roots.begin(), set.roots.end());
+    }
+    const rays::Bvh bvh = hierarchy_over(index);
+    std::vector<int> met(index.roots.size(), 0);
+    check_over(bvh, 0, index, met);
+    EXPECT_EQ(std::ranges::count(met, 1), std::ssize(met)) << "each root must occur once";
+    EXPECT_EQ(bvh.nodes.size(), index.above.size() + 1) << "one node joins three buckets";
+    EXPECT_EQ(bvh.stack_entries, stack_below(bvh, 0));
+}
+
+TEST(Pages, TheHierarchyOverNothingHasARoot) {
+    const rays::Bvh bvh = hierarchy_over({});
+    ASSERT_EQ(bvh.nodes.size(), 1u);
+    EXPECT_EQ(bvh.nodes[0].child_count(), 0);
 }
 
 TEST(Pages, AppendedPagesHaveTheSubtreesOfBoth) {

@@ -109,7 +109,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
     EXPECT_EQ(facts({}, all),
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
-                  {"light tree", "there are few lights, or another choice was asked for"},
+                  {"light tree", "there are no two lights for it, or another choice was asked for"},
                   {"radiance cache", "its preview mode is off"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
                   {"double precision for slivers", "no triangle is more than 2000 times as long as high"},

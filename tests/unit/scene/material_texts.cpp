@@ -25,6 +25,8 @@ constexpr const char* kStruct = R"(
 struct Material {
 {members}    vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;      // n_k
+    bool front;            // true: wo is outside, on the side of the vertex normals
+    int channel;           // colour channel of the path, 0 to 2, for solids that disperse light
     bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
     vec3 rough_direction;  // direction of the higher roughness, perpendicular to n; 0: none
 };

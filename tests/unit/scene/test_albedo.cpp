@@ -198,6 +198,51 @@ TEST(AnisotropicAlbedo, TableInterpolatesWithinTolerance) {
     EXPECT_LT(edge_errors[3960], 3e-3);
 }
 
+TEST(SolidAlbedo, LosesNothingWhereNothingIsRough) {
+    for (const double eta : {0.05, 1 / 1.5, 1.0, 1.5, 20.0})
+        for (const double cosine : {0.01, 0.3, 1.0}) EXPECT_NEAR(solid_albedo(cosine, 1e-4, eta, 64), 1, 1e-3) << eta;
+}
+
+TEST(SolidAlbedo, TableInterpolatesWithinTolerance) {
+    const Image table = build_albedo_table({.sheen = true, .solid = true}),
+                without = build_albedo_table({.sheen = true});
+    ASSERT_EQ(table.height, 2 * shared::kAlbedoTableSize + shared::kSolidTableRows);
+    EXPECT_TRUE(std::equal(without.pixels.begin(), without.pixels.end(), table.pixels.begin()));
+    const Image all = build_albedo_table({.sheen = true, .anisotropy = true, .solid = true});
+    ASSERT_EQ(all.height, table.height + shared::kAnisotropyTableRows);
+    EXPECT_TRUE(
+        std::equal(table.pixels.rbegin(), table.pixels.rend() - std::ssize(without.pixels), all.pixels.rbegin()))
+        << "solids follow anisotropy";
+    std::mt19937 random(7);
+    const auto uniform = [&] { return static_cast<double>(random()) * 0x1p-32; };
+    double worst = 0, sum = 0;
+    constexpr int kPoints = 500;
+    for (int k = 0; k < kPoints; ++k) {
+        const double mu = uniform(), roughness = 0.01 + 0.99 * uniform();
+        const double reflectance = 0.9 * (2 * uniform() - 1), eta = (1 + reflectance) / (1 - reflectance);
+        const auto alpha = static_cast<float>(roughness * roughness);
+        const vec3 size(shared::kSolidTableSize, shared::kSolidTableSize, shared::kSolidTableSlices);
+        const vec3 at =
+            shared::solid_coordinates(static_cast<float>(mu), alpha, static_cast<float>(eta)) * (size - 1.0f);
+        const ivec3 cell = glm::min(ivec3(at), ivec3(size) - 2);
+        const vec3 f = at - vec3(cell);
+        double found = 0;
+        for (int i = 0; i < 8; ++i) {
+            const ivec3 step(i & 1, i >> 1 & 1, i >> 2), node = cell + step;
+            const vec3 weight = glm::mix(1.0f - f, f, vec3(step));
+            const int x = node.z % shared::kSolidTableColumns * shared::kSolidTableSize + node.x;
+            const int y = node.z / shared::kSolidTableColumns * shared::kSolidTableSize + node.y;
+            found += weight.x * weight.y * weight.z * table.at(x, 2 * shared::kAlbedoTableSize + y)[0];
+        }
+        const double off = std::abs(found - solid_albedo(mu, alpha, eta, 4096));
+        worst = std::max(worst, off);
+        sum += off;
+    }
+    EXPECT_LT(worst, 0.015);
+    EXPECT_LT(sum / kPoints, 1.5e-3);
+    RecordProperty("worst", std::to_string(worst));
+}
+
 TEST(SheenAlbedo, TableInterpolatesWithinTolerance) {
     const Image table = build_albedo_table({.sheen = true}), without = build_albedo_table();
     ASSERT_EQ(table.height, 2 * shared::kAlbedoTableSize);

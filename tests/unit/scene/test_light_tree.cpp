@@ -165,7 +165,7 @@ TEST(LightBounds, ConesOfUnionsContainBoth) {
 }
 
 TEST(LightTree, NodesBoundTheirLights) {
-    for (const int count : {2, 3, 16, 500}) {
+    for (const int count : {1, 2, 3, 16, 500}) {
         SCOPED_TRACE(count);
         const auto lights = mixed_lights(count, 7);
         expect_sound(tree_of(lights), lights);
@@ -328,13 +328,14 @@ LightTables lights_of(const Scene& scene, LightChoice choice = LightChoice::auto
     return build_lights(scene, build_trace_tables(scene), choice);
 }
 
-TEST(LightChoice, TreeIsUsedFromSixteenLights) {
-    EXPECT_EQ(lights_of(bulbs(15, true)).choice, LightChoice::power);
-    EXPECT_EQ(lights_of(bulbs(16, false)).choice, LightChoice::tree);
+TEST(LightChoice, TreeIsUsedWhereThereIsAChoice) {
+    EXPECT_EQ(lights_of(bulbs(1, false)).choice, LightChoice::power);
+    EXPECT_EQ(lights_of(bulbs(1, true)).choice, LightChoice::tree);
+    EXPECT_EQ(lights_of(bulbs(2, false)).choice, LightChoice::tree);
     EXPECT_EQ(lights_of(bulbs(16, true), LightChoice::power).choice, LightChoice::power);
     EXPECT_TRUE(lights_of(bulbs(16, true), LightChoice::power).tree.empty());
     EXPECT_EQ(lights_of(bulbs(2, true), LightChoice::tree).choice, LightChoice::tree);
-    EXPECT_EQ(lights_of(bulbs(1, true), LightChoice::tree).choice, LightChoice::power) << "nothing to choose among";
+    EXPECT_EQ(lights_of(bulbs(1, false), LightChoice::tree).choice, LightChoice::power) << "nothing to choose among";
 }
 
 TEST(LightChoice, UniformIsUniform) {
@@ -345,20 +346,19 @@ TEST(LightChoice, UniformIsUniform) {
 
 TEST(LightChoice, EachLightKeepsItsMinimumProbability) {
     for (const bool sky : {false, true}) {
-        const LightTables power = lights_of(bulbs(40, sky), LightChoice::power), tree = lights_of(bulbs(40, sky));
+        const LightTables tree = lights_of(bulbs(40, sky));
         ASSERT_EQ(tree.choice, LightChoice::tree);
         const double shining = sky ? 41 : 40;
         double sum = tree.tree_share;
-        for (std::size_t i = 0; i < 40; ++i) {
+        for (std::size_t i = 0; i < tree.probabilities.size(); ++i)
             EXPECT_NEAR(tree.probabilities[i], 0.125 / shining, 1e-8) << i;
+        for (std::size_t i = 0; i < 40; ++i) {
             EXPECT_FLOAT_EQ(tree.rows[i * shared::kLightStride + 3].w, static_cast<float>(tree.probabilities[i]));
             const std::uint32_t head = shared::word_of_float(tree.rows[i * shared::kLightStride].w);
             EXPECT_EQ(shared::light_kind(head), shared::kLightPoint);
         }
         for (const double p : tree.probabilities) sum += p;
         EXPECT_NEAR(sum, 1, 1e-9);
-        // The sky has no position, so its probability is that by power.
-        EXPECT_NEAR(sky ? tree.probabilities[40] : 0, sky ? power.probabilities[40] : 0, 1e-7);
         const shared::LightTreeHeader header = light_tree_header(tree.tree);
         EXPECT_NEAR(header.gain / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);
         EXPECT_EQ(header.share, static_cast<float>(tree.tree_share));

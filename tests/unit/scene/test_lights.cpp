@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/tables/environment_warp.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/lights.h"
 #include "shaders/shared/environment.h"
@@ -44,7 +45,7 @@ TEST(Lights, DarkSceneHasNone) {
     scene.materials[1].emission = vec3(0);
     const LightTables lights = lights_of(scene);
     EXPECT_TRUE(lights.rows.empty() && lights.alias.empty() && lights.light_of_triangle.empty());
-    EXPECT_TRUE(lights.environment.pixels.empty() && lights.environment_cells.empty());
+    EXPECT_TRUE(lights.environment.pixels.empty() && lights.environment_warp.empty());
 }
 
 TEST(Lights, UnlitMaterialsAreNoLights) {
@@ -67,7 +68,8 @@ TEST(Lights, EmissiveTriangleOfMergedMesh) {
 }
 
 TEST(Lights, EveryInstanceOfASharedMeshIsALight) {
-    const LightTables lights = lights_of(triangles(3));
+    const Scene scene = triangles(3);
+    const LightTables lights = build_lights(scene, build_trace_tables(scene), LightChoice::power);
     ASSERT_EQ(lights.triangle_count, 3u);
     EXPECT_EQ(lights.light_of_triangle, (std::vector<std::uint32_t>{shared::kNoLight, 0, 0, 1, 2}));
     for (std::size_t i = 0; i < 3; ++i) {
@@ -87,7 +89,7 @@ TEST(Lights, KindsShareAQuarterAndPowerTheRest) {
     scene.lights = {bulb, sun};
     scene.environment.color = vec3(0.5f);
     const TraceTables trace = build_trace_tables(scene);
-    const LightTables lights = build_lights(scene, trace);
+    const LightTables lights = build_lights(scene, trace, LightChoice::power);
     EXPECT_EQ(lights.triangle_count, 1u);
     EXPECT_EQ(lights.punctual_count, 2u);
     const double disk = kPi * 0.25 * double(glm::dot(trace.bounds.extent(), trace.bounds.extent()));
@@ -97,8 +99,9 @@ TEST(Lights, KindsShareAQuarterAndPowerTheRest) {
     for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_NEAR(lights.probabilities[i], 0.625 * power[i] / total + (0.25 + 0.125) / 4, 1e-6) << i;
     }
-    EXPECT_NEAR(lights.environment_cells[0].z, lights.probabilities[3], 1e-7);
-    EXPECT_EQ(vec3(lights.environment_cells[1]), vec3(0.5f));
+    EXPECT_NEAR(lights.environment_warp[0].z, lights.probabilities[3], 1e-7);
+    EXPECT_EQ(vec3(lights.environment_warp[1]), vec3(0.5f));
+    EXPECT_NEAR(lights.environment_warp[1].w, 0.5 * kPi, 1e-6);
     EXPECT_EQ(lights.environment.width, 1);
     const vec4* row = &lights.rows[shared::kLightStride];
     EXPECT_EQ(shared::word_of_float(row[0].w), shared::kLightPoint);
@@ -192,21 +195,95 @@ TEST(EnvironmentCells, LargeMapsShareCells) {
     for (const double weight : few.weights) EXPECT_GT(weight, 0);
 }
 
-TEST(Lights, EnvironmentDensityIntegratesToItsProbability) {
-    Scene scene = triangles(1);
-    scene.environment.color = vec3(1, 2, 0.5f);
-    scene.environment.map = Image(24, 12, 3);
-    for (std::size_t i = 0; i < scene.environment.map.pixels.size(); ++i) {
-        scene.environment.map.pixels[i] = static_cast<float>(i * 37 % 11) + (i % 97 == 0 ? 500.0f : 0.0f);
+/// Returns the table of a lobe of an octahedral map, by its cell, and the illuminance.
+double illuminance(const std::vector<vec4>& table, int lobe) {
+    const int texels = shared::environment_lobe_texels(static_cast<int>(table[2].x));
+    return table[static_cast<std::size_t>(static_cast<int>(table[1].w) + lobe * texels)].x;
+}
+
+TEST(EnvironmentWarp, LobesHaveTheIlluminanceOfTheirNormals) {
+    Image map(64, 32, 3);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 64; ++x)
+            for (int k = 0; k < 3; ++k) map.at(x, y)[k] = 2;  // sky above black ground
+    const EnvironmentCells cells = environment_cells(map);
+    constexpr int kSide = shared::kEnvironmentLobes;
+    for (const bool through : {false, true}) {
+        const std::vector<vec4> table = environment_warp(cells, 0.5, through);
+        // Normals are up to 15 degrees away. The octahedral map has +z in its middle and +y in the middle of its last
+        // row.
+        const double down = illuminance(table, kSide / 2), up = illuminance(table, (kSide - 1) * kSide + kSide / 2);
+        EXPECT_NEAR(up, 2 * kPi, 0.1 * kPi);
+        EXPECT_NEAR(down, through ? 2 * kPi : 0, 0.1 * kPi);
+        EXPECT_NEAR(illuminance(table, kSide * kSide / 2 + kSide / 2), (through ? 2 : 1) * kPi, 0.4);
     }
-    const LightTables lights = lights_of(scene);
-    const EnvironmentCells cells = environment_cells(lights.environment);
-    double sum = 0;
-    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
-        sum += double(lights.environment_cells[shared::kEnvironmentFirstCell + i].z) * cells.solid_angles[i / 24];
+}
+
+TEST(Lights, TwoLightsHaveATreeAndSquaresAreOne) {
+    const auto choice_of = [](int points, bool square, bool sky) {
+        Scene scene = triangles(1);
+        if (square)
+            scene.meshes[0].triangles = {{0, 1, 2}, {3, 4, 5}, {5, 4, 6}},
+            scene.meshes[0].triangle_material = {0, 1, 1}, scene.meshes[0].positions.emplace_back(2, 2, 5),
+            scene.meshes[0].normals.emplace_back(0, 0, 1), scene.meshes[0].uvs[0].emplace_back(0, 0);
+        else
+            scene.materials[1].emission = vec3(0);
+        for (int i = 0; i < points; ++i) scene.lights.emplace_back().position = dvec3(i, 3, 0);
+        if (sky) scene.environment.color = vec3(0.5f);
+        return lights_of(scene).choice;
+    };
+    EXPECT_EQ(choice_of(1, false, false), LightChoice::power);
+    EXPECT_EQ(choice_of(0, true, false), LightChoice::power);
+    EXPECT_EQ(choice_of(0, false, true), LightChoice::power);
+    EXPECT_EQ(choice_of(2, false, false), LightChoice::tree);
+    EXPECT_EQ(choice_of(1, true, false), LightChoice::tree);
+    EXPECT_EQ(choice_of(1, false, true), LightChoice::tree);
+    EXPECT_EQ(choice_of(0, true, true), LightChoice::tree);
+}
+
+TEST(EnvironmentWarp, LevelsAddUpToTheWeightsOfTheirCells) {
+    for (const ivec2 size : {ivec2(24, 12), ivec2(13, 7), ivec2(1, 1), ivec2(1, 9), ivec2(6, 1)}) {
+        SCOPED_TRACE(size.x);
+        Scene scene = triangles(1);
+        scene.environment.color = vec3(1, 2, 0.5f);
+        scene.environment.map = Image(size.x, size.y, 3);
+        for (std::size_t i = 0; i < scene.environment.map.pixels.size(); ++i)
+            scene.environment.map.pixels[i] = static_cast<float>(i * 37 % 11) + (i % 97 == 0 ? 500.0f : 0.0f);
+        const LightTables lights = lights_of(scene);
+        EXPECT_FLOAT_EQ(lights.environment.at(0, 0)[1], 2 * scene.environment.map.at(0, 0)[1]);
+        const EnvironmentCells cells = environment_cells(lights.environment);
+        const double whole = std::accumulate(cells.weights.begin(), cells.weights.end(), 0.0);
+        const std::vector<vec4>& table = lights.environment_warp;
+        EXPECT_FLOAT_EQ(table[0].z, static_cast<float>(lights.probabilities.back()));
+        const int levels = static_cast<int>(table[0].w);
+        std::size_t first = shared::kEnvironmentFirstNode;
+        for (int below = levels; below > 0; --below) {
+            const ivec2 nodes = (size + (1 << below) - 1) >> below;
+            if (below == 1) {
+                EXPECT_EQ(table[1].y, static_cast<float>(first));
+            }
+            double sum = 0;
+            for (int y = 0; y < 2 * nodes.y; ++y) {
+                for (int x = 0; x < 2 * nodes.x; ++x) {
+                    const vec4 node = table[first + static_cast<std::size_t>(y / 2 * nodes.x + x / 2)];
+                    double expected = 0;  // sum of all cells below the child
+                    for (int v = y << (below - 1); v < std::min((y + 1) << (below - 1), size.y); ++v)
+                        for (int u = x << (below - 1); u < std::min((x + 1) << (below - 1), size.x); ++u)
+                            expected += cells.weights[static_cast<std::size_t>(v * size.x + u)] / whole;
+                    EXPECT_NEAR(node[2 * (y % 2) + x % 2], expected, 1e-6 * expected) << below << ' ' << x << ' ' << y;
+                    sum += double(node[2 * (y % 2) + x % 2]);
+                }
+            }
+            EXPECT_NEAR(sum, 1, 1e-6);
+            first += static_cast<std::size_t>(nodes.x * nodes.y);
+        }
+        EXPECT_EQ(table[1].w, static_cast<float>(first));
+        constexpr std::size_t kLobes = shared::kEnvironmentLobes * shared::kEnvironmentLobes + 1;
+        const auto texels = static_cast<std::size_t>(shared::environment_lobe_texels(static_cast<int>(table[2].x)));
+        ASSERT_EQ(table.size(), first + kLobes * texels);
+        const double solid = double(table[1].x) * std::sin(kPi * 0.5 / size.y);
+        EXPECT_NEAR(solid, cells.solid_angles[0], 1e-6 * solid);
     }
-    EXPECT_NEAR(sum, lights.probabilities.back(), 1e-6);
-    EXPECT_FLOAT_EQ(lights.environment.at(3, 4)[1], 2 * scene.environment.map.at(3, 4)[1]);
 }
 
 }  // namespace

@@ -48,6 +48,7 @@ Scene scene_of_everything() {
     Material& m = scene.materials.emplace_back();
     for (const MaterialProperty& p : material_properties())
         if (p.scales_lobe) set_value(m, p.field, vec4(0.5f));
+    m.attenuation_distance = 0.5f;
     for (const MaterialTexture& texture : material_textures()) (m.*texture.field).image = 0;
     Mesh& mesh = scene.meshes.emplace_back();
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
