@@ -29,10 +29,23 @@ struct LobeValue {
     double x = 0;  // cosine dot(wo, h)
 };
 
-LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, double alpha) {
+LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, const dvec2& alpha) {
     const dvec3 h = normalize(wo + wi);
-    return {ggx_distribution(h, alpha) * ggx_visibility(wo.z, wi.z, alpha) * wi.z, reflection_pdf(wo, h, alpha),
+    return {ggx_distribution(h, alpha) * ggx_visibility(wo, wi, alpha) * wi.z, reflection_pdf(wo, h, alpha),
             dot(wo, h)};
+}
+
+bool is_anisotropic(const BsdfParameters& p) {
+    return p.anisotropy > 0 && p.rough_direction != dvec3(0);
+}
+
+/// Returns alpha along and across the direction of higher roughness. Lobes that are rough in one direction are no
+/// mirrors in the other one.
+dvec2 base_alpha(const BsdfParameters& p) {
+    const double alpha = p.roughness * p.roughness;
+    if (!is_anisotropic(p)) return dvec2(alpha);
+    const double along = glm::mix(alpha, 1.0, p.anisotropy * p.anisotropy);
+    return {along, along < kMirrorAlpha ? along : std::max(alpha, kMirrorAlpha)};
 }
 
 }  // namespace
@@ -56,18 +69,30 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
         p.inside.absorption = -log(max(dvec3(m.attenuation_color), 1e-30)) / double(m.attenuation_distance);
     p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
     p.sheen_roughness = m.sheen_roughness * lookup(m.sheen_roughness_texture, linear).a;
+    p.iridescence = m.iridescence * lookup(m.iridescence_texture, linear).r;
+    p.film.ior = m.iridescence_ior;
+    p.film.thickness = glm::mix<double>(m.iridescence_thickness_minimum, m.iridescence_thickness_maximum,
+                                        lookup(m.iridescence_thickness_texture, linear).g);
+    const dvec4 anisotropy = lookup(m.anisotropy_texture, linear);
+    p.anisotropy = m.anisotropy_strength * anisotropy.b;
+    const dvec2 d = m.anisotropy_texture ? 2.0 * dvec2(anisotropy) - 1.0 : dvec2(1, 0);
+    const double turn = m.anisotropy_rotation, cosine = std::cos(turn), sine = std::sin(turn);
+    p.tangent_direction = {cosine * d.x - sine * d.y, sine * d.x + cosine * d.y};
     return p;
 }
 
 Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k, int channel)
     : wo_(wo),
       n_g_(n_g),
-      base_frame_(n),
+      base_frame_(is_anisotropic(p) ? Frame(n, p.rough_direction) : Frame(n)),
       coat_frame_(n_k),
       wo_base_(base_frame_.to_local(wo)),
       wo_coat_(coat_frame_.to_local(wo)),
-      alpha_(p.roughness * p.roughness),
+      alpha_(base_alpha(p)),
       alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness),
+      film_(p.film),
+      metal_f0_(p.base_color),
+      dielectric_f0_(min(std::pow((p.ior - 1) / (p.ior + 1), 2) * p.specular_color, dvec3(1))),
       sheen_roughness_(p.sheen_roughness),
       inside_(p.inside),
       front_(p.front) {
@@ -92,7 +117,8 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         under_sheen *= 1 - max_component(p.sheen_color) * albedo;
     }
 
-    const Albedo e = directional_albedo(wo_base_.z, alpha_);
+    const Albedo e =
+        alpha_.x == alpha_.y ? directional_albedo(wo_base_.z, alpha_.x) : directional_albedo(wo_base_, alpha_);
     const double lost = (1 - e.one()) / e.one();
     const double r0 = (p.ior - 1) / (p.ior + 1);
     const dvec3 f0_dielectric = min(r0 * r0 * p.specular_color, dvec3(1)) * p.specular;
@@ -103,7 +129,23 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
     specular_f0_ = under_sheen * (scale_metal * c + opaque * scale_dielectric * f0_dielectric);
     specular_f90_ = under_sheen * (scale_metal + opaque * scale_dielectric * p.specular);
 
-    const dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
+    dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
+    double film_mean = 0;
+    if (p.iridescence > 0) {
+        // The film's mean is taken at the cosine whose Schlick weight is the mean one of the lobe.
+        const double x = 1 - std::pow(e.b / e.one(), 0.2);
+        const dvec3 on_metal = thin_film_reflectance(p.film, metal_f0_, x);
+        const dvec3 on_dielectric = thin_film_reflectance(p.film, dielectric_f0_, x);
+        const auto gained = [&](const dvec3& f) { return 1.0 + f * lost; };
+        film_metal_ = under_sheen * m * p.iridescence * gained(on_metal);
+        film_dielectric_ = under_sheen * opaque * p.iridescence * p.specular * gained(on_dielectric);
+        // The bound of 0.05 keeps weights low where the film is dark at the mean cosine alone.
+        film_mean = mean(film_metal_ * max(on_metal, 0.05) + film_dielectric_ * max(on_dielectric, 0.05)) * e.one();
+        dielectric_albedo =
+            mix(dielectric_albedo, p.specular * gained(on_dielectric) * on_dielectric * e.one(), p.iridescence);
+        specular_f0_ *= 1 - p.iridescence;
+        specular_f90_ *= 1 - p.iridescence;
+    }
     const double below = under_sheen * (1 - m) * (1 - std::min(max_component(dielectric_albedo), 1.0));
     diffuse_ = below * (1 - p.transmission) * c;
     transmission_ = below * p.transmission * c;
@@ -118,19 +160,26 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         const double share = under_sheen * (1 - m) * p.transmission;
         transmission_ = share * c;
         solid_reflection_ = share * (p.front ? min(p.specular * p.specular_color, dvec3(1)) : dvec3(1));
-        solid_mirror_ = alpha_ * std::abs(eta_ - 1) < kMirrorAlpha;
-        solid_scale_ = solid_mirror_ ? 1 : 1 / solid_albedo(wo_base_.z, alpha_, eta_);
+        solid_mirror_ = alpha_solid() * std::abs(eta_ - 1) < kMirrorAlpha;
+        solid_scale_ = solid_mirror_ ? 1 : 1 / solid_albedo(wo_base_.z, alpha_solid(), eta_);
         transmission_mean = mean(max(transmission_, solid_reflection_));
     }
 
-    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b), transmission_mean, coat_albedo,
-               sheen_mean};
+    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b) + film_mean, transmission_mean,
+               coat_albedo, sheen_mean};
     const double total =
         choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat] + choice_[kSheen];
     black_ = !(total > 0);
     if (!black_) {
         for (double& probability : choice_) probability /= total;
     }
+}
+
+dvec3 Bsdf::specular_factor(double x) const {
+    const dvec3 plain = specular_f0_ + (specular_f90_ - specular_f0_) * schlick(x);
+    if (film_metal_ == dvec3(0) && film_dielectric_ == dvec3(0)) return plain;
+    return plain + film_metal_ * thin_film_reflectance(film_, metal_f0_, x) +
+           film_dielectric_ * thin_film_reflectance(film_, dielectric_f0_, x);
 }
 
 Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
@@ -144,24 +193,24 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
             result.glossy += sheen_ * sheen_value(wo_base_, wi_base, sheen_roughness_);
             result.pdf_glossy += choice_[kSheen] * sheen_pdf(wi_base.z, sheen_roughness_);
         }
-        if (alpha_ >= kMirrorAlpha && choice_[kSpecular] > 0) {
+        if (alpha_.x >= kMirrorAlpha && choice_[kSpecular] > 0) {
             const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
             result.glossy += specular_factor(lobe.x) * lobe.value;
             result.pdf_glossy += choice_[kSpecular] * lobe.pdf;
         }
         if (eta_ > 0 && !solid_mirror_) {
-            const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
+            const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, dvec2(alpha_solid()));
             const double reflectance = dielectric_fresnel(lobe.x, eta_);
             result.glossy += solid_reflection_ * (solid_scale_ * reflectance * lobe.value);
             result.pdf_glossy += choice_[kTransmission] * reflectance * lobe.pdf;
         }
     } else if (side_g < 0 && wi_base.z < 0 && eta_ > 0) {
         if (!solid_mirror_) {
-            const Refraction lobe = evaluate_refraction(wo_base_, wi_base, alpha_, eta_);
+            const Refraction lobe = evaluate_refraction(wo_base_, wi_base, alpha_solid(), eta_);
             result.glossy += transmission_ * (solid_scale_ * lobe.value);
             result.pdf_glossy += choice_[kTransmission] * (1 - lobe.reflectance) * lobe.pdf;
         }
-    } else if (side_g < 0 && wi_base.z < 0 && alpha_ >= kMirrorAlpha && choice_[kTransmission] > 0) {
+    } else if (side_g < 0 && wi_base.z < 0 && alpha_.x >= kMirrorAlpha && choice_[kTransmission] > 0) {
         const LobeValue lobe = evaluate_lobe(wo_base_, {wi_base.x, wi_base.y, -wi_base.z}, alpha_);
         result.glossy += transmission_ * (lobe.value * transmission_scale_);
         result.pdf_glossy += choice_[kTransmission] * lobe.pdf;
@@ -169,7 +218,7 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
     if (side_g > 0 && alpha_coat_ >= kMirrorAlpha && choice_[kCoat] > 0) {
         const dvec3 wi_coat = coat_frame_.to_local(wi);
         if (wi_coat.z > 0) {
-            const LobeValue lobe = evaluate_lobe(wo_coat_, wi_coat, alpha_coat_);
+            const LobeValue lobe = evaluate_lobe(wo_coat_, wi_coat, dvec2(alpha_coat_));
             result.glossy += coat_scale_ * (kCoatF0 + (1 - kCoatF0) * schlick(lobe.x)) * lobe.value;
             result.pdf_glossy += choice_[kCoat] * lobe.pdf;
         }
@@ -203,7 +252,7 @@ Medium Bsdf::medium_towards(const dvec3& wi, const Medium& before) const {
 
 std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double u2) const {
     const dvec3 h =
-        base_frame_.to_world(solid_mirror_ ? dvec3(0, 0, 1) : sample_visible_normal(wo_base_, alpha_, u1, u2));
+        base_frame_.to_world(solid_mirror_ ? dvec3(0, 0, 1) : sample_visible_normal(wo_base_, alpha_solid(), u1, u2));
     Sample s;
     s.component = Component::glossy;
     bool passes = false;
@@ -236,8 +285,8 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
     if (!(choice_[lobe] > 0)) return std::nullopt;  // u_lobe ran past the last lobe by rounding
 
     if (lobe == kTransmission && eta_ > 0) return sample_solid(u_lobe / choice_[lobe], u1, u2);
-    const double alpha = lobe == kCoat ? alpha_coat_ : alpha_;
-    if (lobe != kDiffuse && lobe != kSheen && alpha < kMirrorAlpha) return sample_mirror(lobe);
+    const dvec2 alpha = lobe == kCoat ? dvec2(alpha_coat_) : alpha_;
+    if (lobe != kDiffuse && lobe != kSheen && alpha.x < kMirrorAlpha) return sample_mirror(lobe);
 
     const Frame& frame = lobe == kCoat ? coat_frame_ : base_frame_;
     dvec3 wi;

@@ -12,6 +12,7 @@
 #include "engine/reference/ggx.h"
 #include "engine/reference/solid.h"
 #include "engine/reference/texture.h"
+#include "engine/reference/thin_film.h"
 
 namespace halflight::reference {
 
@@ -28,6 +29,12 @@ struct BsdfParameters {
     double transmission = 0;
     dvec3 sheen_color{0};
     double sheen_roughness = 0;
+    double iridescence = 0;
+    ThinFilm film{};
+    double anisotropy = 0;
+    dvec2 tangent_direction{1, 0};  // direction of higher roughness: components along tangent and bitangent
+    dvec3 rough_direction{
+        0};             // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
     Medium inside{};    // thickness 0: thin-walled
     bool front = true;  // wo is outside
     double dispersion = 0;
@@ -80,16 +87,22 @@ class Bsdf {
 
     std::optional<Sample> sample_mirror(Lobe lobe) const;
     std::optional<Sample> sample_solid(double u_side, double u1, double u2) const;
-    dvec3 specular_factor(double x) const { return specular_f0_ + (specular_f90_ - specular_f0_) * schlick(x); }
+    dvec3 specular_factor(double x) const;
+    /// Returns alpha of a solid's interface, which is isotropic.
+    double alpha_solid() const { return alpha_.y; }
 
     dvec3 wo_, n_g_;
     Frame base_frame_, coat_frame_;
     dvec3 wo_base_, wo_coat_;
-    double alpha_, alpha_coat_;
+    dvec2 alpha_;  // along the x and y axes of the base's frame
+    double alpha_coat_;
     dvec3 specular_f0_, specular_f90_;  // mixture of both Fresnel terms, compensation and the coat's loss included
-    dvec3 diffuse_, transmission_;      // albedos, [0, 1]
-    double coat_scale_;                 // k M(0.04)
-    double transmission_scale_;         // 1 / E_1
+    ThinFilm film_;
+    dvec3 film_metal_{0}, film_dielectric_{0};  // factors of the film's reflectance, compensation and losses included
+    dvec3 metal_f0_, dielectric_f0_;            // reflectances of what is below the film
+    dvec3 diffuse_, transmission_;              // albedos, [0, 1]
+    double coat_scale_;                         // k M(0.04)
+    double transmission_scale_;                 // 1 / E_1
     double sheen_roughness_;
     dvec3 sheen_{0};             // factor of sheen_value()
     double eta_ = 0;             // solids: index of refraction beyond over that on wo's side; 0: thin-walled

@@ -13,6 +13,8 @@ struct Frame {
     dvec3 x, y, z;
     /// Builds the frame by the method of Duff et al., Building an Orthonormal Basis, Revisited (2017).
     explicit Frame(const dvec3& unit_normal);
+    /// Builds the frame whose x axis is a unit vector perpendicular to the normal.
+    Frame(const dvec3& unit_normal, const dvec3& unit_x) : x(unit_x), y(cross(unit_normal, unit_x)), z(unit_normal) {}
     dvec3 to_local(const dvec3& w) const { return {dot(w, x), dot(w, y), dot(w, z)}; }
     dvec3 to_world(const dvec3& w) const { return w.x * x + w.y * y + w.z * z; }
 };
@@ -28,6 +30,12 @@ dvec3 sample_visible_normal(const dvec3& wo, double alpha, double u1, double u2)
 
 /// Returns the solid angle density of reflect(wo, sample_visible_normal(wo)) at the direction whose half vector is h.
 double reflection_pdf(const dvec3& wo, const dvec3& h, double alpha);
+
+/// Returns the distribution with alpha along the x and the y axis, like the functions below.
+double ggx_distribution(const dvec3& h, const dvec2& alpha);
+double ggx_visibility(const dvec3& wo, const dvec3& wi, const dvec2& alpha);
+dvec3 sample_visible_normal(const dvec3& wo, const dvec2& alpha, double u1, double u2);
+double reflection_pdf(const dvec3& wo, const dvec3& h, const dvec2& alpha);
 
 /// Returns (1 - x)^5, Schlick's weight of f90.
 inline double schlick(double x) {

@@ -78,6 +78,18 @@ void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
     s.n_k = bend_towards(side * mapped(m.clearcoat_normal_texture, m.clearcoat_normal_scale), s.wo);
 }
 
+/// Finds the direction of higher roughness: of the interpolated frame, made perpendicular to the base's normal.
+void find_rough_direction(const Tracer& tracer, const Vertex& vertex, Surface& s) {
+    const Placed& placed = tracer.placed(s.triangle.instance);
+    if (placed.mesh->tangents.empty()) return;
+    const dvec3 n_i = normalize_or(placed.normals * vertex(placed.mesh->normals), s.n_g);
+    const dvec3 t = normalize_or(placed.linear * dvec3(vertex(placed.mesh->tangents)), dvec3(0));
+    const dvec3 b = cross(n_i, t) * (vertex.tangent_sign() * placed.handedness);
+    const dvec3 along = s.parameters.tangent_direction.x * t + s.parameters.tangent_direction.y * b;
+    const dvec3 across_normal = along - dot(along, s.n) * s.n;
+    if (dot(across_normal, across_normal) > 1e-8) s.parameters.rough_direction = normalize(across_normal);
+}
+
 double norm1(const dvec3& v) {
     return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
 }
@@ -109,6 +121,7 @@ Surface make_surface(const Tracer& tracer, const ReferenceHit& hit, const dvec3&
                                  [&](const TextureRef& texture, Encoding encoding) {
                                      return lookup(tracer.scene(), texture, vertex, encoding);
                                  });
+    find_rough_direction(tracer, vertex, s);
     s.parameters.front = s.front;
     s.emitted = s.unlit ? s.parameters.base_color : emission(tracer.scene(), material, vertex);
     return s;

@@ -79,6 +79,15 @@ struct Material {
     TextureRef sheen_color_texture;
     float sheen_roughness = 0;  // perceptual, [0, 1]; alpha = roughness^2
     TextureRef sheen_roughness_texture;
+    float anisotropy_strength = 0;  // [0, 1]; alpha along the direction is mix(alpha, 1, strength^2)
+    float anisotropy_rotation = 0;  // radians, direction of higher roughness, from the tangent to the bitangent
+    TextureRef anisotropy_texture;
+    float iridescence = 0;  // share of the reflection that a thin film replaces
+    TextureRef iridescence_texture;
+    float iridescence_ior = 1.3f;
+    float iridescence_thickness_minimum = 100;  // nanometres; counts only with a texture
+    float iridescence_thickness_maximum = 400;
+    TextureRef iridescence_thickness_texture;
 };
 
 /// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).
@@ -91,6 +100,8 @@ struct MaterialNeeds {
     bool dispersion = false;  // the index of refraction of some solid depends on the colour
     bool volume = false;      // some material that transmits light is solid
     bool sheen = false;
+    bool anisotropy = false;      // some lobe is anisotropic, on a mesh with tangents
+    bool iridescence = false;     // some surface has a thin film
     bool specular_color = false;  // some dielectric's specular colour is not white
     bool emission = false;        // some surface emits light, unlit ones included
 
@@ -106,6 +117,9 @@ struct MaterialNeeds {
     bool transmission_texture = false;
     bool sheen_color_texture = false;
     bool sheen_roughness_texture = false;
+    bool anisotropy_texture = false;
+    bool iridescence_texture = false;
+    bool iridescence_thickness_texture = false;
 
     bool operator==(const MaterialNeeds&) const = default;
 };

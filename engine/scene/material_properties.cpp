@@ -46,10 +46,15 @@ bool has_sheen(const M& m) {
 bool transmits(const M& m) {
     return base(m) && m.transmission > 0;
 }
+bool iridescent(const M& m) {
+    return lit(m) && m.iridescence > 0;
+}
+bool anisotropic(const M& m) {
+    return lit(m) && m.anisotropy_strength > 0;
+}
 bool is_solid(const M& m) {
     return transmits(m) && m.thickness > 0;
 }
-
 bool disperses(const M& m) {
     return is_solid(m) && m.dispersion > 0 && m.ior > 1;
 }
@@ -76,6 +81,14 @@ vec4 packed_cutoff(const M& m) {
                          : m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff
                                                            : 0.0f;
     return vec4(cutoff, 0, 0, 0);
+}
+
+/// Returns the thickness without a texture; with one, the texture's share goes from the minimum to this one.
+vec4 packed_thickness_minimum(const M& m) {
+    return vec4(m.iridescence_thickness_texture ? m.iridescence_thickness_minimum : 0, 0, 0, 0);
+}
+vec4 packed_thickness_range(const M& m) {
+    return vec4(m.iridescence_thickness_maximum - packed_thickness_minimum(m).x, 0, 0, 0);
 }
 
 // --- Rows -------------------------------------------------------------------------------------------------------
@@ -252,6 +265,58 @@ const std::array kProperties = {
                      .shader = "sheen_roughness",
                      .need = &N::sheen,
                      .meaning = "perceptual roughness of the sheen"},
+    MaterialProperty{.name = "anisotropy_strength",
+                     .field = &M::anisotropy_strength,
+                     .path = "/extensions/KHR_materials_anisotropy/anisotropyStrength",
+                     .range = kFraction,
+                     .packing = {9, 1},
+                     .shader = "anisotropy",
+                     .need = &N::anisotropy,
+                     .scales_lobe = true,
+                     .meaning = "anisotropy of specular and transmission; b of `anisotropy_texture` multiplies it"},
+    MaterialProperty{.name = "anisotropy_rotation",
+                     .field = &M::anisotropy_rotation,
+                     .path = "/extensions/KHR_materials_anisotropy/anisotropyRotation",
+                     .range = kFinite,
+                     .packing = {9, 2},
+                     .shader = "anisotropy_rotation",
+                     .need = &N::anisotropy,
+                     .meaning = "radians from the tangent towards the bitangent, added to the texture's direction"},
+    MaterialProperty{.name = "iridescence",
+                     .field = &M::iridescence,
+                     .path = "/extensions/KHR_materials_iridescence/iridescenceFactor",
+                     .range = kFraction,
+                     .packing = {12, 0},
+                     .shader = "iridescence",
+                     .need = &N::iridescence,
+                     .scales_lobe = true,
+                     .meaning = "share of the specular lobe whose Fresnel term is that of a thin film"},
+    MaterialProperty{.name = "iridescence_ior",
+                     .field = &M::iridescence_ior,
+                     .path = "/extensions/KHR_materials_iridescence/iridescenceIor",
+                     .range = kNotBelowOne,
+                     .packing = {12, 1},
+                     .shader = "film_ior",
+                     .need = &N::iridescence,
+                     .meaning = "index of refraction of the film"},
+    MaterialProperty{.name = "iridescence_thickness_minimum",
+                     .field = &M::iridescence_thickness_minimum,
+                     .path = "/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum",
+                     .range = kNotNegative,
+                     .packing = {12, 2},
+                     .shader = "film_thickness",
+                     .need = &N::iridescence,
+                     .packed = packed_thickness_minimum,
+                     .meaning = "thickness of the film in nanometres where the texture is 0; packed as 0 without one"},
+    MaterialProperty{.name = "iridescence_thickness_maximum",
+                     .field = &M::iridescence_thickness_maximum,
+                     .path = "/extensions/KHR_materials_iridescence/iridescenceThicknessMaximum",
+                     .range = kNotNegative,
+                     .packing = {12, 3},
+                     .shader = "film_thickness_range",
+                     .need = &N::iridescence,
+                     .packed = packed_thickness_range,
+                     .meaning = "thickness of the film in nanometres; packed as the difference from the minimum"},
 };
 
 const std::array kTextures = {
@@ -399,6 +464,42 @@ const std::array kTextures = {
                     "TEXTURE_SHEEN_ROUGHNESS",
                     "sheen roughness textures",
                     "no sheen has one"},
+    MaterialTexture{"anisotropy_texture",
+                    &M::anisotropy_texture,
+                    "/extensions/KHR_materials_anisotropy/anisotropyTexture",
+                    TextureUse::direction,
+                    {},
+                    anisotropic,
+                    {9, 3},
+                    &N::anisotropy_texture,
+                    &N::anisotropy,
+                    "TEXTURE_ANISOTROPY",
+                    "anisotropy textures",
+                    "no anisotropic material has one, or no mesh tangents"},
+    MaterialTexture{"iridescence_texture",
+                    &M::iridescence_texture,
+                    "/extensions/KHR_materials_iridescence/iridescenceTexture",
+                    TextureUse::data,
+                    {{"iridescence", "r"}},
+                    iridescent,
+                    {11, 1},
+                    &N::iridescence_texture,
+                    &N::iridescence,
+                    "TEXTURE_IRIDESCENCE",
+                    "iridescence textures",
+                    "no film has one"},
+    MaterialTexture{"iridescence_thickness_texture",
+                    &M::iridescence_thickness_texture,
+                    "/extensions/KHR_materials_iridescence/iridescenceThicknessTexture",
+                    TextureUse::data,
+                    {{"film_thickness_range", "g"}},
+                    iridescent,
+                    {11, 2},
+                    &N::iridescence_thickness_texture,
+                    &N::iridescence,
+                    "TEXTURE_IRIDESCENCE_THICKNESS",
+                    "film thickness textures",
+                    "no film has one"},
 };
 
 const std::array kLobes = {
@@ -456,6 +557,23 @@ const std::array kLobes = {
                  .implies = &N::glossy,
                  .record_rows = 2,
                  .layer_rows = 1},
+    MaterialLobe{.label = "anisotropy",
+                 .need = &N::anisotropy,
+                 .define = "ANISOTROPY",
+                 .fact = "no material is anisotropic, or no mesh has tangents",
+                 .present = anisotropic,
+                 .implies = &N::glossy,
+                 .record_rows = 1,
+                 .layer_rows = 1,
+                 .tangents = true},
+    MaterialLobe{.label = "iridescence",
+                 .need = &N::iridescence,
+                 .define = "IRIDESCENCE",
+                 .fact = "no material has a thin film",
+                 .present = iridescent,
+                 .implies = &N::glossy,
+                 .record_rows = 4,
+                 .layer_rows = 2},
     MaterialLobe{
         .label = "specular colour",
         .need = &N::specular_color,

@@ -44,7 +44,13 @@ enum class TextureUse : std::uint8_t {
     color,       // colour, decoded from sRGB to linear
     data,        // linear data
     normal_map,  // linear normal in tangent space
+    direction,   // linear direction in tangent space (rg) with a strength (b)
 };
+
+/// Returns whether lookups need tangents, which follow the transform of the texture.
+constexpr bool needs_tangents(TextureUse use) {
+    return use == TextureUse::normal_map || use == TextureUse::direction;
+}
 
 /// A texture channel that multiplies a property.
 struct TexturedProperty {
@@ -58,7 +64,7 @@ struct MaterialTexture {
     TextureRef Material::*field;
     const char* path;  // JSON pointer of the textureInfo within a glTF material
     TextureUse use;
-    std::vector<TexturedProperty> multiplies;  // properties that the texture multiplies; none for normal maps
+    std::vector<TexturedProperty> multiplies;  // properties that the texture multiplies; none where it needs tangents
     bool (*matters)(const Material&);          // whether the texture can change the material's appearance
     MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;
@@ -78,6 +84,7 @@ struct MaterialLobe {
     bool MaterialNeeds::*implies = nullptr;  // a need that comes with the lobe; its own row is later; null: none
     int record_rows = 0;                     // rows of pack_bsdf() in shaders/lib/bsdf.glsl that the lobe adds
     int layer_rows = 0;                      // rows of pack_layers() there that the lobe adds
+    bool tangents = false;                   // the lobe exists only on meshes with tangents
 };
 
 std::span<const MaterialProperty> material_properties();

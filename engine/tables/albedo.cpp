@@ -1,6 +1,10 @@
 #include "engine/tables/albedo.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -98,6 +102,71 @@ class LobeIntegral {
     const Quadrature& rule_;
 };
 
+/// Integral of an anisotropic lobe over the same density of half vectors: D cos_h dh = dv^2 dchi / (2 pi) for slopes
+/// tan(psi) (alpha.x cos(chi), alpha.y sin(chi)) with sin^2(psi) = v^2. Reflections stay above the surface for slopes
+/// in a circle around that of wo, which gives the largest psi for each chi.
+class AnisotropicLobeIntegral {
+  public:
+    AnisotropicLobeIntegral(const dvec3& wo, const dvec2& alpha, const Quadrature& chi, const Quadrature& v)
+        : wo_(std::abs(wo.x), std::abs(wo.y), std::max(wo.z, 1e-9)),  // 1e-9 stands for the limit at 0
+          alpha_(alpha),
+          root_o_(root(wo_)),
+          chi_(chi),
+          v_(v) {}
+
+    DirectionalAlbedo operator()() const {
+        // The largest psi changes quickly where the slope is across wo, and the lobe where it is across the rough
+        // direction. Panels end there.
+        const double towards = std::atan2(alpha_.y * wo_.y, alpha_.x * wo_.x);
+        const double ends[] = {-kPi / 2, towards - kPi / 2, kPi / 2, towards + kPi / 2, 3 * kPi / 2};
+        DirectionalAlbedo sum;
+        for (int panel = 0; panel < 4; ++panel) {
+            for (std::size_t i = 0; i < chi_.x.size(); ++i) {
+                const double q = chi_.x[i], length = ends[panel + 1] - ends[panel];
+                const double scale = chi_.weight[i] * length * 6 * q * (1 - q) / (2 * kPi);
+                const DirectionalAlbedo line = slopes(ends[panel] + length * q * q * (3 - 2 * q));
+                sum.a += scale * line.a;
+                sum.b += scale * line.b;
+            }
+        }
+        return sum;
+    }
+
+  private:
+    double root(const dvec3& w) const { return std::hypot(alpha_.x * w.x, alpha_.y * w.y, w.z); }
+
+    /// Returns the integral over v at one chi.
+    DirectionalAlbedo slopes(double chi) const {
+        const dvec2 step = alpha_ * dvec2(std::cos(chi), std::sin(chi));
+        const double forward = step.x * wo_.x + step.y * wo_.y, squared = glm::dot(step, step);
+        const double reach = std::sqrt(forward * forward + wo_.z * wo_.z * squared);
+        const double largest = forward > 0 ? (forward + reach) / (wo_.z * squared) : wo_.z / (reach - forward);
+        const double share = 1 / (1 + 1 / (largest * largest));  // sin^2 of the largest psi
+        DirectionalAlbedo sum;
+        for (std::size_t i = 0; i < v_.x.size(); ++i) {
+            // Nodes are denser at the end, where shadowing falls off.
+            const double q = 1 - v_.x[i], v = 1 - q * q * q;
+            const double tangent = v * std::sqrt(share / (1 - share * v * v));
+            const dvec2 slope = tangent * step;
+            const double cos_h = 1 / std::sqrt(1 + glm::dot(slope, slope));
+            const double x = std::min((wo_.x * slope.x + wo_.y * slope.y + wo_.z) * cos_h, 1.0);  // dot(wo, h)
+            const dvec3 wi(2 * x * cos_h * slope - dvec2(wo_), 2 * x * cos_h - wo_.z);
+            if (wi.z <= 0 || x <= 0) continue;  // by rounding at the end
+            const double value =
+                v_.weight[i] * 6 * q * q * v * share * 2 * wi.z * x / ((wo_.z * root(wi) + wi.z * root_o_) * cos_h);
+            const double schlick = fifth_power(1 - x);
+            sum.a += value * (1 - schlick);
+            sum.b += value * schlick;
+        }
+        return sum;
+    }
+
+    dvec3 wo_;
+    dvec2 alpha_;
+    double root_o_;
+    const Quadrature &chi_, &v_;
+};
+
 /// Returns the reflectance of a dielectric for unpolarised light (SHADING.md, Solid).
 double fresnel(double x, double eta) {
     const double square = 1 - (1 - x * x) / (eta * eta);
@@ -193,11 +262,54 @@ void fill_table(Image& table, int first_row, Function&& function) {
     }
 }
 
+/// Fills the part of the anisotropic lobe. The albedo is smooth along the cosine's coordinate, so a polynomial through
+/// half as many exact values gives these texels.
+void fill_anisotropy(Image& table, int first_row) {
+    constexpr int kNodes = 16, kLastCosine = shared::kAnisotropyCosines - 1;
+    const ivec3 last =
+        ivec3(shared::kAnisotropyAngles, shared::kAnisotropyRoughnesses, shared::kAnisotropyStrengths) - 1;
+    const Quadrature chi(10), v(16);
+    std::vector<std::vector<double>> weights;
+    for (int x = 0; x <= kLastCosine; ++x) weights.push_back(lobatto_weights(kNodes, double(x) / kLastCosine));
+    const auto fill_line = [&](int line) {
+        const ivec3 node(line % (last.x + 1), line / (last.x + 1) % (last.y + 1), line / (last.x + 1) / (last.y + 1));
+        const dvec3 at = dvec3(node) / dvec3(last);
+        // The inverse of anisotropy_coordinates().
+        const double angle = kPi / 2 * (1 - (1 - at.x) * (1 - at.x)), roughness = 0.01 + 0.99 * at.y;
+        const double alpha = roughness * roughness;
+        const dvec2 alphas(alpha + (1 - alpha) * at.z * at.z, alpha);
+        const double knee = shared::kAlbedoKnee * std::hypot(alphas.x * std::cos(angle), alphas.y * std::sin(angle));
+        std::array<dvec2, kNodes> exact;
+        for (int i = 0; i < kNodes; ++i) {
+            const double x = lobatto_node(i, kNodes), cosine = std::min(x * x * knee / (1 + knee - x * x), 1.0);
+            const double sine = std::sqrt((1 - cosine) * (1 + cosine));
+            const dvec3 wo(sine * std::cos(angle), sine * std::sin(angle), cosine);
+            const DirectionalAlbedo albedo = AnisotropicLobeIntegral(wo, alphas, chi, v)();
+            const double whole = albedo.a + albedo.b;
+            exact[i] = dvec2(whole, albedo.b / whole - fifth_power(1 - cosine));
+        }
+        for (int x = 0; x <= kLastCosine; ++x) {
+            dvec2 value(0);
+            for (int i = 0; i < kNodes; ++i) value += weights[x][i] * exact[i];
+            const ivec2 texel = shared::anisotropy_texel(ivec4(x, node));
+            table.at(texel.x, first_row + texel.y)[0] = static_cast<float>(value.x);
+            table.at(texel.x, first_row + texel.y)[1] = static_cast<float>(value.y);
+        }
+    };
+    // Isolation keeps this thread, while it waits, from running another task, which could wait for this table.
+    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, (last.x + 1) * (last.y + 1) * (last.z + 1), fill_line); });
+}
+
 }  // namespace
 
 DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes) {
     const Quadrature rule(nodes);
     return LobeIntegral(cosine, alpha, rule)();
+}
+
+DirectionalAlbedo ggx_albedo(const dvec3& wo, const dvec2& alpha, int nodes) {
+    const Quadrature rule(nodes);
+    return AnisotropicLobeIntegral(wo, alpha, rule, rule)();
 }
 
 double sheen_albedo(double cosine, double roughness, int nodes) {
@@ -254,11 +366,11 @@ void fill_solid_table(Image& table, int first_row) {
 
 }  // namespace
 
-Image build_albedo_table(bool sheen, bool solid) {
+Image build_albedo_table(AlbedoParts parts) {
     const Quadrature rule(24);
-    const int solid_row = shared::kAlbedoTableSize * (sheen ? 2 : 1);
-    Image table(shared::kAlbedoTableSize, solid_row + (solid ? shared::kSolidTableRows : 0), 2);
-    if (solid) fill_solid_table(table, solid_row);
+    const int anisotropy_row = shared::kAlbedoTableSize * (parts.sheen ? 2 : 1);
+    const int solid_row = anisotropy_row + (parts.anisotropy ? shared::kAnisotropyTableRows : 0);
+    Image table(shared::kAlbedoTableSize, solid_row + (parts.solid ? shared::kSolidTableRows : 0), 2);
     fill_table(table, 0, [&](double x, double y) {
         const double roughness = 0.01 + 0.99 * y;
         const double knee = shared::kAlbedoKnee * roughness * roughness;
@@ -267,10 +379,12 @@ Image build_albedo_table(bool sheen, bool solid) {
         const double whole = albedo.a + albedo.b;
         return dvec2(whole, albedo.b / whole - fifth_power(1 - cosine));
     });
-    if (sheen)
+    if (parts.sheen)
         fill_table(table, shared::kAlbedoTableSize, [&](double x, double y) {  // inverse of sheen_coordinates()
             return dvec2(integrate_sheen(x * x, glm::mix<double>(shared::kLeastSheenRoughness, 1, y * y), rule), 0);
         });
+    if (parts.anisotropy) fill_anisotropy(table, anisotropy_row);
+    if (parts.solid) fill_solid_table(table, solid_row);
     return table;
 }
 

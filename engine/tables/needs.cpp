@@ -22,7 +22,7 @@ constexpr std::array kGeometry = {
 
 constexpr std::array kLookups = {
     SceneNeed{"texture coordinates", &N::texture_coordinates, "TEXTURES", "there are no textures"},
-    SceneNeed{"tangents", &N::normal_maps, "NORMAL_MAPS", "there is no normal map to go with them"},
+    SceneNeed{"tangents", &N::normal_maps, "NORMAL_MAPS", "there is no normal map and no anisotropy to go with them"},
     SceneNeed{"texture transforms", &N::texture_transforms, "TEXTURE_TRANSFORMS", "no texture has one"},
     SceneNeed{"second texture coordinates", &N::texture_uv_set_1, "TEXTURE_UV_SET_1", "no texture uses them"},
     SceneNeed{"mirrored repeat", &N::texture_mirrored, "TEXTURE_MIRRORED", "no texture repeats so"},
@@ -35,8 +35,9 @@ constexpr std::array kLookups = {
 SceneNeeds completed(SceneNeeds n) {
     for (const MaterialTexture& texture : material_textures()) {
         n.texture_coordinates |= n.*texture.need;
-        n.normal_maps |= n.*texture.need && texture.use == TextureUse::normal_map;
+        n.normal_maps |= n.*texture.need && needs_tangents(texture.use);
     }
+    for (const MaterialLobe& lobe : material_lobes()) n.normal_maps |= n.*lobe.need && lobe.tangents;
     n.texture_coordinates |= n.normal_maps;  // tangents have their handedness beside texture coordinates
     n.emission |= n.area_lights;
     complete(static_cast<MaterialNeeds&>(n));

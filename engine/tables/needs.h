@@ -19,7 +19,7 @@ namespace halflight {
 struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool instances = false;      // some block is not in world space
     bool vertex_colors = false;  // some vertex colour is not white
-    bool normal_maps = false;    // some normal map is looked up, on a mesh with tangents
+    bool normal_maps = false;    // some normal map or anisotropic lobe needs the tangents of a mesh
     bool alpha = false;          // alpha decides some hit
     bool slivers = false;        // some triangle is a sliver (is_sliver)
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <future>
 #include <mutex>
+#include <optional>
 
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
@@ -17,13 +18,14 @@
 namespace halflight {
 namespace {
 
-/// Returns the albedo table, which is equal for all scenes of the same lobes. Each is built once.
-Image albedo_table(bool sheen, bool solid) {
-    static std::array<std::once_flag, 4> built;
-    static std::array<Image, 4> tables;
-    const std::size_t which = (sheen ? 1u : 0u) + (solid ? 2u : 0u);
-    std::call_once(built[which], [&] { tables[which] = build_albedo_table(sheen, solid); });
-    return tables[which];
+/// Returns the albedo table, which is equal for all scenes with equal parts.
+Image albedo_table(AlbedoParts parts) {
+    static std::mutex mutex;
+    static std::array<std::optional<Image>, 8> tables;
+    const std::lock_guard lock(mutex);
+    std::optional<Image>& table = tables[(parts.sheen ? 1 : 0) + (parts.anisotropy ? 2 : 0) + (parts.solid ? 4 : 0)];
+    if (!table) table = build_albedo_table(parts);
+    return *table;
 }
 
 class Builder {
@@ -52,11 +54,14 @@ class Builder {
         complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
-        // The table takes about 15 ms, more with sheen or solids, and nothing below depends on it.
+        // The table takes about 15 ms, and more with sheen, anisotropy or solids (engine/tables/albedo.h). Nothing
+        // below depends on it.
         std::future<Image> albedo;
         if (needs.glossy || kept_.glossy)
-            albedo =
-                std::async(std::launch::async, albedo_table, needs.sheen || kept_.sheen, needs.volume || kept_.volume);
+            albedo = std::async(std::launch::async, albedo_table,
+                                AlbedoParts{.sheen = needs.sheen || kept_.sheen,
+                                            .anisotropy = needs.anisotropy || kept_.anisotropy,
+                                            .solid = needs.volume || kept_.volume});
         add_lights();
         needs = united(needs, kept_);
         fill_light_tables();
@@ -79,7 +84,7 @@ class Builder {
     /// Adds a material. alpha_tested: alpha decides hits on some of its triangles.
     void add_material(const Material& m, bool alpha_tested, vec4* rows) {
         SceneNeeds& needs = tables_.needs;
-        for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= lobe.present(m);
+        for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= has_lobe(m, lobe, attributes_);
         for (const MaterialProperty& property : material_properties()) {
             const vec4 value = packed_value(m, property);
             for (int i = 0; property.packing.row != kNone && i < component_count(property.field); ++i)

@@ -139,16 +139,23 @@ void VertexAttributes::add(const Mesh& mesh) {
 
 bool looks_up(const Material& material, const MaterialTexture& texture, const VertexAttributes& attributes) {
     return material.*texture.field && texture.matters(material) &&
-           (texture.use != TextureUse::normal_map || attributes.tangents);
+           (!needs_tangents(texture.use) || attributes.tangents);
+}
+
+bool has_lobe(const Material& material, const MaterialLobe& lobe, const VertexAttributes& attributes) {
+    return lobe.present(material) && (!lobe.tangents || attributes.tangents);
 }
 
 SceneNeeds layout_needs(std::span<const Material> materials, const std::vector<bool>& used,
                         const VertexAttributes& attributes) {
     SceneNeeds needs;
     needs.vertex_colors = attributes.colors;
-    for (std::size_t i = 0; i < materials.size(); ++i)
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        if (!used[i]) continue;
         for (const MaterialTexture& texture : material_textures())
-            needs.*texture.need |= used[i] && looks_up(materials[i], texture, attributes);
+            needs.*texture.need |= looks_up(materials[i], texture, attributes);
+        for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= has_lobe(materials[i], lobe, attributes);
+    }
     return united(needs, {});
 }
 

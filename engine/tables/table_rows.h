@@ -74,6 +74,9 @@ struct VertexAttributes {
 /// Returns whether a material looks a texture up.
 bool looks_up(const Material& material, const MaterialTexture& texture, const VertexAttributes& attributes);
 
+/// Returns whether a material has a lobe.
+bool has_lobe(const Material& material, const MaterialLobe& lobe, const VertexAttributes& attributes);
+
 /// Returns the needs that decide about the layout of attribute rows. used: per material, whether triangles have it.
 SceneNeeds layout_needs(std::span<const Material> materials, const std::vector<bool>& used,
                         const VertexAttributes& attributes);

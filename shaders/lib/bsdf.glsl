@@ -22,6 +22,14 @@ struct Bsdf {
     vec3 sheen;             // factor of sheen_scattered()
     float sheen_alpha;      // roughness of the sheen
     float p_sheen;          // probability of the sheen among the glossy lobes
+    vec3 rough_direction;   // unit length, perpendicular to n: the direction in which `alpha` applies
+    float alpha_across;     // roughness across it and of solid interfaces; `alpha`: the lobe is isotropic
+    vec3 film_dielectric;   // factors of D G2 / (4 mu_o mu_i) film_reflectance() of both substrates
+    float film_ior;
+    vec3 film_metal;
+    float film_thickness;   // nanometres
+    vec3 film_dielectric_f0;
+    vec3 film_metal_f0;
     vec3 solid_reflection;  // solids: factor of the light that the interface reflects; `transmission` is that of the rest
     float eta;              // solids: index of refraction beyond the surface over that on wo's side; 0: thin-walled
     vec3 absorption;        // solids: absorption per world unit inside
@@ -49,9 +57,19 @@ const int kSheenRow = kCoatRow + 1;
 const int kSheenRow = kCoatRow;
 #endif
 #ifdef HALFLIGHT_SHEEN
-const int kSolidRow = kSheenRow + 2;
+const int kAnisotropyRecordRow = kSheenRow + 2;
 #else
-const int kSolidRow = kSheenRow;
+const int kAnisotropyRecordRow = kSheenRow;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+const int kFilmRow = kAnisotropyRecordRow + 1;
+#else
+const int kFilmRow = kAnisotropyRecordRow;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+const int kSolidRow = kFilmRow + 4;
+#else
+const int kSolidRow = kFilmRow;
 #endif
 
 void make_thin(inout Bsdf b) {
@@ -83,6 +101,15 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[kSheenRow] = vec4(b.sheen, b.sheen_alpha);
     rows[kSheenRow + 1] = vec4(b.p_sheen, 0.0, 0.0, 0.0);
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+    rows[kAnisotropyRecordRow] = vec4(b.rough_direction, b.alpha_across);
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    rows[kFilmRow] = vec4(b.film_dielectric, b.film_ior);
+    rows[kFilmRow + 1] = vec4(b.film_metal, b.film_thickness);
+    rows[kFilmRow + 2] = vec4(b.film_dielectric_f0, 0.0);
+    rows[kFilmRow + 3] = vec4(b.film_metal_f0, 0.0);
+#endif
 #ifdef HALFLIGHT_VOLUME
     rows[kSolidRow] = vec4(b.solid_reflection, b.eta);
     rows[kSolidRow + 1] = vec4(b.absorption, b.thickness);
@@ -109,6 +136,14 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.sheen = vec3(0.0);
     b.sheen_alpha = 1.0;
     b.p_sheen = 0.0;
+    b.rough_direction = vec3(0.0);
+    b.alpha_across = b.alpha;
+    b.film_dielectric = vec3(0.0);
+    b.film_ior = 1.0;
+    b.film_metal = vec3(0.0);
+    b.film_thickness = 0.0;
+    b.film_dielectric_f0 = vec3(0.0);
+    b.film_metal_f0 = vec3(0.0);
     make_thin(b);
 #ifdef HALFLIGHT_GLOSSY
     b.specular = rows[kGlossyRow].rgb;
@@ -128,6 +163,18 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.sheen = rows[kSheenRow].rgb;
     b.sheen_alpha = rows[kSheenRow].w;
     b.p_sheen = rows[kSheenRow + 1].x;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+    b.rough_direction = rows[kAnisotropyRecordRow].xyz;
+    b.alpha_across = rows[kAnisotropyRecordRow].w;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    b.film_dielectric = rows[kFilmRow].rgb;
+    b.film_ior = rows[kFilmRow].w;
+    b.film_metal = rows[kFilmRow + 1].rgb;
+    b.film_thickness = rows[kFilmRow + 1].w;
+    b.film_dielectric_f0 = rows[kFilmRow + 2].rgb;
+    b.film_metal_f0 = rows[kFilmRow + 3].rgb;
 #endif
 #ifdef HALFLIGHT_VOLUME
     b.solid_reflection = rows[kSolidRow].rgb;
@@ -175,12 +222,14 @@ vec3 transmittance(vec4 medium, float distance) {
 
 // Returns whether reflection and refraction are perfect. Directions of nearly equal indices spread as little as those
 // of nearly no roughness.
-bool is_solid_mirror(Bsdf b) { return b.alpha * abs(b.eta - 1.0) < kMirrorAlpha; }
+bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirrorAlpha; }
 
 void scale_lobes(inout Bsdf b, vec3 factor) {
     b.diffuse *= factor;
     b.specular *= factor;
     b.specular_edge *= factor;
+    b.film_dielectric *= factor;
+    b.film_metal *= factor;
     b.transmission *= factor;
     b.solid_reflection *= factor;
     b.sheen *= factor;
@@ -201,12 +250,28 @@ struct Layers {
     vec3 coat_normal;
     float sheen;  // largest component of the sheen's colour
     float sheen_roughness;
+    vec3 rough_direction;
+    float alpha_across;
+    vec3 film_f0;   // f0 of the dielectric below the film, without its strength f90
+    float film;     // factor of the film; 0: none
+    float film_ior;
+    float film_thickness;
 };
 
 #ifdef HALFLIGHT_CLEARCOAT
 const int kSheenLayerRow = 3;
 #else
 const int kSheenLayerRow = 2;
+#endif
+#ifdef HALFLIGHT_SHEEN
+const int kAnisotropyLayerRow = kSheenLayerRow + 1;
+#else
+const int kAnisotropyLayerRow = kSheenLayerRow;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+const int kFilmLayerRow = kAnisotropyLayerRow + 1;
+#else
+const int kFilmLayerRow = kAnisotropyLayerRow;
 #endif
 
 vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
@@ -220,6 +285,13 @@ vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
 #endif
 #ifdef HALFLIGHT_SHEEN
     rows[kSheenLayerRow] = vec4(l.sheen, l.sheen_roughness, 0.0, 0.0);
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+    rows[kAnisotropyLayerRow] = vec4(l.rough_direction, l.alpha_across);
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    rows[kFilmLayerRow] = vec4(l.film_f0, l.film);
+    rows[kFilmLayerRow + 1] = vec4(l.film_ior, l.film_thickness, 0.0, 0.0);
 #endif
     return rows;
 }
@@ -241,6 +313,16 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
     l.sheen = rows[kSheenLayerRow].x;
     l.sheen_roughness = rows[kSheenLayerRow].y;
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+    l.rough_direction = rows[kAnisotropyLayerRow].xyz;
+    l.alpha_across = rows[kAnisotropyLayerRow].w;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    l.film_f0 = rows[kFilmLayerRow].rgb;
+    l.film = rows[kFilmLayerRow].w;
+    l.film_ior = rows[kFilmLayerRow + 1].x;
+    l.film_thickness = rows[kFilmLayerRow + 1].y;
+#endif
     return l;
 }
 
@@ -258,9 +340,42 @@ bool leaves_base(Layers l, vec3 wo) {
 float multiple_scattering_gain(float f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 
+#ifdef HALFLIGHT_ANISOTROPY
+// Returns the basis of a lobe around n: `along` has unit length and is perpendicular to n.
+mat3 lobe_basis(vec3 n, vec3 along) { return mat3(along, cross(n, along), n); }
+#endif
+
+// Returns the directional albedo of the specular lobe: x = E_A, y = E_B.
+vec2 specular_albedo(Layers l, vec3 wo) {
+    vec2 albedo = ggx_albedo(dot(l.normal, wo), l.alpha);
+#ifdef HALFLIGHT_ANISOTROPY
+    if (l.alpha != l.alpha_across)
+        albedo = ggx_albedo(wo * lobe_basis(l.normal, l.rough_direction), vec2(l.alpha, l.alpha_across));
+#endif
+    return albedo;
+}
+
+#ifdef HALFLIGHT_IRIDESCENCE
+// Returns the film at the cosine whose Schlick weight is the mean of the lobe, E_B / E_1.
+FilmWaves mean_film_waves(Layers l, vec2 albedo) {
+    return film_waves(l.film_ior, l.film_thickness, 1.0 - pow(albedo.y / (albedo.x + albedo.y), 0.2));
+}
+#endif
+
 // Returns the share 1 - E_d of light that the dielectric's specular lobe of a directional albedo leaves to the base.
 float specular_share(Layers l, vec2 albedo) {
     float gain = multiple_scattering_gain(l.f0, albedo.x + albedo.y);
+#ifdef HALFLIGHT_IRIDESCENCE
+    if (l.film > 0.0) {
+        float whole = albedo.x + albedo.y;
+        vec3 mean = film_reflectance(mean_film_waves(l, albedo), l.film_f0);
+        vec3 plain_f0 = l.film_f0 * l.f90;
+        vec3 plain = multiple_scattering_gain(plain_f0, whole) * (plain_f0 * albedo.x + l.f90 * albedo.y);
+        vec3 film = l.f90 * multiple_scattering_gain(mean, whole) * mean * whole;
+        vec3 both = mix(plain, film, l.film);
+        return 1.0 - min(max(both.r, max(both.g, both.b)), 1.0);
+    }
+#endif
     precise float share = 1.0 - min(gain * (l.f0 * albedo.x + l.f90 * albedo.y), 1.0);
     return share;
 }
@@ -288,7 +403,7 @@ float sheen_share(Layers l, float albedo) {
 float base_share(Layers l, vec3 wo) {
     precise float share = 1.0;
 #ifdef HALFLIGHT_GLOSSY
-    share = specular_share(l, ggx_albedo(dot(l.normal, wo), l.alpha));
+    share = specular_share(l, specular_albedo(l, wo));
 #endif
 #ifdef HALFLIGHT_SHEEN
     share *= sheen_share(l, sheen_albedo(dot(l.normal, wo), l.sheen_roughness));
@@ -329,6 +444,20 @@ Layers layers_of(Material m) {
 #ifdef HALFLIGHT_CLEARCOAT
     l.coat_alpha = ggx_alpha(m.coat_roughness);
 #endif
+    l.rough_direction = vec3(0.0);
+    l.alpha_across = l.alpha;
+    l.film = m.iridescence;
+    l.film_ior = m.film_ior;
+    l.film_thickness = m.film_thickness + m.film_thickness_range;
+    l.film_f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0));
+#ifdef HALFLIGHT_ANISOTROPY
+    float alpha_along = mix(m.roughness * m.roughness, 1.0, m.anisotropy * m.anisotropy);
+    if (m.anisotropy > 0.0 && alpha_along >= kMirrorAlpha) {
+        l.rough_direction = m.rough_direction;
+        l.alpha_across = max(l.alpha, kMirrorAlpha);
+        l.alpha = alpha_along;
+    }
+#endif
     return l;
 }
 
@@ -351,10 +480,18 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.sheen = vec3(0.0);
     b.sheen_alpha = 1.0;
     b.p_sheen = 0.0;
+    b.rough_direction = layers.rough_direction;
+    b.alpha_across = layers.alpha_across;
+    b.film_dielectric = vec3(0.0);
+    b.film_metal = vec3(0.0);
+    b.film_ior = layers.film_ior;
+    b.film_thickness = layers.film_thickness;
+    b.film_dielectric_f0 = layers.film_f0;
+    b.film_metal_f0 = m.base_color;
     make_thin(b);
     b.diffuse = (1.0 - m.metallic) * m.base_color;
 #ifdef HALFLIGHT_GLOSSY
-    vec2 albedo = ggx_albedo(dot(m.normal, wo), b.alpha);
+    vec2 albedo = specular_albedo(layers, wo);
     float whole = albedo.x + albedo.y;  // E_1
     vec3 f0 = dielectric_f0(m);
     vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
@@ -367,6 +504,19 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.specular = metal_gain * m.base_color + gain * f0;
     b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
     float below_layers = 1.0;
+#ifdef HALFLIGHT_IRIDESCENCE
+    FilmWaves mean_waves = mean_film_waves(layers, albedo);
+    vec3 film_of_dielectric = film_reflectance(mean_waves, b.film_dielectric_f0);
+    vec3 film_of_metal = film_reflectance(mean_waves, b.film_metal_f0);
+    float on_dielectric = (1.0 - m.metallic) * m.iridescence * m.specular;
+#ifdef HALFLIGHT_VOLUME
+    on_dielectric *= 1.0 - solid_share;
+#endif
+    b.film_dielectric = on_dielectric * multiple_scattering_gain(film_of_dielectric, whole);
+    b.film_metal = m.metallic * m.iridescence * multiple_scattering_gain(film_of_metal, whole);
+    b.specular *= 1.0 - m.iridescence;
+    b.specular_edge *= 1.0 - m.iridescence;
+#endif
 
     b.diffuse *= specular_share(layers, albedo);
 #ifdef HALFLIGHT_SHEEN
@@ -375,6 +525,8 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.diffuse *= below_sheen;
     b.specular *= below_sheen;
     b.specular_edge *= below_sheen;
+    b.film_dielectric *= below_sheen;
+    b.film_metal *= below_sheen;
     below_layers *= below_sheen;
     b.sheen = m.sheen_color / max(sheen_whole, 1.0);
     b.sheen_alpha = layers.sheen_roughness * layers.sheen_roughness;
@@ -387,6 +539,8 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.diffuse *= 1.0 - coat_albedo;
     b.specular *= 1.0 - coat_albedo;
     b.specular_edge *= 1.0 - coat_albedo;
+    b.film_dielectric *= 1.0 - coat_albedo;
+    b.film_metal *= 1.0 - coat_albedo;
     below_layers *= 1.0 - coat_albedo;
     b.sheen *= 1.0 - coat_albedo;
 #endif
@@ -410,12 +564,17 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
         b.solid_reflection = factor * (m.front ? min(m.specular * m.specular_color, vec3(1.0)) : vec3(1.0));
         b.absorption = m.absorption;
         b.thickness = m.front ? m.thickness : -m.thickness;
-        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(dot(m.normal, wo), b.alpha, b.eta);
+        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(dot(m.normal, wo), b.alpha_across, b.eta);
         transmission = average(max(b.transmission, b.solid_reflection));
     }
 #endif
     float diffuse = average(b.diffuse);
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
+#ifdef HALFLIGHT_IRIDESCENCE
+    // The bound covers lobes that reflect more beside the mean cosine, where interference leaves little.
+    specular += average(b.film_dielectric * max(film_of_dielectric, 0.05) + b.film_metal * max(film_of_metal, 0.05)) *
+                whole;
+#endif
     float glossy = specular + transmission + coat_albedo;
 #ifdef HALFLIGHT_SHEEN
     float sheen = average(b.sheen) * max(sheen_whole, 1e-3);  // the bound covers errors of the table
@@ -436,8 +595,23 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
 
 // --- Evaluation and sampling ----------------------------------------------------------------------------------------
 
+#ifdef HALFLIGHT_IRIDESCENCE
+// Returns the part of the specular lobe's factor that the film adds, at x = dot(wo, h).
+vec3 film_reflection(Bsdf b, float x) {
+    FilmWaves waves = film_waves(b.film_ior, b.film_thickness, x);
+    return b.film_dielectric * film_reflectance(waves, b.film_dielectric_f0) +
+           b.film_metal * film_reflectance(waves, b.film_metal_f0);
+}
+#endif
+
 // Returns the reflectance below the coat, specular at normal incidence.
-vec3 reflectance(Bsdf b) { return b.diffuse + b.transmission + b.specular; }
+vec3 reflectance(Bsdf b) {
+    vec3 sum = b.diffuse + b.transmission + b.specular;
+#ifdef HALFLIGHT_IRIDESCENCE
+    sum += film_reflection(b, 1.0);
+#endif
+    return sum;
+}
 
 // Returns the component that a uniform number selects; a constant where the scene has only one.
 bool picks_diffuse(Bsdf b, float choice) {
@@ -490,18 +664,29 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
     if (lobe && b.alpha > 0.0) {
         GgxValue ggx = ggx_evaluate(b.normal, b.alpha, wo, folded);
+#ifdef HALFLIGHT_ANISOTROPY
+        if (b.alpha != b.alpha_across)
+            ggx = ggx_evaluate(lobe_basis(b.normal, b.rough_direction), vec2(b.alpha, b.alpha_across), wo, folded);
+#endif
         value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
+#ifdef HALFLIGHT_IRIDESCENCE
+        vec3 film = film_reflection(b, ggx.x);
+#ifdef HALFLIGHT_TRANSMISSION
+        film = transmitted ? vec3(0.0) : film;
+#endif
+        value.glossy += ggx.scattered * film;
+#endif
         value.pdf_glossy = p * ggx.pdf;
     }
 #ifdef HALFLIGHT_VOLUME
     if (b.eta > 0.0 && !is_solid_mirror(b)) {
         if (reflected) {
-            GgxValue ggx = ggx_evaluate(b.normal, b.alpha, wo, wi);
+            GgxValue ggx = ggx_evaluate(b.normal, b.alpha_across, wo, wi);
             float fresnel = fresnel_dielectric(max(dot(wo, normalize(wo + wi)), 0.0), b.eta);
             value.glossy += b.solid_reflection * (b.solid_gain * fresnel * ggx.scattered);
             value.pdf_glossy += b.p_transmission * fresnel * ggx.pdf;
         } else if (side_g < 0.0 && side_n < 0.0) {
-            RefractedValue refracted = refracted_evaluate(b.normal, b.alpha, b.eta, wo, wi);
+            RefractedValue refracted = refracted_evaluate(b.normal, b.alpha_across, b.eta, wo, wi);
             float passed = 1.0 - fresnel_dielectric(refracted.x, b.eta);
             value.glossy += b.transmission * (b.solid_gain * passed * refracted.scattered);
             value.pdf_glossy += b.p_transmission * passed * refracted.pdf;
@@ -555,12 +740,12 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
     bool transmitted = false;
     vec3 n = b.normal;
-    float alpha = b.alpha;
+    vec2 alpha = vec2(b.alpha);
     float p = p_specular(b);
 #ifdef HALFLIGHT_CLEARCOAT
     coat = choice < b.p_coat;
     n = coat ? b.coat_normal : n;
-    alpha = coat ? b.coat_alpha : alpha;
+    alpha = coat ? vec2(b.coat_alpha) : alpha;
     p = coat ? b.p_coat : p;
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
@@ -571,8 +756,15 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
 #ifdef HALFLIGHT_SHEEN
     sheen = !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
 #endif
-    bool mirror = alpha == 0.0 && !sheen;
+    bool mirror = alpha.x == 0.0 && !sheen;
     mat3 basis = basis_around(n);
+#ifdef HALFLIGHT_ANISOTROPY
+    if (!coat && b.alpha != b.alpha_across) {
+        bool solid_lobe = transmitted && b.eta > 0.0;  // isotropic
+        alpha = solid_lobe ? vec2(b.alpha_across) : vec2(b.alpha, b.alpha_across);
+        basis = solid_lobe ? basis : lobe_basis(n, b.rough_direction);
+    }
+#endif
     vec3 wo_local = wo * basis;
     wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; the bound covers rounding of the product
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
@@ -620,6 +812,9 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
         vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0)) * b.coat_tint
                            : transmitted ? b.transmission
                                          : b.specular + b.specular_edge * schlick;
+#ifdef HALFLIGHT_IRIDESCENCE
+        if (!coat && !transmitted) reflectance += film_reflection(b, x);
+#endif
         s.pdf = 0.0;
         s.weight = usable && p > 0.0 ? reflectance / p : vec3(0.0);
     }

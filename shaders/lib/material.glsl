@@ -23,6 +23,28 @@ vec3 mapped_normal(Surface s, uint slot, float scale) {
 #endif
 }
 
+#ifdef HALFLIGHT_ANISOTROPY
+// Finds the direction of higher roughness, perpendicular to the bent normal (SHADING.md, Anisotropy).
+void find_rough_direction(inout Material m, Surface s) {
+    vec2 direction = vec2(1.0, 0.0);
+#ifdef HALFLIGHT_TEXTURE_ANISOTROPY
+    uint slot = anisotropy_texture_slot(s.material);
+    vec3 texel = data_texture(slot, s.uv0, s.uv1).rgb;
+    direction = slot != kNoTexture ? 2.0 * texel.rg - 1.0 : direction;
+    m.anisotropy *= texel.b;
+#endif
+    float c = cos(m.anisotropy_rotation);
+    float d = sin(m.anisotropy_rotation);
+    direction = vec2(c * direction.x - d * direction.y, d * direction.x + c * direction.y);
+    vec3 along = direction.x * s.tangent.xyz + direction.y * s.tangent.w * cross(s.normal, s.tangent.xyz);
+    along -= dot(along, m.normal) * m.normal;
+    float length_squared = dot(along, along);
+    bool usable = s.tangent.w != 0.0 && length_squared > 1e-8;
+    m.rough_direction = usable ? along * inversesqrt(length_squared) : vec3(0.0);
+    m.anisotropy = usable ? m.anisotropy : 0.0;
+}
+#endif
+
 // Returns the material with textures, vertex colours and normal maps applied. `wo` has unit length and points from the
 // surface to the origin of the ray.
 Material evaluate_material(Surface s, vec3 wo) {
@@ -45,6 +67,10 @@ Material evaluate_material(Surface s, vec3 wo) {
     m.bent = dot(m.normal, wo) <= 0.0 || (m.coat > 0.0 && dot(m.coat_normal, wo) <= 0.0);
     m.normal = bend_normal(m.normal, wo);
     m.coat_normal = bend_normal(m.coat_normal, wo);
+    m.rough_direction = vec3(0.0);
+#ifdef HALFLIGHT_ANISOTROPY
+    find_rough_direction(m, s);
+#endif
 #ifdef HALFLIGHT_UNLIT
     if (m.unlit) {  // every property that scales a lobe is packed as 0
         m.emission = m.base_color;

@@ -13,13 +13,14 @@
 //   row 6  slot of emission_texture, slot of specular_texture, slot of specular_color_texture, slot of transmission_texture
 //   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture, slot of sheen_color_texture
 //   row 8  sheen_color.rgb, sheen_roughness
-//   row 9  slot of sheen_roughness_texture
+//   row 9  slot of sheen_roughness_texture, anisotropy_strength, anisotropy_rotation, slot of anisotropy_texture
 //   row 10  attenuation_color.rgb, thickness
-//   row 11  dispersion
+//   row 11  dispersion, slot of iridescence_texture, slot of iridescence_thickness_texture
+//   row 12  iridescence, iridescence_ior, iridescence_thickness_minimum, iridescence_thickness_maximum
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 12;
+const int kMaterialStride = 13;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -44,6 +45,12 @@ vec3 packed_attenuation_color(uint material) { return material_row(material, 10)
 float packed_dispersion(uint material) { return material_row(material, 11).x; }
 vec3 packed_sheen_color(uint material) { return material_row(material, 8).rgb; }
 float packed_sheen_roughness(uint material) { return material_row(material, 8).w; }
+float packed_anisotropy_strength(uint material) { return material_row(material, 9).y; }
+float packed_anisotropy_rotation(uint material) { return material_row(material, 9).z; }
+float packed_iridescence(uint material) { return material_row(material, 12).x; }
+float packed_iridescence_ior(uint material) { return material_row(material, 12).y; }
+float packed_iridescence_thickness_minimum(uint material) { return material_row(material, 12).z; }
+float packed_iridescence_thickness_maximum(uint material) { return material_row(material, 12).w; }
 
 uint base_color_texture_slot(uint material) { return word_of_float(material_row(material, 5).y); }
 uint normal_texture_slot(uint material) { return word_of_float(material_row(material, 5).w); }
@@ -57,6 +64,9 @@ uint clearcoat_normal_texture_slot(uint material) { return word_of_float(materia
 uint transmission_texture_slot(uint material) { return word_of_float(material_row(material, 6).w); }
 uint sheen_color_texture_slot(uint material) { return word_of_float(material_row(material, 7).w); }
 uint sheen_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 9).x); }
+uint anisotropy_texture_slot(uint material) { return word_of_float(material_row(material, 9).w); }
+uint iridescence_texture_slot(uint material) { return word_of_float(material_row(material, 11).y); }
+uint iridescence_thickness_texture_slot(uint material) { return word_of_float(material_row(material, 11).z); }
 
 // Properties that no material of the scene needs are constants, which the compiler folds.
 struct Material {
@@ -78,14 +88,21 @@ struct Material {
     float dispersion;
     vec3 sheen_color;
     float sheen_roughness;
-    vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
-    vec3 coat_normal;  // n_k
-    bool front;        // true: wo is outside, on the side of the vertex normals
-    int channel;       // colour channel of the path, 0 to 2, for solids that disperse light
-    bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
+    float anisotropy;
+    float anisotropy_rotation;
+    float iridescence;
+    float film_ior;
+    float film_thickness;
+    float film_thickness_range;
+    vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
+    vec3 coat_normal;      // n_k
+    bool front;            // true: wo is outside, on the side of the vertex normals
+    int channel;           // colour channel of the path, 0 to 2, for solids that disperse light
+    bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
+    vec3 rough_direction;  // direction of the higher roughness, perpendicular to n; 0: none
 };
 
-// Returns the factors; the caller sets the normals.
+// Returns the factors; the caller sets the normals and the direction.
 Material load_material(uint material) {
     Material m;
 #ifdef HALFLIGHT_UNLIT
@@ -158,10 +175,40 @@ Material load_material(uint material) {
 #else
     m.sheen_roughness = 0.0;
 #endif
+#ifdef HALFLIGHT_ANISOTROPY
+    m.anisotropy = packed_anisotropy_strength(material);
+#else
+    m.anisotropy = 0.0;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+    m.anisotropy_rotation = packed_anisotropy_rotation(material);
+#else
+    m.anisotropy_rotation = 0.0;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.iridescence = packed_iridescence(material);
+#else
+    m.iridescence = 0.0;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.film_ior = packed_iridescence_ior(material);
+#else
+    m.film_ior = 1.3;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.film_thickness = packed_iridescence_thickness_minimum(material);
+#else
+    m.film_thickness = 0.0;
+#endif
+#ifdef HALFLIGHT_IRIDESCENCE
+    m.film_thickness_range = packed_iridescence_thickness_maximum(material);
+#else
+    m.film_thickness_range = 400.0;
+#endif
     return m;
 }
 
-// Multiplies the factors by their textures, except for normal maps.
+// Multiplies the factors by their textures, except for those that need tangents.
 void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_BASE_COLOR
     vec4 base_color_texture = color_texture(base_color_texture_slot(material), uv0, uv1);
@@ -203,5 +250,13 @@ void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_SHEEN_ROUGHNESS
     vec4 sheen_roughness_texture = data_texture(sheen_roughness_texture_slot(material), uv0, uv1);
     m.sheen_roughness *= sheen_roughness_texture.a;
+#endif
+#ifdef HALFLIGHT_TEXTURE_IRIDESCENCE
+    vec4 iridescence_texture = data_texture(iridescence_texture_slot(material), uv0, uv1);
+    m.iridescence *= iridescence_texture.r;
+#endif
+#ifdef HALFLIGHT_TEXTURE_IRIDESCENCE_THICKNESS
+    vec4 iridescence_thickness_texture = data_texture(iridescence_thickness_texture_slot(material), uv0, uv1);
+    m.film_thickness_range *= iridescence_thickness_texture.g;
 #endif
 }

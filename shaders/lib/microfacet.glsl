@@ -1,11 +1,17 @@
-// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], solid transmission, and
-// the sheen's lobe.
+// GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], solid transmission, and the sheen's
+// lobe.
 #include "shaders/shared/albedo.h"
 
+// First rows of the parts of the albedo table (engine/tables/albedo.h).
 #ifdef HALFLIGHT_SHEEN
-const int kSolidTableRow = 2 * kAlbedoTableSize;
+const int kAnisotropyRow = 2 * kAlbedoTableSize;
 #else
-const int kSolidTableRow = kAlbedoTableSize;
+const int kAnisotropyRow = kAlbedoTableSize;
+#endif
+#ifdef HALFLIGHT_ANISOTROPY
+const int kSolidTableRow = kAnisotropyRow + kAnisotropyTableRows;
+#else
+const int kSolidTableRow = kAnisotropyRow;
 #endif
 
 float pow5(float v) { return v * v * v * v * v; }
@@ -27,7 +33,8 @@ float ggx_root(float cosine, float alpha) {
 struct GgxValue {
     float scattered;  // D G2 / (4 mu_o mu_i), times mu_i
     float pdf;        // density of visible-normal sampling, per solid angle
-    float schlick;    // (1 - dot(wo, h))^5
+    float x;          // dot(wo, h), in [0, 1]
+    float schlick;    // (1 - x)^5
 };
 
 // Evaluates a lobe. wo, wi: unit length, dot(n, wi) > 0. G2 and pdf use forms in which the cosines cancel: no 0 / 0.
@@ -43,13 +50,14 @@ GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
     GgxValue value;
     value.scattered = 0.5 * density / (mu_o * root_i / mu_i + root_o);
     value.pdf = 0.5 * density / (mu_o + root_o);
-    value.schlick = pow5(1.0 - clamp(dot(wo, h), 0.0, 1.0));
+    value.x = clamp(dot(wo, h), 0.0, 1.0);
+    value.schlick = pow5(1.0 - value.x);
     return value;
 }
 
 // Samples a visible normal of the lobe around +z (Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical
 // Caps). Precondition: wo.z > 0.
-vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
+vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 xi) {
     vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
     float z = (1.0 - xi.y) * (1.0 + stretched.z) - stretched.z;
     float sine = sqrt(max(0.0, (1.0 - z) * (1.0 + z)));
@@ -80,6 +88,108 @@ vec2 ggx_albedo(float cosine, float alpha) {
     float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
     return vec2(entry.x - edge, edge);
 }
+
+// --- Anisotropic GGX --------------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_ANISOTROPY
+// Returns length(alpha w.xy, w.z), which takes the place of ggx_root().
+float ggx_root(vec3 local, vec2 alpha) { return length(vec3(alpha * local.xy, local.z)); }
+
+// Evaluates a lobe as above. The columns of `basis` are the direction of alpha.x, that of alpha.y, and n.
+GgxValue ggx_evaluate(mat3 basis, vec2 alpha, vec3 wo, vec3 wi) {
+    vec3 sum = wo + wi;
+    vec3 h = sum * inversesqrt(max(dot(sum, sum), 1e-30));
+    vec3 local_h = h * basis;
+    vec2 slopes = local_h.xy / alpha;
+    float k = dot(slopes, slopes) + local_h.z * local_h.z;
+    float density = 0.318309886184 / (alpha.x * alpha.y * k * k);
+    vec3 local_o = wo * basis;
+    local_o.z = max(local_o.z, 0.0);
+    vec3 local_i = wi * basis;
+    float root_o = ggx_root(local_o, alpha);
+    float root_i = ggx_root(local_i, alpha);
+    GgxValue value;
+    value.scattered = 0.5 * density / (local_o.z * root_i / local_i.z + root_o);
+    value.pdf = 0.5 * density / (local_o.z + root_o);
+    value.x = clamp(dot(wo, h), 0.0, 1.0);
+    value.schlick = pow5(1.0 - value.x);
+    return value;
+}
+
+// Returns the directional albedo of the lobe: x = E_A, y = E_B. wo is in the lobe's basis.
+vec2 ggx_albedo(vec3 wo, vec2 alpha) {
+    vec4 last = vec4(kAnisotropyCosines, kAnisotropyAngles, kAnisotropyRoughnesses, kAnisotropyStrengths) - 1.0;
+    vec4 at = anisotropy_coordinates(wo, alpha) * last;
+    vec4 cell = clamp(floor(at), vec4(0.0), last - 1.0);
+    vec4 f = at - cell;
+    vec2 entry = vec2(0.0);
+    for (int corner = 0; corner < 16; ++corner) {
+        ivec4 step = (ivec4(corner) >> ivec4(0, 1, 2, 3)) & 1;
+        vec4 weight = mix(1.0 - f, f, vec4(step));
+        ivec2 texel = anisotropy_texel(ivec4(cell) + step) + ivec2(0, kAnisotropyRow);
+        entry += weight.x * weight.y * weight.z * weight.w * texelFetch(albedo_table, texel, 0).rg;
+    }
+    float edge = entry.x * clamp(pow5(1.0 - clamp(wo.z, 0.0, 1.0)) + entry.y, 0.0, 1.0);
+    return vec2(entry.x - edge, edge);
+}
+#endif
+
+// --- Thin film --------------------------------------------------------------------------------------------------------
+
+#ifdef HALFLIGHT_IRIDESCENCE
+// Terms of the reflectance of a film at one cosine that do not depend on what is below it (SHADING.md, Iridescence).
+struct FilmWaves {
+    float ior;          // index of refraction of the film
+    float presence;     // 0: no film
+    float edge;         // (1 - x)^5
+    float reflected;    // R_12
+    float grazing;      // (1 - cosine in the film)^5
+    vec3 first, second; // twice the sensitivities S(1), S(2)
+};
+
+// Returns the sensitivity of linear Rec.709 to interference with a phase of 2 pi / 1 nm times the path difference.
+vec3 film_sensitivity(float path) {
+    float phase = min(6.28318530718e-9 * path, 1e-3);  // larger ones have the sensitivity 0, too
+    float p = phase * phase;
+    vec3 xyz = vec3(0.846602, 1.000211, 1.001088) * cos(phase * vec3(1.6810e6, 1.7953e6, 2.2084e6)) *
+               exp(-p * vec3(4.3278e9, 9.3046e9, 6.6121e9));
+    xyz.x += 0.153871 * cos(phase * 2.2399e6) * exp(-p * 4.5282e9);
+    return vec3(dot(vec3(3.2404542, -1.5371385, -0.4985314), xyz), dot(vec3(-0.9692660, 1.8760108, 0.0415560), xyz),
+                dot(vec3(0.0556434, -0.2040259, 1.0572252), xyz));
+}
+
+FilmWaves film_waves(float film_ior, float thickness, float cosine) {
+    FilmWaves w;
+    float x = clamp(cosine, 0.0, 1.0);
+    w.ior = film_ior;
+    w.presence = smoothstep(0.0, 0.03, thickness) * smoothstep(1.0, 1.05, film_ior);
+    w.edge = pow5(1.0 - x);
+    float r = (w.ior - 1.0) / (w.ior + 1.0);
+    w.reflected = mix(w.edge, 1.0, r * r);
+    float below = sqrt(max(1.0 - (1.0 - x * x) / (w.ior * w.ior), 0.0));
+    w.grazing = pow5(1.0 - below);
+    float path = 2.0 * w.ior * min(thickness, 1e9) * below;
+    w.first = 2.0 * film_sensitivity(path);
+    w.second = 2.0 * film_sensitivity(2.0 * path);
+    return w;
+}
+
+// Returns the reflectance of the film on a substrate with this reflectance at normal incidence, in [0, 1].
+vec3 film_reflectance(FilmWaves w, vec3 f0) {
+    vec3 root = sqrt(clamp(f0, 0.0, 0.999999));
+    vec3 ior = (1.0 + root) / (1.0 - root);
+    vec3 r = (ior - w.ior) / (ior + w.ior);
+    vec3 below = mix(vec3(w.grazing), vec3(1.0), r * r);  // R_23
+    float through = 1.0 - w.reflected;
+    vec3 product = min(w.reflected * below, 0.9999);
+    vec3 root_product = sqrt(product);
+    vec3 series = through * through * below / (1.0 - product);
+    vec3 amplitude = (series - through) * root_product;
+    vec3 phase_sign = mix(vec3(-1.0), vec3(1.0), lessThan(ior, vec3(w.ior)));
+    vec3 sum = w.reflected + series + amplitude * phase_sign * w.first + amplitude * root_product * w.second;
+    return mix(mix(f0, vec3(1.0), w.edge), clamp(sum, 0.0, 1.0), w.presence);
+}
+#endif
 
 // --- Solid transmission ------------------------------------------------------------------------------------------------
 

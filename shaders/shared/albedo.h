@@ -33,6 +33,39 @@ inline
     return vec2(sqrt(cosine), sqrt((roughness - kLeastSheenRoughness) * (1.0f / (1.0f - kLeastSheenRoughness))));
 }
 
+// Texels of the anisotropic lobe's part along its coordinates: cosine, angle, roughness, strength.
+HALFLIGHT_SHARED_CONST int kAnisotropyCosines = 32;
+HALFLIGHT_SHARED_CONST int kAnisotropyAngles = 16;
+HALFLIGHT_SHARED_CONST int kAnisotropyRoughnesses = 16;
+HALFLIGHT_SHARED_CONST int kAnisotropyStrengths = 16;
+HALFLIGHT_SHARED_CONST int kAnisotropyTableRows =
+    kAnisotropyCosines * kAnisotropyAngles * kAnisotropyRoughnesses * kAnisotropyStrengths / kAlbedoTableSize;
+
+#ifdef __cplusplus
+using glm::atan, glm::clamp, glm::max;
+using std::abs, std::sqrt;
+#endif
+
+// Returns coordinates of the anisotropic lobe, in [0, 1]. wo has unit length, alpha.x >= alpha.y. The cosine is
+// stretched by the roughness that wo sees, and angles are dense where wo is across the rough direction.
+HALFLIGHT_SHARED_FUNCTION vec4 anisotropy_coordinates(vec3 wo, vec2 alpha) {
+    float along = abs(wo.x), across = abs(wo.y);
+    float sine = max(sqrt(along * along + across * across), 1e-10f);
+    vec2 seen = alpha * vec2(along / sine, across / sine);
+    float angle = atan(across, max(along, 1e-20f)) * 0.636619772f;  // 2 / pi
+    float strength = (alpha.x - alpha.y) / max(1.0f - alpha.y, 1e-6f);
+    return vec4(albedo_coordinates(clamp(wo.z, 0.0f, 1.0f), max(length(seen), alpha.y)).x,
+                1.0f - sqrt(max(1.0f - angle, 0.0f)), (sqrt(alpha.y) - 0.01f) * (1.0f / 0.99f),
+                sqrt(clamp(strength, 0.0f, 1.0f)));
+}
+
+// Returns the texel of a node, in rows after the first one of the part.
+HALFLIGHT_SHARED_FUNCTION ivec2 anisotropy_texel(ivec4 node) {
+    int row = (node.w * kAnisotropyRoughnesses + node.z) * kAnisotropyAngles + node.y;
+    int index = row * kAnisotropyCosines + node.x;
+    return ivec2(index % kAlbedoTableSize, index / kAlbedoTableSize);
+}
+
 // The table of solid transmission has slices of equal index of refraction, kSolidTableColumns of them side by side.
 HALFLIGHT_SHARED_CONST int kSolidTableSize = 24;  // texels along both edges of a slice
 HALFLIGHT_SHARED_CONST int kSolidTableSlices = 32;
@@ -40,8 +73,8 @@ HALFLIGHT_SHARED_CONST int kSolidTableColumns = 5;
 HALFLIGHT_SHARED_CONST int kSolidTableRows = 168;        // rows of texels
 HALFLIGHT_SHARED_CONST float kSolidReflectance = 0.92f;  // largest (eta - 1) / (eta + 1), of eta = 24
 
-// Returns coordinates of the solid transmission, in [0, 1]. Slices are dense around equal indices. eta: index of refraction beyond the surface, relative to
-// that on the side of the cosine.
+// Returns coordinates of the solid transmission, in [0, 1]. Slices are dense around equal indices. eta: index of
+// refraction beyond the surface, relative to that on the side of the cosine.
 #ifdef __cplusplus
 inline
 #endif

@@ -76,6 +76,17 @@ Scene textured_scene() {
     cloth.sheen_roughness = 0.6f;
     cloth.sheen_roughness_texture = texture(data);
 
+    Material brushed = metal_material({0.9f, 0.8f, 0.7f}, 0.4f);
+    brushed.normal_texture = texture(normals);
+    brushed.normal_scale = 0.4f;
+    brushed.anisotropy_strength = 0.9f;
+    brushed.anisotropy_rotation = 0.7f;
+    brushed.anisotropy_texture = texture(data);
+    brushed.iridescence = 0.9f;
+    brushed.iridescence_texture = texture(data);
+    brushed.iridescence_thickness_maximum = 700;
+    brushed.iridescence_thickness_texture = texture(data);
+
     Material lamp = diffuse_material(vec3(0.3f));
     lamp.emission = {6, 5, 4};
     lamp.emission_texture = texture(glow);
@@ -88,6 +99,7 @@ Scene textured_scene() {
     add(glossy, {-2, 0, -1}, {2, 0, 0.3f}, {0, 2, 0});
     add(coated, {0.2f, 0, -0.7f}, {1.8f, 0, -0.3f}, {0, 2, 0.3f});
     add(cloth, {-2, 0, 0.8f}, {1.2f, 0, 0}, {0, 0.6f, -0.5f});
+    add(brushed, {0.7f, 0, 0.9f}, {1.2f, 0, 0}, {0, 0.6f, -0.5f});
     add(lamp, {-0.5f, 2.2f, 0}, {1, 0, 0}, {0, 0.3f, 0.6f});
 
     Environment& sky = scene.environment;

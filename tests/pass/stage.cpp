@@ -76,6 +76,13 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
         row(&SurfaceRecord::sheen, &SurfaceRecord::sheen_alpha);
         row(&SurfaceRecord::sheen_choice, nullptr);
     }
+    if (needs.anisotropy) row(&SurfaceRecord::rough_direction, &SurfaceRecord::alpha_across);
+    if (needs.iridescence) {
+        row(&SurfaceRecord::film_dielectric, &SurfaceRecord::film_ior);
+        row(&SurfaceRecord::film_metal, &SurfaceRecord::film_thickness);
+        row(&SurfaceRecord::film_dielectric_f0, nullptr);
+        row(&SurfaceRecord::film_metal_f0, nullptr);
+    }
     if (needs.volume) {
         row(&SurfaceRecord::solid_reflection, &SurfaceRecord::eta);
         row(&SurfaceRecord::absorption, &SurfaceRecord::thickness);

@@ -72,6 +72,14 @@ struct SurfaceRecord {
     vec3 sheen{0};
     float sheen_alpha = 0;
     vec3 sheen_choice{0};  // x: p_sheen
+    vec3 rough_direction{0};
+    float alpha_across = 0;
+    vec3 film_dielectric{0};
+    float film_ior = 1;
+    vec3 film_metal{0};
+    float film_thickness = 0;
+    vec3 film_dielectric_f0{0};
+    vec3 film_metal_f0{0};
     vec3 solid_reflection{0};
     float eta = 0;
     vec3 absorption{0};

@@ -176,6 +176,49 @@ TEST_F(ImageTest, Sheen) {
     expect_agreement(scene, {.name = "sheen", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+/// Gives all vertices a tangent, horizontal where the normal is not vertical.
+void set_tangents(Scene& scene) {
+    for (Mesh& mesh : scene.meshes) {
+        mesh.tangents.clear();
+        for (const vec3& n : mesh.normals) {
+            const vec3 t = glm::cross(n, std::abs(n.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0));
+            mesh.tangents.emplace_back(glm::normalize(t), 1);
+        }
+    }
+}
+
+TEST_F(ImageTest, Anisotropy) {
+    Scene scene = load("cornell");
+    float strength = 0.4f;
+    for (Material& m : scene.materials) {
+        if (m.emission != vec3(0)) continue;
+        m.metallic = strength > 0.6f ? 1.0f : 0.3f;
+        m.specular = 1;
+        m.roughness = 0.3f;
+        m.anisotropy_strength = strength;
+        m.anisotropy_rotation = 2 * strength;
+        strength = strength > 0.8f ? 0.4f : strength + 0.3f;
+    }
+    set_tangents(scene);
+    expect_agreement(scene, {.name = "anisotropy", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
+TEST_F(ImageTest, Iridescence) {
+    Scene scene = load("cornell");
+    float thickness = 250;
+    for (Material& m : scene.materials) {
+        if (m.emission != vec3(0)) continue;
+        m.metallic = thickness > 400 ? 1.0f : 0.3f;
+        m.specular = 0.8f;
+        m.roughness = 0.4f;
+        m.iridescence = 0.9f;
+        m.iridescence_ior = 1.6f;
+        m.iridescence_thickness_maximum = thickness;
+        thickness = thickness > 500 ? 250 : thickness + 150;
+    }
+    expect_agreement(scene, {.name = "iridescence", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, Solids) {
     // Light through glass is found by sampled directions alone, so the lights are large.
     Scene scene;
@@ -220,6 +263,28 @@ TEST_F(ImageTest, Dispersion) {
     add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
     scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
     expect_agreement(scene, {.name = "dispersion", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
+TEST_F(ImageTest, BrushedSolidsWithFilms) {
+    // The interface of a solid is isotropic and has no film; the metal and the opaque dielectric have both.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    Material brushed = glass_material(0.4f);
+    brushed.transmission = 0.6f, brushed.metallic = 0.3f;
+    brushed.anisotropy_strength = 0.7f, brushed.anisotropy_rotation = 0.5f;
+    brushed.iridescence = 0.8f, brushed.iridescence_ior = 1.6f;
+    brushed.clearcoat = 0.5f, brushed.sheen_color = vec3(0.3f), brushed.sheen_roughness = 0.5f;
+    Material dispersing = brushed;
+    dispersing.dispersion = 8, dispersing.clearcoat = 0;
+    dispersing.attenuation_color = {0.9f, 0.5f, 0.7f}, dispersing.attenuation_distance = 0.5f;
+    add_quad(scene, add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f})), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    add_box(scene, add_material(scene, brushed), {-1.2f, 0.05f, -0.4f}, {-0.3f, 0.9f, 0.4f});
+    add_box(scene, add_material(scene, dispersing), {0.3f, 0.05f, -0.4f}, {1.1f, 0.8f, 0.4f});
+    add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
+    set_tangents(scene);
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
+    expect_agreement(scene,
+                     {.name = "brushed-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
 TEST_F(ImageTest, MaskAndBlend) {

@@ -51,6 +51,18 @@ class Series : public StiffTest {
         cloth.transmission = 0.5f;
         cloth.clearcoat = 0.5f;
         all.push_back({"sheen under clearcoat, transmission", cloth});
+        Material brushed = metal_material(vec3(1), 0);
+        brushed.anisotropy_strength = 1;
+        all.push_back({"anisotropy 1", brushed});
+        brushed.anisotropy_strength = 0.3f;
+        brushed.anisotropy_rotation = 1;
+        all.push_back({"anisotropy 0.3", brushed});
+        brushed.metallic = 0;
+        brushed.transmission = 0.7f;
+        all.push_back({"anisotropy 0.3, transmission", brushed});
+        Material film = metal_material(vec3(1), 0);
+        film.iridescence = 1;
+        all.push_back({"thin film on metal", film});
         m.transmission = 1;
         m.ior = 1;
         all.push_back({"all transmission, ior 1", m});
@@ -79,6 +91,43 @@ TEST_F(Series, ClosedRooms) {
     }
 }
 
+// A film on a white dielectric reflects some colours less than others, so the albedo is only known to be at most 1.
+TEST_F(Series, ThinFilms) {
+    Scene scene;
+    scene.environment.color = vec3(1);
+    int columns = 0;
+    for (const float ior : {1.0f, 1.3f, 20.0f}) {
+        for (const float thickness : {0.0f, 300.0f, 1e6f}) {
+            for (const float metallic : {0.0f, 1.0f}) {
+                for (const float roughness : {0.0f, 0.3f, 1.0f}) {
+                    Material m = metal_material(vec3(1), roughness);
+                    m.metallic = metallic;
+                    m.ior = 1.5f;
+                    m.iridescence = 1;
+                    m.iridescence_ior = ior;
+                    m.iridescence_thickness_maximum = thickness;
+                    add_quad(scene, add_material(scene, m), {static_cast<float>(columns++), 0, 0}, {0, 0, 2},
+                             {1, 0, 0});
+                }
+            }
+        }
+    }
+    const dvec3 centre(0.5 * columns, 0, 1);
+    Camera camera = look_at_camera(centre + 1000.0 * dvec3(0, 0.5, std::sqrt(0.75)), centre, {0, 1, 0}, 1);
+    camera.orthographic = true;
+    camera.ortho_height = 1;
+    const RenderResult seen = picture(scene, small_settings(camera, kPatch * columns, kPatch, 640, 1));
+    double most = 0, least = 1;
+    for (int column = 0; column < columns; ++column) {
+        const MeanValue found = mean_of(seen, kPatch * column, kPatch * (column + 1), 0, kPatch);
+        most = std::max(most, found.value - 4 * found.error);
+        least = std::min(least, found.value + 4 * found.error);
+    }
+    expect("white surfaces under thin films: gain", most - 1, 0.02, "radiance",
+           "the mean reflectance of a rough lobe is that of one cosine");
+    expect("white surfaces under thin films: loss", 1 - least, 0.7, "radiance", "interference takes some colours away");
+}
+
 TEST_F(Series, WhiteFurnace) {
     for (const double elevation : {kPi / 2, std::asin(0.05)}) {
         // Each family has a row of patches. All patches are in one plane under a sky of 1, so that none sees another.
@@ -93,6 +142,7 @@ TEST_F(Series, WhiteFurnace) {
                 m.roughness = m.clearcoat_roughness = m.sheen_roughness = kRoughnesses[column];
                 add_quad(scene, add_material(scene, m),
                          {static_cast<float>(column), 0, static_cast<float>(row) * length}, {0, 0, length}, {1, 0, 0});
+                scene.meshes.back().tangents.assign(4, vec4(1, 0, 0, 1));
             }
         }
         const int columns = static_cast<int>(std::size(kRoughnesses)), rows = static_cast<int>(all.size());

@@ -56,6 +56,7 @@ class Converter {
             if (const TextureRef ref = read_texture(texture.path)) m_.*texture.field = ref;
         }
         m_.specular_color *= f0_scale_;
+        result_.anisotropic = find(from_, "/extensions/KHR_materials_anisotropy") != nullptr;
         choose_uv_sets();
         return std::move(result_);
     }

@@ -14,6 +14,7 @@ namespace halflight {
 struct GltfMaterial {
     Material material;
     std::array<int, 2> uv_sets{0, 1};  // n of the TEXCOORD_n that uv sets 0 and 1 hold
+    bool anisotropic = false;          // has KHR_materials_anisotropy, so meshes need tangents in all poses
     std::optional<float> glossiness;   // factor for A of the specular colour texture, from which roughness is made
 };
 

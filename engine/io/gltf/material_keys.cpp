@@ -23,7 +23,7 @@ GltfMaterialKey key_of(const MaterialProperty& property) {
 }
 
 GltfMaterialKey key_of(const MaterialTexture& texture) {
-    const AnimatedProperty animated = texture.use == TextureUse::normal_map         ? AnimatedProperty::normal_map
+    const AnimatedProperty animated = needs_tangents(texture.use)                   ? AnimatedProperty::normal_map
                                       : texture.implies == &MaterialNeeds::emission ? AnimatedProperty::emission
                                                                                     : AnimatedProperty::surface;
     return {texture.path, Kind::texture, {}, animated};

@@ -109,12 +109,17 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
     report_.degenerate_triangles_dropped += dropped.degenerate;
     report_.normals_generated += part.normals.empty() ? generate_flat_normals(part) : repair_normals(part);
 
-    const TextureRef* map = normal_map_of(material);
+    const std::optional<TextureRef> map = tangent_texture_of(material);
     if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
     if (!part.tangents.empty()) document_.warnings.add("has invalid tangents, they are recomputed", part.name);
     part.tangents.clear();
     std::vector<vec2> uv = part.uvs[static_cast<std::size_t>(map->uv_set)];
-    if (uv.empty()) return;
+    if (uv.empty()) {
+        if (material->material.anisotropy_strength > 0)
+            document_.warnings.add("has neither tangents nor texture coordinates, which its anisotropy needs",
+                                   part.name);
+        return;
+    }
     for (vec2& x : uv) x = map->uv_transform * vec3(x, 1);
     generate_tangents(part, uv);
     report_.tangents_generated += part.tangents.size();

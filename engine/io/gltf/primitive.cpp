@@ -31,12 +31,13 @@ std::vector<uvec3> make_triangles(const std::vector<std::uint32_t>& v, int mode)
 
 }  // namespace
 
-const TextureRef* normal_map_of(const GltfMaterial* material) {
-    for (const MaterialTexture& texture : material_textures()) {
-        const bool found = material && texture.use == TextureUse::normal_map && material->material.*texture.field;
-        if (found) return &(material->material.*texture.field);
-    }
-    return nullptr;
+std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material) {
+    if (!material) return {};
+    for (const TextureUse use : {TextureUse::normal_map, TextureUse::direction})
+        for (const MaterialTexture& texture : material_textures())
+            if (texture.use == use && material->material.*texture.field) return material->material.*texture.field;
+    if (!material->anisotropic) return {};
+    return TextureRef{.uv_set = material->uv_sets[0] == 0 || material->uv_sets[1] != 0 ? 0 : 1};
 }
 
 GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
@@ -47,7 +48,7 @@ GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primi
       draco_(decode_draco(document, primitive, element_)),
       accessors_(document, draco_ ? &draco_->accessors : nullptr),
       has_normals_(attribute("NORMAL") != kNone),
-      has_tangents_(has_normals_ && normal_map_of(material) && attribute("TANGENT") != kNone) {
+      has_tangents_(has_normals_ && tangent_texture_of(material) && attribute("TANGENT") != kNone) {
     still.name = element_;
     read_triangles();
     if (!still.triangles.empty()) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,8 +14,9 @@
 
 namespace halflight {
 
-/// Returns the texture for which a material needs tangents; null if it needs none or is null.
-const TextureRef* normal_map_of(const GltfMaterial* material);
+/// Returns the texture whose coordinates tangents follow: the normal map, else the texture of the anisotropy, else no
+/// image with TEXCOORD_0. Returns none where the material needs no tangents or is null.
+std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material);
 
 class GltfPrimitive final : public RestShape {
   public:

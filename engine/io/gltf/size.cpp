@@ -13,6 +13,7 @@
 #include "engine/io/gltf/instances.h"
 #include "engine/io/gltf/material.h"
 #include "engine/io/gltf/nodes.h"
+#include "engine/io/gltf/primitive.h"
 #include "engine/io/gltf/value.h"
 
 namespace halflight {
@@ -54,10 +55,10 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
             measure(document, primitive, fmt::format("meshes[{}].primitives[{}]", index, i));
         size.decoding_bytes = std::max(size.decoding_bytes, decoding_bytes);
         if (!has("NORMAL")) vertices = 3 * triangles;  // flat normals need corners of their own
-        const Material* material =
-            primitive.material == kNone ? nullptr : &materials[static_cast<std::size_t>(primitive.material)].material;
+        const GltfMaterial* material =
+            primitive.material == kNone ? nullptr : &materials[static_cast<std::size_t>(primitive.material)];
         std::size_t each = 2 * sizeof(vec3);
-        if (material && material->normal_texture) each += sizeof(vec4);
+        if (tangent_texture_of(material)) each += sizeof(vec4);
         if (has("COLOR_0")) each += sizeof(vec4);
         each += sizeof(vec2) * (has("TEXCOORD_0") + has("TEXCOORD_1"));
         size.bytes += vertices * each + triangles * (sizeof(uvec3) + sizeof(std::uint32_t));

@@ -91,10 +91,14 @@ Scene glossy_room() {
     Material& varnished = scene.materials[1];
     varnished.clearcoat = 0.9f, varnished.clearcoat_roughness = 0.4f;
     Material& sheen = scene.materials[2];
-    sheen.metallic = 0.5f, sheen.specular = 0.7f, sheen.roughness = 0.4f;
+    sheen.metallic = 0.5f, sheen.specular = 0.7f, sheen.roughness = 0.4f, sheen.anisotropy_strength = 0.8f;
     Material pane = metal_material({0.8f, 0.9f, 0.9f}, 0.5f);
     pane.metallic = 0, pane.transmission = 0.8f;
     add_quad(scene, add_material(scene, pane), {0.1f, -0.9f, 0.75f}, {0.7f, 0, 0}, {0, 1.2f, 0});
+    for (Mesh& mesh : scene.meshes) {
+        for (const vec3& n : mesh.normals)
+            mesh.tangents.emplace_back(glm::normalize(glm::cross(n, vec3(0.36f, 0.48f, 0.8f))), 1);
+    }
     return scene;
 }
 

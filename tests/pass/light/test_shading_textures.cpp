@@ -134,6 +134,10 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
     m.clearcoat_roughness = 0.5f;
     m.transmission = 0.4f;
     m.ior = 2;
+    m.anisotropy_strength = 0.5f;
+    m.iridescence = 0.75f;
+    m.iridescence_thickness_maximum = 600;
+    m.anisotropy_rotation = 0.75f;
     m.normal_scale = 0.5f;
     Scene scene = triangle_scene(m);
     // A texture of one texel gives the same value for every lookup.
@@ -152,6 +156,9 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
     t.clearcoat_roughness_texture = add({0, 25, 0, 0});
     t.clearcoat_normal_texture = add({128, 255, 128, 0});
     t.transmission_texture = add({127, 0, 0, 0});
+    t.anisotropy_texture = add({204, 51, 102, 0});
+    t.iridescence_texture = add({102, 0, 0, 0});
+    t.iridescence_thickness_texture = add({0, 51, 0, 0});
     scene.meshes[0].colors.assign(3, vec4(0.5f, 0.25f, 1, 1));
     const ShadingScene shading(scene);
     const auto found = shading.run("#include \"shaders/lib/material.glsl\"", R"(
@@ -164,9 +171,11 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         result[2] = vec4(m.normal, m.specular);
         result[3] = vec4(m.specular_color, m.dielectric_f0);
         result[4] = vec4(m.coat_normal, m.coat);
-        result[5] = vec4(m.coat_roughness, m.transmission, 0.0, 0.0);
+        result[5] = vec4(m.coat_roughness, m.transmission, m.anisotropy, dot(m.rough_direction, m.normal));
+        result[6] = vec4(m.rough_direction, 0.0);
+        result[7] = vec4(m.iridescence, m.film_ior, m.film_thickness + m.film_thickness_range, 0.0);
     )",
-                                   2, 6);
+                                   2, 8);
     const auto srgb = [](int r, int g, int b) {
         return vec3(srgb_to_linear(std::uint8_t(r)), srgb_to_linear(std::uint8_t(g)), srgb_to_linear(std::uint8_t(b)));
     };
@@ -176,7 +185,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         return glm::normalize(vec3(scale * n.x, scale * n.y, n.z));
     };
     for (std::size_t side = 0; side < 2; ++side) {
-        const vec4* r = &found[6 * side];
+        const vec4* r = &found[8 * side];
         const float sign = side == 0 ? 1.0f : -1.0f;
         EXPECT_TRUE(near(vec3(r[0]), vec3(m.base_color) * srgb(200, 100, 50) * vec3(0.5f, 0.25f, 1)));
         EXPECT_NEAR(r[0].w, 0.9 * 102 / 255, 1e-6);
@@ -190,6 +199,16 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         EXPECT_NEAR(r[4].w, 0.6 * 204 / 255, 1e-6);
         EXPECT_NEAR(r[5].x, 0.5 * 25 / 255, 1e-6);
         EXPECT_NEAR(r[5].y, 0.4 * 127 / 255, 1e-6);
+        // The texture's direction (0.6, -0.6) is turned by the rotation, and projected along the mapped normal.
+        EXPECT_NEAR(r[5].z, 0.5 * 102 / 255, 1e-6);
+        EXPECT_NEAR(r[5].w, 0, 1e-6);
+        const vec3 n = sign * mapped({192, 64, 230}, 0.5f);
+        const double angle = -kPi / 4 + 0.75;
+        const vec3 along(std::cos(angle), std::sin(angle), 0), rough = glm::normalize(along - glm::dot(along, n) * n);
+        EXPECT_NEAR(std::abs(glm::dot(vec3(r[6]), rough)), 1, 1e-5);
+        EXPECT_NEAR(r[7].x, 0.75 * 102 / 255, 1e-6);
+        EXPECT_NEAR(r[7].y, 1.3, 1e-6);
+        EXPECT_NEAR(r[7].z, 100 + 500 * 51 / 255, 1e-3);
         // The coat's normal is almost in the surface plane, so it is bent towards wo.
         EXPECT_GT(sign * r[4].z, 0);
     }

@@ -80,6 +80,11 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     extension("KHR_materials_volume") = {
         {"thicknessFactor", 2}, {"attenuationDistance", 0.5}, {"attenuationColor", {1, 0.5, 0.25}}};
     extension("KHR_materials_sheen") = {{"sheenColorFactor", {0.5, 0.25, 1}}, {"sheenRoughnessFactor", 0.375}};
+    extension("KHR_materials_anisotropy") = {{"anisotropyStrength", 0.75}, {"anisotropyRotation", -1.5}};
+    extension("KHR_materials_iridescence") = {{"iridescenceFactor", 0.25},
+                                              {"iridescenceIor", 1.75},
+                                              {"iridescenceThicknessMinimum", 50},
+                                              {"iridescenceThicknessMaximum", 750}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     EXPECT_EQ(m.name, "all");
@@ -102,6 +107,12 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_EQ(m.attenuation_color, vec3(1, 0.5f, 0.25f));
     EXPECT_EQ(m.sheen_color, vec3(0.5f, 0.25f, 1));
     EXPECT_EQ(m.sheen_roughness, 0.375f);
+    EXPECT_EQ(m.anisotropy_strength, 0.75f);
+    EXPECT_EQ(m.anisotropy_rotation, -1.5f);
+    EXPECT_EQ(m.iridescence, 0.25f);
+    EXPECT_EQ(m.iridescence_ior, 1.75f);
+    EXPECT_EQ(m.iridescence_thickness_minimum, 50);
+    EXPECT_EQ(m.iridescence_thickness_maximum, 750);
     EXPECT_TRUE(scene.report.warnings.empty());
 }
 
@@ -172,6 +183,9 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     extension("KHR_materials_transmission") = {{"transmissionTexture", info("transmission.png")}};
     extension("KHR_materials_sheen") = {{"sheenColorTexture", info("sheen_color.png")},
                                         {"sheenRoughnessTexture", info("sheen_roughness.png")}};
+    extension("KHR_materials_anisotropy")["anisotropyTexture"] = info("anisotropy.png");
+    extension("KHR_materials_iridescence") = {{"iridescenceTexture", info("film.png")},
+                                              {"iridescenceThicknessTexture", info("thickness.png")}};
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
     const auto name = [&](const TextureRef& t) { return scene.images.at(static_cast<std::size_t>(t.image)).name; };
@@ -187,9 +201,12 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(name(m.transmission_texture), "transmission.png");
     EXPECT_EQ(name(m.sheen_color_texture), "sheen_color.png");
     EXPECT_EQ(name(m.sheen_roughness_texture), "sheen_roughness.png");
+    EXPECT_EQ(name(m.anisotropy_texture), "anisotropy.png");
+    EXPECT_EQ(name(m.iridescence_texture), "film.png");
+    EXPECT_EQ(name(m.iridescence_thickness_texture), "thickness.png");
     EXPECT_EQ(m.normal_scale, 0.5f);
     EXPECT_EQ(m.clearcoat_normal_scale, 2);
-    EXPECT_EQ(scene.images.size(), 12u) << "images that nothing uses are not loaded";
+    EXPECT_EQ(scene.images.size(), 15u) << "images that nothing uses are not loaded";
 }
 
 /// A file with three triangles, each with a material of its own, and the variants "day" and "night".
@@ -455,6 +472,33 @@ TEST_F(GltfMaterials, TangentsAreMadeForNormalMaps) {
     EXPECT_TRUE(load().meshes.at(0).tangents.empty());
     extension("KHR_materials_clearcoat")["clearcoatNormalTexture"]["index"] = 0;
     EXPECT_EQ(load().report.tangents_generated, 3u);
+}
+
+TEST_F(GltfMaterials, TangentsAreMadeForAnisotropy) {
+    extension("KHR_materials_anisotropy")["anisotropyStrength"] = 0.5;
+    EXPECT_EQ(load().meshes.at(0).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
+
+    // Tangents follow the texture of the anisotropy, and the normal map if there is one.
+    extension("KHR_materials_anisotropy")["anisotropyTexture"] = {
+        {"index", texture("a.png")}, {"extensions", {{"KHR_texture_transform", {{"rotation", std::numbers::pi}}}}}};
+    EXPECT_LT(glm::distance(load().meshes.at(0).tangents[0], vec4(-1, 0, 0, 1)), 1e-6f);
+    material()["normalTexture"]["index"] = texture("n.png");
+    EXPECT_LT(glm::distance(load().meshes.at(0).tangents[0], vec4(1, 0, 0, 1)), 1e-6f);
+
+    // Animations may raise a strength of 0.
+    material().erase("normalTexture");
+    extension("KHR_materials_anisotropy") = Json::object();
+    EXPECT_EQ(load().meshes.at(0).tangents.size(), 3u);
+
+    b.json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0");
+    EXPECT_TRUE(load().report.warnings.empty());
+    extension("KHR_materials_anisotropy")["anisotropyStrength"] = 0.5;
+    const Scene bare = load();
+    EXPECT_TRUE(bare.meshes.at(0).tangents.empty());
+    EXPECT_EQ(
+        bare.report.warnings,
+        std::vector<std::string>{"meshes[0].primitives[0]: has neither tangents nor texture coordinates, which its "
+                                 "anisotropy needs"});
 }
 
 TEST_F(GltfMaterials, UnusableImagesAreNamed) {

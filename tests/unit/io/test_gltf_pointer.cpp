@@ -198,6 +198,20 @@ TEST_F(GltfPointer, TangentsFollowADrivenNormalMap) {
     EXPECT_FALSE(scene.at(1, kFirst).meshes.at(0).deforms);
 }
 
+TEST_F(GltfPointer, TangentsFollowADrivenAnisotropyTexture) {
+    GltfBuilder b = everything();
+    b.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = b.floats("VEC2", {0, 1, 1, 1, 0, 0});
+    b.json["materials"][0]["extensions"]["KHR_materials_anisotropy"]["anisotropyTexture"]["index"] = white_texture(b);
+    const float quarter = static_cast<float>(kPi / 2);
+    point(b,
+          "/materials/0/extensions/KHR_materials_anisotropy/anisotropyTexture/extensions/KHR_texture_transform/"
+          "rotation",
+          "SCALAR", {0, quarter});
+    GltfScene scene = open(b);
+    EXPECT_LT(glm::distance(vec3(scene.at(1, kFirst).meshes.at(0).tangents.at(0)), vec3(0, -1, 0)), 1e-6f);
+    EXPECT_LT(glm::distance(vec3(scene.at(1, {}).meshes.at(0).tangents.at(0)), vec3(1, 0, 0)), 1e-6f);
+}
+
 TEST_F(GltfPointer, DrivesSpecularGlossiness) {
     const std::string glossy = "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness/";
     GltfBuilder b = everything();

@@ -43,6 +43,9 @@ TEST(SceneNeeds, UnionsAreComplete) {
     const SceneNeeds all = united(plain_scene(), coat_map);
     EXPECT_TRUE(all.diffuse && all.clearcoat && all.glossy && all.normal_maps && all.texture_coordinates);
     EXPECT_FALSE(all.transmission || all.environment);
+    SceneNeeds brushed;
+    brushed.anisotropy = true;
+    EXPECT_TRUE(united({}, brushed).normal_maps && united({}, brushed).glossy);
     SceneNeeds tree;
     tree.light_tree = true;
     EXPECT_TRUE(united(plain_scene(), tree).light_choice);

@@ -23,11 +23,12 @@ constexpr const char* kHead =
 constexpr const char* kStruct = R"(
 // Properties that no material of the scene needs are constants, which the compiler folds.
 struct Material {
-{members}    vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
-    vec3 coat_normal;  // n_k
-    bool front;        // true: wo is outside, on the side of the vertex normals
-    int channel;       // colour channel of the path, 0 to 2, for solids that disperse light
-    bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
+{members}    vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
+    vec3 coat_normal;      // n_k
+    bool front;            // true: wo is outside, on the side of the vertex normals
+    int channel;           // colour channel of the path, 0 to 2, for solids that disperse light
+    bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
+    vec3 rough_direction;  // direction of the higher roughness, perpendicular to n; 0: none
 };
 )";
 
@@ -157,10 +158,12 @@ std::string material_glsl() {
     std::string members_in = kStruct;
     members_in.replace(members_in.find("{members}"), 9, members);
     text += members_in;
-    text += "\n// Returns the factors; the caller sets the normals.\nMaterial load_material(uint material) {\n";
+    text +=
+        "\n// Returns the factors; the caller sets the normals and the direction.\nMaterial load_material(uint "
+        "material) {\n";
     text += "    Material m;\n" + loads + "    return m;\n}\n\n";
     text +=
-        "// Multiplies the factors by their textures, except for normal maps.\n"
+        "// Multiplies the factors by their textures, except for those that need tangents.\n"
         "void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {\n" +
         multiplies + "}\n";
     return text;
@@ -178,7 +181,7 @@ std::string material_tables() {
         "\n| Texture | glTF: pointer in the material | Encoding | GPU row of the slot | Looked up where "
         "`HALFLIGHT_...` is "
         "defined |\n| --- | --- | --- | --- | --- |\n";
-    static const char* const kUses[] = {"sRGB", "linear", "normal map"};
+    static const char* const kUses[] = {"sRGB", "linear", "normal map", "linear direction and strength"};
     for (const MaterialTexture& t : material_textures())
         text += fmt::format("| `{}` | `{}` | {} | {} | `{}` |\n", t.name, t.path, kUses[static_cast<int>(t.use)],
                             place_of(t.packing, 1), t.define);

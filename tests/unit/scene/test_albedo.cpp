@@ -2,8 +2,11 @@
 // quadrature.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <random>
+#include <vector>
 
 #include "engine/core/math.h"
 #include "engine/tables/albedo.h"
@@ -91,15 +94,125 @@ TEST(DirectionalAlbedo, TableInterpolatesWithinTolerance) {
     }
 }
 
+/// Evaluates the definition of the anisotropic lobe by a midpoint rule over incident directions.
+DirectionalAlbedo by_definition(const dvec3& wo, const dvec2& alpha) {
+    constexpr int kCosines = 800, kAzimuths = 800;
+    const auto lambda = [&](const dvec3& w) {
+        const double slope2 = (alpha.x * alpha.x * w.x * w.x + alpha.y * alpha.y * w.y * w.y) / (w.z * w.z);
+        return 0.5 * (std::sqrt(1 + slope2) - 1);
+    };
+    DirectionalAlbedo sum;
+    for (int i = 0; i < kCosines; ++i) {
+        const double mu_i = (i + 0.5) / kCosines, sine_i = std::sqrt(1 - mu_i * mu_i);
+        for (int j = 0; j < kAzimuths; ++j) {
+            const double phi = 2 * kPi * (j + 0.5) / kAzimuths;
+            const dvec3 wi(sine_i * std::cos(phi), sine_i * std::sin(phi), mu_i), h = glm::normalize(wo + wi);
+            const double k = std::pow(h.x / alpha.x, 2) + std::pow(h.y / alpha.y, 2) + h.z * h.z;
+            const double d = 1 / (kPi * alpha.x * alpha.y * k * k);
+            const double value =
+                d / (1 + lambda(wo) + lambda(wi)) / (4 * wo.z) * 2 * kPi / (double(kCosines) * kAzimuths);
+            const double schlick = std::pow(1 - glm::dot(wo, h), 5);
+            sum.a += value * (1 - schlick);
+            sum.b += value * schlick;
+        }
+    }
+    return sum;
+}
+
+dvec3 direction(double mu, double azimuth) {
+    const double sine = std::sqrt(1 - mu * mu);
+    return {sine * std::cos(azimuth), sine * std::sin(azimuth), mu};
+}
+
+TEST(AnisotropicAlbedo, IsTheIntegralOfTheLobe) {
+    for (const dvec2 alpha : {dvec2(0.8, 0.1), dvec2(1, 0.4), dvec2(0.3, 0.15)}) {
+        for (const double mu : {0.1, 0.5, 0.95}) {
+            for (const double azimuth : {0.0, 0.8, 1.5, 2.0}) {
+                const dvec3 wo = direction(mu, azimuth);
+                const DirectionalAlbedo expected = by_definition(wo, alpha), found = ggx_albedo(wo, alpha);
+                EXPECT_NEAR(found.a, expected.a, 3e-4) << alpha.x << ' ' << alpha.y << ' ' << mu << ' ' << azimuth;
+                EXPECT_NEAR(found.b, expected.b, 3e-4) << alpha.x << ' ' << alpha.y << ' ' << mu << ' ' << azimuth;
+            }
+        }
+    }
+    for (const double mu : {0.05, 0.6}) {  // the isotropic lobe is a limit
+        const DirectionalAlbedo expected = ggx_albedo(mu, 0.3), found = ggx_albedo(direction(mu, 0.4), dvec2(0.3), 32);
+        EXPECT_NEAR(found.a, expected.a, 3e-5);
+        EXPECT_NEAR(found.b, expected.b, 3e-5);
+    }
+}
+
+TEST(AnisotropicAlbedo, QuadratureHasConverged) {
+    for (const dvec2 alpha : {dvec2(1, 1e-4), dvec2(0.5, 0.01), dvec2(0.02, 1e-4), dvec2(1, 0.5)}) {
+        for (const double mu : {0.0, 1e-4, 1e-2, 0.2, 1.0}) {
+            for (const double azimuth : {0.0, 0.7, 1.5, kPi / 2}) {
+                const dvec3 wo = direction(mu, azimuth);
+                const DirectionalAlbedo coarse = ggx_albedo(wo, alpha), fine = ggx_albedo(wo, alpha, 96);
+                EXPECT_NEAR(coarse.a, fine.a, 5e-4) << alpha.x << ' ' << alpha.y << ' ' << mu << ' ' << azimuth;
+                EXPECT_NEAR(coarse.b, fine.b, 5e-4) << alpha.x << ' ' << alpha.y << ' ' << mu << ' ' << azimuth;
+            }
+        }
+    }
+}
+
+TEST(AnisotropicAlbedo, TableInterpolatesWithinTolerance) {
+    const Image table = build_albedo_table({.anisotropy = true}), both = build_albedo_table({true, true});
+    ASSERT_EQ(table.height, shared::kAlbedoTableSize + shared::kAnisotropyTableRows);
+    EXPECT_TRUE(std::equal(table.pixels.rbegin(),
+                           table.pixels.rend() - 2 * shared::kAlbedoTableSize * shared::kAlbedoTableSize,
+                           both.pixels.rbegin()));
+    std::mt19937 random(7);
+    const auto uniform = [&] { return static_cast<double>(random()) * 0x1p-32; };
+    const ivec4 last = ivec4(shared::kAnisotropyCosines, shared::kAnisotropyAngles, shared::kAnisotropyRoughnesses,
+                             shared::kAnisotropyStrengths) -
+                       1;
+    std::vector<double> whole_errors, edge_errors;
+    for (int k = 0; k < 4000; ++k) {
+        const double roughness = 0.01 + 0.99 * uniform(), strength = uniform(), mu = std::max(uniform(), 1e-4);
+        const double across = roughness * roughness;
+        const dvec2 alpha(glm::mix(across, 1.0, strength * strength), across);
+        const dvec3 wo = direction(mu, kPi / 2 * uniform());
+        const vec4 at = shared::anisotropy_coordinates(vec3(wo), vec2(alpha)) * vec4(last);
+        const ivec4 cell = glm::clamp(ivec4(at), ivec4(0), last - 1);
+        const dvec4 f = dvec4(at) - dvec4(cell);
+        dvec2 found(0);
+        for (int corner = 0; corner < 16; ++corner) {
+            const ivec4 step(corner & 1, corner >> 1 & 1, corner >> 2 & 1, corner >> 3);
+            double weight = 1;
+            for (int axis = 0; axis < 4; ++axis) weight *= step[axis] ? f[axis] : 1 - f[axis];
+            const ivec2 texel = shared::anisotropy_texel(cell + step) + ivec2(0, shared::kAlbedoTableSize);
+            found += weight * dvec2(table.at(texel.x, texel.y)[0], table.at(texel.x, texel.y)[1]);
+        }
+        const DirectionalAlbedo exact = ggx_albedo(wo, alpha);
+        const double whole = exact.a + exact.b;
+        whole_errors.push_back(std::abs(found.x / whole - 1));
+        edge_errors.push_back(std::abs(found.x * (std::pow(1 - mu, 5) + found.y) - exact.b) / whole);
+        EXPECT_LT(whole_errors.back(), 0.02) << mu << ' ' << roughness << ' ' << strength << ' ' << wo.y;
+        EXPECT_LT(edge_errors.back(), 0.02) << mu << ' ' << roughness << ' ' << strength << ' ' << wo.y;
+    }
+    std::ranges::sort(whole_errors);
+    std::ranges::sort(edge_errors);
+    std::printf("  99 %%: %.5f %.5f, worst: %.5f %.5f\n", whole_errors[3960], edge_errors[3960], whole_errors.back(),
+                edge_errors.back());
+    EXPECT_LT(whole_errors[3960], 3e-3);
+    EXPECT_LT(edge_errors[3960], 3e-3);
+}
+
 TEST(SolidAlbedo, LosesNothingWhereNothingIsRough) {
     for (const double eta : {0.05, 1 / 1.5, 1.0, 1.5, 20.0})
         for (const double cosine : {0.01, 0.3, 1.0}) EXPECT_NEAR(solid_albedo(cosine, 1e-4, eta, 64), 1, 1e-3) << eta;
 }
 
 TEST(SolidAlbedo, TableInterpolatesWithinTolerance) {
-    const Image table = build_albedo_table(true, true), without = build_albedo_table(true);
+    const Image table = build_albedo_table({.sheen = true, .solid = true}),
+                without = build_albedo_table({.sheen = true});
     ASSERT_EQ(table.height, 2 * shared::kAlbedoTableSize + shared::kSolidTableRows);
     EXPECT_TRUE(std::equal(without.pixels.begin(), without.pixels.end(), table.pixels.begin()));
+    const Image all = build_albedo_table({.sheen = true, .anisotropy = true, .solid = true});
+    ASSERT_EQ(all.height, table.height + shared::kAnisotropyTableRows);
+    EXPECT_TRUE(
+        std::equal(table.pixels.rbegin(), table.pixels.rend() - std::ssize(without.pixels), all.pixels.rbegin()))
+        << "solids follow anisotropy";
     std::mt19937 random(7);
     const auto uniform = [&] { return static_cast<double>(random()) * 0x1p-32; };
     double worst = 0, sum = 0;
@@ -131,7 +244,7 @@ TEST(SolidAlbedo, TableInterpolatesWithinTolerance) {
 }
 
 TEST(SheenAlbedo, TableInterpolatesWithinTolerance) {
-    const Image table = build_albedo_table(true), without = build_albedo_table();
+    const Image table = build_albedo_table({.sheen = true}), without = build_albedo_table();
     ASSERT_EQ(table.height, 2 * shared::kAlbedoTableSize);
     EXPECT_TRUE(std::equal(without.pixels.begin(), without.pixels.end(), table.pixels.begin()));
     std::mt19937 random(6);
