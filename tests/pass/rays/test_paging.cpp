@@ -198,8 +198,8 @@ TEST_F(PagingTest, SchedulesAgree) {
 
 TEST_F(PagingTest, ABatchFindsThePagesOfItsLastRun) {
     InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 150, paging::PageSchedule::set);
-    const std::vector<Ray> left = camera_rays(vec3(-0.6f, 0, 5), vec3(-0.6f, 0, 0));
-    const std::vector<Ray> right = camera_rays(vec3(0, 5, 0.6f), vec3(0, 0, 0.6f));
+    const std::vector<Ray> left = camera_rays(vec3(-0.6f, 0, 1.6f), vec3(-0.6f, 0, 0));
+    const std::vector<Ray> right = camera_rays(vec3(0, 1.6f, 0.6f), vec3(0, 0, 0.6f));
     for (int turn = 0; turn < 3; ++turn) {
         pair.server().reset_statistics();
         EXPECT_EQ(pair.different_answers(left, nullptr, rays::RayKind::diffuse), 0u);
@@ -208,6 +208,14 @@ TEST_F(PagingTest, ABatchFindsThePagesOfItsLastRun) {
         if (turn == 0) continue;
         EXPECT_GT(s.traffic.evicted, 0u);
         EXPECT_GT(s.prefetched_used, s.prefetched_unused);
+    }
+}
+
+TEST_F(PagingTest, ABatchThatExceedsThePoolReadsNothingAhead) {
+    InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 20, paging::PageSchedule::set);
+    for (int turn = 0; turn < 2; ++turn) {
+        EXPECT_EQ(pair.different_answers(camera_rays(vec3(-0.6f, 0, 5), vec3(-0.6f, 0, 0))), 0u);
+        EXPECT_EQ(pair.server().statistics().prefetched_used + pair.server().statistics().prefetched_unused, 0u);
     }
 }
 

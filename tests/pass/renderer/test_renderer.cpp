@@ -87,8 +87,8 @@ TEST_F(RendererTest, ListsPersistAcrossBandsAndPictures) {
     EXPECT_EQ(shadow(first).state_bytes, 4 * 12 * (36 * 16 + 8u)) << "a record of tile_list.h and its blockers";
     const RenderResult again = renderer.render(frame);
     EXPECT_EQ(shadow(again).tiles, tiles) << "statistics are those of the picture";
-    EXPECT_LT(shadow(again).tiles_culled, tiles / 25) << "shafts have grown to hold most rays of the picture";
-    EXPECT_LT(shadow(renderer.render(frame)).tiles_culled, tiles / 50) << "and in the end nearly all";
+    EXPECT_LT(shadow(again).tiles_culled, tiles / 15) << "shafts have grown to hold most rays of the picture";
+    EXPECT_LT(shadow(renderer.render(frame)).tiles_culled, tiles / 25) << "and in the end nearly all";
     renderer.forget("camera cut");
     EXPECT_GE(shadow(renderer.render(frame)).tiles_culled, tiles / 6);
 
