@@ -165,7 +165,8 @@ struct FrameRenderer::State {
                 if (pool_size > 0) return pool_size;  // pools of later poses
                 // Pages take what the picture leaves, or half of it: bands become smaller then.
                 const std::size_t free = ledger.free();
-                const std::size_t picture = estimate_memory(needs, scene.size(), settings, picture_use()).picture();
+                std::size_t picture = estimate_memory(needs, scene.size(), settings, picture_use()).picture();
+                if (scene.size().moves) picture += picture / 4;  // lights and lobes of other poses
                 const std::size_t most = std::max(free / 2, free - std::min(free, picture));
                 pool_size = settings.pool_bytes > 0 ? settings.pool_bytes : most;
                 pool_memory = {ledger, MemoryPart::pages, pool_size};
