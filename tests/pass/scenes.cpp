@@ -69,9 +69,9 @@ Camera spot_camera(const dvec3& at, const dvec3& towards_camera, double size) {
     return camera;
 }
 
-Scene floor_scene(const Material& material) {
+Scene floor_scene(const Material& material, float reach) {
     Scene scene;
-    add_quad(scene, add_material(scene, material), {-1000, 0, -1000}, {0, 0, 2000}, {2000, 0, 0});
+    add_quad(scene, add_material(scene, material), {-reach, 0, -reach}, {0, 0, 2 * reach}, {2 * reach, 0, 0});
     return scene;
 }
 
