@@ -155,12 +155,15 @@ struct FrameRenderer::State {
             const std::size_t paths =
                 std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
             const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
-            const std::size_t reading = paging::PagePool::reading_bytes(scene.pages()->index());
-            const std::size_t lamps = scene.pages()->index().geometry.emitters.size() * paging::kEmitterBytes;
-            ledger.check(rows + reading + lamps, "pages",
-                         fmt::format("table rows of hits {}, pages that are read {}, emissive triangles {}",
-                                     text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps)));
-            pages_memory = {ledger, MemoryPart::pages, rows + reading + lamps};
+            const paging::PageIndex& index = scene.pages()->index();
+            const std::size_t reading = paging::PagePool::reading_bytes(index);
+            const std::size_t lamps = index.geometry.emitters.size() * paging::kEmitterBytes;
+            const std::size_t fixed = paging::PagePool::fixed_bytes(index);
+            ledger.check(
+                rows + reading + lamps + fixed, scene.choice().scene.string() + ": pages",
+                fmt::format("table rows of hits {}, pages that are read {}, emissive triangles {}, their hierarchy {}",
+                            text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps), text_of_bytes(fixed)));
+            pages_memory = {ledger, MemoryPart::pages, rows + reading + lamps + fixed};
             options.pool_bytes = [&](const SceneNeeds& needs) {
                 if (pool_size > 0) return pool_size;  // pools of later poses
                 // Pages take what the picture leaves, or half of it: bands become smaller then.
@@ -169,6 +172,10 @@ struct FrameRenderer::State {
                 if (scene.size().moves) picture += picture / 4;  // lights and lobes of other poses
                 const std::size_t most = std::max(free / 2, free - std::min(free, picture));
                 pool_size = settings.pool_bytes > 0 ? settings.pool_bytes : most;
+                if (!scene.size().moves)
+                    pool_size = std::min(
+                        pool_size, std::max<std::size_t>(index.pages.size(), 1) * paging::PagePool::slot_bytes(index));
+                if (settings.pool_bytes > 0) ledger.check(pool_size, "page pool", "--page-pool");
                 pool_memory = {ledger, MemoryPart::pages, pool_size};
                 return pool_size;
             };

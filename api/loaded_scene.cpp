@@ -14,7 +14,9 @@
 #include "engine/io/environment.h"
 #include "engine/io/gltf/parts.h"
 #include "engine/io/texture_store.h"
+#include "engine/paging/moving_pages.h"
 #include "engine/paging/page_file.h"
+#include "engine/tables/table_rows.h"
 #include "renderer/memory.h"
 #include "shaders/shared/texture.h"
 
@@ -49,13 +51,9 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
     if (list || !choice.pages.empty()) return paged();
     try {
         whole();
-    } catch (const BudgetError& too_large) {
+    } catch (const BudgetError&) {
         if (choice.in_memory || !choice.variant.empty() || !choice.edits.transforms.empty()) throw;
-        try {
-            paged();
-        } catch (const BudgetError&) {
-            throw too_large;
-        }
+        paged();
     }
 }
 
@@ -231,8 +229,23 @@ bool LoadedScene::take_file(SceneFile file, const Log& log) {
     return lit_later;
 }
 
-bool LoadedScene::load_pages(const Log& log) {
-    if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
+/// Drops instances that have no pages, since a scene in memory does not have them either.
+void LoadedScene::drop_empty_instances() {
+    if (!pages_) return;
+    const std::vector<std::uint32_t>& empty = pages_->index().empty;
+    auto next = empty.begin();
+    std::uint32_t still = 0;
+    std::erase_if(scene_.instances, [&](const Instance& instance) {
+        if (paging::is_moving(scene_, instance) || next == empty.end() || *next != still++) return false;
+        ++next;
+        return true;
+    });
+}
+
+bool LoadedScene::load_pages(const Log& log, bool again) {
+    if (!choice_.variant.empty())
+        throw Error(choice_.scene.string(), "variant '{}' cannot be chosen: pages hold the file's own materials",
+                    choice_.variant);
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
@@ -255,23 +268,32 @@ bool LoadedScene::load_pages(const Log& log) {
     }
     options.textures = tile_textures(parts, size, choice_.picture_bytes, choice_.tile_textures);
     check_fits(size, choice_.scene, choice_.picture_bytes);
-    const std::uint64_t identity = identity_of(parts);
-    const std::filesystem::path pages =
-        !choice_.pages.empty() ? choice_.pages
-                               : cached_pages(choice_.scene, identity, {choice_.allow_outside, choice_.packing}, log);
-    pages_ = std::make_shared<paging::PageFile>(pages);
-    if (pages_->index().scene != identity)
+    const bool cached = choice_.pages.empty();
+    const auto file = cached ? cached_pages(choice_.scene, parts, {choice_.allow_outside, choice_.packing}, log)
+                             : std::make_shared<paging::PageFile>(choice_.pages);
+    pages_ = file;
+    const paging::PageIndex& index = file->index();
+    bool same = cached || have_contents(parts, index.files);
+    bool lit_later = false;
+    if (same && posed) {
+        lit_later = take_file(SceneFile(choice_.scene, std::move(parts[0])), log);
+    } else if (same) {
+        parts.clear();
+        const std::unique_ptr<MeshSource> source = open_parts(choice_.scene, options);
+        scene_ = source->scene();
+        scene_.report = source->report();
+    }
+    same = same && TriangleWords(scene_).alpha_tests() == index.alpha_tests;
+    const std::filesystem::path& pages = file->path();
+    if (!same && cached && !again) {  // an image has changed
+        std::filesystem::remove(pages);
+        return load_pages(log, true);
+    }
+    if (!same)
         throw Error(pages.string(), "was not made of {}, or the scene has changed; halflight pack makes it anew",
                     choice_.scene.string());
-    bool lit_later = false;
-    if (posed) {
-        lit_later = take_file(SceneFile(choice_.scene, std::move(parts[0])), log);
-    } else {
-        parts.clear();
-        scene_ = open_parts(choice_.scene, options)->scene();
-    }
+    drop_empty_instances();
     files_.push_back(pages);
-    const paging::PageIndex& index = pages_->index();
     if (!index.bounds.empty())
         scene_.paged_bounds = {index.origin + dvec3(index.bounds.lower), index.origin + dvec3(index.bounds.upper)};
     return lit_later;
@@ -325,6 +347,7 @@ void LoadedScene::frame_for(double aspect) {
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
     file_->pose(scene_, seconds);
+    drop_empty_instances();
     scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());
     if (unedited_) unedited_->take_surfaces(scene_);
     Environment edited = std::exchange(scene_.environment, {});

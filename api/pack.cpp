@@ -34,11 +34,11 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
     constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // more makes conversions no faster
     convert.memory = std::clamp(ledger.free() / 2, paging::kLeastConvertBytes, kMostBytes);
     convert.expected_triangles = size.drawn;
-    convert.scene = identity_of(parts);
+    convert.files = contents_of(parts);
     parts.clear();
     convert.progress = options.progress;
     const paging::PageFileSizes sizes = paging::convert(*source, output, convert);
-    for (const std::string& warning : source->scene().report.warnings) log.warn("{}", warning);
+    for (const std::string& warning : source->report().warnings) log.warn("{}", warning);
     return sizes;
 }
 

@@ -151,7 +151,7 @@ std::size_t scene_bytes(const SceneSize& size) {
     // Measured with scenes/, cities and triangles without common edges, and rounded up. Per triangle: corners,
     // hierarchy, tables. Hierarchies of scenes that move are kept.
     const std::size_t per_triangle = size.moves ? 320 : 200;
-    constexpr std::size_t kPools = 4;  // bytes of half floats per byte of an image, in the tables and on the device
+    constexpr std::size_t kPools = 2;  // bytes of half floats per byte of an image
     const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
     const std::size_t images = size.moves ? 2 : 1;
     // Textures in tiles share a pool, which holds those of alpha tests and lights as half floats, and some others.

@@ -181,7 +181,8 @@ class LoadedScene {
     /// Loads the scene into memory. Returns whether its animations may bring light later.
     bool load_whole(const Log& log);
     /// Loads the scene, with its geometry from pages. Returns like load_whole().
-    bool load_pages(const Log& log);
+    bool load_pages(const Log& log, bool again = false);
+    void drop_empty_instances();
     /// Takes an open file. Returns like load_whole().
     bool take_file(SceneFile file, const Log& log);
 

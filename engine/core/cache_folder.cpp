@@ -30,7 +30,8 @@ void trim_cache(const fs::path& folder, std::string_view kind, std::optional<std
     std::uintmax_t total = 0;
     std::error_code error;
     for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-        if (at->path().filename().string().find(kind) == std::string::npos) continue;
+        const std::string name = at->path().filename().string();
+        if (name.starts_with('.') || name.find(kind) == std::string::npos) continue;  // the former are being written
         std::error_code gone;  // another process may have removed the file
         const bool regular = at->symlink_status(gone).type() == fs::file_type::regular;
         const std::uintmax_t bytes = at->file_size(gone);

@@ -148,7 +148,6 @@ void PreparedScene::prepare_pages(const Scene& scene) {
                                                  options_.estimator.sun, buffers_ ? &pooled_ : nullptr);
     if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != pages().index().vertex_texels)
         throw Error(scene.name, "its pages have other vertex attributes than its materials need");
-    if (options_.scene_read) options_.scene_read();
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
     has_environment_ = !shading.environment.pixels.empty();
@@ -158,6 +157,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
     } else {
         buffers_.emplace(tables_, shading, options_.bank_shift, options_.tile_bytes);
     }
+    if (options_.scene_read) options_.scene_read();
     if (pool_) {
         pool_->set_shading(buffers_->defines());
     } else {
@@ -195,7 +195,6 @@ void PreparedScene::prepare(const Scene& scene) {
     });
     ShadingTables shading = build_shading_tables(scene, tables, kept, options_.estimator.lights, options_.estimator.sun,
                                                  buffers_ ? &pooled_ : nullptr);
-    if (options_.scene_read) options_.scene_read();
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
     has_environment_ = !shading.environment.pixels.empty();
@@ -207,6 +206,7 @@ void PreparedScene::prepare(const Scene& scene) {
     } else {
         buffers_.emplace(tables, shading, options_.bank_shift, options_.tile_bytes);
     }
+    if (options_.scene_read) options_.scene_read();
     if (!moves) shading = {};  // hierarchies need the memory
     rays::PackedScene packed = packing.get();
     if (options_.single_pose) release(tables.positions);
@@ -222,8 +222,8 @@ void PreparedScene::prepare(const Scene& scene) {
         trace_.emplace(tables, std::move(packed), buffers_->defines(), &buffers_->instance_rows());
     }
 
-    release(shading.color_texels);
-    release(shading.data_texels);
+    shading.color_texels = {};  // their images may be freed
+    shading.data_texels = {};
     if (memory_) {
         memory_->shading = std::move(shading);
         if (!same) memory_->packed = std::move(packed);

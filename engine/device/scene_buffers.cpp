@@ -84,19 +84,27 @@ gpu::Buffer& SceneBuffers::view(GLuint unit, GLenum format, const char* name) {
     return known != views_.end() ? known->buffer : views_.emplace_back(unit, format, gpu::Buffer(name, 0)).buffer;
 }
 
-template <class T>
+template <class Channel>
 void SceneBuffers::bring_pool(const char* name, GLuint unit, GLuint more_units, GLenum format,
-                              const std::vector<T>& texels) {
+                              const TexelPool<Channel>& texels) {
     const std::size_t bank = std::size_t{1} << bank_shift_, banks = (texels.size() + bank - 1) / bank;
     if (banks > shared::kMostBanks)
         throw Error(name, "{} texels; {} texture buffers of the driver end at {}", texels.size(), shared::kMostBanks,
                     shared::kMostBanks * bank);
     const GLuint end = more_units + shared::kMostBanks - 1;
     std::erase_if(views_, [&](const View& v) { return v.unit >= more_units && v.unit < end; });
-    gpu::replace(view(unit, format, name), std::span(texels).first(std::min(bank, texels.size())));
-    for (std::size_t b = 1; b < banks; ++b)
-        gpu::replace(view(more_units + static_cast<GLuint>(b) - 1, format, name),
-                     std::span(texels).subspan(b * bank, std::min(bank, texels.size() - b * bank)));
+    using Texel = typename TexelPool<Channel>::Texel;
+    std::vector<Texel> piece(std::min(texels.size(), std::size_t{1} << 18));
+    for (std::size_t b = 0; b < std::max<std::size_t>(banks, 1); ++b) {
+        gpu::Buffer& buffer = view(b == 0 ? unit : more_units + static_cast<GLuint>(b) - 1, format, name);
+        const std::size_t count = std::min(bank, texels.size() - b * bank);
+        if (buffer.bytes() != count * sizeof(Texel)) buffer = gpu::Buffer(name, count * sizeof(Texel));
+        for (std::size_t i = 0; i < count; i += piece.size()) {
+            const std::span part = std::span(piece).first(std::min(piece.size(), count - i));
+            texels.read(b * bank + i, part);
+            buffer.write(std::span<const Texel>(part), i);
+        }
+    }
 }
 
 void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {

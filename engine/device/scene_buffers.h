@@ -65,8 +65,8 @@ class SceneBuffers {
     void set_draws(const TraceTables& trace);
     gpu::Buffer& view(GLuint unit, GLenum format, const char* name);
     /// Uploads a texel pool: its first bank to `unit`, others from `more_units` on.
-    template <class T>
-    void bring_pool(const char* name, GLuint unit, GLuint more_units, GLenum format, const std::vector<T>& texels);
+    template <class Channel>
+    void bring_pool(const char* name, GLuint unit, GLuint more_units, GLenum format, const TexelPool<Channel>& texels);
     struct Draw {
         std::uint32_t first_triangle;
         std::uint32_t triangle_count;

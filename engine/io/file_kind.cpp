@@ -27,7 +27,7 @@ constexpr struct {
     {"PK\3\4"sv, "a ZIP archive, such as USDZ"},
     {"7z\xbc\xaf\x27\x1c"sv, "a 7z archive"},
     {"Rar!"sv, "a RAR archive"},
-    {"\x89HLP\r\n"sv, "a page file of Halflight"},
+    {"\x89HLP\r\n"sv, kPageFileKind},
     {"\x89PNG"sv, "a PNG picture"},
     {"\xff\xd8\xff"sv, "a JPEG picture"},
     {"GIF8"sv, "a GIF picture"},

@@ -3,8 +3,10 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <tbb/parallel_for.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cassert>
@@ -15,6 +17,7 @@
 #include <set>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
@@ -89,6 +92,9 @@ struct ReadableFile {
         struct stat info {};
         return fstat(descriptor, &info) == 0 ? version_of(info) : std::array<std::uint64_t, 5>{};
     }
+
+    /// Returns the time of the last change, in nanoseconds since 1970.
+    std::int64_t modified() const { return static_cast<std::int64_t>(version[3] * 1'000'000'000 + version[4]); }
 
     void read(std::uint64_t offset, std::span<char> to, const std::string& subject) const {
         read_at(descriptor, offset, to, subject);
@@ -239,6 +245,29 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
     std::string bytes(size, '\0');
     file.read(0, bytes, subject);
     return bytes;
+}
+
+FileContent content_of(const fs::path& path) {
+    constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;  // bytes that a thread reads at once
+    const ReadableFile file(path);
+    const std::string subject = path.string();
+    std::vector<std::uint64_t> hashes((file.bytes + kPiece - 1) / kPiece);
+    tbb::parallel_for(std::size_t{0}, hashes.size(), [&](std::size_t i) {
+        thread_local std::string bytes;
+        bytes.resize(std::min(kPiece, file.bytes - i * kPiece));
+        file.read(i * kPiece, bytes, subject);
+        hashes[i] = hash_of(bytes);
+    });
+    if (file.version_now() != file.version) throw Error(subject, "cannot read: was changed while it was read");
+    Hash all;
+    for (const std::uint64_t hash : hashes) all.add(hash);
+    return {file.bytes, file.modified(), all.value()};
+}
+
+bool has_content(const fs::path& path, const FileContent& content) {
+    const ReadableFile file(path);
+    if (file.bytes != content.bytes || file.modified() == content.modified) return file.bytes == content.bytes;
+    return content_of(path).hash == content.hash;
 }
 
 /// A file that is opened once, so that it may be replaced by another one of its name; those beyond kKeptOpen are opened

@@ -42,6 +42,18 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes
 /// Throws the Error of read_file() for a file that is missing, unreadable or not regular.
 void check_readable(const std::filesystem::path& path);
 
+/// What tells the contents of a file apart from others.
+struct FileContent {
+    std::uint64_t bytes = 0;
+    std::int64_t modified = 0;  // time of the last change, nanoseconds since 1970
+    std::uint64_t hash = 0;     // hash of all bytes
+};
+/// Reads a whole file. Throws the Error of read_file(), and for a file that is changed meanwhile.
+FileContent content_of(const std::filesystem::path& path);
+/// Returns whether a file still has that content. It is read only where its size is the same, but its time is not.
+/// Throws the Error of content_of().
+bool has_content(const std::filesystem::path& path, const FileContent& content);
+
 /// Bytes that are read in ranges: those of a regular file, which may be larger than memory, or of a text. Copies share
 /// them. A scene may have any number of files.
 class ByteSource {

@@ -49,14 +49,10 @@ struct MeshFacts {
 /// A mesh at the place of an instance.
 struct PlacedMesh {
     std::shared_ptr<const Mesh> mesh;
-    std::vector<vec3> positions;       // rows of TraceTables::positions
-    std::vector<vec4> attributes;      // rows of ShadingTables::vertices
-    std::vector<std::uint32_t> words;  // by material
+    std::vector<vec3> positions;   // rows of TraceTables::positions
+    std::vector<vec4> attributes;  // rows of ShadingTables::vertices
+    float lowest_alpha = 1;        // MeshFacts::lowest_alpha
     std::uint32_t first_vertex = 0;
-
-    uvec4 row(std::size_t triangle) const {
-        return {mesh->triangles[triangle] + first_vertex, words[mesh->triangle_material[triangle]]};
-    }
 };
 
 /// Consecutive triangles of a placed mesh.
@@ -97,8 +93,9 @@ class BlockBuilder {
   public:
     BlockBuilder(std::size_t texels, std::vector<std::string>& blocks) : texels_(texels), blocks_(blocks) {}
 
-    void add(const PlacedMesh& mesh, std::size_t triangle) {
-        rows_.push_back(mesh.row(triangle));
+    /// Adds a triangle with its word (TriangleWords).
+    void add(const PlacedMesh& mesh, std::size_t triangle, std::uint32_t word) {
+        rows_.emplace_back(mesh.mesh->triangles[triangle] + mesh.first_vertex, word);
         for (int k = 0; k < 3; ++k) corners_.push_back({rows_.back()[k], &mesh});
         if (rows_.size() == kTrianglesPerBlock) finish();
     }
@@ -147,7 +144,7 @@ class Converter {
           options_(options),
           memory_(MemoryLedger::process(), MemoryPart::pages, options.memory),
           words_(scene_),
-          sample_(std::min(CentroidSample::kMost, options.memory / 4 / kSampleBytes)) {
+          opaque_words_(words_.of(1)) {
         if (options.memory < kLeastConvertBytes)
             throw Error(path.string(), "its conversion needs {} of memory, and {} of the budget are left (--memory)",
                         text_of_bytes(kLeastConvertBytes), text_of_bytes(options.memory));
@@ -156,11 +153,13 @@ class Converter {
             emits_.push_back(!m.unlit && (has_emission(m) || is_driven(i)));
         }
         index_.limits = options.limits;
-        index_.scene = options.scene;
+        index_.files = options.files;
+        index_.alpha_tests = words_.alpha_tests();
     }
 
     PageFileSizes run() {
         survey();
+        check_disk();
         PageFileSizes sizes;
         write_unnamed(path_, [&](const std::filesystem::path& temporary) {
             PageFileWriter writer(temporary, path_.string());
@@ -176,7 +175,7 @@ class Converter {
     }
 
   private:
-    static constexpr std::size_t kSampleBytes = 3 * sizeof(dvec4);  // bytes of a triangle in the sample, and in copies
+    static_assert(CentroidSample::kMost * 3 * sizeof(dvec4) <= kLeastConvertBytes / 4);  // the sample and its copies
 
     bool is_driven(std::size_t material) const {
         return material < options_.driven_materials.size() && options_.driven_materials[material];
@@ -187,12 +186,11 @@ class Converter {
         return scene_.instances[instance].moves || facts_[mesh_of(instance)].deforms;
     }
 
-    /// Returns the words of a mesh's triangles, by material.
-    std::vector<std::uint32_t> words_of(const MeshFacts& facts) const {
-        std::vector<std::uint32_t> words = words_.of(facts.lowest_alpha);
-        for (std::size_t i = 0; i < words.size(); ++i)
-            if (is_driven(i) && scene_.materials[i].alpha_mode != AlphaMode::opaque) words[i] |= kTriangleAlpha;
-        return words;
+    /// Returns the word of a mesh's triangles with a material.
+    std::uint32_t word_of(std::uint32_t material, float lowest_alpha) const {
+        const std::uint32_t word = lowest_alpha == 1 ? opaque_words_[material] : words_.of(material, lowest_alpha);
+        const bool driven = is_driven(material) && scene_.materials[material].alpha_mode != AlphaMode::opaque;
+        return word | (driven ? kTriangleAlpha : 0);
     }
 
     void report(double before, double share, std::size_t done, std::size_t all) const {
@@ -243,10 +241,20 @@ class Converter {
         for (std::size_t m = 0; m < instances.size(); ++m) uses_[m] = instances[m].size();
     }
 
+    /// Refuses disks without room for the temporary file.
+    void check_disk() const {
+        const std::filesystem::path folder = path_.parent_path().empty() ? "." : path_.parent_path();
+        std::error_code unknown;
+        const std::filesystem::space_info space = std::filesystem::space(folder, unknown);
+        const std::uintmax_t needed = std::uintmax_t{index_.triangles} * sizeof(BucketTriangle);
+        if (!unknown && space.available < needed)
+            throw Error(path_.string(), "its conversion needs {} of disk space for a while, and {} are free",
+                        text_of_bytes(needed), text_of_bytes(space.available));
+    }
+
     void add_moving(const Mesh& mesh, const MeshFacts& facts) {
-        const std::vector<std::uint32_t> words = words_of(facts);
         index_.alpha = index_.alpha || std::ranges::any_of(mesh.triangle_material, [&](std::uint32_t material) {
-                           return (words[material] & kTriangleAlpha) != 0;
+                           return (word_of(material, facts.lowest_alpha) & kTriangleAlpha) != 0;
                        });
     }
 
@@ -296,10 +304,13 @@ class Converter {
 
     /// Places the mesh of the next instance that has triangles; null after the last one.
     std::shared_ptr<const PlacedMesh> next_mesh() {
-        while (next_instance_ < scene_.instances.size() &&
-               (facts_[mesh_of(next_instance_)].extent.triangles == 0 || moves(next_instance_)))
-            ++next_instance_;
+        for (; next_instance_ < scene_.instances.size(); ++next_instance_) {
+            if (moves(next_instance_)) continue;
+            if (facts_[mesh_of(next_instance_)].extent.triangles > 0) break;
+            index_.empty.push_back(still_++);
+        }
         if (next_instance_ == scene_.instances.size()) return nullptr;
+        ++still_;
         const std::size_t i = next_instance_++;
         const Instance& instance = scene_.instances[i];
         const MeshFacts& facts = facts_[mesh_of(i)];
@@ -310,7 +321,7 @@ class Converter {
             range.first_triangle = last.first_triangle + last.triangle_count;
         }
         range.mesh = facts.index;
-        range.instance = static_cast<std::uint32_t>(index_.ranges.size());  // empty meshes have no instances in memory
+        range.instance = static_cast<std::uint32_t>(index_.ranges.size());
         range.merged = true;
         range.vertex_count = static_cast<std::uint32_t>(facts.vertices);
         range.triangle_count = static_cast<std::uint32_t>(facts.extent.triangles);
@@ -319,7 +330,7 @@ class Converter {
         auto placed = std::make_shared<PlacedMesh>();
         placed->mesh = read(mesh_of(i));
         placed->first_vertex = range.first_vertex;
-        placed->words = words_of(facts);
+        placed->lowest_alpha = facts.lowest_alpha;
         placed->positions.reserve(facts.vertices);
         for (const vec3& position : placed->mesh->positions) {
             const dvec3 at = merged_position(instance, position, index_.origin);
@@ -358,7 +369,9 @@ class Converter {
         std::uint32_t id = batch.first_triangle;
         for (const Piece& piece : batch.pieces) {
             for (std::size_t t = piece.first; t < piece.first + piece.count; ++t) {
-                blocks.add(*piece.mesh, t);
+                const std::uint32_t material = piece.mesh->mesh->triangle_material[t];
+                const std::uint32_t word = word_of(material, piece.mesh->lowest_alpha);
+                blocks.add(*piece.mesh, t, word);
                 BucketTriangle triangle;
                 for (int k = 0; k < 3; ++k) {
                     const vec3& corner = piece.mesh->positions[piece.mesh->mesh->triangles[t][k]];
@@ -367,9 +380,8 @@ class Converter {
                 }
                 const auto& [a, b, c] = triangle.corners;
                 batch.slivers = batch.slivers || is_sliver(a, b, c);
-                const std::uint32_t material = piece.mesh->mesh->triangle_material[t];
                 if (emits_[material]) batch.emitters.push_back(id);
-                const bool alpha = (piece.mesh->words[material] & kTriangleAlpha) != 0;
+                const bool alpha = (word & kTriangleAlpha) != 0;
                 batch.alpha = batch.alpha || alpha;
                 triangle.id = id++ | (alpha ? kBucketAlpha : 0);
                 batch.placed.emplace_back(tree.bucket_of((a + b + c) / 3.0f), triangle);
@@ -512,6 +524,7 @@ class Converter {
     const ConvertOptions& options_;
     const MemoryLedger::Entry memory_;
     const TriangleWords words_;
+    const std::vector<std::uint32_t> opaque_words_;  // of meshes whose vertices have alpha 1
     CentroidSample sample_;
     std::vector<bool> emits_;  // per material
     std::vector<MeshFacts> facts_;
@@ -523,6 +536,7 @@ class Converter {
     std::list<Cached> cache_;  // meshes with several instances, latest use first
     std::size_t cached_bytes_ = 0;
     std::size_t next_instance_ = 0;
+    std::uint32_t still_ = 0;  // instances before next_instance_ that do not move
     std::uint32_t next_triangle_ = 0;
     Piece rest_;
     RootedPage rest_page_;  // pages of earlier slices that have room left

@@ -2,8 +2,7 @@
 //
 // 1. All meshes are read. Their extents give the origin, and a sample of centroids gives the buckets.
 // 2. Meshes are read again in the order of the instances. Table rows are written, and triangles go to their buckets in
-// a
-//    temporary file.
+//    a temporary file.
 // 3. Pages are built and written bucket by bucket.
 #pragma once
 
@@ -23,7 +22,7 @@ inline constexpr std::size_t kMostEmitters = std::size_t{1} << 24;
 
 struct ConvertOptions {
     std::size_t memory = std::size_t{1} << 30;  // bytes that the conversion may take besides the largest mesh
-    std::uint64_t scene = 0;                    // PageIndex::scene
+    std::vector<FileContent> files{};           // PageIndex::files
     std::size_t expected_triangles = 0;         // estimate for the progress; 0: unknown
     std::uint32_t bucket_triangles = 1u << 18;  // upper limit for an average bucket; the double is never exceeded
     PageLimits limits{};                        // largest content of a page

@@ -298,7 +298,7 @@ using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
 constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8;
 
-static_assert(sizeof(PageRoot) == 36 && sizeof(PageIndex::Size) == 16);
+static_assert(sizeof(PageRoot) == 36 && sizeof(PageIndex::Size) == 16 && sizeof(FileContent) == 24);
 
 template <class T>
 void append_list(const std::vector<T>& values, std::string& bytes) {
@@ -312,7 +312,7 @@ std::string bytes_of(const StoredIndex& stored) {
     std::string bytes;
     const auto add = [&](const auto& value) { append_bytes(&value, 1, bytes); };
     add(index.limits.bytes), add(index.limits.alpha_tested);
-    add(index.scene), add(index.origin), add(index.bounds);
+    add(index.alpha_tests), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
         (index.geometry.tangents ? kTangents : 0));
@@ -327,6 +327,8 @@ std::string bytes_of(const StoredIndex& stored) {
         ranges.push_back({r.mesh, r.instance, (r.merged ? kMerged : 0) | (r.moves ? kMoves : 0), r.block,
                           r.first_vertex, r.vertex_count, r.first_triangle, r.triangle_count});
     append_list(ranges, bytes);
+    append_list(index.empty, bytes);
+    append_list(index.files, bytes);
     for (const auto* list : {&stored.block_offsets, &stored.block_bytes, &stored.page_offsets, &stored.page_bytes})
         append_list(*list, bytes);
     return bytes;
@@ -337,7 +339,7 @@ StoredIndex parse_index(Reader& reader) {
     PageIndex& index = stored.index;
     const auto read = [&](auto& value) { value = reader.value<std::remove_reference_t<decltype(value)>>(); };
     read(index.limits.bytes), read(index.limits.alpha_tested);
-    read(index.scene), read(index.origin), read(index.bounds);
+    read(index.alpha_tests), read(index.origin), read(index.bounds);
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
     const auto flags = reader.value<std::uint32_t>();
     index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;
@@ -354,6 +356,8 @@ StoredIndex parse_index(Reader& reader) {
         r.merged = (w[2] & kMerged) != 0, r.moves = (w[2] & kMoves) != 0;
         std::tie(r.first_vertex, r.vertex_count, r.first_triangle, r.triangle_count) = std::tie(w[4], w[5], w[6], w[7]);
     }
+    index.empty = reader.list<std::uint32_t>();
+    index.files = reader.list<FileContent>();
     for (auto* list : {&stored.block_offsets, &stored.block_bytes, &stored.page_offsets, &stored.page_bytes})
         *list = reader.list<std::uint64_t>();
     return stored;
@@ -417,26 +421,26 @@ bool consistent(const StoredIndex& stored, const Header& header) {
     return triangles == index.triangles && vertices == index.vertices;
 }
 
-Header read_header(const ByteSource& source, const std::string& subject) {
-    std::string buffer;
-    const std::uint64_t bytes = std::min<std::uint64_t>(source.size(), sizeof(Header));
-    const std::string_view start = source.read(0, bytes, buffer);
+Header read_header(const OpenFile& file, const std::string& subject) {
+    std::string start(std::min<std::uint64_t>(file.size(), sizeof(Header)), '\0');
+    file.read(0, start);
     const std::size_t known = std::min(start.size(), kMagic.size());
     if (known == 0 || !std::equal(kMagic.begin(), kMagic.begin() + known, start.begin()))
-        throw Error(subject, "is not a page file");
-    if (start.size() < sizeof(Header)) throw Error(subject, "is a truncated page file");
+        throw DamagedPages(subject, "is not a page file");
+    if (start.size() < sizeof(Header)) throw DamagedPages(subject, "is a truncated page file");
     Header header;
     std::memcpy(&header, start.data(), sizeof header);
     if (header.version != kPageFileVersion)
-        throw Error(subject, "is a page file of version {}, but version {} is needed; `halflight pack` makes it anew",
-                    header.version, kPageFileVersion);
+        throw DamagedPages(subject,
+                           "is a page file of version {}, but version {} is needed; `halflight pack` makes it anew",
+                           header.version, kPageFileVersion);
     if (header.checksum != header.sum() || header.triangles_per_block != kTrianglesPerBlock ||
         header.index_offset < sizeof(Header) || header.index_offset > header.file_bytes ||
         header.index_bytes != header.file_bytes - header.index_offset)
-        throw Error(subject, "is a page file with a damaged header");
-    if (header.file_bytes != source.size())
-        throw Error(subject, "is a {} page file: it has {} bytes instead of {}",
-                    source.size() < header.file_bytes ? "truncated" : "damaged", source.size(), header.file_bytes);
+        throw DamagedPages(subject, "is a page file with a damaged header");
+    if (header.file_bytes != file.size())
+        throw DamagedPages(subject, "is a {} page file: it has {} bytes instead of {}",
+                           file.size() < header.file_bytes ? "truncated" : "damaged", file.size(), header.file_bytes);
     return header;
 }
 
@@ -531,44 +535,59 @@ bool is_page_file(const std::filesystem::path& path) {
 }
 
 struct PageFile::State {
-    State(const std::filesystem::path& path, std::size_t cache_bytes)
-        : subject(path.string()), source(path), cache(cache_bytes) {
-        const Header header = read_header(source, subject);
+    State(const std::filesystem::path& p, WhenDamaged w, std::size_t cache_bytes)
+        : path(p), subject(p.string()), when_damaged(w), file(p), cache(cache_bytes) {
+        const Header header = read_header(file, subject);
         MemoryLedger::process().check(header.index_bytes + 2 * header.index_raw_bytes, subject, "index of the pages");
-        std::string buffer, bytes;
-        const std::string_view frame = source.read(header.index_offset, header.index_bytes, buffer);
-        if (!decompress(frame, header.index_raw_bytes, bytes)) throw Error(subject, "its index is damaged");
+        std::string frame(header.index_bytes, '\0'), bytes;
+        file.read(header.index_offset, frame);
+        if (!decompress(frame, header.index_raw_bytes, bytes)) throw DamagedPages(subject, "its index is damaged");
         Reader reader(bytes);
         stored = parse_index(reader);
-        if (!reader.at_end() || !consistent(stored, header)) throw Error(subject, "its index is damaged");
+        if (!reader.at_end() || !consistent(stored, header)) throw DamagedPages(subject, "its index is damaged");
         memory = {MemoryLedger::process(), MemoryPart::pages, bytes.size()};
         sizes = {header.file_bytes, std::reduce(stored.page_bytes.begin(), stored.page_bytes.end()),
                  std::reduce(stored.block_bytes.begin(), stored.block_bytes.end()), header.index_bytes};
     }
 
     TableBlock read_block(std::uint32_t index) const {
-        thread_local std::string buffer, bytes;
-        const std::string_view frame = source.read(stored.block_offsets[index], stored.block_bytes[index], buffer);
+        thread_local std::string frame, bytes;
+        frame.resize(stored.block_bytes[index]);
+        file.read(stored.block_offsets[index], frame);
         TableBlock block;
         if (decompress(frame, kMostBlockBytes, bytes)) block = decode_block(bytes, stored.index.vertex_texels);
         const std::size_t expected =
             std::min<std::size_t>(kTrianglesPerBlock, stored.index.triangles - std::size_t{index} * kTrianglesPerBlock);
-        if (block.triangles.size() != expected) throw Error(subject, "block {} of its table rows is damaged", index);
+        if (block.triangles.size() != expected) fail(fmt::format("block {} of its table rows", index));
         return block;
     }
 
+    /// Throws the error of a damaged part.
+    [[noreturn]] void fail(const std::string& part) const {
+        std::error_code kept;
+        const bool removed = when_damaged == WhenDamaged::remove && std::filesystem::remove(path, kept);
+        throw DamagedPages(subject, "{} is damaged{}", part,
+                           removed ? "; the file has been removed, and the next start makes it anew" : "");
+    }
+
+    std::filesystem::path path;
     std::string subject;
-    ByteSource source;
+    WhenDamaged when_damaged;
+    OpenFile file;
     StoredIndex stored;
     PageFileSizes sizes;
     MemoryLedger::Entry memory;
     mutable BlockCache cache;
 };
 
-PageFile::PageFile(const std::filesystem::path& path, std::size_t cache_bytes)
-    : state_(std::make_unique<State>(path, cache_bytes)) {}
+PageFile::PageFile(const std::filesystem::path& path, WhenDamaged when_damaged, std::size_t cache_bytes)
+    : state_(std::make_unique<State>(path, when_damaged, cache_bytes)) {}
 PageFile::PageFile(PageFile&&) noexcept = default;
 PageFile::~PageFile() = default;
+
+const std::filesystem::path& PageFile::path() const {
+    return state_->path;
+}
 
 const PageIndex& PageFile::index() const {
     return state_->stored.index;
@@ -581,12 +600,11 @@ PageFileSizes PageFile::sizes() const {
 Page PageFile::read(std::uint32_t page) const {
     assert(page < index().pages.size());
     const PageIndex::Size& count = index().pages[page];
-    thread_local std::string buffer, bytes;
-    const std::string_view frame =
-        state_->source.read(state_->stored.page_offsets[page], state_->stored.page_bytes[page], buffer);
+    thread_local std::string frame, bytes;
+    frame.resize(state_->stored.page_bytes[page]);
+    state_->file.read(state_->stored.page_offsets[page], frame);
     const std::size_t size = stored_bytes(count);
-    if (!decompress(frame, size, bytes) || bytes.size() != size)
-        throw Error(state_->subject, "page {} is damaged", page);
+    if (!decompress(frame, size, bytes) || bytes.size() != size) state_->fail(fmt::format("page {}", page));
     Page result;
     result.roots = count.roots;
     Reader reader(bytes);

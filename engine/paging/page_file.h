@@ -17,12 +17,13 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/core/error.h"
 #include "engine/io/files.h"
 #include "engine/paging/pages.h"
 
 namespace halflight::paging {
 
-inline constexpr std::uint32_t kPageFileVersion = 4;
+inline constexpr std::uint32_t kPageFileVersion = 5;
 /// Triangles per block of table rows. The rows of a triangle are one read of about 64 KiB before compression.
 inline constexpr std::uint32_t kTrianglesPerBlock = 512;
 
@@ -78,17 +79,28 @@ class PageFileWriter {
 /// Returns whether a file starts like a page file of any version. Throws Error where it cannot be read.
 bool is_page_file(const std::filesystem::path& path);
 
+/// Error of a file that is truncated, damaged, of another kind or of another version.
+class DamagedPages : public Error {
+  public:
+    using Error::Error;
+};
+
+/// What happens to a file in which a page or a block turns out to be damaged.
+enum class WhenDamaged { keep, remove };
+
 /// A page file, opened for reading. It stays open, so another file may take its name. Damage is detected when the part
-/// is read, and is an Error that names the file.
+/// is read, and is a DamagedPages that names the file.
 class PageFile final : public PageSource {
   public:
-    /// Reads the index. `cache_bytes` is the limit of the cache of table rows. Throws Error for files that are missing,
-    /// truncated, damaged, of another kind or of another version.
-    explicit PageFile(const std::filesystem::path& path, std::size_t cache_bytes = kCacheBytes);
+    /// Reads the index. `cache_bytes` is the limit of the cache of table rows. Throws DamagedPages, and Error for files
+    /// that cannot be read.
+    explicit PageFile(const std::filesystem::path& path, WhenDamaged when_damaged = WhenDamaged::keep,
+                      std::size_t cache_bytes = kCacheBytes);
     PageFile(PageFile&&) noexcept;
     ~PageFile() override;
     static constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
 
+    const std::filesystem::path& path() const;
     const PageIndex& index() const override;
     Page read(std::uint32_t page) const override;
     void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override;

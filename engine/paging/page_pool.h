@@ -33,9 +33,15 @@ class PagePool {
     /// Returns the bytes of device memory that a slot takes.
     static std::size_t slot_bytes(const PageIndex& index);
 
-    /// Returns the bytes that pages take between reading and upload.
+    /// Returns the bytes that pages take between reading and upload: those that wait, and those that take() uploads.
     static std::size_t reading_bytes(const PageIndex& index) {
-        return (PageReader::kMostArrived + PageReader::kPortion) * slot_bytes(index);
+        return 2 * (PageReader::kMostArrived + PageReader::kPortion) * slot_bytes(index);
+    }
+    /// Returns the bytes, an upper estimate, of what is there for every page and every root: the hierarchy over the
+    /// roots on the device, its copies while it is built, and the one for queries.
+    static std::size_t fixed_bytes(const PageIndex& index) {
+        constexpr std::size_t kRoot = 640, kPage = 64;
+        return kRoot * index.roots.size() + kPage * index.pages.size();
     }
 
     const rays::TraceScene& scene() const { return *scene_; }

@@ -22,8 +22,7 @@ class PageReader {
         std::uint32_t page = 0;
         LoadedPage content;
     };
-    /// Maximum number of pages that wait for take(), which bounds the memory: about 24 MB of pages with the default
-    /// limits. More are not read.
+    /// Maximum number of pages that wait for take(). More are not read.
     static constexpr std::size_t kMostArrived = 64;
     static constexpr std::size_t kPortion = 8;  // pages that are read in parallel
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
+#include "engine/io/files.h"
 #include "engine/rays/bvh.h"
 #include "engine/rays/page_node.h"
 #include "engine/rays/pairs.h"
@@ -69,7 +70,8 @@ struct PageIndex {
         std::uint32_t vertices = 0;
     };
     PageLimits limits;
-    std::uint64_t scene = 0;           // identity of the scene's files (identity_of() in engine/io/gltf/parts.h)
+    std::vector<FileContent> files;    // contents of the scene's files (contents_of() in engine/io/gltf/parts.h)
+    std::uint64_t alpha_tests = 0;     // TriangleWords::alpha_tests() of the scene
     dvec3 origin{0};                   // TraceTables::origin
     Bounds bounds;                     // bounds of all triangles
     std::uint32_t triangles = 0;       // number of triangles
@@ -81,8 +83,10 @@ struct PageIndex {
     std::vector<PageRoot> roots;       // roots of all pages, ascending by page
     std::vector<std::uint32_t> above;  // nodes above them, like PageSet::above; at most 4 children each
     std::vector<MeshRange> ranges;     // TraceTables::ranges
-    AbsentGeometry geometry;           // facts about triangles and vertices, without AbsentGeometry::attributes
-    bool alpha = false;                // some triangle needs the alpha test
+    // Numbers of the instances without triangles among those that do not move, ascending. A scene in memory has none.
+    std::vector<std::uint32_t> empty;
+    AbsentGeometry geometry;  // facts about triangles and vertices, without AbsentGeometry::attributes
+    bool alpha = false;       // some triangle needs the alpha test
 };
 
 PageIndex::Size size_of(const Page& page);

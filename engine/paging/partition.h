@@ -18,7 +18,7 @@ namespace halflight::paging {
 class CentroidSample {
   public:
     explicit CentroidSample(std::size_t most = kMost) : most_(most) {}
-    static constexpr std::size_t kMost = std::size_t{1} << 20;
+    static constexpr std::size_t kMost = std::size_t{1} << 19;
 
     /// Returns whether the sample takes a triangle, as long as it grows no further. `key` is unique per triangle.
     bool takes(std::uint64_t key) const { return mixed(key) <= threshold_; }

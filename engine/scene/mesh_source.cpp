@@ -40,7 +40,6 @@ JoinedScenes::JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSou
         if (scene_.environment.black()) scene_.environment = part.environment;
         parts_.push_back({std::move(source), static_cast<std::size_t>(meshes), materials});
     }
-    update_report();
 }
 
 Mesh JoinedScenes::read(std::size_t mesh) {
@@ -49,13 +48,13 @@ Mesh JoinedScenes::read(std::size_t mesh) {
     Mesh result = part.source->read(mesh - part.first_mesh);
     for (std::uint32_t& material : result.triangle_material)
         material += static_cast<std::uint32_t>(part.first_material);
-    update_report();
     return result;
 }
 
-void JoinedScenes::update_report() {
-    scene_.report = {};
-    for (const Part& part : parts_) add_report(scene_.report, part.source->scene().report);
+SceneReport JoinedScenes::report() const {
+    SceneReport all;
+    for (const Part& part : parts_) add_report(all, part.source->report());
+    return all;
 }
 
 }  // namespace halflight

@@ -15,7 +15,10 @@ class MeshSource {
   public:
     virtual ~MeshSource() = default;
     /// Returns the scene. Its meshes have names only, and may turn out to have no triangles. Instances refer to them.
+    /// Its report is empty.
     virtual const Scene& scene() const = 0;
+    /// Returns the report about the scene and the meshes that have been read.
+    virtual SceneReport report() const = 0;
     /// Reads a mesh, which meets the requirements of scene.h. The same mesh can be read again. Throws Error that names
     /// file and element.
     virtual Mesh read(std::size_t mesh) = 0;
@@ -25,16 +28,15 @@ class MeshSource {
 void add_report(SceneReport& to, const SceneReport& more);
 
 /// Several scenes as one. Meshes, instances, materials, images, lights and cameras follow each other in the order of
-/// the parts. The environment is the first one that is not black. The report is that of all parts.
+/// the parts. The environment is the first one that is not black.
 class JoinedScenes final : public MeshSource {
   public:
     JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts);
     const Scene& scene() const override { return scene_; }
+    SceneReport report() const override;
     Mesh read(std::size_t mesh) override;
 
   private:
-    void update_report();
-
     struct Part {
         std::unique_ptr<MeshSource> source;
         std::size_t first_mesh = 0;

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/core/image.h"
@@ -20,6 +22,24 @@ struct PooledImage {
     bool is_color = false;  // true: in color_texels, decoded from sRGB; false: in data_texels
     bool pinned = false;    // kernels other than shaders/resolve.comp look it up: for tests of alpha, at lights
     bool operator==(const PooledImage&) const = default;
+};
+
+/// Texels of images, one image after the other, as the device stores them. They are converted when they are read, so
+/// that a second copy of all textures is never in memory. The scene must keep its images until then.
+template <class Channel>
+class TexelPool {
+  public:
+    using Texel = std::array<Channel, 4>;
+
+    void add(const TextureImage& image);
+    std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    /// Converts texels from `first` on. Precondition: first + texels.size() <= size().
+    void read(std::size_t first, std::span<Texel> texels) const;
+
+  private:
+    std::map<std::size_t, const TextureImage*> images_;  // by their first texel
+    std::size_t size_ = 0;
 };
 
 /// A use of an image whose texels are loaded in tiles. Uses of the same texels have tiles of their own.
@@ -39,22 +59,22 @@ struct TiledTexture {
 /// shaders/lib/material_properties.glsl that of materials. Tables that the scene does not need stay empty.
 struct ShadingTables {
     SceneNeeds needs;
-    std::vector<vec4> vertices;                              // RGBA32F: vertex_stride() texels per vertex
-    std::vector<vec4> materials;                             // RGBA32F: rows of materials
-    std::vector<uvec4> textures;                             // RGBA32UI: texture descriptors
-    std::vector<PooledImage> pooled;                         // images in the order of their texels
-    bool texels_left_out = false;                            // true: the pools equal those of `last`
-    std::vector<std::array<std::uint16_t, 4>> color_texels;  // RGBA16F: pool of linear colours
-    std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8: pool of data
-    std::vector<TiledTexture> tiled;                         // in place of both pools, for scenes with tiled textures
-    std::vector<vec4> lights;                                // RGBA32F: rows of lights
-    std::vector<vec2> light_alias;                           // RG32F: alias table over lights
-    std::vector<uvec4> light_tree;                           // RGBA32UI: light tree
-    LightChoice light_choice = LightChoice::power;           // choice in use, never `automatic`
-    std::vector<std::uint32_t> light_of_triangle;            // R32UI: light of each triangle
-    Image environment;                                       // map of 3 channels, times the colour; 1x1 where constant
-    std::vector<vec4> environment_warp;                      // RGBA32F: hierarchy of cells
-    Image albedo;                                            // table of 2 channels (albedo.h); empty unless glossy
+    std::vector<vec4> vertices;                     // RGBA32F: vertex_stride() texels per vertex
+    std::vector<vec4> materials;                    // RGBA32F: rows of materials
+    std::vector<uvec4> textures;                    // RGBA32UI: texture descriptors
+    std::vector<PooledImage> pooled;                // images in the order of their texels
+    bool texels_left_out = false;                   // true: the pools equal those of `last`
+    TexelPool<std::uint16_t> color_texels;          // RGBA16F: pool of linear colours
+    TexelPool<std::uint8_t> data_texels;            // RGBA8: pool of data
+    std::vector<TiledTexture> tiled;                // in place of both pools, for scenes with tiled textures
+    std::vector<vec4> lights;                       // RGBA32F: rows of lights
+    std::vector<vec2> light_alias;                  // RG32F: alias table over lights
+    std::vector<uvec4> light_tree;                  // RGBA32UI: light tree
+    LightChoice light_choice = LightChoice::power;  // choice in use, never `automatic`
+    std::vector<std::uint32_t> light_of_triangle;   // R32UI: light of each triangle
+    Image environment;                              // map of 3 channels, times the colour; 1x1 where constant
+    std::vector<vec4> environment_warp;             // RGBA32F: hierarchy of cells
+    Image albedo;                                   // table of 2 channels (albedo.h); empty unless glossy
 };
 
 /// Returns the tables. Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table

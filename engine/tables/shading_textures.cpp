@@ -4,6 +4,8 @@
 #include <bit>
 #include <cassert>
 #include <glm/gtc/packing.hpp>
+#include <iterator>
+#include <type_traits>
 
 #include "engine/core/error.h"
 #include "engine/tables/light_textures.h"
@@ -79,22 +81,42 @@ void TexturePools::fill() {
         }
         return;
     }
-    const auto& [linear, alpha] = color_halves();
-    tables_.color_texels.reserve(color_texels_);
-    tables_.data_texels.reserve(data_texels_);
     for (const PooledImage& pooled : tables_.pooled) {
         for (const TextureImage* level : levels_of(pooled.image, pooled.is_color)) {
-            const std::vector<std::uint8_t>& rgba = level->rgba;
-            for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
-                if (pooled.is_color)
-                    tables_.color_texels.push_back(
-                        {linear[rgba[i]], linear[rgba[i + 1]], linear[rgba[i + 2]], alpha[rgba[i + 3]]});
-                else
-                    tables_.data_texels.push_back({rgba[i], rgba[i + 1], rgba[i + 2], rgba[i + 3]});
-            }
+            if (pooled.is_color)
+                tables_.color_texels.add(*level);
+            else
+                tables_.data_texels.add(*level);
         }
     }
 }
+
+template <class Channel>
+void TexelPool<Channel>::add(const TextureImage& image) {
+    if (image.rgba.empty()) return;
+    images_[size_] = &image;
+    size_ += image.rgba.size() / 4;
+}
+
+template <class Channel>
+void TexelPool<Channel>::read(std::size_t first, std::span<Texel> texels) const {
+    assert(first + texels.size() <= size_);
+    const auto& [linear, alpha] = color_halves();
+    auto image = texels.empty() ? images_.end() : std::prev(images_.upper_bound(first));
+    std::size_t at = 4 * (texels.empty() ? 0 : first - image->first);
+    for (Texel& texel : texels) {
+        if (at == image->second->rgba.size()) ++image, at = 0;
+        const std::uint8_t* from = &image->second->rgba[at];
+        if constexpr (std::is_same_v<Channel, std::uint16_t>)
+            texel = {linear[from[0]], linear[from[1]], linear[from[2]], alpha[from[3]]};
+        else
+            texel = {from[0], from[1], from[2], from[3]};
+        at += 4;
+    }
+}
+
+template class TexelPool<std::uint8_t>;
+template class TexelPool<std::uint16_t>;
 
 const ColorHalves& color_halves() {
     static const ColorHalves halves = [] {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/core/hash.h"
 #include "engine/scene/image_tiles.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/bvh.h"
@@ -110,14 +111,22 @@ float TriangleWords::lowest_vertex_alpha(const Mesh& mesh) {
 
 std::vector<std::uint32_t> TriangleWords::of(float vertex_alpha) const {
     std::vector<std::uint32_t> words(scene_.materials.size());
-    for (std::uint32_t m = 0; m < words.size(); ++m) {
-        const Material& material = scene_.materials[m];
-        const float alpha = lowest_alpha(material, image_alpha_, vertex_alpha);
-        const bool decides = (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) ||
-                             (material.alpha_mode == AlphaMode::blend && alpha < 1.0f);
-        words[m] = m | (decides ? kTriangleAlpha : 0u);
-    }
+    for (std::uint32_t m = 0; m < words.size(); ++m) words[m] = of(m, vertex_alpha);
     return words;
+}
+
+std::uint32_t TriangleWords::of(std::uint32_t material, float vertex_alpha) const {
+    const Material& m = scene_.materials[material];
+    if (m.alpha_mode == AlphaMode::opaque) return material;
+    const float alpha = lowest_alpha(m, image_alpha_, vertex_alpha);
+    const bool decides = m.alpha_mode == AlphaMode::mask ? alpha < m.alpha_cutoff : alpha < 1.0f;
+    return material | (decides ? kTriangleAlpha : 0u);
+}
+
+std::uint64_t TriangleWords::alpha_tests() const {
+    Hash hash;
+    for (const std::uint32_t word : of(1)) hash.add(word);
+    return hash.value();
 }
 
 void fail_beyond_reach(const Scene& scene, std::size_t instance) {

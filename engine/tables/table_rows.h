@@ -39,7 +39,10 @@ class TriangleWords {
     explicit TriangleWords(const Scene& scene);
     /// Returns the words of a mesh's triangles, by material. `vertex_alpha` is lowest_vertex_alpha().
     std::vector<std::uint32_t> of(float vertex_alpha) const;
+    std::uint32_t of(std::uint32_t material, float vertex_alpha) const;  ///< Returns one of them.
     static float lowest_vertex_alpha(const Mesh& mesh);
+    /// Returns a hash of what the images of the scene say about alpha tests.
+    std::uint64_t alpha_tests() const;
 
   private:
     const Scene& scene_;

@@ -56,13 +56,14 @@ TEST_F(Refusal, InvalidCommands) {
     expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: needs a .png output or a movie");
 }
 
-TEST_F(Refusal, StrictRendersNeedEveryImage) {
+TEST_F(Refusal, StrictCommandsNeedEveryImage) {
     const std::string gltf = folder / "missing.gltf";
     std::ofstream(gltf) << R"({"asset": {"version": "2.0"}, "images": [{"uri": "a.webp"}],
         "textures": [{"extensions": {"EXT_texture_webp": {"source": 0}}}],
         "materials": [{"normalTexture": {"index": 0}}]})";
     expect({"render", gltf, folder / "out.exr", "--samples", "1", "--strict"}, 1,
            ".*missing.gltf: images\\[0\\] \\(a.webp\\): .*a.webp.*");
+    expect({"info", gltf, "--strict"}, 1, ".*missing.gltf: images\\[0\\] \\(a.webp\\): .*a.webp.*");
     const Outcome info = run_program({"info", gltf});
     EXPECT_EQ(info.status, 0) << info.err;
     EXPECT_NE(info.out.find("textures do without it"), std::string::npos) << info.out;

@@ -150,18 +150,29 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
     options.settings(settings);
 }
 
+void add_strict_option(Options& options, SceneChoice& choice) {
+    options.flag("--strict", choice.strict_textures,
+                 "fails if an image cannot be read that an optional extension of the scene adds");
+}
+
 void add_memory_option(Options& options) {
-    options.value(
-        "--memory", "SIZE",
-        "memory that the program may take, such as 2GiB or 800M; by default three quarters of what is free",
-        [](const auto& name, const auto& text) { MemoryLedger::process().set_limit(size_of_text(name, text)); });
+    options.value("--memory", "SIZE",
+                  "memory that the program may take, such as 2GiB or 800M; by default three quarters of what is free",
+                  [](const auto& name, const auto& text) {
+                      const std::size_t bytes = size_of_text(name, text);
+                      if (bytes <= kProgramBytes)
+                          throw UsageError(name, "{} are too little: the program itself takes {}", text_of_bytes(bytes),
+                                           text_of_bytes(kProgramBytes));
+                      MemoryLedger::process().set_limit(bytes);
+                  });
 }
 
 void add_page_options(Options& options, ViewArguments& a) {
     options.value("--pages", "FILE",
                   "reads the geometry from a page file that `halflight pack` made of the scene; none: refuses scenes "
                   "that do not fit into memory (default: converts them once, in the user's cache)",
-                  [&](const auto&, const auto& text) {
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "expects the name of a file, or none");
                       if (text == "none")
                           a.in_memory = true;
                       else

@@ -94,6 +94,8 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
 void add_device_options(Options& options, ViewArguments& arguments);
 /// Declares --pages and --page-pool.
 void add_page_options(Options& options, ViewArguments& arguments);
+/// Declares --strict, for commands that write no picture of a scene.
+void add_strict_option(Options& options, SceneChoice& choice);
 /// Declares --memory, which sets the limit of MemoryLedger::process() when it is parsed.
 void add_memory_option(Options& options);
 

@@ -36,6 +36,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.value("--size", "WxH", fmt::format("size of the window in pixels (default {}x{})", *a.width, *a.height),
                   [&](const auto& name, const auto& text) { size(a, name, text); });
     options.settings(a.settings, &Setting::saved);
+    options.setting(setting("texture-lod"), a.settings);
     options.value(
         "--budget", "MS",
         fmt::format("time until a changed view is shown, in milliseconds; slow views are shown at a lower resolution "
@@ -55,6 +56,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
     add_page_options(options, a);
+    add_strict_option(options, a);
     options.settings(a.settings, &Setting::saved);
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
@@ -67,6 +69,7 @@ void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_camera_options(app, a);
     check_environment_options(app);
     use_settings(app, a);
+    a.mip_levels = a.settings.texture_lod;
     if (a.width && a.height) a.aspect = double(*a.width) / *a.height;
     check_preview_options(app, a);
 }

@@ -163,6 +163,7 @@ void add_memory_options(Options& options, InfoArguments& a) {
     options.group("Run");
     options.settings(a.picture.settings, &Setting::memory);
     add_memory_option(options);
+    add_strict_option(options, a.picture);
 }
 
 void check(const InfoArguments& a, const CLI::App& app) {
@@ -322,7 +323,6 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");
-        info.picture.mip_levels = info.picture.settings.texture_lod;
         if (settings_page) {
             std::string page = settings_markdown();
             page.pop_back();  // Help ends without a newline
@@ -331,6 +331,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         check(info, info_app);
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
+        info.picture.mip_levels = info.picture.settings.texture_lod;
         return info;
     }
     if (pack_app.parsed()) {

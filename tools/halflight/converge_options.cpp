@@ -161,6 +161,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
     add_device_options(options, a);
+    add_strict_option(options, a);
 }
 
 void check_converge_options(const CLI::App& app, ConvergeArguments& a) {

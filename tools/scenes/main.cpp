@@ -125,7 +125,9 @@ int run(int argc, char** argv) {
         const auto write_scalable = [&](const CLI::App* chosen, auto writer) {
             if (!*chosen) return;
             const std::uint64_t triangles = writer(output, options);
-            std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(triangles));
+            std::filesystem::path made = output;
+            if (options.parts) made.replace_extension(".parts.json");
+            std::printf("%s: %llu triangles\n", made.c_str(), static_cast<unsigned long long>(triangles));
         };
         write_scalable(airliner, scenes::write_airliner);
         write_scalable(city, scenes::write_city);

@@ -97,6 +97,7 @@ void check_kind(const ByteSource& bytes, const std::string& file) {
     const std::size_t first = start.find_first_not_of("\xef\xbb\xbf \t\r\n");
     if (start.starts_with("glTF") || (first != std::string_view::npos && start[first] == '{')) return;
     const std::string_view kind = kind_of_file(start, bytes.size());
+    if (kind == kPageFileKind) throw Error(file, "is {}; name the scene that it was made of", kind);
     if (!kind.empty()) throw Error(file, "is {}; export glTF 2.0 (.glb) instead", kind);
 }
 
@@ -174,10 +175,11 @@ std::vector<std::vector<int>> take_indices(Json& root) {
     return indices;
 }
 
-void parse_model(GltfDocument& document, Json& root) {
+void parse_model(GltfDocument& document, Json root) {
     const std::vector<std::vector<int>> indices = take_indices(root);
     tinygltf::TinyGLTF parser;
     const std::string json = root.dump();
+    root = nullptr;  // frees its memory, because the parser makes its own tree
     if (json.size() > std::numeric_limits<unsigned>::max()) throw Error(document.file, "has more than 4 GiB of JSON");
     std::string error, warning;
     if (parser.LoadASCIIFromString(&document.model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
@@ -315,6 +317,8 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
         throw Error(document.file, "is neither GLB nor glTF's JSON");
     Json root = parse_gltf_json(json, document.file);
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
+    if (root.contains("parts") && !root.contains("asset"))
+        throw Error(document.file, "is a list of files, whose name must end with .parts.json");
     check_gltf(root, document.file);
     check_version(root, document.file);
     const std::set<std::string> required = check_extensions(root, document);
@@ -330,7 +334,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_layout(root, document);
     document.images = take_images(root, document);
     take_buffers(root, document, chunks.binary);
-    parse_model(document, root);
+    parse_model(document, std::move(root));
     choose_images(document, required);
     return document;
 }

@@ -414,19 +414,12 @@ struct GltfMeshSource::State {
     }
 
     Mesh read(std::size_t index) {
-        const SceneReport report = scene.report;
-        const GltfWarnings warnings = document.warnings;
+        const bool again = read_once[index];  // the report already includes the mesh
+        const SceneReport known = counts;
+        GltfWarnings warnings = again ? std::exchange(document.warnings, {}) : GltfWarnings();
         Mesh mesh = stream.read(index);
         free_views(document, {});
-        if (read_once[index]) {  // the report already includes the mesh
-            scene.report = report;
-            document.warnings = warnings;
-        } else {
-            scene.report.warnings.clear();
-            GltfWarnings all = document.warnings;
-            warn_of_left_out(scene.report, all);
-            all.write_to(scene.report);
-        }
+        if (again) counts = known, document.warnings = std::move(warnings);
         read_once[index] = true;
         try {
             validate(mesh, index, scene.materials.size());
@@ -441,7 +434,8 @@ struct GltfMeshSource::State {
     GltfNodes nodes;
     std::vector<GltfMaterial> materials;
     Scene scene;
-    GltfMeshes meshes{document, materials, scene.report};
+    SceneReport counts;  // what has been read, without warnings, which the document has
+    GltfMeshes meshes{document, materials, counts};
     GltfPoseCache marks;
     GltfMeshStream stream;
     std::vector<bool> read_once;  // per mesh: the mesh has been read
@@ -454,6 +448,14 @@ GltfMeshSource::~GltfMeshSource() = default;
 
 const Scene& GltfMeshSource::scene() const {
     return state_->scene;
+}
+
+SceneReport GltfMeshSource::report() const {
+    SceneReport report = state_->counts;
+    GltfWarnings warnings = state_->document.warnings;
+    warn_of_left_out(report, warnings);
+    warnings.write_to(report);
+    return report;
 }
 
 Mesh GltfMeshSource::read(std::size_t mesh) {

@@ -125,9 +125,9 @@ class GltfMeshSource final : public MeshSource {
     GltfMeshSource(GltfMeshSource&&) noexcept;
     ~GltfMeshSource() override;
 
-    /// Returns the scene. It has a default material after the others whether triangles have it or not. Its report
-    /// includes the meshes read so far.
+    /// Returns the scene. It has a default material after the others whether triangles have it or not.
     const Scene& scene() const override;
+    SceneReport report() const override;
     Mesh read(std::size_t mesh) override;
 
   private:

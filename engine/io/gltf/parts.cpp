@@ -36,7 +36,7 @@ std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path
         if (uri == part.end() || !uri->is_string()) list.fail(element, "has no uri");
         if (uri_scheme(uri->get<std::string>()) == "data") list.fail(element, "its uri is no file");
         list.open_uri(uri->get<std::string>(), element);
-        files.push_back(list.files.back());
+        files.push_back(list.files.back().lexically_normal());
     }
     return files;
 }
@@ -85,6 +85,26 @@ std::uint64_t identity_of(std::span<const GltfScene> parts) {
         }
     }
     return hash.value();
+}
+
+namespace {
+
+std::vector<std::filesystem::path> files_of(std::span<const GltfScene> parts) {
+    std::vector<std::filesystem::path> files;
+    for (const GltfScene& part : parts) files.insert(files.end(), part.files().begin(), part.files().end());
+    return files;
+}
+
+}  // namespace
+
+std::vector<FileContent> contents_of(std::span<const GltfScene> parts) {
+    std::vector<FileContent> contents;
+    for (const std::filesystem::path& file : files_of(parts)) contents.push_back(content_of(file));
+    return contents;
+}
+
+bool have_contents(std::span<const GltfScene> parts, std::span<const FileContent> contents) {
+    return std::ranges::equal(files_of(parts), contents, has_content);
 }
 
 std::unique_ptr<MeshSource> open_parts(const std::filesystem::path& path, const GltfOptions& options) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/io/files.h"
 #include "engine/io/gltf/gltf.h"
 
 namespace halflight {
@@ -25,9 +26,14 @@ std::vector<GltfScene> open_files(const std::filesystem::path& path, const GltfO
 /// Returns the sizes of all files together, without geometry but for the largest mesh and the triangles drawn.
 SceneSize size_of_parts(std::span<GltfScene> parts);
 
-/// Returns a number that changes with a file of a scene: a hash of sizes, starts and ends of its files and their
-/// buffers. It does not depend on names, nor on images.
+/// Returns a number for the name of a scene's page file: a hash of sizes, starts and ends of the scene's files and
+/// their buffers, without images. It does not depend on names. Scenes with equal numbers may differ (have_contents()).
 std::uint64_t identity_of(std::span<const GltfScene> parts);
+
+/// Returns the contents of the scene's files and their buffers, without images.
+std::vector<FileContent> contents_of(std::span<const GltfScene> parts);
+/// Returns whether the files still have these contents.
+bool have_contents(std::span<const GltfScene> parts, std::span<const FileContent> contents);
 
 /// Opens the scene of such files for reading mesh by mesh.
 std::unique_ptr<MeshSource> open_parts(const std::filesystem::path& path, const GltfOptions& options = {});

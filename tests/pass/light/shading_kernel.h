@@ -14,6 +14,7 @@
 #include "engine/tables/instance_rows.h"
 #include "engine/tables/shading_tables.h"
 #include "shaders/shared/bindings.h"
+#include "tests/support/texels.h"
 
 namespace halflight {
 
@@ -29,8 +30,8 @@ class ShadingScene {
         add(UNIT_VERTICES, GL_RGBA32F, tables.vertices);
         add(UNIT_MATERIALS, GL_RGBA32F, tables.materials);
         add(UNIT_TEXTURES, GL_RGBA32UI, tables.textures);
-        add(UNIT_COLOR_TEXELS, GL_RGBA16F, tables.color_texels);
-        add(UNIT_DATA_TEXELS, GL_RGBA8, tables.data_texels);
+        add(UNIT_COLOR_TEXELS, GL_RGBA16F, texels_of(tables.color_texels));
+        add(UNIT_DATA_TEXELS, GL_RGBA8, texels_of(tables.data_texels));
         add(UNIT_LIGHTS, GL_RGBA32F, tables.lights);
         add(UNIT_LIGHT_ALIAS, GL_RG32F, tables.light_alias);
         add(UNIT_LIGHT_TREE, GL_RGBA32UI, tables.light_tree);

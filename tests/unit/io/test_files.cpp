@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <vector>
@@ -222,6 +223,28 @@ TEST_F(Files, ScratchFilesHaveNoName) {
     EXPECT_EQ(bytes, "aabb");
     EXPECT_EQ(error_message([&] { ScratchFile(folder_ / "no", "out"); }),
               "out: cannot write: No such file or directory");
+}
+
+TEST_F(Files, ContentsAreComparedByHashWhereTheTimeDiffers) {
+    using Time = std::filesystem::file_time_type;
+    const auto path = folder_.path / "a";
+    std::string bytes(std::size_t{9} << 20, 'a');  // several pieces
+    write_file(path, bytes);
+    const Time time = std::filesystem::last_write_time(path);
+    const FileContent content = content_of(path);
+    EXPECT_EQ(content.bytes, bytes.size());
+    EXPECT_TRUE(has_content(path, content));
+    std::filesystem::last_write_time(path, time + std::chrono::hours(1));
+    EXPECT_TRUE(has_content(path, content));
+    bytes[bytes.size() / 2] = 'b';
+    write_file(path, bytes);
+    std::filesystem::last_write_time(path, time + std::chrono::hours(1));
+    EXPECT_FALSE(has_content(path, content));
+    bytes.pop_back();
+    write_file(path, bytes);
+    std::filesystem::last_write_time(path, time);
+    EXPECT_FALSE(has_content(path, content));
+    EXPECT_NE(error_message([&] { content_of(folder_.path / "no"); }).find("No such file"), std::string::npos);
 }
 
 TEST_F(Files, DetectsLfsPointers) {

@@ -189,7 +189,6 @@ TEST_F(GltfText, FilesOfOtherProgramsAreNamed) {
     using namespace std::literals;
     const std::pair<std::string, const char*> cases[] = {
         {"BLENDER-v300RENDH", "a Blender file"},
-        {"\x89HLP\r\n\x1a\n", "a page file of Halflight"},
         {"\x28\xb5\x2f\xfd\0\0"s, "a Zstandard file, such as a compressed Blender file"},
         {"Kaydara FBX Binary  \0\x1a\0"s, "an FBX file"},
         {"; FBX 7.3.0 project file", "an FBX file"},
@@ -208,6 +207,8 @@ TEST_F(GltfText, FilesOfOtherProgramsAreNamed) {
     };
     for (const auto& [text, kind] : cases)
         EXPECT_EQ(refusal_of_text(text), std::string("is ") + kind + "; export glTF 2.0 (.glb) instead");
+    EXPECT_EQ(refusal_of_text("\x89HLP\r\n\x1a\n"), "is a page file of Halflight; name the scene that it was made of");
+    EXPECT_EQ(refusal_of_text(R"({"parts": []})"), "is a list of files, whose name must end with .parts.json");
 }
 
 TEST_F(GltfText, OtherFormatsAreRefused) {

@@ -20,6 +20,7 @@ class SceneMeshes final : public MeshSource {
         for (const Mesh& mesh : meshes_) scene_.meshes.emplace_back().name = mesh.name;
     }
     const Scene& scene() const override { return scene_; }
+    SceneReport report() const override { return scene_.report; }
     Mesh read(std::size_t mesh) override { return meshes_[mesh]; }
 
   private:

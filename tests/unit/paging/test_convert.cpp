@@ -215,7 +215,7 @@ TEST_F(Convert, DetailsAreThoseOfTheLoader) {
     // Repairs and warnings are reported once, although meshes are read twice.
     const std::unique_ptr<MeshSource> source = open_parts(scene);
     convert(*source, path());
-    const SceneReport &report = source->scene().report, &expected = in_memory.report;
+    const SceneReport report = source->report(), &expected = in_memory.report;
     EXPECT_EQ(report.degenerate_triangles_dropped, expected.degenerate_triangles_dropped);
     EXPECT_EQ(report.non_finite_triangles_dropped, expected.non_finite_triangles_dropped);
     EXPECT_EQ(report.normals_generated, expected.normals_generated);

@@ -110,7 +110,7 @@ TEST_F(PageFiles, ReturnWhatWasWritten) {
     for (const std::uint32_t triangles : {0u, 1u, 512u, 513u, 3000u}) {
         const Content content = content_of(triangles, triangles / 50);
         write(content, path());
-        const PageFile file(path(), 1 << 14);  // a cache of less than a block
+        const PageFile file(path(), WhenDamaged::keep, 1 << 14);  // a cache of less than a block
         const PageIndex& index = file.index();
         EXPECT_EQ(index.origin, content.index.origin);
         EXPECT_EQ(index.bounds.lower, content.index.bounds.lower);
@@ -221,7 +221,7 @@ TEST_F(PageFiles, ForeignFilesAndOtherVersionsAreNamed) {
     std::string bytes = bytes_of(path());
     bytes[8] = 9;
     write_file(bad, bytes);
-    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 4 is needed"),
+    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 5 is needed"),
               std::string::npos);
     EXPECT_TRUE(is_page_file(bad));
 }
@@ -258,19 +258,24 @@ TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
 TEST_F(PageFiles, ReplacedFilesAreReadOn) {
     const Content content = content_of(700, 10);
     write(content, path());
-    const PageFile file(path(), 0);
+    const PageFile file(path(), WhenDamaged::keep, 0);
+    // The time of the last change tells the cache when a file was used, also while others read it.
+    std::filesystem::last_write_time(path(), std::filesystem::last_write_time(path()) + std::chrono::seconds(1));
+    read_all(file);
     write(content_of(100, 1), path());
     EXPECT_EQ(PageFile(path()).index().triangles, 100u);
     read_all(file);
     EXPECT_TRUE(same_bytes(file.read(9).pairs, content.pages[9].pairs));
-    // A file that is overwritten in its place is an error.
-    const PageFile overwritten(path(), 0);
-    std::ofstream(path(), std::ios::in | std::ios::out).write("xyz", 3);
-    std::filesystem::last_write_time(path(), std::filesystem::last_write_time(path()) + std::chrono::seconds(1));
-    EXPECT_NE(error_message([&] { read_all(overwritten); }).find("was changed while it was read"), std::string::npos);
+    // A file that is overwritten in its place is damaged.
+    write(content, path());
+    const PageFile overwritten(path(), WhenDamaged::remove, 0);
+    std::ofstream(path(), std::ios::in | std::ios::out).seekp(64).write(std::string(40, 'x').c_str(), 40);
+    EXPECT_NE(error_message([&] { read_all(overwritten); }).find("is damaged; the file has been removed"),
+              std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(path()));
     // So is one that is cut.
     write(content, path());
-    const PageFile cut(path(), 0);
+    const PageFile cut(path(), WhenDamaged::keep, 0);
     std::filesystem::resize_file(path(), 100);
     EXPECT_NE(error_message([&] { read_all(cut); }).find("cannot read"), std::string::npos);
 }

@@ -15,6 +15,7 @@
 #include "shaders/shared/texture.h"
 #include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
+#include "tests/support/texels.h"
 
 namespace halflight {
 namespace {
@@ -123,7 +124,7 @@ TEST(ShadingTables, TexturesAreStoredOncePerUse) {
     EXPECT_EQ(shared::word_of_float(row[5].y), shared::word_of_float(row[6].x));
     EXPECT_EQ(shared::word_of_float(row[7].x), shared::kNoTexture);
     const uvec4* specular = &tables.textures[shared::word_of_float(row[6].y) * shared::kTextureStride];
-    EXPECT_EQ(tables.data_texels[specular[0].x], (std::array<std::uint8_t, 4>{9, 8, 7, 6}));
+    EXPECT_EQ(texels_of(tables.data_texels)[specular[0].x], (std::array<std::uint8_t, 4>{9, 8, 7, 6}));
     EXPECT_EQ(uvec2(specular[0].y, specular[0].z), uvec2(1, 1));
     EXPECT_EQ(specular[0].w, (shared::kWrapMirroredRepeat << shared::kTextureWrapVShift) | shared::kTextureUvSet1);
     EXPECT_EQ(std::bit_cast<float>(specular[1].z), 0.5f);
@@ -140,16 +141,16 @@ TEST(ShadingTables, ColourTexelsAreLinearHalves) {
     }
     scene.images = {ramp};
     scene.materials[0].base_color_texture.image = 0;
-    const ShadingTables tables = tables_of(scene);
+    const auto texels = texels_of(tables_of(scene).color_texels);
     for (std::size_t i = 0; i < 256; ++i) {
         const double expected = srgb_to_linear(static_cast<std::uint8_t>(i));
-        const float red = glm::unpackHalf1x16(tables.color_texels[i][0]);
+        const float red = glm::unpackHalf1x16(texels[i][0]);
         // The tolerance is half a unit in the last of 11 bits. No sRGB value except 0 is below the normal halves.
         EXPECT_NEAR(red, expected, expected * 0x1p-11) << i;
-        EXPECT_NEAR(glm::unpackHalf1x16(tables.color_texels[i][3]), double(i) / 255, double(i) / 255 * 0x1p-11) << i;
+        EXPECT_NEAR(glm::unpackHalf1x16(texels[i][3]), double(i) / 255, double(i) / 255 * 0x1p-11) << i;
     }
-    EXPECT_EQ(tables.color_texels[0][0], 0);
-    EXPECT_EQ(glm::unpackHalf1x16(tables.color_texels[255][0]), 1.0f);
+    EXPECT_EQ(texels[0][0], 0);
+    EXPECT_EQ(glm::unpackHalf1x16(texels[255][0]), 1.0f);
 }
 
 TEST(ShadingTables, NormalsAndTangentsOfMergedMeshesAreInWorldSpace) {
