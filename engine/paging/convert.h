@@ -1,9 +1,8 @@
 // Conversion of scenes to page files, within a memory budget. No OpenGL is used.
 //
 // 1. All meshes are read. Their extents give the origin, and a sample of centroids gives the buckets.
-// 2. Meshes are read again in the order of the instances. Table rows are written, and triangles go to their buckets in
-// a
-//    temporary file.
+// 2. Meshes are read again in the order of the instances. Table rows are written, and triangles go to their buckets,
+//    which are in a temporary file.
 // 3. Pages are built and written bucket by bucket.
 #pragma once
 
