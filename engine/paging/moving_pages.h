@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/paging/pages.h"
@@ -29,6 +30,7 @@ class MovingPages final : public PageSource {
     /// build_trace_tables() throws. After a failure the object may only be destroyed.
     bool pose(const Scene& scene);
 
+    std::string subject() const override { return still_->subject(); }
     const PageIndex& index() const override { return index_; }
     StillPart still() const override { return still_->still(); }
     Page read(std::uint32_t page) const override;

@@ -7,7 +7,6 @@
 // Blocks and index are Zstandard frames with checksums. Numbers are little-endian. The header is written last.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -19,26 +18,12 @@
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "engine/paging/page_codec.h"
 #include "engine/paging/pages.h"
 
 namespace halflight::paging {
 
 inline constexpr std::uint32_t kPageFileVersion = 5;
-/// Triangles per block of table rows. The rows of a triangle are one read of about 64 KiB before compression.
-inline constexpr std::uint32_t kTrianglesPerBlock = 512;
-
-/// Table rows of consecutive triangles, and of the vertices that they use. A vertex is in all blocks that use it.
-struct TableBlock {
-    std::vector<uvec4> triangles;                       // TraceTables::triangles
-    std::vector<std::array<std::uint16_t, 3>> corners;  // per triangle, places in the arrays below
-    std::vector<vec3> positions;                        // TraceTables::positions
-    std::vector<vec4> attributes;                       // ShadingTables::vertices
-    std::size_t bytes() const;                          ///< Returns the bytes of the arrays.
-};
-
-/// Returns a block or page as it is stored. Thread-safe.
-std::string encode(const TableBlock& block);
-std::string encode(const Page& page);
 
 /// Sizes of a page file.
 struct PageFileSizes {
@@ -101,6 +86,7 @@ class PageFile final : public PageSource {
     static constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
 
     const std::filesystem::path& path() const;
+    std::string subject() const override;
     const PageIndex& index() const override;
     Page read(std::uint32_t page) const override;
     void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override;

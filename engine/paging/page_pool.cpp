@@ -148,7 +148,7 @@ rays::PagedLayout PagePool::layout(const rays::Bvh& top) const {
             .top = top_,
             .slot_texels = index.limits.bytes / kTexel,
             .slot_rows = alpha_rows(index),
-            .stack_entries = top.stack_entries + index.stack_entries,
+            .stack_entries = std::max(top.stack_entries + index.stack_entries, 1u),
             .slivers = index.slivers,
             .alpha_tested = index.alpha,
             .shading = shading_};
@@ -291,7 +291,7 @@ void PagePool::bind_rows(const gpu::Program& program) const {
 void PagePool::upload(std::uint32_t page, LoadedPage loaded) {
     std::vector<uvec4>& rows = loaded.rows.triangles;
     if (loaded.roots.size() != first_root_[page + 1] - first_root_[page])
-        throw Error("pages", "page {} has other subtrees than the scene", page);
+        throw Error(source_.subject(), "page {} has other subtrees than the scene", page);
     const std::uint32_t slot = free_slot();
     const std::uint32_t slot_texels = source_.index().limits.bytes / static_cast<std::uint32_t>(kTexel);
     scene_->nodes().write(std::span<const uvec4>(loaded.texels), std::size_t{slot} * slot_texels);

@@ -72,11 +72,11 @@ class PageServer::Run {
     /// Traces one work group of rays in `stride`, until no ray waits. Returns whether many rays of the batch had to
     /// wait.
     bool serve(std::uint32_t stride) {
-        trace({}, 0, stride);
+        trace(Source::batch(), 0, stride);
         const bool many = waiting(0) > batch_.capacity / kScouts;
         for (std::uint32_t list = 0; waiting_ > 0; list = 1 - list) {
             demand();
-            trace(list, 1 - list);
+            trace(Source::waiting(list), 1 - list);
             waiting(1 - list);
         }
         return many;
@@ -108,13 +108,14 @@ class PageServer::Run {
         wait_for(wanted);
     }
 
-    /// Traces the batch, or the rays of list `from`, and puts the rays that wait into list `to`.
+    /// Rays that a dispatch traces.
     struct Source {
-        bool again = false;
-        std::uint32_t list = 0;
-        Source() = default;
-        Source(std::uint32_t waiting) : again(true), list(waiting) {}
+        bool again;          // false: all rays of the batch; true: those of a list that have been traced before
+        std::uint32_t list;  // of Handles::waiting
+        static Source batch() { return {false, 0}; }
+        static Source waiting(std::uint32_t list) { return {true, list}; }
     };
+    /// Traces rays and puts those that wait into list `to`.
     void trace(Source from, std::uint32_t to, std::uint32_t stride = 1) {
         ++server_.sums_.rounds;
         gpu::Defines defines = pool_.scene().defines();

@@ -11,6 +11,7 @@
 #include "engine/rays/bvh.h"
 #include "engine/rays/page_node.h"
 #include "engine/rays/pair_texels.h"
+#include "engine/tables/table_rows.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::paging {
@@ -215,8 +216,7 @@ class Cutter {
         Page& to = set_.pages.back();
         last_.add(subtree.content);
         ++to.roots;
-        set_.roots.push_back(
-            {subtree.bounds, page(), static_cast<std::uint32_t>(to.nodes.size() / kBvhPageTexels), subtree.parent});
+        set_.roots.push_back({subtree.bounds, page(), subtree.parent});
         set_.stack_entries = std::max(set_.stack_entries, subtree.content.stack_entries);
         std::vector<std::uint32_t> order{0};  // nodes of the subtree, breadth first
         for (std::size_t i = 0; i < order.size(); ++i) {
@@ -281,20 +281,31 @@ class Placing {
             rays::PageNode node;
             std::copy_n(&page_.nodes[i * kBvhPageTexels], kBvhPageTexels, node.begin());
             if (i == places_.size()) {
-                places_.push_back(0);
+                places_.push_back({0, kNone});
                 rays::distance_of(node) = end_;
                 to_.roots.push_back(node);
-                if (!place_below(node)) return false;
-                continue;
+            } else {
+                rays::distance_of(node) = end_ - places_[i].texel;
+                std::ranges::copy(node, &to_.texels[places_[i].texel]);
             }
-            rays::distance_of(node) = end_ - places_[i];
-            std::ranges::copy(node, &to_.texels[places_[i]]);
-            if (!place_below(node)) return false;
+            if (!place_below(node, static_cast<std::uint32_t>(i))) return false;
         }
         if (vertices > 0)
             std::memcpy(reinterpret_cast<char*>(to_.texels.data()) + first_vertex_ * kVertex, page_.vertices.data(),
                         vertices * kVertex);
         return pair_texels_.size() == page_.pairs.size() && to_.roots.size() == page_.roots;
+    }
+
+    /// Returns the maximum stack of a traversal of the page, entries. Nodes come after those above them.
+    std::uint32_t stack_entries() const {
+        std::uint32_t most = 0;
+        std::vector<std::uint32_t> below(places_.size(), 0);
+        for (std::size_t i = places_.size(); i-- > 0;) {
+            const std::uint32_t entries = below[i] + std::max(places_[i].children, 1u) - 1;
+            std::uint32_t& above = places_[i].parent == kNone ? most : below[places_[i].parent];
+            above = std::max(above, entries);
+        }
+        return most;
     }
 
     /// Sets the rows of the page.
@@ -311,14 +322,22 @@ class Placing {
     }
 
   private:
-    bool place_below(const rays::PageNode& node) {
+    /// A node of the page.
+    struct Place {
+        std::uint32_t texel;         // not used for roots
+        std::uint32_t parent;        // index of the node above it; kNone: a root
+        std::uint32_t children = 0;  // with leaves
+    };
+
+    bool place_below(const rays::PageNode& node, std::uint32_t index) {
         const std::uint32_t first = end_;
         for (const bool leaves : {false, true}) {
             for (int k = 0; k < 4; ++k) {
                 const rays::PageChild child = rays::page_child(node, k);
                 if (!child.exists || (child.pairs > 0) != leaves) continue;
                 if (child.offset != end_ - first) return false;
-                if (!leaves && !place_node()) return false;
+                ++places_[index].children;
+                if (!leaves && !place_node(index)) return false;
                 for (std::uint32_t i = 0; i < child.pairs; ++i)
                     if (!place_pair()) return false;
             }
@@ -326,10 +345,10 @@ class Placing {
         return true;
     }
 
-    bool place_node() {
+    bool place_node(std::uint32_t parent) {
         // All nodes but the roots take texels.
         if (places_.size() - to_.roots.size() + page_.roots == page_.nodes.size() / kBvhPageTexels) return false;
-        places_.push_back(end_);
+        places_.push_back({end_, parent});
         end_ += kBvhPageTexels;
         return true;
     }
@@ -350,10 +369,17 @@ class Placing {
     const Page& page_;
     LoadedPage& to_;
     const std::uint32_t first_vertex_;
-    std::vector<std::uint32_t> places_;       // texels of the nodes so far; not used for roots
+    std::vector<Place> places_;               // nodes so far
     std::vector<std::uint32_t> pair_texels_;  // texels of the pairs so far
     std::uint32_t end_ = 0;                   // texels so far
 };
+
+/// Returns whether all triangles are below a limit.
+bool has_triangles_below(const Page& page, std::uint32_t limit) {
+    return std::ranges::all_of(page.pairs, [&](const uvec4& pair) {
+        return std::max(pair.x & ~shared::kBvhPageAlpha, pair.y & ~shared::kBvhPageAlpha) < limit;
+    });
+}
 
 /// Returns the number of triangles with alpha tests.
 std::size_t alpha_tested_in(const Page& page) {
@@ -422,6 +448,10 @@ rays::Bvh hierarchy_over(const PageIndex& index) {
     return bvh;
 }
 
+bool within_reach(const vec3& position) {
+    return glm::all(glm::lessThanEqual(glm::abs(position), vec3(kSceneReach)));
+}
+
 PageIndex::Size size_of(const Page& page) {
     return {static_cast<std::uint32_t>(page.nodes.size() / kBvhPageTexels), page.roots,
             static_cast<std::uint32_t>(page.pairs.size()), static_cast<std::uint32_t>(page.vertices.size())};
@@ -435,7 +465,6 @@ bool append(RootedPage& to, const RootedPage& page, const PageLimits& limits) {
     PageIndex::Size size = size_of(to.page);
     const PageIndex::Size more = size_of(page.page);
     const auto shift = size.vertices;
-    const std::uint32_t first_node = size.nodes;
     size.nodes += more.nodes, size.roots += more.roots, size.pairs += more.pairs, size.vertices += more.vertices;
     if (bytes_in_slot(size) > limits.bytes ||
         alpha_tested_in(to.page) + alpha_tested_in(page.page) > limits.alpha_tested)
@@ -447,23 +476,28 @@ bool append(RootedPage& to, const RootedPage& page, const PageLimits& limits) {
         for (int word = 2; word < 4; ++word) pair[word] += shift | (shift << shared::kBvhPageCornerBits);
         to.page.pairs.push_back(pair);
     }
-    for (PageRoot root : page.roots) {
-        root.node += first_node;
-        to.roots.push_back(root);
-    }
+    to.roots.insert(to.roots.end(), page.roots.begin(), page.roots.end());
     return true;
 }
 
 LoadedPage read_with_rows(const PageSource& source, std::uint32_t page) {
     const Page content = source.read(page);
-    const PageLimits& limits = source.index().limits;
-    if (bytes_in_slot(size_of(content)) > limits.bytes ||
-        (source.index().alpha && alpha_tested_in(content) > limits.alpha_tested))
-        throw Error("pages", "page {} is larger than the limits of the scene", page);
+    const PageIndex& index = source.index();
+    const StillPart still = source.still();
+    const auto check = [&](bool holds, const char* defect) {
+        if (!holds) throw Error(source.subject(), "page {} {}", page, defect);
+    };
+    check(bytes_in_slot(size_of(content)) <= index.limits.bytes &&
+              (!index.alpha || alpha_tested_in(content) <= index.limits.alpha_tested),
+          "is larger than the limits of the scene");
+    check(std::ranges::all_of(content.vertices, within_reach), "has a position that no scene has");
+    check(has_triangles_below(content, page < still.pages ? still.triangles : index.triangles),
+          "has a triangle that the scene lacks");
     LoadedPage loaded;
     Placing placing(content, loaded);
-    if (!placing.place()) throw Error("pages", "page {} has a node that leads out of it", page);
-    if (source.index().alpha) placing.add_rows(source);
+    check(placing.place(), "has a node that leads out of it");
+    check(placing.stack_entries() <= index.stack_entries, "is deeper than the index states");
+    if (index.alpha) placing.add_rows(source);
     return loaded;
 }
 

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/core/math.h"
@@ -43,7 +44,6 @@ struct PageRoot {
     static constexpr std::uint32_t kNoParent = ~0u;
     Bounds bounds;                     // exact bounds of its triangles
     std::uint32_t page = 0;            // index of the page
-    std::uint32_t node = 0;            // index of the subtree's root in the page
     std::uint32_t parent = kNoParent;  // index of the node above it among those above subtrees
 };
 
@@ -89,6 +89,9 @@ struct PageIndex {
     bool alpha = false;       // some triangle needs the alpha test
 };
 
+/// Returns whether a position, relative to TraceTables::origin, can be one of a scene. It is finite, then.
+bool within_reach(const vec3& position);
+
 PageIndex::Size size_of(const Page& page);
 /// Returns the bytes that a page takes in its slot. Roots are elsewhere, with the hierarchy over them.
 std::size_t bytes_in_slot(const PageIndex::Size& size);
@@ -125,6 +128,8 @@ struct StillPart {
 class PageSource {
   public:
     virtual ~PageSource() = default;
+    /// Returns what errors name: the file.
+    virtual std::string subject() const { return "pages"; }
     virtual const PageIndex& index() const = 0;
     virtual StillPart still() const { return {static_cast<std::uint32_t>(index().pages.size()), index().triangles}; }
     /// Reads a page. Throws Error that names the source where its data is damaged.
@@ -141,8 +146,10 @@ struct LoadedPage {
     // Per texel of nodes and pairs: place of the pair's first row. Empty without rows.
     std::vector<std::uint16_t> first_rows;
 };
-/// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read(), and for pages that are larger than
-/// the limits or whose nodes lead out of them.
+/// Reads a page with its rows. Thread-safe. Throws Error like PageSource::read(), and for pages that
+///   - are larger than the limits or need a larger stack than the index states,
+///   - have nodes that lead out of them, or positions that no scene has,
+///   - have triangles that the scene lacks. Pages of the still part have triangles of that part.
 LoadedPage read_with_rows(const PageSource& source, std::uint32_t page);
 
 /// Returns the tables of a paged scene, without what is in its pages. `last` are the tables of another pose, from which

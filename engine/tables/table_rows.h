@@ -49,11 +49,11 @@ class TriangleWords {
     std::vector<float> image_alpha_;  // lowest alpha of each image that can decide a hit
 };
 
+inline constexpr double kSceneReach = 0x1p40;  // limit of positions relative to the tables' origin, world units
 [[noreturn]] void fail_beyond_reach(const Scene& scene, std::size_t instance);
 /// Throws Error where a position, relative to the tables' origin, is beyond the limit of build_trace_tables().
 inline void check_reach(const dvec3& placed, const Scene& scene, std::size_t instance) {
-    constexpr double kReach = 0x1p40;  // world units
-    if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) fail_beyond_reach(scene, instance);
+    if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kSceneReach)))) fail_beyond_reach(scene, instance);
 }
 
 /// Throws Error where tables would be larger than the limits of build_trace_tables().

@@ -23,13 +23,12 @@
 // Scenes that are loaded in pages have nodes, pairs and vertices in one buffer: as RGBA32UI in UNIT_NODES, and as
 // RGB32F in UNIT_TRIANGLE_VERTICES. A slot of the buffer holds a page: nodes and pairs first, then the vertices. Slots
 // take whole texels of both formats. The hierarchy over all pages follows the slots: its head, then its root.
-//   node   3 texels. Texel 0: base.xyz as floats, exponents of the cell's sides (8 bits per axis, as in floats). Texel
-//   1:
-//          bounds of the four children in cells, 8 bits each (x lower, x upper, y lower, y upper). Texel 2: (z lower,
-//          z upper, distance, children). A bound is base + cells * side, in float arithmetic. `distance` leads from the
-//          node's texel to what is below it: the nodes of its children, then the pairs of its leaves. `children` has
-//          8 bits per child: how many texels after that it starts (5 bits), and its pairs (3 bits; 0: a node). 31
-//          stands for no child.
+//   node   3 texels. Texel 0: base.xyz as floats, exponents of the cell's sides (8 bits per axis, as in floats).
+//          Texel 1: bounds of the four children in cells, 8 bits each (x lower, x upper, y lower, y upper).
+//          Texel 2: (z lower, z upper, distance, children). A bound is base + cells * side, in float arithmetic.
+//          `distance` leads from the node's texel to what is below it: the nodes of its children, then the pairs of its
+//          leaves. `children` has 8 bits per child: how many texels after that it starts (5 bits), and its pairs (3
+//          bits; 0: a node). 31 stands for no child.
 //   pair   1 texel: (id of the first triangle, of the second, corners 0 and 1, corners 2 and 3). Corners are texels
 //          after the slot's first one in RGB32F, 14 bits each. Above them are the orders of the first and of the second
 //          triangle. Ids have kBvhPageAlpha set where the triangle needs the alpha test.

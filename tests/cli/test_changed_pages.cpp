@@ -42,11 +42,13 @@ class ChangedPages : public testing::Test {
                 const auto i = static_cast<std::uint32_t>(y * (side + 1) + x);
                 indices.insert(indices.end(), {i, i + 1, i + side + 1, i + 1, i + side + 2, i + side + 1});
             }
-        b.add_triangle()["mode"] = 1;  // lines are left out
+        Json& lines = b.add_triangle();  // lines are left out
+        lines["mode"] = 1;
+        lines["material"] = 0;
         Json& floor = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}});
         floor["indices"] = b.accessor("SCALAR", kU32, indices);
         floor["material"] = 0;
-        b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0})}});  // degenerate
+        b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0})}})["material"] = 0;  // degenerate
         const float s = float(side);
         Json& leaf = b.add_mesh({{"POSITION", b.floats("VEC3", {0, 9, 0, s, 9, 0, 0, 9, s, s, 9, s})},
                                  {"TEXCOORD_0", b.floats("VEC2", {0, 0, 8, 0, 0, 8, 8, 8})}});

@@ -5,12 +5,15 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <random>
 #include <thread>
 
+#include "engine/core/hash.h"
 #include "shaders/shared/bvh.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/paging/scene_meshes.h"
@@ -28,6 +31,8 @@ struct Content {
     std::vector<TableBlock> blocks;
 };
 
+constexpr std::uint32_t kMaterials = 7;
+
 /// Returns content without meaning, whose rows and pages can be told apart.
 Content content_of(std::uint32_t triangles, std::uint32_t pages) {
     std::mt19937 random(1);
@@ -41,6 +46,7 @@ Content content_of(std::uint32_t triangles, std::uint32_t pages) {
     index.vertex_texels = 2;
     index.stack_entries = 17;
     index.slivers = true;
+    index.geometry.used_materials.assign(kMaterials, true);
     MeshRange range;
     range.merged = true;
     range.vertex_count = triangles + 2;
@@ -50,7 +56,8 @@ Content content_of(std::uint32_t triangles, std::uint32_t pages) {
         TableBlock block;
         const std::uint32_t count = std::min(kTrianglesPerBlock, triangles - first);
         for (std::uint32_t i = 0; i < count; ++i) {
-            block.triangles.emplace_back(first + i, first + i + 1, first + i + 2, random());
+            const auto word = static_cast<std::uint32_t>(random() & ~kTriangleMaterialMask);
+            block.triangles.emplace_back(first + i, first + i + 1, first + i + 2, word | random() % kMaterials);
             const auto corner = static_cast<std::uint16_t>(i);
             block.corners.push_back(
                 {corner, static_cast<std::uint16_t>(corner + 1), static_cast<std::uint16_t>(corner + 2)});
@@ -69,7 +76,7 @@ Content content_of(std::uint32_t triangles, std::uint32_t pages) {
         for (uvec4& texel : page.nodes) texel = uvec4(random(), random(), random(), random());
         for (uvec4& pair : page.pairs) pair = uvec4(random() >> 1, random() >> 1, random(), random());
         for (std::uint32_t i = 0; i < p % 4; ++i) page.vertices.emplace_back(number(), number(), number());
-        index.roots.push_back({index.bounds, p, p % 5, pages >= 8 && p < 8 ? p / 4 + 1 : PageRoot::kNoParent});
+        index.roots.push_back({index.bounds, p, pages >= 8 && p < 8 ? p / 4 + 1 : PageRoot::kNoParent});
         content.pages.push_back(std::move(page));
     }
     if (pages >= 8) index.above = {PageRoot::kNoParent, 0, 0};
@@ -226,6 +233,13 @@ TEST_F(PageFiles, ForeignFilesAndOtherVersionsAreNamed) {
     EXPECT_TRUE(is_page_file(bad));
 }
 
+Bounds& roots_bounds(Content& content) {
+    return content.index.roots[3].bounds;
+}
+Bounds& scene_bounds(Content& content) {
+    return content.index.bounds;
+}
+
 TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
     const auto message = [&](const std::function<void(Content&)>& change) {
         Content content = content_of(700, 10);
@@ -237,22 +251,100 @@ TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
     const std::string damaged = path().string() + ": its index is damaged";
     EXPECT_EQ(message([](Content& c) { c.index.triangles = 2000; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.roots[3].page = 70; }), damaged);
-    EXPECT_EQ(message([](Content& c) { c.index.roots[3].node = 70; }), damaged);
     EXPECT_EQ(message([](Content& c) { std::swap(c.index.roots[3], c.index.roots[5]); }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.roots[3].parent = 3; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.roots[4].parent = 1; }), damaged) << "five children";
     EXPECT_EQ(message([](Content& c) { c.index.above[1] = 1; }), damaged) << "its own parent";
     EXPECT_EQ(message([](Content& c) { c.index.above.push_back(0); }), damaged) << "no child";
+    EXPECT_EQ(message([](Content& c) {
+                  c.index.above.push_back(0);
+                  c.index.roots[9].parent = 3;
+              }),
+              damaged)
+        << "a single child";
+    const auto deep = [&](std::uint32_t nodes) {
+        return message([&](Content& c) {
+            Content all = content_of(700, nodes + 1);  // a root beside each node, and two beside the last one
+            all.index.above.clear();
+            for (std::uint32_t i = 0; i < nodes; ++i) {
+                all.index.above.push_back(i - 1);
+                all.index.roots[i].parent = i;
+            }
+            all.index.roots[nodes].parent = nodes - 1;
+            c = std::move(all);
+        });
+    };
+    EXPECT_EQ(deep(128), "");
+    EXPECT_EQ(deep(129), damaged);
+    EXPECT_EQ(deep(20000), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = 48; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = 1000; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.limits.bytes = kMostPageBytes + kPageByteSteps; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.limits.alpha_tested = 1 << 16; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.pages[4].roots = 2; }), damaged);
+    EXPECT_EQ(message([](Content& c) {
+                  c.pages[9].roots = 0;
+                  c.index.roots.pop_back();
+              }),
+              damaged);
+    EXPECT_EQ(message([](Content& c) {
+                  c.pages.pop_back();
+                  c.index.roots.pop_back();
+              }),
+              "");
     EXPECT_EQ(message([](Content& c) { c.pages[4].vertices.resize(kMostPageBytes / 12); }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.vertex_texels = 1000; }), damaged);
     EXPECT_EQ(message([](Content& c) { c.index.ranges[0].first_vertex = 1; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.ranges[0].merged = false; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.ranges[0].block = 1; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.geometry.emitters = {1, 1}; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.geometry.emitters = {700}; }), damaged);
+    for (const std::uint32_t entries : {0u, 257u, ~0u})
+        EXPECT_EQ(message([&](Content& c) { c.index.stack_entries = entries; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.origin.y = kInfinity; }), damaged);
+    EXPECT_EQ(message([](Content& c) { c.index.origin.y = std::nan(""); }), damaged);
+    for (const auto& of : {&roots_bounds, &scene_bounds}) {
+        for (const float wrong : {kInfinity, -kInfinity, std::nanf(""), 2e12f, -2e12f}) {
+            EXPECT_EQ(message([&](Content& c) { of(c).lower.z = wrong; }), damaged) << wrong;
+            EXPECT_EQ(message([&](Content& c) { of(c).upper.x = wrong; }), damaged) << wrong;
+        }
+        EXPECT_EQ(message([&](Content& c) { of(c) = Bounds(); }), damaged);
+        EXPECT_EQ(message([&](Content& c) { of(c).upper.y = of(c).lower.y - 1; }), damaged);
+        EXPECT_EQ(message([&](Content& c) { of(c).upper.y = of(c).lower.y; }), "");
+    }
     EXPECT_EQ(message([](Content& c) { c.index.vertex_texels = 3; }),
               path().string() + ": block 0 of its table rows is damaged");
+    const std::string block = path().string() + ": block 1 of its table rows is damaged";
+    EXPECT_EQ(message([](Content& c) { c.blocks[1].triangles[9].w = kMaterials; }), block);
+    EXPECT_EQ(message([](Content& c) {
+                  c.blocks[1].triangles[9].w = 3;
+                  c.index.geometry.used_materials[3] = false;
+                  for (uvec4& t : c.blocks[0].triangles) t.w = 0;
+              }),
+              block);
+    for (const float wrong : {kInfinity, 2e12f, std::nanf("")})
+        EXPECT_EQ(message([&](Content& c) { c.blocks[1].positions[9].y = wrong; }), block);
+    EXPECT_EQ(message([](Content& c) { c.blocks[1].triangles.back().z = 702; }), block);
+}
+
+TEST_F(PageFiles, IndicesOfAnotherSizeAreRefused) {
+    write(content_of(700, 10), path());
+    const std::string whole = bytes_of(path());
+    const auto message = [&](std::uint64_t raw_bytes) {
+        std::string bytes = whole;
+        std::memcpy(bytes.data() + 40, &raw_bytes, sizeof raw_bytes);
+        const std::uint64_t sum = hash_of({bytes.data(), 56});
+        std::memcpy(bytes.data() + 56, &sum, sizeof sum);
+        write_file(path(), bytes);
+        return error_message([&] { PageFile{path()}; });
+    };
+    std::uint64_t right = 0;
+    std::memcpy(&right, whole.data() + 40, sizeof right);
+    EXPECT_EQ(message(right), "");
+    EXPECT_EQ(message(right + 1), path().string() + ": its index is damaged");
+    EXPECT_EQ(message(right - 1), path().string() + ": its index is damaged");
+    for (const int shift : {26, 40, 62, 63})  // 2 * 2^63 is 0; no frame of a few bytes holds 2^26
+        EXPECT_EQ(message(std::uint64_t{1} << shift), path().string() + ": is a page file with a damaged header");
 }
 
 TEST_F(PageFiles, ReplacedFilesAreReadOn) {

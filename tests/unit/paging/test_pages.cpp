@@ -14,6 +14,7 @@
 #include "engine/rays/page_node.h"
 #include "shaders/shared/bvh.h"
 #include "tests/support/error_message.h"
+#include "tests/support/slot_check.h"
 
 namespace halflight::paging {
 namespace {
@@ -81,7 +82,11 @@ std::vector<Corners> soup(std::size_t count, float size, unsigned seed) {
 /// A page that is in memory as a source of its own.
 class OnePage final : public PageSource {
   public:
-    OnePage(Page page, const PageLimits& limits) : page_(std::move(page)) { index_.limits = limits; }
+    OnePage(Page page, const PageLimits& limits) : page_(std::move(page)) {
+        index_.limits = limits;
+        index_.triangles = shared::kBvhTriangleLimit;
+        index_.stack_entries = 64;
+    }
     const PageIndex& index() const override { return index_; }
     Page read(std::uint32_t) const override { return page_; }
     void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override {
@@ -290,7 +295,6 @@ TEST(Pages, AppendedPagesHaveTheSubtreesOfBoth) {
     ASSERT_TRUE(append(all, page_of(half), PageLimits{kMostPageBytes}));
     EXPECT_EQ(all.page.roots, 2u);
     ASSERT_EQ(all.roots.size(), 2u);
-    EXPECT_EQ(all.roots[1].node, one.nodes);
     const LoadedPage loaded = read_with_rows(OnePage(all.page, PageLimits{kMostPageBytes}), 0);
     SlotReader slot(loaded);
     for (const PageNode& root : loaded.roots) slot.check_below(root, 0, triangles);
@@ -301,11 +305,18 @@ TEST(Pages, DamagedPagesAreRefused) {
     const std::vector<Corners> triangles = soup(300, 0.1f, 8);
     std::vector<std::uint32_t> ids(300);
     std::iota(ids.begin(), ids.end(), 0u);
-    const Page good = build_pages(triangles, ids).pages.at(0);
+    const PageSet set = build_pages(triangles, ids);
+    const Page& good = set.pages.at(0);
+    const auto source_of = [&](Page page, const PageLimits& limits = {}) {
+        OnePage source(std::move(page), limits);
+        source.index().triangles = 300;
+        source.index().stack_entries = set.stack_entries;
+        return source;
+    };
     const auto message = [&](const std::function<void(Page&)>& change, const PageLimits& limits = {}) {
         Page page = good;
         change(page);
-        return error_message([&] { read_with_rows(OnePage(page, limits), 3); });
+        return error_message([&] { read_with_rows(source_of(page, limits), 3); });
     };
     EXPECT_EQ(message([](Page&) {}), "");
     EXPECT_EQ(message([](Page&) {}, {kLeastPageBytes}), "pages: page 3 is larger than the limits of the scene");
@@ -316,11 +327,61 @@ TEST(Pages, DamagedPagesAreRefused) {
     EXPECT_EQ(message([](Page& p) { p.nodes.resize(p.nodes.size() - kBvhPageTexels); }), out);
     EXPECT_EQ(message([](Page& p) { p.roots = 2; }), out);
     EXPECT_EQ(message([](Page& p) { p.nodes[2].w ^= 1; }), out);
+    for (const float wrong : {kInfinity, -2e12f, std::nanf("")})
+        EXPECT_EQ(message([&](Page& p) { p.vertices[7].y = wrong; }), "pages: page 3 has a position that no scene has");
+    const std::string lacks = "pages: page 3 has a triangle that the scene lacks";
+    for (const std::uint32_t id : {300u, 0x3f000000u, 0x3fffffffu, 0x80000001u}) {
+        EXPECT_EQ(message([&](Page& p) { p.pairs[5].x = id; }), lacks) << id;
+        EXPECT_EQ(message([&](Page& p) { p.pairs.back().y = id | shared::kBvhPageAlpha; }), lacks) << id;
+    }
+    OnePage shallow = source_of(good);
+    --shallow.index().stack_entries;
+    EXPECT_EQ(error_message([&] { read_with_rows(shallow, 3); }), "pages: page 3 is deeper than the index states");
+    // Whatever a flipped bit makes of a page: it is refused, or kernels can read it.
     std::mt19937 random(9);
-    for (int run = 0; run < 2000; ++run)
-        message([&](Page& p) {
-            p.nodes[random() % p.nodes.size()][static_cast<int>(random() % 4)] ^= 1u << random() % 32;
-        });
+    int placed = 0;
+    constexpr int kRuns = 3000;
+    for (int run = 0; run < kRuns; ++run) {
+        Page page = good;
+        std::vector<uvec4>& texels = run % 2 == 0 ? page.nodes : page.pairs;
+        texels[random() % texels.size()][static_cast<int>(random() % 4)] ^= 1u << random() % 32;
+        const OnePage source = source_of(std::move(page));
+        LoadedPage loaded;
+        const std::string refusal = error_message([&] { loaded = read_with_rows(source, 3); });
+        EXPECT_TRUE(refusal.empty() || refusal.starts_with("pages: page 3 ")) << refusal;
+        if (!refusal.empty()) continue;
+        EXPECT_EQ(test::SlotCheck(loaded, source.index()).defect(), "");
+        ++placed;
+    }
+    EXPECT_GT(placed, kRuns / 10);
+    EXPECT_LT(placed, kRuns * 9 / 10);
+}
+
+TEST(Pages, TrianglesOfTheStillPartStayInIt) {
+    class Poses final : public PageSource {
+      public:
+        Poses(const OnePage& page, StillPart still) : page_(page), still_(still) {}
+        const PageIndex& index() const override { return page_.index(); }
+        StillPart still() const override { return still_; }
+        Page read(std::uint32_t page) const override { return page_.read(page); }
+        void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override {
+            page_.read_rows(triangles, rows);
+        }
+
+      private:
+        const OnePage& page_;
+        StillPart still_;
+    };
+    std::vector<std::uint32_t> ids(300);
+    std::iota(ids.begin(), ids.end(), 0u);
+    OnePage page(build_pages(soup(300, 0.1f, 8), ids).pages.at(0), {});
+    page.index().triangles = 300;
+    const auto message = [&](std::uint32_t number, std::uint32_t triangles) {
+        return error_message([&] { read_with_rows(Poses(page, {1, triangles}), number); });
+    };
+    EXPECT_EQ(message(0, 300), "");
+    EXPECT_EQ(message(0, 299), "pages: page 0 has a triangle that the scene lacks");
+    EXPECT_EQ(message(1, 299), "");
 }
 
 TEST(Pages, NoTriangles) {
