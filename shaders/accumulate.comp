@@ -171,7 +171,11 @@ void main() {
     Bsdf b = load_bsdf(path);
 #endif
 #ifdef HALFLIGHT_FEATURES
-    vec3 albedo = guarded(point.is_surface ? reflectance(b) : vec3(0.0), kCountGBuffer);
+    bool perspective = frame.camera_position.w != 0.0;
+    vec3 wo = perspective ? normalize(frame.camera_position.xyz - seen_position(path, point)) : -frame.camera_forward.xyz;
+    vec3 albedo = guarded(point.is_surface ? reflectance(b, wo) : vec3(0.0), kCountGBuffer);
+    // Samples of one colour channel have three times its light, and the albedo of the mean sample.
+    albedo = b.disperses ? albedo : min(albedo, vec3(1.0));
     vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), -kLargestFloat, kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
         ADD(feature_sums[path * 6u + i], albedo[i]);
@@ -198,7 +202,7 @@ void main() {
         ADD(half_sums[first + 6u + i], counts * glossy[i]);
         ADD(half_sums[first + 9u + i], diffuse_albedo[i]);
     }
-    float depth = dot(point.position - frame.camera_position.xyz, frame.camera_forward.xyz);
+    float depth = dot(seen_position(path, point) - frame.camera_position.xyz, frame.camera_forward.xyz);
     ADD(half_sums[first + 12u], point.is_surface ? log(max(depth, kLeastDepth)) : 0.0);
 #endif
 

@@ -104,7 +104,7 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     y.reserved0 = 0.0;
     y.pending = vec3(0.0);
     y.reserved1 = 0.0;
-    Layers layers = layers_of(m);
+    Layers layers = layers_of(m, b.geometric_normal);
     y.layers = pack_layers(layers);
     // A bent normal makes the diffuse lobe depend on wo. Edge-on or at distance 0, the point has no density per area.
     bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
@@ -218,7 +218,15 @@ void main() {
     float pick = sample_1d(path_sampler(frame, path), vertex_dimension(0u, kDimensionRoulette));  // no roulette there
     material.channel = min(int(3.0 * pick), 2);
 #endif
-    Bsdf b = make_bsdf(material, surface.geometric_normal, -direction);
+    // Rays from opaque surfaces start at the smooth surface, which takes the place of the triangle (SHADING.md, Shading
+    // normals). Lights stay where they are hit.
+    vec3 smooth_normal = bend_normal(surface.normal, -direction);
+    bool lifted = material.transmission == 0.0 && material.emission == vec3(0.0) &&
+                  surface.lift * dot(smooth_normal, surface.geometric_normal) > surface.offset;
+    float lift = lifted ? surface.lift : 0.0;
+    vec3 horizon = lifted ? smooth_normal : surface.geometric_normal;
+    vec3 origin = surface.position + lift * horizon;
+    Bsdf b = make_bsdf(material, horizon, -direction);
 #ifdef HALFLIGHT_VOLUME
     vec3 light = vec3(1.0);
 #ifdef HALFLIGHT_DISPERSION
@@ -228,7 +236,7 @@ void main() {
     if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
     scale_lobes(b, light * transmittance(medium, way));
 #endif
-    if (listed) store_surface(path, SurfacePoint(surface.position, surface.offset, emission, is_hit), b);
+    if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, is_hit), b);
 #ifdef HALFLIGHT_REUSE_POINTS
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
 #ifdef HALFLIGHT_VOLUME

@@ -22,6 +22,20 @@ dvec3 mirror_at(const dvec3& w, const dvec3& n) {
     return 2 * dot(w, n) * n - w;
 }
 
+dvec3 normalize_or(const dvec3& v, const dvec3& otherwise) {
+    const double square = dot(v, v);
+    return square > 0 ? v / std::sqrt(square) : otherwise;
+}
+
+/// Bends a normal until the mirror direction of wo reaches the horizon (Keller et al. 2017).
+dvec3 bend_above(const dvec3& horizon, const dvec3& n, const dvec3& wo) {
+    const double least = std::min(0.9 * dot(horizon, wo), 0.01);
+    const dvec3 mirrored = 2 * dot(n, wo) * n - wo;
+    if (dot(mirrored, horizon) >= least) return n;
+    const dvec3 along = normalize_or(mirrored - dot(mirrored, horizon) * horizon, dvec3(0));
+    return normalize_or(wo + std::sqrt(1 - least * least) * along + least * horizon, horizon);
+}
+
 /// D V cosine and the density of one GGX reflection lobe in its own frame, both directions above the horizon.
 struct LobeValue {
     double value = 0;  // D G2 / (4 mu_o mu_i) * mu_i
@@ -46,6 +60,15 @@ dvec2 base_alpha(const BsdfParameters& p) {
     if (!is_anisotropic(p)) return dvec2(alpha);
     const double along = glm::mix(alpha, 1.0, p.anisotropy * p.anisotropy);
     return {along, along < kMirrorAlpha ? along : std::max(alpha, kMirrorAlpha)};
+}
+
+/// Returns the frame of the base's specular lobe.
+Frame base_frame(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n) {
+    const dvec3 bent = p.is_solid() ? n : bend_above(n_g, n, wo);
+    if (!is_anisotropic(p)) return Frame(bent);
+    if (bent == n) return {n, p.rough_direction};
+    const dvec3 along = p.rough_direction - dot(p.rough_direction, bent) * bent;
+    return {bent, normalize_or(along, Frame(bent).x)};
 }
 
 }  // namespace
@@ -84,10 +107,12 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
 Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k, int channel)
     : wo_(wo),
       n_g_(n_g),
-      base_frame_(is_anisotropic(p) ? Frame(n, p.rough_direction) : Frame(n)),
-      coat_frame_(n_k),
+      base_frame_(base_frame(p, wo, n_g, n)),
+      coat_frame_(p.is_solid() ? n_k : bend_above(n_g, n_k, wo)),
+      diffuse_frame_(n),
       wo_base_(base_frame_.to_local(wo)),
       wo_coat_(coat_frame_.to_local(wo)),
+      wo_diffuse_(diffuse_frame_.to_local(wo)),
       alpha_(base_alpha(p)),
       alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness),
       film_(p.film),
@@ -111,7 +136,7 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
 
     double sheen_mean = 0, under_sheen = under_coat;
     if (p.sheen_color != dvec3(0)) {
-        const double raw = sheen_albedo(wo_base_.z, p.sheen_roughness), albedo = std::min(raw, 1.0);
+        const double raw = sheen_albedo(wo_diffuse_.z, p.sheen_roughness), albedo = std::min(raw, 1.0);
         sheen_ = under_coat * p.sheen_color / std::max(raw, 1.0);
         sheen_mean = under_coat * mean(p.sheen_color) * std::max(albedo, 1e-3);
         under_sheen *= 1 - max_component(p.sheen_color) * albedo;
@@ -186,13 +211,16 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
     Value result;
     const double side_g = dot(wi, n_g_);
     const dvec3 wi_base = base_frame_.to_local(wi);
-    if (side_g > 0 && wi_base.z > 0) {
-        result.diffuse = diffuse_ * (wi_base.z / kPi);
-        result.pdf_diffuse = choice_[kDiffuse] * wi_base.z / kPi;
+    const dvec3 wi_diffuse = diffuse_frame_.to_local(wi);
+    if (side_g > 0 && wi_diffuse.z > 0) {
+        result.diffuse = diffuse_ * (wi_diffuse.z / kPi);
+        result.pdf_diffuse = choice_[kDiffuse] * wi_diffuse.z / kPi;
         if (sheen_ != dvec3(0)) {
-            result.glossy += sheen_ * sheen_value(wo_base_, wi_base, sheen_roughness_);
-            result.pdf_glossy += choice_[kSheen] * sheen_pdf(wi_base.z, sheen_roughness_);
+            result.glossy += sheen_ * sheen_value(wo_diffuse_, wi_diffuse, sheen_roughness_);
+            result.pdf_glossy += choice_[kSheen] * sheen_pdf(wi_diffuse.z, sheen_roughness_);
         }
+    }
+    if (side_g > 0 && wi_base.z > 0) {
         if (alpha_.x >= kMirrorAlpha && choice_[kSpecular] > 0) {
             const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
             result.glossy += specular_factor(lobe.x) * lobe.value;
@@ -288,7 +316,9 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
     const dvec2 alpha = lobe == kCoat ? dvec2(alpha_coat_) : alpha_;
     if (lobe != kDiffuse && lobe != kSheen && alpha.x < kMirrorAlpha) return sample_mirror(lobe);
 
-    const Frame& frame = lobe == kCoat ? coat_frame_ : base_frame_;
+    const Frame& frame = lobe == kCoat                        ? coat_frame_
+                         : lobe == kDiffuse || lobe == kSheen ? diffuse_frame_
+                                                              : base_frame_;
     dvec3 wi;
     if (lobe == kDiffuse) {
         const double r = std::sqrt(u1), phi = 2 * kPi * u2;

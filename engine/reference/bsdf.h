@@ -54,8 +54,9 @@ enum class Component : std::uint8_t { diffuse, glossy };
 /// point away from the surface.
 class Bsdf {
   public:
-    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it. `channel`:
-    /// colour channel whose index of refraction solids have, 0 to 2.
+    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it. Lobes that
+    /// mirror get normals whose mirror direction is above the horizon of n_g. `channel`: colour channel whose index of
+    /// refraction solids have, 0 to 2.
     Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k,
          int channel = 1);
 
@@ -92,8 +93,8 @@ class Bsdf {
     double alpha_solid() const { return alpha_.y; }
 
     dvec3 wo_, n_g_;
-    Frame base_frame_, coat_frame_;
-    dvec3 wo_base_, wo_coat_;
+    Frame base_frame_, coat_frame_, diffuse_frame_;
+    dvec3 wo_base_, wo_coat_, wo_diffuse_;
     dvec2 alpha_;  // along the x and y axes of the base's frame
     double alpha_coat_;
     dvec3 specular_f0_, specular_f90_;  // mixture of both Fresnel terms, compensation and the coat's loss included

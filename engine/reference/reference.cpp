@@ -104,7 +104,7 @@ void store_aovs(const Prepared& scene, const ReferenceSettings& settings, int x,
     const std::optional<Surface> surface = reference::first_surface(scene, settings, x, y);
     if (!surface) return;
     const dmat4& camera = settings.camera.camera_to_world;
-    const dvec3 position = surface->position - (dvec3(camera[3]) - scene.tracer.origin());
+    const dvec3 position = surface->seen - (dvec3(camera[3]) - scene.tracer.origin());
     store(aovs.position, x, y, position);
     store(aovs.normal, x, y, surface->n);
     store(aovs.albedo, x, y, surface->parameters.base_color);

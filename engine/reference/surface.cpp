@@ -58,6 +58,34 @@ dvec3 bend_towards(const dvec3& n, const dvec3& wo) {
     return mu > 0 ? n : normalize(n + wo * (1e-3 - mu));
 }
 
+/// Returns how far the point lies below the smooth surface (Hanika 2021, relative to the interpolated plane). There is
+/// none where normals of corners are behind the triangle.
+double lift(const Placed& placed, const uvec3& indices, const std::array<dvec3, 3>& corners, const dvec3& weights,
+            const Surface& s) {
+    double height = 0;
+    for (int i = 0; i < 3; ++i) {
+        const dvec3 outward = normalize_or(placed.normals * dvec3(placed.mesh->normals[indices[i]]), dvec3(0));
+        const dvec3 n = s.front ? outward : -outward;
+        if (dot(n, s.n_g) <= 0) return 0;
+        height += weights[i] * std::max(dot(s.seen - corners[static_cast<std::size_t>(i)], s.n_i - n), 0.0);
+    }
+    return height;
+}
+
+/// Replaces the point of the triangle by that of the smooth surface where it lies above, for opaque dark materials.
+void move_to_smooth_surface(const Tracer& tracer, const ReferenceHit& hit, const std::array<dvec3, 3>& corners,
+                            Surface& s) {
+    if (s.unlit || s.parameters.transmission != 0 || s.emitted != dvec3(0)) return;
+    const Placed& placed = tracer.placed(s.triangle.instance);
+    const uvec3 indices = placed.mesh->triangles[static_cast<std::size_t>(s.triangle.triangle)];
+    const dvec3 weights(1 - hit.u - hit.v, hit.u, hit.v);
+    const double height = lift(placed, indices, corners, weights, s);
+    const dvec3 up = bend_towards(s.n_i, s.wo);
+    if (height * dot(up, s.n_g) <= s.offset) return;  // flat up to rounding
+    s.position += height * up;
+    s.n_g = up;
+}
+
 /// Computes the normals of base and coat: interpolated, mapped, on the side of n_g, bent towards wo.
 void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
     const Scene& scene = tracer.scene();
@@ -74,6 +102,7 @@ void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
         return normalize_or(texel.x * scale * t + texel.y * scale * b + texel.z * interpolated, interpolated);
     };
     s.front = side > 0;
+    s.n_i = side * interpolated;
     s.n = bend_towards(side * mapped(m.normal_texture, m.normal_scale), s.wo);
     s.n_k = bend_towards(side * mapped(m.clearcoat_normal_texture, m.clearcoat_normal_scale), s.wo);
 }
@@ -108,7 +137,8 @@ Surface make_surface(const Tracer& tracer, const ReferenceHit& hit, const dvec3&
     s.triangle = {hit.instance, hit.triangle};
     s.wo = wo;
     const std::array<dvec3, 3> corners = tracer.corners(s.triangle);
-    s.position = (1 - hit.u - hit.v) * corners[0] + hit.u * corners[1] + hit.v * corners[2];
+    s.seen = (1 - hit.u - hit.v) * corners[0] + hit.u * corners[1] + hit.v * corners[2];
+    s.position = s.seen;
     s.offset = offset_bound(s.position, corners);
     s.n_g = normalize_or(cross(corners[1] - corners[0], corners[2] - corners[0]), wo);
     if (dot(s.n_g, wo) < 0) s.n_g = -s.n_g;
@@ -124,6 +154,7 @@ Surface make_surface(const Tracer& tracer, const ReferenceHit& hit, const dvec3&
     find_rough_direction(tracer, vertex, s);
     s.parameters.front = s.front;
     s.emitted = s.unlit ? s.parameters.base_color : emission(tracer.scene(), material, vertex);
+    move_to_smooth_surface(tracer, hit, corners, s);
     return s;
 }
 

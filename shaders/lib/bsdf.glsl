@@ -6,9 +6,9 @@
 
 // The material for one wo. All factors that depend on wo alone are included: Fresnel, multiple scattering, coat.
 struct Bsdf {
-    vec3 geometric_normal;  // n_g
+    vec3 geometric_normal;  // n_g, or the smooth surface's normal in its place (SHADING.md, Shading normals)
     float p_diffuse;        // probability P_d of the diffuse component; the glossy component has 1 - P_d
-    vec3 normal;            // n
+    vec3 normal;            // n; specular and transmission have base_normal()
     float alpha;            // roughness of specular and transmission; 0: mirror
     vec3 diffuse;           // albedo of the diffuse lobe
     float p_transmission;   // probability of transmission among the glossy lobes
@@ -18,7 +18,7 @@ struct Bsdf {
     float coat_alpha;       // roughness of the coat; 0: mirror
     vec3 transmission;      // factor of the mirrored D G2 / (4 mu_o mu_i)
     float coat;             // factor of D G2 / (4 mu mu_i) F(0.04, 1, x)
-    vec3 coat_normal;       // n_k
+    vec3 coat_normal;       // n_k, bent so that it reflects above the horizon
     vec3 sheen;             // factor of sheen_scattered()
     float sheen_alpha;      // roughness of the sheen
     float p_sheen;          // probability of the sheen among the glossy lobes
@@ -242,6 +242,7 @@ void scale_lobes(inout Bsdf b, vec3 factor) {
 // Parameters of the layers through which diffuse light leaves a surface.
 struct Layers {
     vec3 normal;  // n
+    vec3 horizon;  // Bsdf::geometric_normal; n on solids, whose normals are not bent
     float alpha;  // roughness of the specular lobe
     float f0;     // largest component of the dielectric's f0
     float f90;    // f90 of the dielectric
@@ -258,10 +259,11 @@ struct Layers {
     float film_thickness;
 };
 
+const int kCoatLayerRow = 3;
 #ifdef HALFLIGHT_CLEARCOAT
-const int kSheenLayerRow = 3;
+const int kSheenLayerRow = kCoatLayerRow + 1;
 #else
-const int kSheenLayerRow = 2;
+const int kSheenLayerRow = kCoatLayerRow;
 #endif
 #ifdef HALFLIGHT_SHEEN
 const int kAnisotropyLayerRow = kSheenLayerRow + 1;
@@ -279,9 +281,10 @@ vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
     rows[0] = vec4(l.normal, l.alpha);
 #ifdef HALFLIGHT_GLOSSY
     rows[1] = vec4(l.f0, l.f90, l.coat, l.coat_alpha);
+    rows[2] = vec4(l.horizon, 0.0);
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
-    rows[2] = vec4(l.coat_normal, 0.0);
+    rows[kCoatLayerRow] = vec4(l.coat_normal, 0.0);
 #endif
 #ifdef HALFLIGHT_SHEEN
     rows[kSheenLayerRow] = vec4(l.sheen, l.sheen_roughness, 0.0, 0.0);
@@ -305,9 +308,10 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
     l.f90 = rows[1].y;
     l.coat = rows[1].z;
     l.coat_alpha = rows[1].w;
+    l.horizon = rows[2].xyz;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
-    l.coat_normal = rows[2].xyz;
+    l.coat_normal = rows[kCoatLayerRow].xyz;
 #endif
 #ifdef HALFLIGHT_SHEEN
     l.sheen = rows[kSheenLayerRow].x;
@@ -340,17 +344,41 @@ bool leaves_base(Layers l, vec3 wo) {
 float multiple_scattering_gain(float f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 
+// Bends a normal n just enough for the mirror direction of wo to lie above the horizon (SHADING.md, Shading normals).
+// Other normals are returned bit for bit. Precondition: dot(n, wo) > 0 and dot(horizon, wo) >= 0.
+vec3 reflecting_normal(vec3 n, vec3 horizon, vec3 wo) {
+    vec3 mirrored = 2.0 * dot(n, wo) * n - wo;
+    float height = dot(mirrored, horizon);
+    float least = min(0.9 * dot(horizon, wo), 0.01);
+    vec3 along = mirrored - height * horizon;
+    vec3 valid = along * (sqrt(1.0 - least * least) * inversesqrt(max(dot(along, along), 1e-12))) + least * horizon;
+    vec3 half_way = wo + valid;
+    float square = dot(half_way, half_way);
+    // Views along the horizon have no exact half vector where the mirror direction points back to the viewer.
+    vec3 bent = square > 1e-4 ? half_way * inversesqrt(square) : horizon;
+    return height < least ? bent : n;
+}
+
 #ifdef HALFLIGHT_ANISOTROPY
 // Returns the basis of a lobe around n: `along` has unit length and is perpendicular to n.
 mat3 lobe_basis(vec3 n, vec3 along) { return mat3(along, cross(n, along), n); }
+
+// Returns the basis of the base's lobe. bent: what reflecting_normal() made of n.
+mat3 bent_basis(vec3 n, vec3 along, vec3 bent) {
+    vec3 turned = along - dot(along, bent) * bent;
+    float square = dot(turned, turned);
+    turned = square > 1e-8 ? turned * inversesqrt(square) : basis_around(bent)[0];
+    return lobe_basis(bent, bent == n ? along : turned);
+}
 #endif
 
 // Returns the directional albedo of the specular lobe: x = E_A, y = E_B.
 vec2 specular_albedo(Layers l, vec3 wo) {
-    vec2 albedo = ggx_albedo(dot(l.normal, wo), l.alpha);
+    vec3 n = reflecting_normal(l.normal, l.horizon, wo);
+    vec2 albedo = ggx_albedo(dot(n, wo), l.alpha);
 #ifdef HALFLIGHT_ANISOTROPY
     if (l.alpha != l.alpha_across)
-        albedo = ggx_albedo(wo * lobe_basis(l.normal, l.rough_direction), vec2(l.alpha, l.alpha_across));
+        albedo = ggx_albedo(wo * bent_basis(l.normal, l.rough_direction, n), vec2(l.alpha, l.alpha_across));
 #endif
     return albedo;
 }
@@ -384,7 +412,7 @@ float specular_share(Layers l, vec2 albedo) {
 #ifdef HALFLIGHT_CLEARCOAT
 // Returns the factor k M(0.04) of the coat's lobe, and the coat's albedo k E_k.
 vec2 coat_reflection(Layers l, vec3 wo) {
-    vec2 albedo = ggx_albedo(dot(l.coat_normal, wo), l.coat_alpha);
+    vec2 albedo = ggx_albedo(dot(reflecting_normal(l.coat_normal, l.horizon, wo), wo), l.coat_alpha);
     precise float factor = l.coat * multiple_scattering_gain(kCoatF0, albedo.x + albedo.y);
     precise float reflected = factor * (kCoatF0 * albedo.x + albedo.y);
     return vec2(factor, reflected);
@@ -426,10 +454,19 @@ float ggx_alpha(float roughness) {
 
 vec3 dielectric_f0(Material m) { return min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular; }
 
-Layers layers_of(Material m) {
+bool is_solid(Material m) {
+#ifdef HALFLIGHT_VOLUME
+    return m.thickness > 0.0 && m.transmission * (1.0 - m.metallic) > 0.0;
+#else
+    return false;
+#endif
+}
+
+Layers layers_of(Material m, vec3 geometric_normal) {
     vec3 f0 = dielectric_f0(m);
     Layers l;
     l.normal = m.normal;
+    l.horizon = is_solid(m) ? m.normal : geometric_normal;
     l.alpha = 0.0;
     l.f0 = max(f0.r, max(f0.g, f0.b));
     l.f90 = m.specular;
@@ -463,7 +500,7 @@ Layers layers_of(Material m) {
 
 // Folds the factors that depend on wo alone into the BSDF at a surface.
 Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
-    Layers layers = layers_of(m);
+    Layers layers = layers_of(m, geometric_normal);
     precise Bsdf b;  // precise: code of lobes that the material lacks must not change bits of others
     b.geometric_normal = geometric_normal;
     b.normal = m.normal;
@@ -496,7 +533,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     vec3 f0 = dielectric_f0(m);
     vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
 #ifdef HALFLIGHT_VOLUME
-    bool solid = m.thickness > 0.0 && m.transmission * (1.0 - m.metallic) > 0.0;
+    bool solid = is_solid(m);
     float solid_share = solid ? m.transmission : 0.0;
     gain *= 1.0 - solid_share;
 #endif
@@ -533,6 +570,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
 #endif
     float coat_albedo = 0.0;
 #ifdef HALFLIGHT_CLEARCOAT
+    b.coat_normal = reflecting_normal(m.coat_normal, layers.horizon, wo);
     vec2 coat = coat_reflection(layers, wo);
     b.coat = coat.x;
     coat_albedo = coat.y;
@@ -604,11 +642,31 @@ vec3 film_reflection(Bsdf b, float x) {
 }
 #endif
 
-// Returns the reflectance below the coat, specular at normal incidence.
-vec3 reflectance(Bsdf b) {
-    vec3 sum = b.diffuse + b.transmission + b.specular;
+// Returns the normal of the specular lobe and of thin transmission. Solids keep n.
+vec3 base_normal(Bsdf b, vec3 wo) {
+#ifdef HALFLIGHT_GLOSSY
+    return b.eta > 0.0 ? b.normal : reflecting_normal(b.normal, b.geometric_normal, wo);
+#else
+    return b.normal;
+#endif
+}
+
+// Returns the reflectance below the coat, with the Fresnel terms of normal incidence. The factors of rough lobes contain
+// the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
+vec3 reflectance(Bsdf b, vec3 wo) {
+    vec3 sum = b.diffuse;
+#ifdef HALFLIGHT_GLOSSY
+    vec3 n = base_normal(b, wo);
+    vec2 albedo = ggx_albedo(dot(n, wo), b.alpha);
+#ifdef HALFLIGHT_ANISOTROPY
+    if (b.alpha != b.alpha_across)
+        albedo = ggx_albedo(wo * bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across));
+#endif
+    float whole = b.alpha > 0.0 ? albedo.x + albedo.y : 1.0;
+    sum += b.specular * whole + b.transmission * (b.eta > 0.0 ? 1.0 : whole);
 #ifdef HALFLIGHT_IRIDESCENCE
-    sum += film_reflection(b, 1.0);
+    sum += film_reflection(b, 1.0) * whole;
+#endif
 #endif
     return sum;
 }
@@ -649,7 +707,10 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     value.glossy = vec3(0.0);
     value.pdf_glossy = 0.0;
 #ifdef HALFLIGHT_GLOSSY
-    bool lobe = reflected;
+    vec3 n = base_normal(b, wo);
+    side_n = dot(n, wi);
+    bool base_reflects = side_g > 0.0 && side_n > 0.0;
+    bool lobe = base_reflects;
     vec3 scale = b.specular;
     vec3 edge = b.specular_edge;
     float p = p_specular(b);
@@ -660,13 +721,13 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     scale = transmitted ? b.transmission : scale;
     edge = transmitted ? vec3(0.0) : edge;
     p = transmitted ? b.p_transmission : p;
-    folded = transmitted ? wi - 2.0 * side_n * b.normal : wi;
+    folded = transmitted ? wi - 2.0 * side_n * n : wi;
 #endif
     if (lobe && b.alpha > 0.0) {
-        GgxValue ggx = ggx_evaluate(b.normal, b.alpha, wo, folded);
+        GgxValue ggx = ggx_evaluate(n, b.alpha, wo, folded);
 #ifdef HALFLIGHT_ANISOTROPY
         if (b.alpha != b.alpha_across)
-            ggx = ggx_evaluate(lobe_basis(b.normal, b.rough_direction), vec2(b.alpha, b.alpha_across), wo, folded);
+            ggx = ggx_evaluate(bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across), wo, folded);
 #endif
         value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
 #ifdef HALFLIGHT_IRIDESCENCE
@@ -703,7 +764,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #ifdef HALFLIGHT_SHEEN
     if (reflected && b.sheen != vec3(0.0)) {
         value.glossy += b.sheen * sheen_scattered(b.normal, b.sheen_alpha, wo, wi);
-        value.pdf_glossy += b.p_sheen * sheen_pdf(side_n, b.sheen_alpha);
+        value.pdf_glossy += b.p_sheen * sheen_pdf(dot(b.normal, wi), b.sheen_alpha);
     }
 #endif
 #endif
@@ -739,7 +800,7 @@ vec3 solid_direction(Bsdf b, vec3 wo, vec3 facet, float split, out bool refracte
 BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
     bool transmitted = false;
-    vec3 n = b.normal;
+    vec3 n = base_normal(b, wo);
     vec2 alpha = vec2(b.alpha);
     float p = p_specular(b);
 #ifdef HALFLIGHT_CLEARCOAT
@@ -757,12 +818,15 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     sheen = !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
 #endif
     bool mirror = alpha.x == 0.0 && !sheen;
+#ifdef HALFLIGHT_SHEEN
+    n = sheen ? b.normal : n;
+#endif
     mat3 basis = basis_around(n);
 #ifdef HALFLIGHT_ANISOTROPY
     if (!coat && b.alpha != b.alpha_across) {
         bool solid_lobe = transmitted && b.eta > 0.0;  // isotropic
         alpha = solid_lobe ? vec2(b.alpha_across) : vec2(b.alpha, b.alpha_across);
-        basis = solid_lobe ? basis : lobe_basis(n, b.rough_direction);
+        basis = solid_lobe ? basis : bent_basis(b.normal, b.rough_direction, n);
     }
 #endif
     vec3 wo_local = wo * basis;

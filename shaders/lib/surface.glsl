@@ -9,6 +9,8 @@ struct Surface {
     vec3 geometric_normal;  // n_g: unit length, on the side of wo
     float offset;           // distance along n_g at which new rays start (offset_ray_origin())
     vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent
+    float lift;             // height along `normal` of the smooth surface that the vertex normals suggest, >= 0. It is 0
+                            // where they are on both sides of the triangle.
     uint material;
     bool front;             // true: n_g is on the outside, where vertex normals point to
 #ifdef HALFLIGHT_TEXTURES
@@ -52,6 +54,12 @@ Surface surface_at(Hit hit, vec3 direction) {
     float sliver = sliver_bound(a - s.position, b - s.position, c - s.position);
     vec4 normal_u = interpolate_row(triangle.xyz, weights, kVertexNormalTexel);
     vec3 normal = normal_u.xyz;
+    mat3 corner_normals = mat3(vertex_row(triangle.x, kVertexNormalTexel).xyz, vertex_row(triangle.y, kVertexNormalTexel).xyz,
+                               vertex_row(triangle.z, kVertexNormalTexel).xyz);
+    mat3 from_corners = mat3(s.position - a, s.position - b, s.position - c);
+    vec3 above_corners = vec3(dot(from_corners[0], corner_normals[0]), dot(from_corners[1], corner_normals[1]),
+                              dot(from_corners[2], corner_normals[2]));
+    vec3 above_mean = normal * from_corners;
 #ifdef HALFLIGHT_TEXTURES
     vec4 uv_rest = interpolate_row(triangle.xyz, weights, kVertexUvTexel);
     s.uv0 = vec2(normal_u.w, uv_rest.x);
@@ -102,6 +110,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     // Heights above planes grow as their normals shrink.
     sliver *= moved != 0.0 ? block_face / max(length(face), 1e-30) : 1.0;
     normal = inverse_rows * normal;
+    corner_normals = inverse_rows * corner_normals;
 #ifdef HALFLIGHT_NORMAL_MAPS
     tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));
     handedness *= dot(cross(m0.xyz, m1.xyz), m2.xyz) < 0.0 ? -1.0 : 1.0;
@@ -118,6 +127,13 @@ Surface surface_at(Hit hit, vec3 direction) {
     float side = dot(normal, s.geometric_normal) < 0.0 ? -1.0 : 1.0;
     s.normal = side * normal;
     s.front = side > 0.0;
+    // Block space has the same heights, times the lengths of the normals in the world.
+    vec3 squares = vec3(dot(corner_normals[0], corner_normals[0]), dot(corner_normals[1], corner_normals[1]),
+                        dot(corner_normals[2], corner_normals[2]));
+    vec3 mean = above_mean * inversesqrt(max(length_squared, 1e-30));
+    vec3 heights = max(side * (mean - above_corners * inversesqrt(max(squares, vec3(1e-30)))), vec3(0.0));
+    bool has_sides = all(greaterThan(side * (s.geometric_normal * corner_normals), vec3(0.0)));
+    s.lift = has_sides ? dot(weights, heights) : 0.0;
 #ifdef HALFLIGHT_NORMAL_MAPS
     float tangent_squared = dot(tangent, tangent);
     bool has_tangent = tangent_squared > 0.0;

@@ -5,8 +5,9 @@
 
 // Data that passes need in addition to the BSDF.
 struct SurfacePoint {
-    vec3 position;    // position relative to TraceTables::origin
-    float offset;     // distance of new rays' origins along the geometric normal
+    vec3 position;    // where new rays start, relative to TraceTables::origin
+    float offset;     // additional distance of new rays' origins along the geometric normal
+    float lift;       // height of the position above the triangle, along the geometric normal, >= 0
     vec3 emission;    // radiance towards the camera
     bool is_surface;  // false: the environment is visible
 };
@@ -15,7 +16,7 @@ struct SurfacePoint {
 void store_surface(uint path, SurfacePoint point, Bsdf b) {
     uint row = path * HALFLIGHT_SURFACE_ROWS;
     surfaces[row] = vec4(point.position, point.offset);
-    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? 1.0 : 0.0);
+    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? point.lift : -1.0);
     vec4 rows[kBsdfRows] = pack_bsdf(b);
     for (uint i = 0u; i < kBsdfRows; ++i) surfaces[row + 2u + i] = rows[i];
 }
@@ -23,7 +24,7 @@ void store_surface(uint path, SurfacePoint point, Bsdf b) {
 // Stores the part of a record that the last vertex of a path needs.
 void store_end(uint path, vec3 emission, bool is_surface, vec3 geometric_normal) {
     uint row = path * HALFLIGHT_SURFACE_ROWS;
-    surfaces[row + 1u] = vec4(emission, is_surface ? 1.0 : 0.0);
+    surfaces[row + 1u] = vec4(emission, is_surface ? 0.0 : -1.0);
     surfaces[row + 2u] = vec4(geometric_normal, 0.0);
 }
 #else
@@ -34,10 +35,15 @@ vec4 surface_row(uint path, uint row) { return texelFetch(surfaces, int(path * H
 SurfacePoint load_surface_point(uint path) {
     vec4 position = surface_row(path, 0u);
     vec4 emission = surface_row(path, 1u);
-    return SurfacePoint(position.xyz, position.w, emission.xyz, emission.w != 0.0);
+    return SurfacePoint(position.xyz, position.w, max(emission.w, 0.0), emission.xyz, emission.w >= 0.0);
 }
 
 vec3 load_geometric_normal(uint path) { return surface_row(path, 2u).xyz; }
+
+// Returns the point of the triangle that the ray has hit.
+vec3 seen_position(uint path, SurfacePoint point) {
+    return point.position - point.lift * load_geometric_normal(path);
+}
 
 Bsdf load_bsdf(uint path) {
     vec4 rows[kBsdfRows];

@@ -23,7 +23,7 @@ HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 #ifdef HALFLIGHT_MAKE_AOV_RECORD
 AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     bool seen = point.is_surface;
-    vec3 position = point.position;
+    vec3 position = seen_position(path, point);
     AovRecord record;
     record.position = seen ? position : vec3(0.0);
     record.depth = seen ? dot(position - frame.camera_position.xyz, frame.camera_forward.xyz)

@@ -62,7 +62,7 @@ namespace {
 template <class Row>
 void for_each_row(const SceneNeeds& needs, Row&& row) {
     row(&SurfaceRecord::position, &SurfaceRecord::offset);
-    row(&SurfaceRecord::emission, nullptr);  // the float is is_surface
+    row(&SurfaceRecord::emission, &SurfaceRecord::lift);
     row(&SurfaceRecord::geometric_normal, &SurfaceRecord::p_diffuse);
     row(&SurfaceRecord::normal, &SurfaceRecord::alpha);
     row(&SurfaceRecord::diffuse, &SurfaceRecord::p_transmission);
@@ -106,7 +106,7 @@ std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const 
             if (w) records[i].*w = rows[at].w;
             ++at;
         });
-        records[i].is_surface = rows[i * stride + 1].w != 0;
+        records[i].is_surface = records[i].lift >= 0;
     }
     return records;
 }
@@ -119,7 +119,7 @@ std::vector<vec4> pack_surfaces(const std::vector<SurfaceRecord>& records, const
         for_each_row(needs, [&](vec3 SurfaceRecord::*xyz, float SurfaceRecord::*w) {
             rows.emplace_back(r.*xyz, w ? r.*w : 0.0f);
         });
-        rows[rows.size() - stride + 1].w = r.is_surface ? 1.0f : 0.0f;
+        if (!r.is_surface) rows[rows.size() - stride + 1].w = -1;
     }
     return rows;
 }

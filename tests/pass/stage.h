@@ -55,6 +55,7 @@ struct SurfaceRecord {
     vec3 position{0};  // relative to TraceTables::origin
     float offset = 0;
     vec3 emission{0};
+    float lift = 0;  // height of the position above the triangle; < 0: no surface
     bool is_surface = false;
     vec3 geometric_normal{0};
     float p_diffuse = 0;

@@ -287,6 +287,44 @@ TEST_F(ImageTest, BrushedSolidsWithFilms) {
                      {.name = "brushed-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+TEST_F(ImageTest, SmoothMeshesOfFewTriangles) {
+    // The trough is concave: its normals are bent, and those of the balls start rays above the triangles.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    Material coated = metal_material({0.7f, 0.3f, 0.2f}, 0.5f);
+    coated.metallic = 0, coated.clearcoat = 0.8f, coated.clearcoat_roughness = 0.2f;
+    Material brushed = metal_material({0.9f, 0.8f, 0.6f}, 0.3f);
+    brushed.anisotropy_strength = 0.5f, brushed.anisotropy_rotation = 0.7f, brushed.clearcoat = 0.3f;
+    Material pane = coated;
+    pane.transmission = 0.6f;
+    add_quad(scene, add_material(scene, diffuse_material(vec3(0.7f))), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    const int metal = add_material(scene, metal_material({0.8f, 0.8f, 0.9f}, 0.2f));
+    add_smooth_ball(scene, add_material(scene, coated), {-1, 0.6f, 0}, 0.5f);
+    add_smooth_ball(scene, add_material(scene, brushed), {1, 0.6f, 0}, 0.5f, 5);
+    add_smooth_ball(scene, add_material(scene, pane), {1, 0.5f, 1.1f}, 0.3f, 5);
+    const int ball = add_smooth_ball(scene, add_material(scene, diffuse_material(vec3(0.8f))), vec3(0), 0.5f);
+    scene.instances[static_cast<std::size_t>(ball)].object_to_world =
+        dmat4(dvec4(-1, 0, 0, 0), dvec4(0, 0.7, 0.3, 0), dvec4(0, -0.3, 1.1, 0), dvec4(0, 0.7, -0.6, 1));  // mirrors
+    for (const int side : {-1, 1}) {
+        const auto s = static_cast<float>(side);
+        add_quad(scene, side < 0 ? metal : add_material(scene, brushed), {0, 0.1f, 0.5f}, {0.7f * s, 0.4f, 0},
+                 {0, 0, 0.9f});
+        for (std::size_t i = 0; i < 4; ++i) {
+            const vec3 p = scene.meshes.back().positions[i];
+            scene.meshes.back().normals[i] = glm::normalize(vec3(-1.2f * p.x, 1, 0));
+        }
+    }
+    add_quad(scene, add_material(scene, light_material({4, 3.6f, 3})), {-1.5f, 2.5f, -1}, {1, 0, 0}, {0, 0, 1});
+    PunctualLight sun;
+    sun.type = LightType::directional;
+    sun.direction = glm::normalize(vec3(1, -0.6f, -0.3f));
+    sun.intensity = vec3(1);
+    scene.lights.push_back(sun);
+    set_tangents(scene);
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
+    expect_agreement(scene, {.name = "smooth", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, MaskAndBlend) {
     const Scene scene = curtain_scene();
     expect_agreement(scene, {.name = "curtains", .camera = scene.cameras[0], .bounces = 4});

@@ -382,6 +382,13 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
             test_sampling(tilted, Component::glossy, random, std::string("tilted ") + c.name);
             if (c.parameters.metallic < 1) test_sampling(tilted, Component::diffuse, random, c.name);
         }
+        // The mirror direction of this view at the normal is below the horizon.
+        const dvec3 away = direction_at(std::cos(0.17), 1 + kPi);
+        BsdfParameters turned = c.parameters;
+        if (turned.anisotropy > 0)
+            turned.rough_direction = normalize(turned.rough_direction - dot(turned.rough_direction, away) * away);
+        const Bsdf bent(turned, direction_at(0.3, 1), kUp, away, away);
+        test_sampling(bent, Component::glossy, random, std::string("bent ") + c.name);
     }
 }
 
@@ -413,6 +420,13 @@ TEST(ReferenceBsdf, MirrorsReflectAndPassStraight) {
     EXPECT_NEAR(length(reflected->wi - dvec3(-wo.x, -wo.y, wo.z)), 0, 1e-15);
     EXPECT_NEAR(reflected->weight.y, 0.5 + 0.5 * std::pow(0.4, 5), 1e-15);
     EXPECT_EQ(metal.evaluate(reflected->wi).glossy, dvec3(0));
+
+    // A normal that would reflect below the horizon is bent.
+    const Bsdf bent({.roughness = 0}, direction_at(0.3, 1), kUp, direction_at(std::cos(0.17), 1 + kPi), kUp);
+    const auto above = bent.sample(0.5, 0.5, 0.5);
+    ASSERT_TRUE(above && above->mirror);
+    EXPECT_NEAR(above->wi.z, 0.01, 1e-12);
+    EXPECT_NEAR(above->weight.x, 1, 1e-12);
 
     const Bsdf glass({.metallic = 0, .roughness = 0, .transmission = 1}, wo, kUp, kUp, kUp);
     const double f0 = 0.04, fresnel = f0 + (1 - f0) * std::pow(0.4, 5);

@@ -105,6 +105,14 @@ int add_ball(Scene& scene, int material, const vec3& centre, float radius, int r
     return add_instance(scene, std::move(mesh));
 }
 
+int add_smooth_ball(Scene& scene, int material, const vec3& centre, float radius, int rings) {
+    const int ball = add_ball(scene, material, centre, radius, rings);
+    Mesh& mesh = scene.meshes.back();
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        mesh.normals[i] = glm::normalize(mesh.positions[i] - centre);
+    return ball;
+}
+
 Scene cornell_box(const Material& tall) {
     Scene scene;
     scene.name = "cornell box";

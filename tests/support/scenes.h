@@ -23,6 +23,8 @@ int add_quad(Scene& scene, int material, const vec3& p, const vec3& u, const vec
 int add_box(Scene& scene, int material, const vec3& lower, const vec3& upper);
 /// Adds a ball of flat faces that face outwards.
 int add_ball(Scene& scene, int material, const vec3& centre, float radius, int rings = 8);
+/// Adds a ball with the vertex normals of a sphere.
+int add_smooth_ball(Scene& scene, int material, const vec3& centre, float radius, int rings = 6);
 
 /// Returns a box of 2 units about the origin, open towards +Z. It has red and green walls, two blocks, a light under
 /// the ceiling and a camera. The taller block is of material `tall`.

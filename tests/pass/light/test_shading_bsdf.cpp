@@ -548,7 +548,8 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
             bad += smallest >= 0.0 && largest < 1e30 ? 0.0 : 1.0;  // false for NaN
             worst = max(worst, max(g.weight.x, d.weight.x));
             bool is_dark = v.diffuse + v.glossy == vec3(0.0);
-            bool between = dot(wi, b.geometric_normal) * dot(wi, b.normal) <= 0.0;  // the sides of n_g and n
+            float side_g = dot(wi, b.geometric_normal);
+            bool between = side_g * dot(wi, b.normal) <= 0.0 && side_g * dot(wi, base_normal(b, wo)) <= 0.0;
             bad += between && !is_dark && b.coat == 0.0 ? 1.0 : 0.0;
         }
         result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission + b.p_sheen);
@@ -560,6 +561,50 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
         EXPECT_TRUE(found[i].z >= 0 && found[i].z <= 1 && found[i].w >= 0 && found[i].w <= 1.000001f)
             << describe(cases[i]);
     }
+}
+
+TEST_F(ShadingBsdf, BentNormalsReflectAboveTheHorizon) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    const auto direction = [&] { return normalize(dvec3(normal(random), normal(random), normal(random))); };
+    std::vector<vec4> inputs;
+    for (int i = 0; i < 40000; ++i) {
+        const dvec3 horizon = direction();
+        dvec3 wo = direction(), n = direction();
+        if (i % 8 == 1) n = -horizon;
+        if (i % 8 == 2) n = wo;
+        if (i % 8 == 3) n = -wo;
+        if (i % 8 == 4) n = horizon;
+        if (i % 8 == 5) n = normalize(horizon + 0.1 * n);
+        if (i % 8 >= 6) wo = normalize(wo - dot(wo, horizon) * horizon + (i % 8 == 6 ? 1e-3 : 0.0) * horizon);
+        if (dot(horizon, wo) < 0) wo -= 2 * dot(horizon, wo) * horizon;
+        inputs.insert(inputs.end(), {vec4(horizon, 0), vec4(n, 0), vec4(wo, 0)});
+    }
+    const auto found = scene.run(kLibrary, R"(
+        vec3 horizon = inputs[3u * i].xyz;
+        vec3 wo = inputs[3u * i + 2u].xyz;
+        vec3 n = bend_normal(inputs[3u * i + 1u].xyz, wo);
+        vec3 bent = reflecting_normal(n, horizon, wo);
+        float least = min(0.9 * dot(horizon, wo), 0.01);
+        result[0] = vec4(dot(reflect(-wo, n), horizon), dot(reflect(-wo, bent), horizon), least, dot(bent, wo));
+        result[1] = vec4(bent - n, length(bent));
+    )",
+                                 static_cast<std::uint32_t>(inputs.size() / 3), 2, inputs);
+    int bent = 0, kept = 0;
+    for (std::size_t i = 0; 2 * i < found.size(); ++i) {
+        const vec4& heights = found[2 * i];
+        const vec4& change = found[2 * i + 1];
+        EXPECT_NEAR(change.w, 1, 1e-5) << i;
+        EXPECT_GE(heights.w, -1e-7) << i;
+        EXPECT_GE(heights.y, heights.z - 5e-4) << i;
+        if (heights.x > heights.z + 1e-5) {
+            EXPECT_EQ(vec3(change), vec3(0)) << i;
+            ++kept;
+        } else {
+            ++bent;
+        }
+    }
+    EXPECT_GT(std::min(bent, kept), 5000);
 }
 
 }  // namespace
