@@ -6,8 +6,8 @@
 // the halves show that the filter is wrong, the picture stays the mean of the samples, to which it converges. Emission
 // and directly visible environment are not filtered.
 //
-// In sequences, frames before and after serve as further windows. Pixels of surfaces that a neighbour does not show
-// take nothing from it.
+// In sequences, the halves of frames before and after are moved along the motion of surfaces and averaged with those of
+// the frame, before they are filtered. Pixels of surfaces that a neighbour does not show take nothing from it.
 #pragma once
 
 #include <array>
