@@ -70,7 +70,7 @@ struct RenderStats {
         int rendered = 0;    // number of frames rendered for this picture, itself included; others were held in memory
         double seconds = 0;  // time of denoising, seconds
     };
-    std::optional<Neighbours> neighbours;  // of frames that are denoised with others
+    std::optional<Neighbours> neighbours;  // statistics of a frame that is denoised with others
     rays::HierarchyCounts hierarchies;     // hierarchies built, refitted or kept for this picture
 };
 

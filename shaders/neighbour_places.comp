@@ -4,14 +4,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D guide;   // xyz: normal; w: ln(depth)
 uniform sampler2D motion;  // xy: way of the surface to its place in the neighbour, pixels; z: change of ln(depth) on it;
                            // w: object, 0: none
-uniform sampler2D motion_back;  // the same from the neighbour to this frame
+uniform sampler2D motion_back;  // motion from the neighbour to this frame
 uniform sampler2D other_guide;
 layout(rgba32f) writeonly uniform image2D place;  // xy: pixel of the neighbour; z: 1 where it shows the surface, else 0
 
 // Most that a surface may differ between two frames.
 const float kMostWay = 1.5;     // between a pixel and the end of the way there and back, pixels
-const float kMostDepth = 0.1;   // of ln(depth)
-const float kMostNormal = 0.5;  // of the normal
+const float kMostDepth = 0.1;   // difference of ln(depth)
+const float kMostNormal = 0.5;  // difference of the normals
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

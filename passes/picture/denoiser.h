@@ -26,7 +26,7 @@ inline constexpr std::array kFilteredLights = {FilteredLight::direct_diffuse, Fi
 inline constexpr std::size_t kDenoiserPixelBytes = (5 + 2 * kFilteredLights.size() + 12) * sizeof(vec4);
 /// Peak number of bytes per pixel that a denoised frame with neighbours takes on top: its motion, and transients.
 inline constexpr std::size_t kDenoiserNeighbourBytes = (8 + 12) * sizeof(vec4);
-/// Number of bytes per pixel of a neighbour's textures: DenoiserPixels, and motion to `frames` other frames.
+/// Returns the bytes per pixel of a neighbour's textures: DenoiserPixels, and motion to `frames` other frames.
 constexpr std::size_t denoiser_frame_bytes(int frames) {
     return (5 + 2 * kFilteredLights.size() + std::size_t(frames)) * sizeof(vec4);
 }
