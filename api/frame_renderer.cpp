@@ -1,6 +1,8 @@
 #include "api/halflight/frame_renderer.h"
 
 #include <algorithm>
+#include <limits>
+#include <map>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -14,6 +16,7 @@
 #include "passes/light/radiance_cache.h"
 #include "renderer/memory.h"
 #include "renderer/metering.h"
+#include "renderer/noisy_frame.h"
 #include "renderer/pilot.h"
 #include "renderer/preview_picture.h"
 #include "renderer/render.h"
@@ -76,6 +79,13 @@ struct FrameRenderer::State {
     std::optional<Estimator> found;           // result of the pilot
     PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
+    /// A frame that waits for the frames near it, and serves as their neighbour.
+    struct Held {
+        RenderResult result;  // the noisy picture; empty once it was denoised
+        std::unique_ptr<NoisyFrame> noisy;
+    };
+    std::map<std::uint32_t, Held> held;  // by frame; frames near the one rendered last
+    std::uint64_t held_choice = 0;       // LoadedScene::choice_revision() of `held`
     double load_seconds = 0;
     double reference_seconds = 0;  // time to prepare the reference pose, counted with the next picture
     bool at_reference = false;     // `prepared` holds the reference pose
@@ -115,6 +125,7 @@ struct FrameRenderer::State {
         server.reset();
         prepared.reset();
         history.forget();
+        held.clear();
     }
     /// Calls f(); where that throws, the next picture prepares the scene anew.
     template <class F>
@@ -208,8 +219,11 @@ struct FrameRenderer::State {
         const MemoryEstimate m =
             fit_into_memory(prepared->buffers().needs(), scene.size(), s, picture_use(), ledger.free());
         const std::size_t whole = m.film + m.preview + m.shutter + m.writing;
+        const std::string near = neighbour_frames(s) > 0
+                                     ? fmt::format(" with {} frames before and after", neighbour_frames(s))
+                                     : std::string();
         ledger.check(m.picture(), "render settings",
-                     fmt::format("{} x {} pixels: picture {}, the smallest bands {}", s.width, s.height,
+                     fmt::format("{} x {} pixels: picture{} {}, the smallest bands {}", s.width, s.height, near,
                                  text_of_bytes(whole), text_of_bytes(m.picture() - whole)));
         picture_memory = {ledger, MemoryPart::picture, whole};
         bands_memory = {ledger, MemoryPart::bands, m.band + m.reading};
@@ -264,6 +278,86 @@ struct FrameRenderer::State {
         FrameSettings moving = frame_settings;
         moving.previous_surfaces = &surfaces;
         return picture(seconds, moving, progress);
+    }
+    /// Returns the frames that the denoiser uses for a frame, itself included.
+    std::vector<std::uint32_t> frames_near(std::uint32_t frame) const {
+        std::vector<std::uint32_t> frames;
+        const std::int64_t reach = neighbour_frames(settings);
+        for (std::int64_t n = frame - reach; n <= frame + reach; ++n)
+            if (n >= 0 && n <= std::numeric_limits<std::uint32_t>::max())
+                frames.push_back(static_cast<std::uint32_t>(n));
+        return frames;
+    }
+    /// Returns the scene at a frame; none where it cannot be posed. Such a frame fails alone and is no neighbour.
+    std::optional<Scene> pose_of(std::uint32_t frame) {
+        try {
+            return scene.posed(scene.frame_rate().seconds(frame));
+        } catch (const BudgetError&) {
+            throw;
+        } catch (const Error&) {
+            return std::nullopt;
+        }
+    }
+    /// Renders a frame that waits for the frames near it. Interrupted frames are incomplete.
+    Held noisy(std::uint32_t frame, const ProgressCallback& progress) {
+        Held made{{}, std::make_unique<NoisyFrame>()};
+        set_frame(frame);
+        FrameSettings own = settings;
+        own.noisy = made.noisy.get();
+        made.result = still(frame, own, progress);
+        if (made.result.stats.interrupted) return made;
+        for (const std::uint32_t other : frames_near(frame)) {
+            if (other == frame) continue;
+            Stopwatch clock;
+            const double seconds = scene.frame_rate().seconds(other);
+            std::optional<PreviousSurfaces> surfaces;
+            if (scene.surfaces_move()) {
+                std::optional<Scene> there = pose_of(other);
+                if (!there) continue;
+                surfaces.emplace(scene.scene(), std::move(*there));
+            }
+            const auto offset = static_cast<int>(std::int64_t{other} - frame);
+            made.noisy->add_motion(offset, own.camera, scene.camera(seconds).camera, surfaces ? &*surfaces : nullptr);
+            load_seconds += clock.lap();
+        }
+        made.noisy->finish();
+        return made;
+    }
+    /// Renders a frame and those near it that are not held yet, and denoises it with them.
+    RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
+        const std::vector<std::uint32_t> frames = frames_near(frame);
+        if (held_choice != scene.choice_revision()) held.clear();
+        held_choice = scene.choice_revision();
+        std::erase_if(held, [&](const auto& h) {
+            const bool near = std::ranges::find(frames, h.first) != frames.end();
+            return !near || (h.first == frame && h.second.result.beauty.pixels.empty());
+        });
+        const auto missing = static_cast<int>(frames.size() - held.size());
+        int rendered = 0;
+        for (const std::uint32_t n : frames) {
+            if (held.contains(n)) continue;
+            const auto of_all = [&](RenderProgress p) {
+                p.samples_done += rendered * p.samples_total;
+                p.samples_total *= missing;
+                p.picture = {};
+                return !progress || progress(p);
+            };
+            if (n != frame && scene.surfaces_move() && !pose_of(n)) continue;
+            Held made = noisy(n, of_all);
+            if (made.result.stats.interrupted) return std::move(made.result);
+            held.emplace(n, std::move(made));
+            ++rendered;
+        }
+        set_frame(frame);
+        std::vector<NearFrame> near;
+        for (auto& [n, h] : held)
+            if (n != frame) near.push_back({static_cast<int>(std::int64_t{n} - frame), h.noisy.get()});
+        Held& own = held.at(frame);
+        RenderResult result = std::move(own.result);
+        own.result = {};
+        guarded([&] { renderer->denoise(*own.noisy, near, result); });
+        if (result.stats.neighbours) result.stats.neighbours->rendered = rendered;
+        return result;
     }
     RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress) {
         const FrameSettings own = settings;
@@ -370,7 +464,9 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.history.forget();
     s.last_frame.reset();  // set again when this frame is complete
     s.settings.history = &s.history;
-    RenderResult result = s.shutter.open > 0 ? s.blurred(frame, progress) : s.still(frame, s.settings, progress);
+    RenderResult result = s.shutter.open > 0                 ? s.blurred(frame, progress)
+                          : neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
+                                                             : s.still(frame, s.settings, progress);
     s.last_frame = frame;
     if (s.deformer) {
         const DeformStatistics d = s.deformer->take_statistics();
@@ -387,6 +483,7 @@ const RenderSettings& FrameRenderer::settings() const {
 void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
     const std::uint32_t frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
+    state_->held.clear();
     state_->set_frame(frame);
 }
 

@@ -325,7 +325,7 @@ void LoadedScene::edit(SceneEdits edits) {
         scene_.environment = unedited_->environment;
     }
     apply_edits();
-    ++revision_;
+    ++revision_, ++choice_revision_;
     if (choice_.edits.transforms != earlier.transforms) ++transform_revision_;
 }
 
@@ -333,6 +333,7 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
     check_surfaces();  // a default camera frames them
     camera_ = choose_camera(scene_, camera);
     camera_choice_ = camera;
+    ++choice_revision_;
 }
 
 void LoadedScene::frame_for(double aspect) {

@@ -110,6 +110,12 @@ void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const 
     }
 }
 
+/// Returns the settings of frames of a sequence.
+RenderSettings of_sequence(RenderSettings settings) {
+    if (!settings.denoise_frames) settings.denoise_frames = settings.denoise ? kDenoiseFrames : 0;
+    return settings;
+}
+
 std::string fingerprint_of(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
                            const ColorConfig& colors, const SequenceOptions& o) {
     return sequence_fingerprint(scene, settings, shutter, colors, o.output, part_of(o.frames, o.part));
@@ -255,7 +261,7 @@ void check_outputs(const SequenceOptions& o) {
 std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
                                              const Shutter& shutter, const ColorConfig& colors,
                                              const SequenceOptions& o) {
-    const std::string fingerprint = fingerprint_of(scene, settings, shutter, colors, o);
+    const std::string fingerprint = fingerprint_of(scene, of_sequence(settings), shutter, colors, o);
     std::vector<std::uint32_t> bad;
     for (const std::uint32_t frame : part_of(o.frames, o.part)) {
         const auto is_whole = [&](const std::filesystem::path& path) {
@@ -271,7 +277,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     check_outputs(o);
     RendererOptions options = renderer;
     if (!options.colors) options.colors = ColorConfig::load();
-    RenderSettings settings = asked;
+    RenderSettings settings = of_sequence(asked);
     settings.want_view = wants(o, "png") || o.movie;
     settings.measure = o.stats.has_value();
     working_space(*options.colors, o.output.working_space);  // throws for unknown names
@@ -279,7 +285,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     const std::vector<std::uint32_t> frames = part_of(o.frames, o.part);
     const std::string fingerprint = fingerprint_of(scene, settings, options.shutter, *options.colors, o);
     const std::vector<std::uint32_t> todo = frames_to_make(o, frames, settings.preview.temporal, fingerprint, log);
-    settings.pictures = static_cast<int>(todo.size());
+    settings.pictures = static_cast<int>(todo.size()) * (1 + 2 * neighbour_frames(settings));
     if (o.stats) append_line(*o.stats, "");
 
     SequenceTally tally{.frames = frames.size(), .kept = frames.size() - todo.size()};

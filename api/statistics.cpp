@@ -130,6 +130,7 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
         scene.choice().scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame,
         text(s.filter), environment_name(scene.scene().environment), text(stats.estimator), name(stats.primary));
     if (s.denoise) line += ", denoised";
+    if (neighbour_frames(s) > 0) line += fmt::format(" with {} frames before and after", neighbour_frames(s));
     if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
@@ -174,6 +175,9 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
     Json deformed_json;
     if (const auto& d = renderer.deformed())
         deformed_json = {{"vertices", d->vertices}, {"vertices_on_cpu", d->vertices_on_cpu}, {"seconds", d->seconds}};
+    Json neighbours;
+    if (const auto& n = stats.neighbours)
+        neighbours = {{"frames", n->frames}, {"rendered_frames", n->rendered}, {"seconds", n->seconds}};
     Json error;
     if (const auto& e = stats.error) {
         error = {{"metric", name(e->target.metric)}, {"relmse_epsilon", kRelativeEpsilon}, {"value", e->estimate.value},
@@ -205,6 +209,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"estimator", text(stats.estimator)},
           {"asked_estimator", text(s.estimator)},
           {"denoise", s.denoise},
+          {"denoise_frames", neighbour_frames(s)},
           {"preview", text(s.preview)},
           {"seed", s.seed},
           {"frame", s.frame},
@@ -234,6 +239,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"write", times.write}}},
         {"radiance_cache", radiance_cache},
         {"deformed", deformed_json},
+        {"denoise_neighbours", neighbours},
         {"hierarchies",
          {{"kept", stats.hierarchies.kept},
           {"refitted", stats.hierarchies.refitted},

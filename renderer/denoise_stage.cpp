@@ -1,47 +1,42 @@
 #include "renderer/denoise_stage.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "engine/core/image_tools.h"
+#include "engine/core/stopwatch.h"
 #include "engine/graph/compile.h"
 
 namespace halflight {
+namespace {
+
+constexpr const char* kBias = "denoised: noise of reflected light filtered by non-local means";
+
+}  // namespace
 
 DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors,
                            const FrameNeeds& needs, const SceneNeeds& scene)
-    : desc_{settings.width, settings.height, GL_RGBA32F},
-      mean_("denoiser mean", desc_),
-      guide_("denoiser guide", desc_),
-      reflectance_("denoiser reflectance", desc_),
-      diffuse_albedo_("denoiser diffuse albedo", desc_),
-      glossy_albedo_("denoiser glossy albedo", desc_),
-      executor_(programs) {
+    : desc_{settings.width, settings.height, GL_RGBA32F}, executor_(programs) {
     executor_.measure(settings.measure);
     if (settings.want_view) view_ = colors.view(settings.view);
     const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && settings.bounces > 1;
-    const bool present[] = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
-    for (const FilteredLight component : kFilteredLights) {
-        const auto index = static_cast<std::size_t>(component);
-        if (present[index]) light_[index].emplace(desc_);
-    }
+    present_ = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
+    if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_);
 }
 
-void DenoiseStage::begin() {
+void DenoiseStage::begin(NoisyFrame* frame) {
     has_halves_ = denoised_ = false;
+    kept_ = frame;
+    std::optional<DenoiserTextures>& pixels = kept_ ? kept_->pixels : own_;
+    if (!pixels) pixels.emplace(desc_, present_);
     executor_.reset_times();
-}
-
-DenoiserPixels DenoiseStage::import_pixels(graph::Graph& graph) {
-    const auto import = [&](gpu::Texture& texture) { return graph.import_texture(texture.name(), texture); };
-    DenoiserPixels pixels{import(mean_), import(guide_), import(reflectance_), import(diffuse_albedo_),
-                          import(glossy_albedo_)};
-    for (std::size_t i = 0; i < light_.size(); ++i)
-        if (light_[i]) pixels.light[i] = {import(light_[i]->first), import(light_[i]->second)};
-    return pixels;
 }
 
 void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                             const SampleHalves& samples) {
-    const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, samples, import_pixels(graph));
+    DenoiserTextures& textures = kept_ ? *kept_->pixels : *own_;
+    const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, samples, textures.import_pixels(graph));
     for (const graph::TextureHandle h :
          {filled.mean, filled.guide, filled.reflectance, filled.diffuse_albedo, filled.glossy_albedo})
         graph.output(h);
@@ -50,28 +45,67 @@ void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumul
     has_halves_ = has_halves_ || (samples.first > 0 && samples.first < samples.all);
 }
 
-void DenoiseStage::apply(Film& film) {
-    if (!has_halves_) return;
-    graph::Graph graph;
-    const DenoisedPicture made = add_denoiser(graph, import_pixels(graph));
-    denoised_ = bool(made.weights);
-    if (!denoised_) return;
+std::optional<DenoiseStage::Made> DenoiseStage::make(graph::Graph& graph, const DenoiserPixels& pixels,
+                                                     std::span<const DenoiserNeighbour> neighbours) {
+    const DenoisedPicture made = add_denoiser(graph, pixels, neighbours);
+    if (!made.weights) return std::nullopt;
     graph.output(made.picture), graph.output(made.weights);
     const graph::CompiledGraph compiled = graph::compile(graph);
     transient_bytes_ = compiled.slot_bytes;
     executor_.run(compiled);
-    Image picture(desc_.width, desc_.height, 4);
-    picture.pixels = executor_.texture(made.picture).read_float();
-    film.replace_pictures(std::move(picture), view_ ? &*view_ : nullptr);
-    if (film.wants({LayerSource::denoiser})) film.add_denoiser_weights(executor_.texture(made.weights).read_float());
+    Made result{Image(desc_.width, desc_.height, 4), executor_.texture(made.weights).read_float()};
+    result.picture.pixels = executor_.texture(made.picture).read_float();
+    return result;
+}
+
+void DenoiseStage::apply(Film& film) {
+    if (kept_) kept_->has_halves = has_halves_;
+    if (kept_ || !has_halves_) return;
+    graph::Graph graph;
+    std::optional<Made> made = make(graph, own_->import_pixels(graph), {});
+    denoised_ = made.has_value();
+    if (!denoised_) return;
+    film.replace_pictures(std::move(made->picture), view_ ? &*view_ : nullptr);
+    if (film.wants({LayerSource::denoiser})) film.add_denoiser_weights(made->weights);
 }
 
 void DenoiseStage::fill_stats(RenderStats& stats) const {
-    const std::size_t each = gpu::texture_bytes(desc_);
-    stats.gpu_bytes += 5 * each + transient_bytes_;
-    for (const std::optional<Halves>& light : light_) stats.gpu_bytes += light ? 2 * each : 0;
-    if (denoised_) stats.biases.emplace_back("denoised: noise of reflected light filtered by non-local means");
+    stats.gpu_bytes += (own_ ? own_->bytes() + transient_bytes_ : 0);
+    if (denoised_) stats.biases.emplace_back(kBias);
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
+}
+
+void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result) {
+    const Stopwatch watch;
+    executor_.reset_times();
+    graph::Graph graph;
+    std::vector<DenoiserNeighbour> neighbours;
+    RenderStats& stats = result.stats;
+    stats.gpu_bytes += frame.bytes();
+    for (const NearFrame& other : near) {
+        stats.gpu_bytes += other.frame->bytes();
+        gpu::Texture *there = frame.motion(other.offset), *back = other.frame->motion(-other.offset);
+        if (!other.frame->has_halves || !there || !back) continue;
+        neighbours.push_back({other.frame->pixels->import_pixels(graph), graph.import_texture("motion", *there),
+                              graph.import_texture("motion back", *back)});
+    }
+    std::optional<Made> made;
+    if (frame.has_halves) made = make(graph, frame.pixels->import_pixels(graph), neighbours);
+    if (!made) return;
+    result.beauty = std::move(made->picture);
+    if (view_) result.view = view_->apply(result.beauty);
+    const AovInfo& layer = *find_aov("denoiser");
+    for (ExrLayer& own : result.aovs) {
+        if (own.channels != layer.channel_names()) continue;
+        Image weights(desc_.width, desc_.height, 4);
+        weights.pixels = std::move(made->weights);
+        own.image = rgb(weights);
+    }
+    stats.gpu_bytes += transient_bytes_;
+    stats.biases.insert(stats.biases.begin(), fmt::format("{}, also over {} neighbouring frames", kBias, near.size()));
+    for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
+    stats.neighbours = {static_cast<int>(near.size()), 0, watch.seconds()};
+    stats.render_seconds += watch.seconds();
 }
 
 }  // namespace halflight

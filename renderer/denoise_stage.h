@@ -2,25 +2,29 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "engine/color/color.h"
 #include "engine/graph/execute.h"
 #include "passes/picture/denoiser.h"
 #include "renderer/film.h"
 #include "renderer/needs.h"
+#include "renderer/noisy_frame.h"
 #include "renderer/render.h"
 
 namespace halflight {
 
-/// Connects the denoiser with the bands and the film of a renderer. Owns the textures of the whole picture.
+/// Connects the denoiser with the bands and the film of a renderer. Owns the textures of a picture that is denoised at
+/// once.
 class DenoiseStage {
   public:
     /// Prepares for settings with `denoise`. Throws Error where the driver has no textures so large.
     DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors,
                  const FrameNeeds& needs, const SceneNeeds& scene);
 
-    /// Begins another picture.
-    void begin();
+    /// Begins another picture. frame: keeps the picture for denoise(), so that apply() leaves it noisy; null: apply()
+    /// denoises it.
+    void begin(NoisyFrame* frame);
     /// Adds a band's inputs to the graph that makes its beauty. sums: as Accumulated, with features and halves.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                   const SampleHalves& samples);
@@ -29,18 +33,23 @@ class DenoiseStage {
     void apply(Film& film);
     /// Adds memory, bias and times of the last picture.
     void fill_stats(RenderStats& stats) const;
+    /// Replaces the picture of a frame that begin() has kept, like apply(). Adds memory, bias and times.
+    void denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result);
 
   private:
-    DenoiserPixels import_pixels(graph::Graph& graph);
-
-    /// Textures of the halves of a component.
-    struct Halves {
-        explicit Halves(const gpu::TextureDesc& desc) : first("first half", desc), second("second half", desc) {}
-        gpu::Texture first, second;
+    /// A denoised picture with its weights, RGBA.
+    struct Made {
+        Image picture;
+        std::vector<float> weights;
     };
+    /// Returns none for pictures that have nothing to denoise.
+    std::optional<Made> make(graph::Graph& graph, const DenoiserPixels& pixels,
+                             std::span<const DenoiserNeighbour> neighbours);
+
     gpu::TextureDesc desc_;
-    gpu::Texture mean_, guide_, reflectance_, diffuse_albedo_, glossy_albedo_;  // see DenoiserPixels
-    std::array<std::optional<Halves>, kFilteredLights.size()> light_;           // none: the picture has no such light
+    DenoiserTextures::Present present_{};
+    std::optional<DenoiserTextures> own_;
+    NoisyFrame* kept_ = nullptr;  // frame that gets the picture; null: own_ gets it
     std::optional<ViewProcessor> view_;
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;

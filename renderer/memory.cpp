@@ -9,6 +9,7 @@
 #include "renderer/band_size.h"
 #include "renderer/film.h"
 #include "renderer/frame_options.h"
+#include "renderer/noisy_frame.h"
 #include "renderer/replicates.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/light.h"
@@ -44,7 +45,7 @@ std::size_t mattes(const RenderSettings& s) {
 }
 
 bool wants_records(const RenderSettings& s) {
-    return asked_for(s, {Source::record}) || s.preview.of_picture();
+    return asked_for(s, {Source::record}) || s.preview.of_picture() || neighbour_frames(s) > 0;
 }
 
 /// Replaces automatic choices by the most expensive choice of a pilot.
@@ -116,6 +117,14 @@ std::size_t preview_bytes(const Preview& p) {
     return (kPixels + (p.temporal ? kEarlier : 0) + (p.filter ? kDenoiseLevels + 2 : 0)) * kTexel;
 }
 
+/// Returns the bytes per pixel of the denoiser. A frame of a sequence waits with its layers for those after it.
+std::size_t denoiser_bytes(const RenderSettings& s) {
+    const int near = 2 * neighbour_frames(s);
+    if (!s.denoise) return 0;
+    return kDenoiserPixelBytes + (near > 0 ? kDenoiserNeighbourBytes + NoisyFrame::kPlaceBytes : 0) +
+           std::size_t(near) * (denoiser_frame_bytes(near) + film_bytes(s));
+}
+
 /// Returns the bytes per pixel: sums in double, and the first picture. Pictures at the frame's own time count apart.
 std::size_t shutter_bytes(const RenderSettings& s) {
     std::size_t channels = 4;
@@ -139,7 +148,7 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use) {
     const std::size_t pixels = std::size_t(s.width) * std::size_t(s.height);
     m.film = film_bytes(s) * pixels;
-    m.preview = preview_bytes(s.preview) * pixels + (s.denoise ? kDenoiserPixelBytes * pixels : 0) +
+    m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s) * pixels +
                 (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
     m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;
     m.writing = writing_bytes(s, use);

@@ -87,7 +87,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     if (s.scene.buffers().tiles()) s.scene.buffers().tiles()->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
-    if (s.denoiser) s.denoiser->begin();
+    if (s.denoiser) s.denoiser->begin(frame.noisy);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;
@@ -147,6 +147,12 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};
     }
     return result;
+}
+
+void Renderer::denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result) {
+    State& s = state();
+    s.denoiser->denoise(frame, near, result);
+    s.scene.context().check("denoising");
 }
 
 std::string Renderer::graph_dot() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "engine/color/color.h"
@@ -17,6 +18,7 @@ namespace halflight {
 namespace rays {
 class BatchServer;
 }
+struct NearFrame;
 
 /// Renders pictures of a scene, one after the other. Visibility state and measured run times are carried from band to
 /// band and from picture to picture. They affect time only: a picture is a function of scene and settings, whatever was
@@ -37,6 +39,9 @@ class Renderer {
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// Renders the picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
+    /// Denoises a picture that was rendered with FrameSettings::noisy, with the frames near it
+    /// (renderer/noisy_frame.h).
+    void denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result);
     /// Brings the renderer's own scene to another pose (PreparedScene::update). Statistics of tracing speed and
     /// visibility are kept where the pose needs no other shaders or buffers; the radiance cache is emptied. Throws
     /// Error; all further calls then throw Error, too.

@@ -19,7 +19,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     for (const Mattes::Layer& layer : with.mattes->layers())
         film.add_ids(where, mattes, layer.aov->name, layer.coverage);
 
-    const bool data = with.aov && (preview || film.wants({Source::record}));
+    const bool data = with.aov && (preview || frame.noisy || film.wants({Source::record}));
     const bool debug = with.debug && film.wants({Source::debug});
     if (data || debug) {
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
@@ -53,9 +53,10 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-    if (with.aov && (film.wants({Source::record}) || (preview && frame.previous_surfaces))) {
+    if (with.aov && (film.wants({Source::record}) || frame.noisy || (preview && frame.previous_surfaces))) {
         const auto records = executor.read<shared::AovRecord>(with.aov);
         film.add_data(where, records);
+        if (frame.noisy) frame.noisy->add_places(where, records, scene.tables());
         if (frame.previous_surfaces)
             film.add_surface_motion(where, records, *frame.previous_surfaces,
                                     frame.previous_camera.value_or(frame.camera));

@@ -147,7 +147,8 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
 }
 
 void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
-    const bool aov = asked_for(settings, {LayerSource::record}) || settings.preview.of_picture();
+    const bool aov =
+        asked_for(settings, {LayerSource::record}) || settings.preview.of_picture() || neighbour_frames(settings) > 0;
     const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling"),
                              asked_for(settings, "residency")};
     if (!aov && !debug.any()) return;

@@ -65,7 +65,13 @@ struct RenderStats {
     };
     std::optional<Paging> paging;                    // statistics of scenes that are loaded in pages
     std::optional<paging::TileStatistics> textures;  // statistics of textures that are loaded in tiles
-    rays::HierarchyCounts hierarchies;               // hierarchies built, refitted or kept for this picture
+    struct Neighbours {
+        int frames = 0;      // number of neighbouring frames that the denoiser used
+        int rendered = 0;    // number of frames rendered for this picture, itself included; others were held in memory
+        double seconds = 0;  // time of denoising, seconds
+    };
+    std::optional<Neighbours> neighbours;  // statistics of a frame that is denoised with others
+    rays::HierarchyCounts hierarchies;     // hierarchies built, refitted or kept for this picture
 };
 
 /// A picture with its layers.

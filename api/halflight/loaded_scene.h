@@ -138,6 +138,9 @@ class LoadedScene {
     /// Returns a number that changes with each edit of transforms. Earlier hierarchies are invalid afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
 
+    /// Returns a number that changes with each edit and each choice of a camera.
+    std::uint64_t choice_revision() const { return choice_revision_; }
+
     /// Replaces all edits, in the last pose. Throws Error as check_edits() does, and keeps the earlier edits then.
     void edit(SceneEdits edits);
     const SceneEdits& edits() const { return choice_.edits; }
@@ -204,7 +207,7 @@ class LoadedScene {
     bool freed_ = false;  // free_surfaces() was called
     Deformer* deformer_ = nullptr;
     std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
-    std::uint64_t revision_ = 1, transform_revision_ = 1;
+    std::uint64_t revision_ = 1, transform_revision_ = 1, choice_revision_ = 1;
 };
 
 }  // namespace halflight

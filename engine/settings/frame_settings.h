@@ -10,6 +10,7 @@
 
 namespace halflight {
 
+class NoisyFrame;
 class PictureHistory;
 
 inline constexpr int kMaxSamples = 1 << 24;  ///< samples per pixel; a float32 counts no further
@@ -31,6 +32,8 @@ struct SceneSettings {
     const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: none has moved
     // History of Preview::temporal: light of earlier pictures, which this picture reads and updates; null: none.
     PictureHistory* history = nullptr;
+    // Keeps the noisy picture for Renderer::denoise(); null: a picture that is denoised is denoised at once.
+    NoisyFrame* noisy = nullptr;
     std::uint32_t frame = 0;  // frame number, which seeds the noise
 };
 

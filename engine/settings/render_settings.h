@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ class RadianceCache;
 
 inline constexpr int kMaxSide = 65536;  ///< pixels; drivers may allow less
 inline constexpr int kMaxBounces = 1024;
+inline constexpr int kMaxDenoiseFrames = 4;
+inline constexpr int kDenoiseFrames = 2;  ///< PictureSettings::denoise_frames of a sequence that leaves them open
 
 /// Settings that decide the pixels and hold for all pictures of a renderer. settings_table.h lists names and ranges.
 struct PictureSettings {
@@ -37,6 +40,9 @@ struct PictureSettings {
     // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names. Needs two
     // samples. Layers and error targets refer to the mean of the samples. Preview modes exclude it.
     bool denoise = false;
+    // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
+    // single pictures.
+    std::optional<int> denoise_frames{};
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // true: the picture through `view` is made, too
@@ -78,5 +84,10 @@ struct ScheduleSettings {
 };
 
 struct RenderSettings : FrameSettings, PictureSettings, ScheduleSettings {};
+
+/// Returns the number of frames before and after each frame that the denoiser uses.
+inline int neighbour_frames(const RenderSettings& settings) {
+    return settings.denoise ? settings.denoise_frames.value_or(0) : 0;
+}
 
 }  // namespace halflight

@@ -85,6 +85,21 @@ struct Value<Exposure> {
     }
 };
 
+/// A whole number, or "auto", which leaves it open.
+template <>
+struct Value<std::optional<int>> {
+    static constexpr Setting::Type type = Setting::Type::whole;
+    static std::string names() { return ""; }
+    static std::string text(const std::optional<int>& value) { return value ? Value<int>::text(*value) : kAuto; }
+    static std::string parse(const Setting& s, const std::string& text, std::optional<int>& value) {
+        int parsed = 0;
+        if (text == kAuto) return value.reset(), "";
+        if (!Value<int>::parse(s, text, parsed).empty())
+            return fmt::format("expects auto or a whole number from {} to {}, not '{}'", s.lower, s.upper, text);
+        return value = parsed, "";
+    }
+};
+
 /// A duration in seconds: a number, or a fraction such as "1/250".
 template <>
 struct Value<ExposureTime> {

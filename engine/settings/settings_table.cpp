@@ -153,6 +153,17 @@ std::vector<Setting> make_table() {
                         "samples as they become more; layers and --error refer to that mean",
                 .memory = true,
             }),
+        row([](auto& s) -> auto& { return s.denoise_frames; },
+            {
+                .name = "denoise-frames",
+                .group = kPicture,
+                .metavar = "N",
+                .help =
+                    "frames before and after each frame from which the denoiser takes light, too: less flicker; auto "
+                    "is 2 for sequences and 0 for single pictures",
+                .upper = kMaxDenoiseFrames,
+                .memory = true,
+            }),
         row([](auto& s) -> auto& { return s.aovs; },
             {
                 .name = "aov",

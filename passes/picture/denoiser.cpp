@@ -1,6 +1,8 @@
 #include "passes/picture/denoiser.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <functional>
 
 namespace halflight {
 namespace {
@@ -10,7 +12,7 @@ using graph::TextureHandle;
 
 constexpr int kTile = 32;  // width and height of the tile of a work group of shaders/nl_means.comp, pixels
 // Radii of triangle filters, pixels: two boxes of 2 r + 1 pixels are a triangle of radius 2 r.
-constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14;
+constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4;
 
 void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int tile = 8) {
     program.dispatch(static_cast<std::uint32_t>((picture.width + tile - 1) / tile),
@@ -18,18 +20,23 @@ void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int 
 }
 
 /// Declares a pass that runs a kernel once per pixel. `reads` and `writes` have the kernel's names; the textures that
-/// are written are new. Returns them in this order.
+/// are written are new. Returns them in this order. set: sets uniforms.
 template <std::size_t N>
 std::array<TextureHandle, N> add_kernel(graph::Graph& graph, const char* pass_name, const char* kernel,
                                         std::initializer_list<std::pair<const char*, TextureHandle>> reads,
-                                        const std::array<const char*, N>& writes, int tile = 8) {
+                                        const std::array<const char*, N>& writes, int tile = 8,
+                                        std::function<void(const gpu::Program&)> set = {}) {
     const gpu::TextureDesc desc = graph.desc(reads.begin()->second);
     graph::Pass pass = graph.add_pass(pass_name);
     for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
     std::array<TextureHandle, N> out;
     for (std::size_t i = 0; i < N; ++i)
         out[i] = pass.write(graph.create_texture(writes[i], desc), Access::image_write, writes[i]);
-    pass.execute([=](graph::Resources& r) { dispatch(r.compute(kernel), desc, tile); });
+    pass.execute([=](graph::Resources& r) {
+        const gpu::Program& program = r.compute(kernel);
+        if (set) set(program);
+        dispatch(program, desc, tile);
+    });
     return out;
 }
 
@@ -50,17 +57,38 @@ TextureHandle add_triangle(graph::Graph& graph, TextureHandle texture, int radiu
     return texture;
 }
 
-/// Inputs of a component that depend on surfaces alone.
-struct Surroundings {
-    TextureHandle picture;  // rgb: smoothed mean
-    TextureHandle albedo;   // rgb: albedo by which the light is divided
-    TextureHandle reach;    // rgb: weighted sum of the albedo of the pixels over which the light of fireflies is spread
+/// Returns the sum of the squares of the weights of add_triangle().
+float squares_of_triangle(int radius) {
+    float row = 0;
+    for (int i = -radius; i <= radius; ++i)
+        row += static_cast<float>((radius + 1 - std::abs(i)) * (radius + 1 - std::abs(i)));
+    row /= static_cast<float>((radius + 1) * (radius + 1)) * static_cast<float>((radius + 1) * (radius + 1));
+    return row * row;
+}
+
+/// Light of a component without fireflies.
+struct CalmLight {
+    TextureHandle first, second;  // see LightHalves
+    TextureHandle spread;         // rgb: light of fireflies over albedo, spread
 };
 
-/// Adds the share of a component to the picture that earlier components have left.
-DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels, FilteredLight component,
-                              const Surroundings& surroundings, const DenoisedPicture& before) {
-    const LightHalves& own = pixels.light[static_cast<std::size_t>(component)];
+/// Albedo by which a component is divided, and the sums over which the light of its fireflies is spread.
+struct Albedo {
+    TextureHandle albedo;
+    TextureHandle reach;  // rgb: weighted sum of the albedo of the pixels over which the light of fireflies is spread
+};
+
+TextureHandle albedo_of(const DenoiserPixels& pixels, FilteredLight component) {
+    return component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
+}
+
+Albedo add_albedo(graph::Graph& graph, const LightHalves& own, TextureHandle albedo) {
+    const auto [reflected] = add_kernel<1>(graph, "denoiser albedo", "shaders/half_albedo.comp",
+                                           {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
+    return {albedo, add_triangle(graph, reflected, kSpreadRadius)};
+}
+
+CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& albedo) {
     const auto [mean] = add_kernel<1>(graph, "denoiser mean", "shaders/half_mean.comp",
                                       {{"first", own.first}, {"second", own.second}}, {"mean"});
     const TextureHandle around = add_triangle(graph, mean, kAroundRadius);
@@ -72,43 +100,115 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                                         {"second", own.second},
                                                         {"outliers", outliers},
                                                         {"pooled", add_triangle(graph, outliers, kNoiseRadius)},
-                                                        {"albedo", surroundings.albedo},
-                                                        {"reach", surroundings.reach}},
+                                                        {"albedo", albedo.albedo},
+                                                        {"reach", albedo.reach}},
                                                        {"calm_first", "calm_second", "excess"});
-    const TextureHandle spread = add_triangle(graph, excess, kSpreadRadius);
+    return {first, second, add_triangle(graph, excess, kSpreadRadius)};
+}
+
+/// Returns the terms of the best share of new halves (change_terms() of shaders/lib/halves.glsl), averaged.
+TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHandle new_first, TextureHandle new_second,
+                         TextureHandle albedo, TextureHandle surroundings) {
+    const auto [terms] = add_kernel<1>(graph, "denoiser errors", "shaders/half_errors.comp",
+                                       {{"first", calm.first},
+                                        {"second", calm.second},
+                                        {"filtered_first", new_first},
+                                        {"filtered_second", new_second},
+                                        {"albedo", albedo},
+                                        {"surroundings", surroundings}},
+                                       {"terms"});
+    return add_triangle(graph, terms, kErrorRadius);
+}
+
+/// Returns light whose halves are means over this frame and its neighbours. surroundings: rgb: smoothed picture.
+CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, FilteredLight component,
+                         std::span<const DenoiserNeighbour> neighbours, TextureHandle surroundings,
+                         const CalmLight& own) {
+    CalmLight mean = own;
+    int frames = 1;
+    for (const DenoiserNeighbour& neighbour : neighbours) {
+        const LightHalves& halves = neighbour.pixels.light[static_cast<std::size_t>(component)];
+        if (!halves.first) continue;
+        const CalmLight other =
+            add_calm(graph, halves, add_albedo(graph, halves, albedo_of(neighbour.pixels, component)));
+        const auto [place] = add_kernel<1>(graph, "denoiser neighbours", "shaders/neighbour_places.comp",
+                                           {{"guide", pixels.guide},
+                                            {"motion", neighbour.motion},
+                                            {"motion_back", neighbour.motion_back},
+                                            {"other_guide", neighbour.pixels.guide}},
+                                           {"place"});
+        ++frames;
+        const auto [first, second, spread, differences] = add_kernel<4>(
+            graph, "denoiser neighbours", "shaders/neighbour_light.comp",
+            {{"place", place},
+             {"first", own.first},
+             {"second", own.second},
+             {"other_first", other.first},
+             {"other_second", other.second},
+             {"other_spread", other.spread},
+             {"spread_before", mean.spread}},
+            {"near_first", "near_second", "spread_mean", "differences"}, 8,
+            [frames](const gpu::Program& program) { program.set("share", 1.0f / static_cast<float>(frames)); });
+        const auto [mean_first, mean_second] =
+            add_kernel<2>(graph, "denoiser neighbours", "shaders/neighbour_add.comp",
+                          {{"near_first", first},
+                           {"near_second", second},
+                           {"pooled", add_triangle(graph, differences, kPoolRadius)},
+                           {"before_first", mean.first},
+                           {"before_second", mean.second}},
+                          {"mean_first", "mean_second"}, 8, [frames](const gpu::Program& program) {
+                              program.set("begins", frames == 2);
+                              program.set("pooled_squares", squares_of_triangle(kPoolRadius));
+                          });
+        mean = {mean_first, mean_second, spread};
+    }
+    if (frames == 1) return own;
+    const TextureHandle errors =
+        add_errors(graph, own, mean.first, mean.second, albedo_of(pixels, component), surroundings);
+    const auto [first, second] = add_kernel<2>(graph, "denoiser neighbours", "shaders/neighbour_mean.comp",
+                                               {{"first", own.first},
+                                                {"second", own.second},
+                                                {"mean_first", mean.first},
+                                                {"mean_second", mean.second},
+                                                {"errors", errors}},
+                                               {"steady_first", "steady_second"});
+    return {first, second, mean.spread};
+}
+
+/// Adds the share of a component to the picture that earlier components have left. surroundings: rgb: smoothed mean.
+DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels, FilteredLight component,
+                              const Albedo& albedo, TextureHandle surroundings,
+                              std::span<const DenoiserNeighbour> neighbours, const DenoisedPicture& before) {
+    const auto index = static_cast<std::size_t>(component);
+    const LightHalves& own = pixels.light[index];
+    const CalmLight calm =
+        add_neighbours(graph, pixels, component, neighbours, surroundings, add_calm(graph, own, albedo));
     const auto [noise] = add_kernel<1>(graph, "denoiser noise", "shaders/half_noise.comp",
-                                       {{"first", first}, {"second", second}}, {"noise"});
+                                       {{"first", calm.first}, {"second", calm.second}}, {"noise"});
     const auto [light] = add_kernel<1>(
         graph, "denoiser variance", "shaders/half_variance.comp",
-        {{"first", first}, {"second", second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}}, {"light"});
+        {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
+        {"light"});
     const auto [filtered_first, filtered_second] = add_kernel<2>(graph, "non-local means", "shaders/nl_means.comp",
                                                                  {{"light", light},
-                                                                  {"first", first},
-                                                                  {"second", second},
+                                                                  {"first", calm.first},
+                                                                  {"second", calm.second},
                                                                   {"guide", pixels.guide},
                                                                   {"reflectance", pixels.reflectance}},
                                                                  {"filtered_first", "filtered_second"}, kTile);
-    const auto [terms] = add_kernel<1>(graph, "denoiser errors", "shaders/half_errors.comp",
-                                       {{"first", first},
-                                        {"second", second},
-                                        {"filtered_first", filtered_first},
-                                        {"filtered_second", filtered_second},
-                                        {"albedo", surroundings.albedo},
-                                        {"surroundings", surroundings.picture}},
-                                       {"terms"});
-    const TextureHandle errors = add_triangle(graph, terms, kErrorRadius);
+    const TextureHandle errors = add_errors(graph, calm, filtered_first, filtered_second, albedo.albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
     graph::Pass pass = graph.add_pass("denoiser blend");
     const std::pair<const char*, TextureHandle> reads[] = {{"first", own.first},
                                                            {"second", own.second},
-                                                           {"calm_first", first},
-                                                           {"calm_second", second},
+                                                           {"calm_first", calm.first},
+                                                           {"calm_second", calm.second},
                                                            {"filtered_first", filtered_first},
                                                            {"filtered_second", filtered_second},
-                                                           {"spread", spread},
+                                                           {"spread", calm.spread},
                                                            {"errors", errors},
-                                                           {"albedo", surroundings.albedo},
+                                                           {"albedo", albedo.albedo},
                                                            {"picture_before", before.picture}};
     for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
     gpu::Defines defines;
@@ -171,20 +271,17 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
     return out;
 }
 
-DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels) {
+DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels,
+                             std::span<const DenoiserNeighbour> neighbours) {
     DenoisedPicture out{pixels.mean, {}};
-    Surroundings around{add_triangle(graph, pixels.mean, kAroundRadius), {}, {}};
+    const TextureHandle surroundings = add_triangle(graph, pixels.mean, kAroundRadius);
+    Albedo albedo;
     for (const FilteredLight component : kFilteredLights) {
         const LightHalves& own = pixels.light[static_cast<std::size_t>(component)];
         if (!own.first) continue;
-        const TextureHandle albedo = component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
-        if (around.albedo != albedo) {
-            around.albedo = albedo;
-            const auto [reflected] = add_kernel<1>(graph, "denoiser albedo", "shaders/half_albedo.comp",
-                                                   {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
-            around.reach = add_triangle(graph, reflected, kSpreadRadius);
-        }
-        out = add_component(graph, pixels, component, around, out);
+        if (const TextureHandle of_light = albedo_of(pixels, component); albedo.albedo != of_light)
+            albedo = add_albedo(graph, own, of_light);
+        out = add_component(graph, pixels, component, albedo, surroundings, neighbours, out);
     }
     return out;
 }

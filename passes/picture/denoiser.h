@@ -5,9 +5,13 @@
 // half of the samples filter the other half. Fireflies are spread over their neighbourhood instead of clamped. Where
 // the halves show that the filter is wrong, the picture stays the mean of the samples, to which it converges. Emission
 // and directly visible environment are not filtered.
+//
+// In sequences, the halves of frames before and after are moved along the motion of surfaces and averaged with those of
+// the frame, before they are filtered. Pixels of surfaces that a neighbour does not show take nothing from it.
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "passes/picture/accumulate.h"
 
@@ -20,6 +24,12 @@ inline constexpr std::array kFilteredLights = {FilteredLight::direct_diffuse, Fi
 
 /// Peak number of bytes per pixel: textures of DenoiserPixels, transients, and the picture with its weights.
 inline constexpr std::size_t kDenoiserPixelBytes = (5 + 2 * kFilteredLights.size() + 12) * sizeof(vec4);
+/// Peak number of bytes per pixel that a denoised frame with neighbours takes on top: its motion, and transients.
+inline constexpr std::size_t kDenoiserNeighbourBytes = (8 + 12) * sizeof(vec4);
+/// Returns the bytes per pixel of a neighbour's textures: DenoiserPixels, and motion to `frames` other frames.
+constexpr std::size_t denoiser_frame_bytes(int frames) {
+    return (5 + 2 * kFilteredLights.size() + std::size_t(frames)) * sizeof(vec4);
+}
 
 /// Halves of a component, RGBA32F. rgb: light over albedo; a: share of the samples that are in the first half, 0 where
 /// there is nothing to filter. Empty: the picture has no such light.
@@ -48,11 +58,21 @@ struct SampleHalves {
 DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
                                   graph::TextureHandle beauty, const SampleHalves& samples, const DenoiserPixels& to);
 
+/// A frame near the one that is denoised.
+struct DenoiserNeighbour {
+    DenoiserPixels pixels;  // `mean` is not used
+    // Motion of surfaces between the centres of pixels, RGBA32F. xy: pixels, x right, y down; z: change of ln(depth);
+    // w: number of the object, from 1; 0: no surface.
+    graph::TextureHandle motion;       // from the frame that is denoised to this one
+    graph::TextureHandle motion_back;  // from this one to the frame that is denoised
+};
+
 struct DenoisedPicture {
     graph::TextureHandle picture;  // RGBA32F
     graph::TextureHandle weights;  // rgb: share of the filtered light, [0,1], by FilteredLight; the rest is the mean
 };
 /// Returns the denoised picture. Pixels without reflected light equal the mean, bit for bit.
-DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels);
+DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels,
+                             std::span<const DenoiserNeighbour> neighbours = {});
 
 }  // namespace halflight

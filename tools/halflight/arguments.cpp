@@ -122,7 +122,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_preview_options(app, a);
     exclude(app, "--denoise", "--preview");
     exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
-    check_files(a);                          // includes the files that settings name
+    if (given("--denoise-frames") && !a.settings.denoise) throw UsageError("--denoise-frames", "needs --denoise");
+    check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");
     if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");

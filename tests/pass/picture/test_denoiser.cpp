@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <list>
 #include <random>
 
 #include "shaders/shared/denoise.h"
@@ -23,6 +24,12 @@ struct HalfData {
     std::vector<vec4> first, second, guide, reflectance;
 
     vec4 mean(std::size_t i) const { return vec4(kAlbedo * glm::mix(vec3(second[i]), vec3(first[i]), first[i].w), 1); }
+};
+
+/// A neighbouring frame, and the motion to it and back as of DenoiserNeighbour.
+struct OtherFrame {
+    HalfData data;
+    std::vector<vec4> motion, back;
 };
 
 struct Filtered {
@@ -45,19 +52,30 @@ HalfData halves(const ivec2& size, const std::function<float(int, int, int)>& li
 
 class DenoiserTest : public PassTest {
   protected:
-    Filtered filtered(const HalfData& data) {
+    Filtered filtered(const HalfData& data, const std::vector<OtherFrame>& others = {}) {
         std::vector<vec4> means, albedos(data.first.size(), vec4(kAlbedo, 1));
         for (std::size_t i = 0; i < data.first.size(); ++i) means.push_back(data.mean(i));
         gpu::Texture mean = texture_of(means, data.size), albedo = texture_of(albedos, data.size),
                      guide = texture_of(data.guide, data.size), reflectance = texture_of(data.reflectance, data.size),
                      first = texture_of(data.first, data.size), second = texture_of(data.second, data.size);
         graph::Graph graph;
+        std::list<gpu::Texture> textures;
+        const auto import = [&](const std::vector<vec4>& texels) {
+            return graph.import_texture("texels", textures.emplace_back(texture_of(texels, data.size)));
+        };
         DenoiserPixels pixels{graph.import_texture("mean", mean), graph.import_texture("guide", guide),
                               graph.import_texture("reflectance", reflectance),
                               graph.import_texture("diffuse albedo", albedo),
                               graph.import_texture("glossy albedo", albedo)};
         pixels.light[0] = {graph.import_texture("first", first), graph.import_texture("second", second)};
-        const DenoisedPicture made = add_denoiser(graph, pixels);
+        std::vector<DenoiserNeighbour> neighbours;
+        for (const OtherFrame& other : others) {
+            DenoiserPixels near{
+                {}, import(other.data.guide), import(other.data.reflectance), import(albedos), import(albedos)};
+            near.light[0] = {import(other.data.first), import(other.data.second)};
+            neighbours.push_back({near, import(other.motion), import(other.back)});
+        }
+        const DenoisedPicture made = add_denoiser(graph, pixels, neighbours);
         graph.output(made.picture), graph.output(made.weights);
         run(graph);
         return {texels_of(executor.texture(made.picture)), texels_of(executor.texture(made.weights))};
@@ -171,6 +189,99 @@ TEST_F(DenoiserTest, UnequalHalvesAreWeighedBySamples) {
     for (std::size_t i = 0; i < noisy.first.size(); ++i) noisy.first[i].w = noisy.second[i].w = kShare;
     const auto truth = [](std::size_t) { return kAlbedo.x; };
     EXPECT_LT(error_of(filtered(noisy).picture, truth), 0.03 * error_of(means_of(noisy), truth));
+}
+
+/// Returns the motion of one object, from 1, by `way` pixels in all pixels.
+std::vector<vec4> motion_of(const HalfData& data, const vec2& way, float object = 1) {
+    return std::vector<vec4>(data.first.size(), vec4(way, 0, object));
+}
+
+TEST_F(DenoiserTest, NeighboursRemoveMoreNoise) {
+    std::exponential_distribution<float> noise(1);
+    const auto frame = [&] { return halves({80, 60}, [&](int, int, int) { return noise(random); }); };
+    const HalfData noisy = frame();
+    const auto truth = [](std::size_t) { return kAlbedo.x; };
+    const double alone = error_of(filtered(noisy).picture, truth);
+    std::vector<OtherFrame> others;
+    for (const vec2 way : {vec2(0), vec2(3.4f, -2.2f)})
+        others.push_back({frame(), motion_of(noisy, way), motion_of(noisy, -way)});
+    EXPECT_LT(error_of(filtered(noisy, others).picture, truth), 0.65 * alone);
+}
+
+TEST_F(DenoiserTest, NeighboursThatShowOtherSurfacesAddNothing) {
+    std::exponential_distribution<float> noise(1);
+    const HalfData noisy = halves({50, 40}, [&](int, int, int) { return noise(random); });
+    const HalfData same = halves({50, 40}, [&](int, int, int) { return noise(random); });
+    const std::vector<vec4> alone = filtered(noisy).picture, still = motion_of(noisy, vec2(0));
+    HalfData farther = same, turned = same, unlit = same;
+    for (vec4& guide : farther.guide) guide.w += 0.2f;
+    for (vec4& guide : turned.guide) guide = vec4(0, 1, 0, guide.w);
+    for (vec4& first : unlit.first) first = vec4(0);
+    std::vector<vec4> nearer = still, away = still;
+    for (vec4& motion : nearer) motion.z = -0.2f;
+    for (vec4& motion : away) motion.z = 0.2f;
+    const std::vector<vec4> nothing(still.size(), vec4(0));
+    const struct {
+        const char* what;
+        OtherFrame other;
+        bool taken = false;
+    } cases[] = {{"the same surface", {same, still, still}, true},
+                 {"a depth that motion explains", {farther, away, nearer}, true},
+                 {"another depth", {farther, still, still}},
+                 {"a depth that motion does not explain", {same, nearer, still}},
+                 {"another normal", {turned, still, still}},
+                 {"another object", {same, still, motion_of(noisy, vec2(0), 2)}},
+                 {"no surface here", {same, nothing, still}},
+                 {"no surface there", {same, still, nothing}},
+                 {"another way back", {same, still, motion_of(noisy, vec2(3, 0))}},
+                 {"a place outside", {same, motion_of(noisy, vec2(0, 60)), motion_of(noisy, vec2(0, -60))}},
+                 {"no light", {unlit, still, still}}};
+    for (const auto& c : cases) {
+        const std::vector<vec4> picture = filtered(noisy, {c.other}).picture;
+        float most = 0;
+        for (std::size_t i = 0; i < picture.size(); ++i) most = std::max(most, glm::distance(picture[i], alone[i]));
+        if (c.taken)
+            EXPECT_GT(most, 0.01f) << c.what;
+        else
+            EXPECT_LT(most, 1e-5f) << c.what;
+    }
+}
+
+TEST_F(DenoiserTest, MovingObjectsLeaveNoGhosts) {
+    // A bright object in front of a dim wall moves by 12 pixels a frame. The noise hides the difference of their light.
+    constexpr int kWidth = 12;
+    std::uniform_real_distribution<float> noise(0, 2);
+    const auto is_object = [](int x, int left) { return x >= left && x < left + kWidth; };
+    const auto frame = [&](int left) {
+        HalfData data =
+            halves({80, 40}, [&](int x, int, int) { return noise(random) * (is_object(x, left) ? 1.5f : 1.0f); });
+        for (std::size_t i = 0; i < data.guide.size(); ++i)
+            if (is_object(static_cast<int>(i % 80), left)) data.guide[i].w = 0.95f;  // hardly nearer
+        return data;
+    };
+    const auto motion = [&](int left, float way) {
+        std::vector<vec4> all;
+        for (int i = 0; i < 80 * 40; ++i)
+            all.push_back(is_object(i % 80, left) ? vec4(way, 0, 0, 2) : vec4(0, 0, 0, 1));
+        return all;
+    };
+    constexpr int kLeft = 34;
+    const HalfData noisy = frame(kLeft);
+    std::vector<OtherFrame> others;
+    for (const int step : {-kWidth, kWidth})
+        others.push_back({frame(kLeft + step), motion(kLeft, static_cast<float>(step)),
+                          motion(kLeft + step, static_cast<float>(-step))});
+    const std::vector<vec4> picture = filtered(noisy, others).picture, alone = filtered(noisy).picture;
+    for (const int left : {kLeft - kWidth, kLeft, kLeft + kWidth}) {
+        double sum = 0, sum_alone = 0;
+        for (int y = 0; y < 40; ++y) {
+            for (int x = left + 3; x < left + kWidth - 3; ++x) {
+                sum += picture[std::size_t(y * 80 + x)].x / (40 * (kWidth - 6));
+                sum_alone += alone[std::size_t(y * 80 + x)].x / (40 * (kWidth - 6));
+            }
+        }
+        EXPECT_NEAR(sum, kAlbedo.x * (left == kLeft ? 1.5 : 1.0), 0.03) << left << ", alone " << sum_alone;
+    }
 }
 
 }  // namespace

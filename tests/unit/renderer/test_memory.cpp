@@ -93,6 +93,12 @@ TEST(Memory, WholePictureStepsGrowWithThePicture) {
     EXPECT_GE(filtered.preview, 640u * 480 * 16 * (5 + 7));
     s.preview.temporal = true;
     EXPECT_GE(of(s).preview, filtered.preview + 640u * 480 * 16 * 6);
+    s.preview = {};
+    s.denoise = true;
+    const MemoryEstimate denoised = of(s);
+    s.denoise_frames = 2;
+    EXPECT_GE(of(s).preview, denoised.preview + 640u * 480 * 4 * (16 * (5 + 2 * 3 + 4) + 4 * sizeof(float)))
+        << "textures and pictures of four neighbours";
 }
 
 TEST(Memory, ScenesCountTheirContents) {

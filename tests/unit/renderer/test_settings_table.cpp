@@ -26,6 +26,7 @@ RenderSettings unusual() {
     s.seed = 4294967295u;
     s.frame = 12;
     s.denoise = true;
+    s.denoise_frames = 3;
     s.aovs = {"albedo", "nodes"};
     s.half_color = true;
     s.bounces = 0;
@@ -84,6 +85,11 @@ TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
     EXPECT_EQ(problem("filter", "blackman-harris"), "");
     EXPECT_EQ(s.filter.radius, 1.5) << "the usual one of the shape";
     EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, not 'cpu'");
+    EXPECT_EQ(problem("denoise-frames", "5"), "expects auto or a whole number from 0 to 4, not '5'");
+    EXPECT_EQ(problem("denoise-frames", "0"), "");
+    EXPECT_EQ(s.denoise_frames, 0);
+    EXPECT_EQ(problem("denoise-frames", "auto"), "");
+    EXPECT_FALSE(s.denoise_frames);
     EXPECT_EQ(problem("half", "1"), "expects yes or no, not '1'");
     EXPECT_EQ(problem("aov", "all"), "");
     EXPECT_EQ(s.aovs.size() + 5, known_aovs().size()) << "all but three for debugging and two of the denoiser";

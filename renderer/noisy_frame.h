@@ -1,0 +1,78 @@
+// A frame as the denoiser reads it. Frames of a sequence are kept for the frames near them.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/core/image.h"
+#include "engine/device/scene_view.h"
+#include "engine/gpu/texture.h"
+#include "engine/scene/motion.h"
+#include "engine/tables/tables.h"
+#include "passes/picture/denoiser.h"
+#include "shaders/shared/aov.h"
+
+namespace halflight {
+
+/// Textures of DenoiserPixels.
+class DenoiserTextures {
+  public:
+    /// Components of light that a picture has.
+    using Present = std::array<bool, kFilteredLights.size()>;
+    /// Throws Error where the driver has no textures so large.
+    DenoiserTextures(const gpu::TextureDesc& desc, const Present& present);
+
+    DenoiserPixels import_pixels(graph::Graph& graph);
+    std::size_t bytes() const;
+
+  private:
+    struct Halves {
+        explicit Halves(const gpu::TextureDesc& desc) : first("first half", desc), second("second half", desc) {}
+        gpu::Texture first, second;
+    };
+    gpu::Texture mean_, guide_, reflectance_, diffuse_albedo_, glossy_albedo_;
+    std::array<std::optional<Halves>, kFilteredLights.size()> light_;  // none: the picture has no such light
+};
+
+/// The noisy halves of a frame, and the places of its surfaces in other frames. The context must be current where an
+/// object is used or destroyed.
+class NoisyFrame {
+  public:
+    std::optional<DenoiserTextures> pixels;
+    bool has_halves = false;  // a band has samples in both halves
+
+    /// Adds the surfaces at the centres of a band's pixels.
+    void add_places(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables);
+    /// Makes the motion to the frame that is `offset` frames later. surfaces: those of that frame, matched with those
+    /// of this frame; null: none has moved. Call it after all add_places().
+    void add_motion(int offset, const Camera& own, const Camera& other, const PreviousSurfaces* surfaces);
+    /// Frees what only add_motion() needs.
+    void finish() { places_.clear(), places_.shrink_to_fit(); }
+
+    /// Returns the motion to the frame that is `offset` frames later; null: none was made.
+    gpu::Texture* motion(int offset);
+    std::size_t bytes() const;
+
+    /// Bytes per pixel that add_places() and add_motion() take until finish().
+    static constexpr std::size_t kPlaceBytes = sizeof(dvec3) + 2 * sizeof(std::uint32_t) + sizeof(vec4);
+
+  private:
+    struct Place {
+        dvec3 position{0};           // world units
+        std::uint32_t object = 0;    // index of the instance in the scene, from 1; 0: no surface
+        std::uint32_t triangle = 0;  // index in the mesh
+    };
+    ivec2 size_{0};
+    std::vector<Place> places_;           // by pixel, row by row
+    std::map<int, gpu::Texture> motion_;  // by offset
+};
+
+/// A frame near the one that is denoised.
+struct NearFrame {
+    int offset = 0;  // frames after the frame that is denoised
+    NoisyFrame* frame = nullptr;
+};
+
+}  // namespace halflight
