@@ -107,7 +107,8 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     Layers layers = layers_of(m);
     y.layers = pack_layers(layers);
     // A bent normal makes the diffuse lobe depend on wo. Edge-on or at distance 0, the point has no density per area.
-    bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
+    bool sharable = !m.bent && b.diffuse + b.diffuse_through != vec3(0.0) &&
+                    dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
     y.share = sharable ? base_share(layers, -ray.direction) : 0.0;
     return y;
 }
