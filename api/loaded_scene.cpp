@@ -38,6 +38,7 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     options.allow_outside_folder = choice.allow_outside;
     options.strict = choice.strict_textures;
     options.variant = choice.variant;
+    options.line_width = choice.line_width;
     options.mip_levels = choice.mip_levels;
     return options;
 }
@@ -50,7 +51,8 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
     try {
         whole();
     } catch (const BudgetError& too_large) {
-        if (choice.in_memory || !choice.variant.empty() || !choice.edits.transforms.empty()) throw;
+        if (choice.in_memory || !choice.variant.empty() || choice.line_width > 0 || !choice.edits.transforms.empty())
+            throw;
         try {
             paged();
         } catch (const BudgetError&) {
@@ -233,6 +235,7 @@ bool LoadedScene::take_file(SceneFile file, const Log& log) {
 
 bool LoadedScene::load_pages(const Log& log) {
     if (!choice_.variant.empty()) throw Error(choice_.scene.string(), "its variant cannot change with pages");
+    if (choice_.line_width > 0) throw Error(choice_.scene.string(), "pages hold no points and lines (--line-width)");
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
