@@ -103,6 +103,8 @@ Json repaired(const SceneReport& report) {
         {"tangents_generated", report.tangents_generated},
         {"point_primitives_skipped", report.point_primitives_skipped},
         {"line_primitives_skipped", report.line_primitives_skipped},
+        {"points_drawn", report.points_drawn},
+        {"line_segments_drawn", report.line_segments_drawn},
     };
     Json counts = Json::object();
     for (const auto& [name, count] : kCounts)

@@ -119,6 +119,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
     print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
     if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
+    if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene.choice());
     add_edits(print, scene.edits());

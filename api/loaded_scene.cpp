@@ -40,6 +40,7 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     options.allow_outside_folder = choice.allow_outside;
     options.strict = choice.strict_textures;
     options.variant = choice.variant;
+    options.line_width = choice.line_width;
     options.mip_levels = choice.mip_levels;
     return options;
 }
@@ -52,7 +53,8 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
     try {
         whole();
     } catch (const BudgetError&) {
-        if (choice.in_memory || !choice.variant.empty() || !choice.edits.transforms.empty()) throw;
+        if (choice.in_memory || !choice.variant.empty() || choice.line_width > 0 || !choice.edits.transforms.empty())
+            throw;
         paged();
     }
 }
@@ -246,6 +248,7 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
     if (!choice_.variant.empty())
         throw Error(choice_.scene.string(), "variant '{}' cannot be chosen: pages hold the file's own materials",
                     choice_.variant);
+    if (choice_.line_width > 0) throw Error(choice_.scene.string(), "pages hold no points and lines (--line-width)");
     if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());

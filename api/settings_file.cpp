@@ -337,7 +337,8 @@ bool SavedSettings::operator==(const SavedSettings& other) const {
         return setting(name).get(settings) == setting(name).get(other.settings);
     };
     const auto rest = [](const SavedSettings& s) {
-        return std::tie(s.given, s.camera, s.size, s.variant, s.environment, s.edits, s.moment, s.bookmarks);
+        return std::tie(s.given, s.camera, s.size, s.variant, s.line_width, s.environment, s.edits, s.moment,
+                        s.bookmarks);
     };
     return rest(*this) == rest(other) && std::ranges::all_of(given, same);
 }
@@ -360,9 +361,9 @@ SavedSettings read_settings(const fs::path& path) {
 SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     const Json json = parse_json(text, path);
     const Element file(path, json);
-    std::set<std::string> keys{"halflight_settings", "camera",    "size",      "environment",
-                               "emission",           "lights",    "clay",      "materials",
-                               "transforms",         "animation", "bookmarks", "variant"};
+    std::set<std::string> keys{
+        "halflight_settings", "camera",     "size",      "environment", "emission", "lights",    "clay",
+        "materials",          "transforms", "animation", "bookmarks",   "variant",  "line_width"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");
@@ -380,6 +381,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
     with(file, "size", [&](const Element& v) { s.size = read_size(v); });
     with(file, "variant", [&](const Element& v) { s.variant = v.text(); });
+    with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
     with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(kEditFactor)); });
     with(file, "lights", [&](const Element& v) {
@@ -416,6 +418,7 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     for (const Setting& setting : known_settings())
         if (s.given.contains(setting.name)) write_setting(setting, s, json);
     if (!s.variant.empty()) json["variant"] = s.variant;
+    if (s.line_width > 0) json["line_width"] = s.line_width;
     json["environment"] = environment_json(s, folder);
     json["emission"] = s.edits.emission;
     json["lights"] = Json::array();

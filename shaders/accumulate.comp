@@ -194,7 +194,7 @@ void main() {
     dvec3 later_diffuse = dvec3(0.0);
 #endif
     double counts = frame.first_half != 0u ? 1.0lf : 0.0lf;
-    vec3 diffuse_albedo = guarded(point.is_surface ? b.diffuse : vec3(0.0), kCountGBuffer);
+    vec3 diffuse_albedo = guarded(point.is_surface ? b.diffuse + b.diffuse_through : vec3(0.0), kCountGBuffer);
     uint first = path * kHalfSums;
     for (uint i = 0u; i < 3u; ++i) {
         ADD(half_sums[first + i], counts * diffuse[i]);

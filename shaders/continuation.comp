@@ -177,6 +177,9 @@ void main() {
     int finest = cache_level(distance(at.position, frame.camera_position.xyz));
     int levels = cache_levels(finest, hit.t * length(ray.direction), state.pdf, -dot(geometric_normal, direction));
     bool may_know = active_path && is_hit && state.pdf > 0.0 && levels > 0 && contributes(b.diffuse);
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    may_know = may_know && !contributes(b.diffuse_through);  // cells hold the light on one side
+#endif
 #endif
 #ifdef HALFLIGHT_CACHE_TAKEN
     uint known = may_know && !gives ? known_cell(at.position, geometric_normal, finest, levels) : kNoCacheCell;
@@ -247,7 +250,7 @@ void main() {
     vec2 xi = sample_2d(random, vertex_dimension(depth, kDimensionDirection));
     bool is_diffuse = picks_diffuse(b, choice.x);
 #ifdef HALFLIGHT_DIFFUSE
-    BsdfSample s = sample_diffuse(b, wo, xi);
+    BsdfSample s = sample_diffuse(b, wo, xi, choice.y);
 #else
     BsdfSample s = sample_glossy(b, wo, xi, choice.y);
 #endif

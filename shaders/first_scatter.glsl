@@ -50,7 +50,7 @@ void main() {
     bool wanted = point.is_surface && !is_diffuse && s.weight != vec3(0.0);
     const uint lobe = kLobeGlossy;
 #else
-    BsdfSample s = sample_diffuse(b, wo, xi);
+    BsdfSample s = sample_diffuse(b, wo, xi, choice.y);
     float p = b.p_diffuse;
     bool wanted = point.is_surface && is_diffuse && s.weight != vec3(0.0);
     const uint lobe = kLobeDiffuse;

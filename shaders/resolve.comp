@@ -107,7 +107,8 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     Layers layers = layers_of(m, b.geometric_normal);
     y.layers = pack_layers(layers);
     // A bent normal makes the diffuse lobe depend on wo. Edge-on or at distance 0, the point has no density per area.
-    bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
+    bool sharable = !m.bent && b.diffuse + b.diffuse_through != vec3(0.0) &&
+                    dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
     y.share = sharable ? base_share(layers, -ray.direction) : 0.0;
     return y;
 }
@@ -221,7 +222,7 @@ void main() {
     // Rays from opaque surfaces start at the smooth surface, which takes the place of the triangle (SHADING.md, Shading
     // normals). Lights stay where they are hit.
     vec3 smooth_normal = bend_normal(surface.normal, -direction);
-    bool lifted = material.transmission == 0.0 && material.emission == vec3(0.0) &&
+    bool lifted = material.transmission + material.diffuse_transmission == 0.0 && material.emission == vec3(0.0) &&
                   surface.lift * dot(smooth_normal, surface.geometric_normal) > surface.offset;
     float lift = lifted ? surface.lift : 0.0;
     vec3 horizon = lifted ? smooth_normal : surface.geometric_normal;

@@ -40,6 +40,7 @@ struct SceneChoice {
     bool mip_levels = false;                      // makes mip levels, which RenderSettings::texture_lod needs
     bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
     std::string variant{};         // material variant of the file, by name; empty: the file's own materials
+    double line_width = 0;         // diameter of points and lines, world units; 0: they are left out
     EnvironmentChoice environment{};
     SceneEdits edits{};
     std::string edits_source{};  // settings file of `edits`, for errors; empty: none

@@ -15,6 +15,7 @@ namespace halflight {
 struct EditRange {
     double lower, upper;
 };
+inline constexpr EditRange kLineWidth{1e-9, 1e9};       ///< diameter of points and lines, world units
 inline constexpr EditRange kEditFactor{0, 1e9};         ///< factors of intensities and of emission
 inline constexpr EditRange kEditColor{0, 1};            ///< channels of colours and tints, linear Rec.709
 inline constexpr EditRange kEditPosition{-1e12, 1e12};  ///< coordinates of lights, metres

@@ -21,6 +21,7 @@ struct SavedSettings {
     std::set<std::string_view> given{};  // names of given settings, whose table row is `saved`
     std::optional<ivec2> size;           // size of the picture, pixels
     std::string variant;                 // material variant; empty: the file's own materials
+    double line_width = 0;               // diameter of points and lines, world units; 0: they are left out
     EnvironmentChoice environment;       // environment; paths of maps are relative to the current folder
     SceneEdits edits;
     struct Moment {

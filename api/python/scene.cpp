@@ -40,7 +40,8 @@ EnvironmentChoice environment_of(const Environment3& e) {
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
                               const std::optional<std::string>& fps, bool allow_outside, bool strict,
-                              const std::optional<std::string>& variant, bool mip_levels, py::object log) {
+                              const std::optional<std::string>& variant, bool mip_levels, double line_width,
+                              py::object log) {
     SceneChoice choice;
     choice.scene = path;
     choice.environment = environment_of(environment);
@@ -53,6 +54,9 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     choice.strict_textures = strict;
     choice.variant = variant.value_or("");
     choice.mip_levels = mip_levels;
+    if (!(line_width >= 0 && line_width <= kLineWidth.upper))
+        throw Error("line_width", "is not between 0 and {}", kLineWidth.upper);
+    choice.line_width = line_width;
     const Log sink = log_to(std::move(log));
     const py::gil_scoped_release released;
     return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), {}, sink)});

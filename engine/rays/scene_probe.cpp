@@ -30,9 +30,10 @@ int wrapped(float coordinate, int size, Wrap wrap) {
     return std::min(static_cast<int>(within * size), size - 1);
 }
 
-/// Returns whether most light passes the surface without being deflected much.
-bool see_through(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights) {
-    if (m.transmission > 0.5f) return true;
+/// Returns whether most light passes the surface: without being deflected much, or `scattered`, too.
+bool see_through(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights,
+                 bool scattered) {
+    if (m.transmission > 0.5f || (scattered && m.diffuse_transmission > 0.5f)) return true;
     if (m.alpha_mode == AlphaMode::opaque) return false;
     const float alpha = m.base_color.a * texel(scene, m.base_color_texture, mesh, corners, weights).a;
     return alpha < (m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 0.5f);
@@ -138,7 +139,8 @@ SceneProbe::SceneProbe(const Scene& scene) : scene_(scene), geometry_(std::make_
 
 SceneProbe::~SceneProbe() = default;
 
-std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& direction, double most) const {
+std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& direction, double most,
+                                          bool scattered) const {
     constexpr int kMostPassed = 32;  // transparent surfaces, so that a stack of them ends
     if (bounds_.empty()) return std::nullopt;
     const dvec3 centre = 0.5 * bounds_.lower + 0.5 * bounds_.upper;
@@ -164,7 +166,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const uvec3& corners = mesh.triangles[ray.hit.primID];
         const vec3 weights(1 - ray.hit.u - ray.hit.v, ray.hit.u, ray.hit.v);
         const Material& material = scene_.materials[mesh.triangle_material[ray.hit.primID]];
-        if (see_through(scene_, material, mesh, corners, weights)) {
+        if (see_through(scene_, material, mesh, corners, weights, scattered)) {
             from += (double(ray.ray.tfar) + spacing_) * direction;
             continue;
         }
@@ -193,7 +195,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
 }
 
 bool SceneProbe::blocked(const dvec3& from, const dvec3& direction, double distance) const {
-    return trace(from, direction, distance).has_value();
+    return trace(from, direction, distance, true).has_value();
 }
 
 }  // namespace halflight::rays

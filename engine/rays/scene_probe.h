@@ -29,8 +29,10 @@ class SceneProbe {
     SceneProbe& operator=(const SceneProbe&) = delete;
 
     /// Returns the first surface along a ray, at a distance of at most `most`. `direction` is a unit vector.
-    std::optional<ProbeHit> trace(const dvec3& origin, const dvec3& direction, double most = kFar) const;
-    /// Returns whether there is a surface within a distance.
+    /// `scattered`: surfaces that transmit most light diffusely are passed, too.
+    std::optional<ProbeHit> trace(const dvec3& origin, const dvec3& direction, double most = kFar,
+                                  bool scattered = false) const;
+    /// Returns whether there is a surface within a distance that lets little light pass.
     bool blocked(const dvec3& from, const dvec3& direction, double distance) const;
     /// Returns the distance to keep from surfaces, world units: float rounding on the scale of the scene.
     double spacing() const { return spacing_; }

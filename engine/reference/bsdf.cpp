@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/reference/sheen.h"
 
@@ -86,6 +87,9 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.clearcoat = m.clearcoat * lookup(m.clearcoat_texture, linear).r;
     p.clearcoat_roughness = m.clearcoat_roughness * lookup(m.clearcoat_roughness_texture, linear).g;
     p.transmission = m.transmission * lookup(m.transmission_texture, linear).r;
+    p.diffuse_transmission = m.diffuse_transmission * lookup(m.diffuse_transmission_texture, linear).a;
+    p.diffuse_transmission_color =
+        dvec3(m.diffuse_transmission_color) * dvec3(lookup(m.diffuse_transmission_color_texture, srgb));
     p.inside.thickness = m.thickness;
     p.dispersion = m.dispersion;
     if (m.attenuation_distance > 0)
@@ -172,12 +176,13 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         specular_f90_ *= 1 - p.iridescence;
     }
     const double below = under_sheen * (1 - m) * (1 - std::min(max_component(dielectric_albedo), 1.0));
-    diffuse_ = below * (1 - p.transmission) * c;
+    diffuse_ = below * (1 - p.transmission) * (1 - p.diffuse_transmission) * c;
+    diffuse_through_ = below * (1 - p.transmission) * p.diffuse_transmission * p.diffuse_transmission_color;
     transmission_ = below * p.transmission * c;
     transmission_scale_ = 1 / e.one();
     double transmission_mean = mean(transmission_);
     if (solid) {
-        disperses_ = p.dispersion > 0 && p.ior > 1;
+        disperses_ = p.dispersion > 0 && p.transmission > 0 && p.ior > 1;
         // The Abbe number V spreads the index by (ior - 1) / V from the C line, red, to the F line, blue.
         const double abbe = 20 / p.dispersion, spread = disperses_ ? (p.ior - 1) / abbe : 0;
         const double ior = std::max(p.ior + spread * (channel - 1) / 2, 1.0);
@@ -190,10 +195,13 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
         transmission_mean = mean(max(transmission_, solid_reflection_));
     }
 
-    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b) + film_mean, transmission_mean,
-               coat_albedo, sheen_mean};
-    const double total =
-        choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat] + choice_[kSheen];
+    choice_ = {mean(diffuse_),
+               mean(diffuse_through_),
+               mean(specular_f0_ * e.a + specular_f90_ * e.b) + film_mean,
+               transmission_mean,
+               coat_albedo,
+               sheen_mean};
+    const double total = std::accumulate(choice_.begin(), choice_.end(), 0.0);
     black_ = !(total > 0);
     if (!black_) {
         for (double& probability : choice_) probability /= total;
@@ -212,6 +220,10 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
     const double side_g = dot(wi, n_g_);
     const dvec3 wi_base = base_frame_.to_local(wi);
     const dvec3 wi_diffuse = diffuse_frame_.to_local(wi);
+    if (side_g < 0 && wi_diffuse.z < 0) {
+        result.diffuse = diffuse_through_ * (-wi_diffuse.z / kPi);
+        result.pdf_diffuse = choice_[kDiffuseThrough] * -wi_diffuse.z / kPi;
+    }
     if (side_g > 0 && wi_diffuse.z > 0) {
         result.diffuse = diffuse_ * (wi_diffuse.z / kPi);
         result.pdf_diffuse = choice_[kDiffuse] * wi_diffuse.z / kPi;
@@ -314,15 +326,14 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
 
     if (lobe == kTransmission && eta_ > 0) return sample_solid(u_lobe / choice_[lobe], u1, u2);
     const dvec2 alpha = lobe == kCoat ? dvec2(alpha_coat_) : alpha_;
-    if (lobe != kDiffuse && lobe != kSheen && alpha.x < kMirrorAlpha) return sample_mirror(lobe);
+    const bool diffuse = lobe == kDiffuse || lobe == kDiffuseThrough;
+    if (!diffuse && lobe != kSheen && alpha.x < kMirrorAlpha) return sample_mirror(lobe);
 
-    const Frame& frame = lobe == kCoat                        ? coat_frame_
-                         : lobe == kDiffuse || lobe == kSheen ? diffuse_frame_
-                                                              : base_frame_;
+    const Frame& frame = lobe == kCoat ? coat_frame_ : diffuse || lobe == kSheen ? diffuse_frame_ : base_frame_;
     dvec3 wi;
-    if (lobe == kDiffuse) {
-        const double r = std::sqrt(u1), phi = 2 * kPi * u2;
-        wi = {r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - u1)};
+    if (diffuse) {
+        const double r = std::sqrt(u1), phi = 2 * kPi * u2, z = std::sqrt(1 - u1);
+        wi = {r * std::cos(phi), r * std::sin(phi), lobe == kDiffuse ? z : -z};
     } else if (lobe == kSheen) {
         wi = sample_sheen(sheen_roughness_, u1, u2);
     } else {
@@ -334,12 +345,13 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
 
     Sample s;
     s.wi = normalize(frame.to_world(wi));
-    if (lobe == kTransmission && dot(s.wi, n_g_) >= 0) return std::nullopt;  // other lobes may reflect there
-    s.component = lobe == kDiffuse ? Component::diffuse : Component::glossy;
+    const bool passes = lobe == kTransmission || lobe == kDiffuseThrough;
+    if (passes && dot(s.wi, n_g_) >= 0) return std::nullopt;  // other lobes may reflect there
+    s.component = diffuse ? Component::diffuse : Component::glossy;
     const Value value = evaluate(s.wi);
-    s.pdf = lobe == kDiffuse ? value.pdf_diffuse : value.pdf_glossy;
+    s.pdf = diffuse ? value.pdf_diffuse : value.pdf_glossy;
     if (!(s.pdf > 0)) return std::nullopt;
-    s.weight = (lobe == kDiffuse ? value.diffuse : value.glossy) / s.pdf;
+    s.weight = (diffuse ? value.diffuse : value.glossy) / s.pdf;
     return s;
 }
 

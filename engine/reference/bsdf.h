@@ -1,5 +1,5 @@
-// The layered material of SHADING.md ("BSDF") at one point, for one view direction: diffuse and rough transmission
-// under a metal/dielectric GGX lobe under a sheen under a clearcoat.
+// The layered material of SHADING.md ("BSDF") at one point, for one view direction: diffuse reflection, diffuse and
+// rough transmission under a metal/dielectric GGX lobe under a sheen under a clearcoat.
 #pragma once
 
 #include <array>
@@ -27,6 +27,8 @@ struct BsdfParameters {
     double clearcoat = 0;
     double clearcoat_roughness = 0;
     double transmission = 0;
+    double diffuse_transmission = 0;
+    dvec3 diffuse_transmission_color{1};
     dvec3 sheen_color{0};
     double sheen_roughness = 0;
     double iridescence = 0;
@@ -39,7 +41,7 @@ struct BsdfParameters {
     bool front = true;  // wo is outside
     double dispersion = 0;
 
-    bool is_solid() const { return inside.thickness > 0 && transmission * (1 - metallic) > 0; }
+    bool is_solid() const { return inside.thickness > 0 && (transmission + diffuse_transmission) * (1 - metallic) > 0; }
 };
 
 /// Returns a texel, or white where there is no texture, so that factors stand alone.
@@ -84,7 +86,7 @@ class Bsdf {
     std::optional<Sample> sample(double u_lobe, double u1, double u2) const;
 
   private:
-    enum Lobe { kDiffuse, kSpecular, kTransmission, kCoat, kSheen, kLobes };
+    enum Lobe { kDiffuse, kDiffuseThrough, kSpecular, kTransmission, kCoat, kSheen, kLobes };
 
     std::optional<Sample> sample_mirror(Lobe lobe) const;
     std::optional<Sample> sample_solid(double u_side, double u1, double u2) const;
@@ -101,9 +103,9 @@ class Bsdf {
     ThinFilm film_;
     dvec3 film_metal_{0}, film_dielectric_{0};  // factors of the film's reflectance, compensation and losses included
     dvec3 metal_f0_, dielectric_f0_;            // reflectances of what is below the film
-    dvec3 diffuse_, transmission_;              // albedos, [0, 1]
-    double coat_scale_;                         // k M(0.04)
-    double transmission_scale_;                 // 1 / E_1
+    dvec3 diffuse_, diffuse_through_, transmission_;  // albedos, [0, 1]
+    double coat_scale_;                               // k M(0.04)
+    double transmission_scale_;                       // 1 / E_1
     double sheen_roughness_;
     dvec3 sheen_{0};             // factor of sheen_value()
     double eta_ = 0;             // solids: index of refraction beyond over that on wo's side; 0: thin-walled

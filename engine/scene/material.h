@@ -71,6 +71,10 @@ struct Material {
     float clearcoat_normal_scale = 1;
     float transmission = 0;  // share of transmitted light
     TextureRef transmission_texture;
+    float diffuse_transmission = 0;  // share of diffuse light that leaves on the other side
+    TextureRef diffuse_transmission_texture;
+    vec3 diffuse_transmission_color{1};
+    TextureRef diffuse_transmission_color_texture;
     float thickness = 0;  // 0: a thin wall; > 0: the surface bounds a solid, and rays measure its thickness
     vec3 attenuation_color{1};
     float attenuation_distance = 0;  // world units after which white light has the attenuation colour; 0: infinite
@@ -93,12 +97,13 @@ struct Material {
 /// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).
 struct MaterialNeeds {
     bool unlit = false;
-    bool diffuse = false;  // some material scatters diffusely
-    bool glossy = false;   // some material reflects specularly, has a coat or a sheen or transmits
+    bool diffuse = false;               // some material scatters diffusely
+    bool diffuse_transmission = false;  // some material scatters diffusely to the other side
+    bool glossy = false;                // some material reflects specularly, has a coat or a sheen or transmits
     bool clearcoat = false;
     bool transmission = false;
     bool dispersion = false;  // the index of refraction of some solid depends on the colour
-    bool volume = false;      // some material that transmits light is solid
+    bool volume = false;      // some material that transmits light, diffusely or not, is solid
     bool sheen = false;
     bool anisotropy = false;      // some lobe is anisotropic, on a mesh with tangents
     bool iridescence = false;     // some surface has a thin film
@@ -115,6 +120,8 @@ struct MaterialNeeds {
     bool clearcoat_roughness_texture = false;
     bool clearcoat_normal_texture = false;
     bool transmission_texture = false;
+    bool diffuse_transmission_texture = false;
+    bool diffuse_transmission_color_texture = false;
     bool sheen_color_texture = false;
     bool sheen_roughness_texture = false;
     bool anisotropy_texture = false;

@@ -46,6 +46,9 @@ bool has_sheen(const M& m) {
 bool transmits(const M& m) {
     return base(m) && m.transmission > 0;
 }
+bool translucent(const M& m) {
+    return dielectric(m) && m.diffuse_transmission > 0 && (m.transmission < 1 || m.transmission_texture);
+}
 bool iridescent(const M& m) {
     return lit(m) && m.iridescence > 0;
 }
@@ -53,10 +56,10 @@ bool anisotropic(const M& m) {
     return lit(m) && m.anisotropy_strength > 0;
 }
 bool is_solid(const M& m) {
-    return transmits(m) && m.thickness > 0;
+    return (transmits(m) || translucent(m)) && m.thickness > 0;
 }
 bool disperses(const M& m) {
-    return is_solid(m) && m.dispersion > 0 && m.ior > 1;
+    return transmits(m) && is_solid(m) && m.dispersion > 0 && m.ior > 1;
 }
 
 // --- Packing ----------------------------------------------------------------------------------------------------
@@ -212,6 +215,23 @@ const std::array kProperties = {
                      .need = &N::transmission,
                      .scales_lobe = true,
                      .meaning = "share of light that passes the surface instead of being scattered diffusely"},
+    MaterialProperty{.name = "diffuse_transmission",
+                     .field = &M::diffuse_transmission,
+                     .path = "/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor",
+                     .range = kFraction,
+                     .packing = {13, 3},
+                     .shader = "diffuse_transmission",
+                     .need = &N::diffuse_transmission,
+                     .scales_lobe = true,
+                     .meaning = "share of diffuse light that leaves on the other side of the surface"},
+    MaterialProperty{.name = "diffuse_transmission_color",
+                     .field = &M::diffuse_transmission_color,
+                     .path = "/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
+                     .range = kFraction,
+                     .packing = {13, 0},
+                     .shader = "diffuse_transmission_color",
+                     .need = &N::diffuse_transmission,
+                     .meaning = "linear colour of this light"},
     MaterialProperty{
         .name = "thickness",
         .field = &M::thickness,
@@ -440,6 +460,30 @@ const std::array kTextures = {
                     "TEXTURE_TRANSMISSION",
                     "transmission textures",
                     "no material has one"},
+    MaterialTexture{"diffuse_transmission_texture",
+                    &M::diffuse_transmission_texture,
+                    "/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture",
+                    TextureUse::data,
+                    {{"diffuse_transmission", "a"}},
+                    translucent,
+                    {11, 3},
+                    &N::diffuse_transmission_texture,
+                    &N::diffuse_transmission,
+                    "TEXTURE_DIFFUSE_TRANSMISSION",
+                    "diffuse transmission textures",
+                    "no material has one"},
+    MaterialTexture{"diffuse_transmission_color_texture",
+                    &M::diffuse_transmission_color_texture,
+                    "/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
+                    TextureUse::color,
+                    {{"diffuse_transmission_color", "rgb"}},
+                    translucent,
+                    {14, 0},
+                    &N::diffuse_transmission_color_texture,
+                    &N::diffuse_transmission,
+                    "TEXTURE_DIFFUSE_TRANSMISSION_COLOR",
+                    "diffuse transmission colour textures",
+                    "no material has one"},
     MaterialTexture{"sheen_color_texture",
                     &M::sheen_color_texture,
                     "/extensions/KHR_materials_sheen/sheenColorTexture",
@@ -509,6 +553,13 @@ const std::array kLobes = {
                  .fact = "no material is unlit",
                  .present = [](const M& m) { return m.unlit; },
                  .implies = &N::emission},
+    MaterialLobe{.label = "diffuse transmission",
+                 .need = &N::diffuse_transmission,
+                 .define = "DIFFUSE_TRANSMISSION",
+                 .fact = "no material transmits light diffusely",
+                 .present = translucent,
+                 .implies = &N::diffuse,
+                 .record_rows = 1},
     MaterialLobe{.label = "diffuse lobe",
                  .need = &N::diffuse,
                  .define = "DIFFUSE",

@@ -15,6 +15,8 @@ void add_report(SceneReport& to, const SceneReport& more) {
     to.tangents_generated += more.tangents_generated;
     to.point_primitives_skipped += more.point_primitives_skipped;
     to.line_primitives_skipped += more.line_primitives_skipped;
+    to.points_drawn += more.points_drawn;
+    to.line_segments_drawn += more.line_segments_drawn;
     to.environment_texels_repaired += more.environment_texels_repaired;
 }
 

@@ -103,6 +103,8 @@ struct SceneReport {
     std::size_t tangents_generated = 0;        // vertices whose tangents were generated
     std::size_t point_primitives_skipped = 0;  // number of primitives of mode POINTS
     std::size_t line_primitives_skipped = 0;   // number of primitives of mode LINES*
+    std::size_t points_drawn = 0;              // number of spheres in place of points
+    std::size_t line_segments_drawn = 0;       // number of tubes in place of segments of lines
     std::size_t environment_texels_repaired = 0;
 };
 

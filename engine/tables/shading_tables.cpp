@@ -129,7 +129,8 @@ class Builder {
 
     void add_lights() {
         // Transmission of the scene counts here, not kept transmission: it changes which light is chosen.
-        LightTables lights = build_lights(scene_, trace_, choice_, sun_, tables_.needs.transmission);
+        LightTables lights = build_lights(scene_, trace_, choice_, sun_,
+                                          tables_.needs.transmission || tables_.needs.diffuse_transmission);
         SceneNeeds& needs = tables_.needs;
         static_cast<LightNeeds&>(needs) = lights.needs;
         tables_.lights = std::move(lights.rows);

@@ -37,6 +37,8 @@ struct Bsdf {
     float solid_gain;       // solids: gain of rough reflection and transmission
     vec3 coat_tint;         // factor of the coat's light
     bool disperses;         // true: the lobes are those of one colour channel, and so are paths from here on
+    vec3 diffuse_through;   // albedo of diffuse transmission
+    float p_through;        // probability of diffuse transmission within the diffuse component
 };
 
 const float kCoatF0 = 0.04;
@@ -70,6 +72,13 @@ const int kFilmRow = kAnisotropyRecordRow;
 const int kSolidRow = kFilmRow + 4;
 #else
 const int kSolidRow = kFilmRow;
+#endif
+#ifdef HALFLIGHT_VOLUME
+const int kThroughRow = kSolidRow + 3;
+#elif defined(HALFLIGHT_GLOSSY)
+const int kThroughRow = kSolidRow;
+#else
+const int kThroughRow = kGlossyRow;
 #endif
 
 void make_thin(inout Bsdf b) {
@@ -115,6 +124,9 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[kSolidRow + 1] = vec4(b.absorption, b.thickness);
     rows[kSolidRow + 2] = vec4(b.coat_tint, b.solid_gain);
 #endif
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    rows[kThroughRow] = vec4(b.diffuse_through, b.p_through);
+#endif
     return rows;
 }
 
@@ -145,6 +157,8 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.film_dielectric_f0 = vec3(0.0);
     b.film_metal_f0 = vec3(0.0);
     make_thin(b);
+    b.diffuse_through = vec3(0.0);
+    b.p_through = 0.0;
 #ifdef HALFLIGHT_GLOSSY
     b.specular = rows[kGlossyRow].rgb;
     b.p_coat = rows[kGlossyRow].w;
@@ -183,6 +197,10 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.thickness = rows[kSolidRow + 1].w;
     b.coat_tint = rows[kSolidRow + 2].rgb;
     b.solid_gain = rows[kSolidRow + 2].w;
+#endif
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    b.diffuse_through = rows[kThroughRow].rgb;
+    b.p_through = rows[kThroughRow].w;
 #endif
     return b;
 }
@@ -226,6 +244,7 @@ bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirro
 
 void scale_lobes(inout Bsdf b, vec3 factor) {
     b.diffuse *= factor;
+    b.diffuse_through *= factor;
     b.specular *= factor;
     b.specular_edge *= factor;
     b.film_dielectric *= factor;
@@ -456,7 +475,7 @@ vec3 dielectric_f0(Material m) { return min(m.dielectric_f0 * m.specular_color, 
 
 bool is_solid(Material m) {
 #ifdef HALFLIGHT_VOLUME
-    return m.thickness > 0.0 && m.transmission * (1.0 - m.metallic) > 0.0;
+    return m.thickness > 0.0 && (m.transmission + m.diffuse_transmission) * (1.0 - m.metallic) > 0.0;
 #else
     return false;
 #endif
@@ -527,6 +546,11 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.film_metal_f0 = m.base_color;
     make_thin(b);
     b.diffuse = (1.0 - m.metallic) * m.base_color;
+    b.diffuse_through = vec3(0.0);
+    b.p_through = 0.0;
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    b.diffuse_through = (1.0 - m.metallic) * m.diffuse_transmission * m.diffuse_transmission_color;
+#endif
 #ifdef HALFLIGHT_GLOSSY
     vec2 albedo = specular_albedo(layers, wo);
     float whole = albedo.x + albedo.y;  // E_1
@@ -555,11 +579,14 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.specular_edge *= 1.0 - m.iridescence;
 #endif
 
-    b.diffuse *= specular_share(layers, albedo);
+    float below_specular = specular_share(layers, albedo);
+    b.diffuse *= below_specular;
+    b.diffuse_through *= below_specular;
 #ifdef HALFLIGHT_SHEEN
     float sheen_whole = sheen_albedo(dot(m.normal, wo), layers.sheen_roughness);
     float below_sheen = sheen_share(layers, sheen_whole);
     b.diffuse *= below_sheen;
+    b.diffuse_through *= below_sheen;
     b.specular *= below_sheen;
     b.specular_edge *= below_sheen;
     b.film_dielectric *= below_sheen;
@@ -575,6 +602,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.coat = coat.x;
     coat_albedo = coat.y;
     b.diffuse *= 1.0 - coat_albedo;
+    b.diffuse_through *= 1.0 - coat_albedo;
     b.specular *= 1.0 - coat_albedo;
     b.specular_edge *= 1.0 - coat_albedo;
     b.film_dielectric *= 1.0 - coat_albedo;
@@ -586,6 +614,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
 #ifdef HALFLIGHT_TRANSMISSION
     b.transmission = b.diffuse * (m.transmission / whole);
     b.diffuse *= 1.0 - m.transmission;
+    b.diffuse_through *= 1.0 - m.transmission;
     transmission = average(b.transmission) * whole;
 #endif
 #ifdef HALFLIGHT_VOLUME
@@ -594,7 +623,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
         float ior = (1.0 + root) / (1.0 - root);
         float factor = solid_share * (1.0 - m.metallic) * below_layers;
 #ifdef HALFLIGHT_DISPERSION
-        b.disperses = m.dispersion > 0.0 && ior > 1.0;
+        b.disperses = m.dispersion > 0.0 && solid_share > 0.0 && ior > 1.0;
         ior = max(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0);
 #endif
         b.eta = m.front ? ior : 1.0 / ior;
@@ -606,7 +635,17 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
         transmission = average(max(b.transmission, b.solid_reflection));
     }
 #endif
+#endif
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    b.diffuse *= 1.0 - m.diffuse_transmission;
+#endif
     float diffuse = average(b.diffuse);
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    float through = average(b.diffuse_through);
+    diffuse += through;
+    b.p_through = through > 0.0 ? through / diffuse : 0.0;
+#endif
+#ifdef HALFLIGHT_GLOSSY
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
 #ifdef HALFLIGHT_IRIDESCENCE
     // The bound covers lobes that reflect more beside the mean cosine, where interference leaves little.
@@ -655,6 +694,9 @@ vec3 base_normal(Bsdf b, vec3 wo) {
 // the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
 vec3 reflectance(Bsdf b, vec3 wo) {
     vec3 sum = b.diffuse;
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    sum += b.diffuse_through;
+#endif
 #ifdef HALFLIGHT_GLOSSY
     vec3 n = base_normal(b, wo);
     vec2 albedo = ggx_albedo(dot(n, wo), b.alpha);
@@ -703,6 +745,12 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #ifdef HALFLIGHT_DIFFUSE
     value.pdf_diffuse = reflected ? side_n * 0.318309886184 : 0.0;
     value.diffuse = b.diffuse * value.pdf_diffuse;
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    bool passes = side_g < 0.0 && side_n < 0.0;
+    float lambert = passes ? side_n * -0.318309886184 : value.pdf_diffuse;
+    value.diffuse = (passes ? b.diffuse_through : b.diffuse) * lambert;
+    value.pdf_diffuse = (passes ? b.p_through : 1.0 - b.p_through) * lambert;
+#endif
 #endif
     value.glossy = vec3(0.0);
     value.pdf_glossy = 0.0;
@@ -777,13 +825,27 @@ struct BsdfSample {
     vec3 weight;     // value |cosine| / pdf, conditional on the component; 0: the path ends
 };
 
-BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi) {
+// Samples a diffuse direction. `choice`, uniform in [0, 1), selects reflection or transmission.
+BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 local = sample_cosine(xi);
     BsdfSample s;
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    if (choice < b.p_through) {
+        s.direction = basis_around(b.normal) * -local;
+        bool passes = local.z > 0.0 && dot(s.direction, b.geometric_normal) < 0.0;
+        s.pdf = passes ? local.z * 0.318309886184 * b.p_through : 0.0;
+        s.weight = passes ? b.diffuse_through / b.p_through : vec3(0.0);
+        return s;
+    }
+#endif
     s.direction = basis_around(b.normal) * local;
     bool usable = local.z > 0.0 && dot(s.direction, b.geometric_normal) > 0.0;
     s.pdf = usable ? local.z * 0.318309886184 : 0.0;
     s.weight = usable ? b.diffuse : vec3(0.0);
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    s.pdf *= 1.0 - b.p_through;
+    s.weight /= 1.0 - b.p_through;
+#endif
     return s;
 }
 

@@ -15,12 +15,14 @@
 //   row 8  sheen_color.rgb, sheen_roughness
 //   row 9  slot of sheen_roughness_texture, anisotropy_strength, anisotropy_rotation, slot of anisotropy_texture
 //   row 10  attenuation_color.rgb, thickness
-//   row 11  dispersion, slot of iridescence_texture, slot of iridescence_thickness_texture
+//   row 11  dispersion, slot of iridescence_texture, slot of iridescence_thickness_texture, slot of diffuse_transmission_texture
 //   row 12  iridescence, iridescence_ior, iridescence_thickness_minimum, iridescence_thickness_maximum
+//   row 13  diffuse_transmission_color.rgb, diffuse_transmission
+//   row 14  slot of diffuse_transmission_color_texture
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/word.h"
 
-const int kMaterialStride = 13;
+const int kMaterialStride = 15;
 
 vec4 material_row(uint material, int row) {
     return texelFetch(scene_materials, int(material) * kMaterialStride + row);
@@ -40,6 +42,8 @@ float packed_clearcoat(uint material) { return material_row(material, 4).x; }
 float packed_clearcoat_roughness(uint material) { return material_row(material, 4).y; }
 float packed_clearcoat_normal_scale(uint material) { return material_row(material, 4).w; }
 float packed_transmission(uint material) { return material_row(material, 3).w; }
+float packed_diffuse_transmission(uint material) { return material_row(material, 13).w; }
+vec3 packed_diffuse_transmission_color(uint material) { return material_row(material, 13).rgb; }
 float packed_thickness(uint material) { return material_row(material, 10).w; }
 vec3 packed_attenuation_color(uint material) { return material_row(material, 10).rgb; }
 float packed_dispersion(uint material) { return material_row(material, 11).x; }
@@ -62,6 +66,8 @@ uint clearcoat_texture_slot(uint material) { return word_of_float(material_row(m
 uint clearcoat_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 7).y); }
 uint clearcoat_normal_texture_slot(uint material) { return word_of_float(material_row(material, 7).z); }
 uint transmission_texture_slot(uint material) { return word_of_float(material_row(material, 6).w); }
+uint diffuse_transmission_texture_slot(uint material) { return word_of_float(material_row(material, 11).w); }
+uint diffuse_transmission_color_texture_slot(uint material) { return word_of_float(material_row(material, 14).x); }
 uint sheen_color_texture_slot(uint material) { return word_of_float(material_row(material, 7).w); }
 uint sheen_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 9).x); }
 uint anisotropy_texture_slot(uint material) { return word_of_float(material_row(material, 9).w); }
@@ -83,6 +89,8 @@ struct Material {
     float coat_roughness;
     float coat_normal_scale;
     float transmission;
+    float diffuse_transmission;
+    vec3 diffuse_transmission_color;
     float thickness;
     vec3 absorption;
     float dispersion;
@@ -149,6 +157,16 @@ Material load_material(uint material) {
     m.transmission = packed_transmission(material);
 #else
     m.transmission = 0.0;
+#endif
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    m.diffuse_transmission = packed_diffuse_transmission(material);
+#else
+    m.diffuse_transmission = 0.0;
+#endif
+#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+    m.diffuse_transmission_color = packed_diffuse_transmission_color(material);
+#else
+    m.diffuse_transmission_color = vec3(1.0, 1.0, 1.0);
 #endif
 #ifdef HALFLIGHT_VOLUME
     m.thickness = packed_thickness(material);
@@ -242,6 +260,14 @@ void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_TRANSMISSION
     vec4 transmission_texture = data_texture(transmission_texture_slot(material), uv0, uv1);
     m.transmission *= transmission_texture.r;
+#endif
+#ifdef HALFLIGHT_TEXTURE_DIFFUSE_TRANSMISSION
+    vec4 diffuse_transmission_texture = data_texture(diffuse_transmission_texture_slot(material), uv0, uv1);
+    m.diffuse_transmission *= diffuse_transmission_texture.a;
+#endif
+#ifdef HALFLIGHT_TEXTURE_DIFFUSE_TRANSMISSION_COLOR
+    vec4 diffuse_transmission_color_texture = color_texture(diffuse_transmission_color_texture_slot(material), uv0, uv1);
+    m.diffuse_transmission_color *= diffuse_transmission_color_texture.rgb;
 #endif
 #ifdef HALFLIGHT_TEXTURE_SHEEN_COLOR
     vec4 sheen_color_texture = color_texture(sheen_color_texture_slot(material), uv0, uv1);

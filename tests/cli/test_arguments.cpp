@@ -161,6 +161,13 @@ TEST_F(Refusal, UnreadableFiles) {
     expect({"info", folder / "none\n.glb"}, 1, ".*none[ ?].glb: cannot read: .*");
 }
 
+TEST_F(Refusal, LineWidths) {
+    for (const char* width : {"0", "-1", "nan", "1e10", "thick"})
+        expect({"render", scene, folder / "out.exr", "--line-width", width}, 2, "--line-width: .*");
+    expect({"render", scene, folder / "out.exr", "--line-width", "1", "--pages", folder / "none.pages"}, 1,
+           ".*room.gltf: pages hold no points and lines \\(--line-width\\)");
+}
+
 TEST_F(Refusal, UnknownVariants) {
     const std::string out = folder / "out.exr";
     expect({"render", scene, out, "--variant", "red"}, 1, ".*room.gltf: has no material variants, so not 'red' either");

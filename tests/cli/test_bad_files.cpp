@@ -221,6 +221,25 @@ TEST_F(BadFiles, BombsAreRefusedByTheMemoryBudget) {
     write("map", map);
     refused("Radiance of 16384 x 8192", with_environment(path("map")), {"/map: ", "1610612736 bytes"});
 
+    write("image", small_png());
+    Json points = Json::parse(read_text(scene("image", "points.bin")));
+    constexpr std::size_t kPoints = 10000000;
+    write("points.bin", std::string(36 + kPoints, '\0'));
+    points["buffers"][0]["byteLength"] = 36 + kPoints;
+    points["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 36}, {"byteLength", kPoints}});
+    points["accessors"].push_back({{"bufferView", points["bufferViews"].size() - 1},
+                                   {"componentType", 5121},
+                                   {"count", kPoints},
+                                   {"type", "SCALAR"}});
+    Json& primitive = points["meshes"][0]["primitives"][0];
+    primitive["mode"] = 0;
+    primitive["indices"] = points["accessors"].size() - 1;
+    write("scene.gltf", points.dump());
+    std::vector<std::string> drawn = with_scene(path("scene.gltf"));
+    drawn.insert(drawn.end(), {"--line-width", "0.1"});
+    refused("10^7 points", drawn, {"/scene.gltf: ", "geometry"});
+    expect_loaded("10^7 points that are left out", limited(with_scene(path("scene.gltf"))));
+
     Json many = Json::parse(read_text(scene("image")));
     many["nodes"] = Json::array();
     for (int i = 0; i < 1000000; ++i) many["nodes"].push_back({{"mesh", 0}, {"translation", {i, 0, 0}}});

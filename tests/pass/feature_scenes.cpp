@@ -75,6 +75,10 @@ Scene textured_scene() {
     cloth.sheen_color_texture = texture(color);
     cloth.sheen_roughness = 0.6f;
     cloth.sheen_roughness_texture = texture(data);
+    cloth.diffuse_transmission = 0.8f;
+    cloth.diffuse_transmission_texture = texture(data);
+    cloth.diffuse_transmission_color = {0.5f, 1, 0.7f};
+    cloth.diffuse_transmission_color_texture = texture(color);
 
     Material brushed = metal_material({0.9f, 0.8f, 0.7f}, 0.4f);
     brushed.normal_texture = texture(normals);

@@ -88,6 +88,7 @@ void for_each_row(const SceneNeeds& needs, Row&& row) {
         row(&SurfaceRecord::absorption, &SurfaceRecord::thickness);
         row(&SurfaceRecord::coat_tint, &SurfaceRecord::solid_gain);
     }
+    if (needs.diffuse_transmission) row(&SurfaceRecord::diffuse_through, &SurfaceRecord::p_through);
 }
 
 std::size_t row_count(const SceneNeeds& needs) {

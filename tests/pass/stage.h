@@ -87,6 +87,8 @@ struct SurfaceRecord {
     float thickness = 0;
     vec3 coat_tint{1};
     float solid_gain = 0;
+    vec3 diffuse_through{0};
+    float p_through = 0;
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
 /// Returns the rows of `records` as input of kernels.

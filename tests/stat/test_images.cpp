@@ -247,6 +247,36 @@ TEST_F(ImageTest, Solids) {
     expect_agreement(scene, {.name = "solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+TEST_F(ImageTest, DiffuseTransmission) {
+    // Leaves and shades are lit from both sides by a map, triangle lights, a lamp and a sun.
+    Scene scene = textured_scene();
+    Material leaf = diffuse_material({0.3f, 0.6f, 0.2f}), shade = diffuse_material({0.8f, 0.7f, 0.6f});
+    leaf.diffuse_transmission = 0.6f, leaf.diffuse_transmission_color = {0.7f, 0.9f, 0.1f};
+    leaf.roughness = 0.5f, leaf.specular = 1;
+    shade.diffuse_transmission = 1;
+    Material candle = shade;
+    candle.diffuse_transmission = 0.5f, candle.thickness = 1;
+    candle.attenuation_color = {0.9f, 0.5f, 0.2f}, candle.attenuation_distance = 0.3f;
+    Material frosted = candle;
+    frosted.transmission = 0.5f, frosted.specular = 1, frosted.roughness = 0.6f, frosted.dispersion = 4;
+    add_quad(scene, add_material(scene, leaf), {-1.8f, 0.9f, 0.6f}, {1.2f, 0, 0.4f}, {0, 0.9f, -0.2f});
+    add_quad(scene, add_material(scene, shade), {0.5f, 1.1f, 0.4f}, {1.2f, 0.2f, 0}, {0, 0.7f, 0.3f});
+    add_box(scene, add_material(scene, candle), {-0.5f, 0.02f, 0.9f}, {-0.1f, 0.8f, 1.3f});
+    add_box(scene, add_material(scene, frosted), {0.1f, 0.02f, 0.9f}, {0.5f, 0.8f, 1.3f});
+    for (Mesh& mesh : scene.meshes) {
+        if (mesh.uvs[1].empty()) mesh.uvs[1] = mesh.uvs[0];
+    }
+    scene.lights.resize(2);
+    scene.lights[0].intensity = {1, 1.2f, 1.5f}, scene.lights[0].position = {0.9, 1.5, 0.1};
+    scene.lights[1].type = LightType::directional, scene.lights[1].intensity = vec3(1.5f);
+    scene.lights[1].direction = glm::normalize(vec3(0.2f, -0.5f, 1));
+    expect_agreement(scene, {.name = "diffuse-transmission",
+                             .camera = scene.cameras[0],
+                             .samples = 512,
+                             .oracle_samples = 512,
+                             .bounces = 5});
+}
+
 TEST_F(ImageTest, Dispersion) {
     // Each path has one colour channel from the first surface on that disperses light.
     Scene scene;

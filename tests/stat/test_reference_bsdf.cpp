@@ -48,6 +48,18 @@ std::vector<Case> white_materials() {
                           .clearcoat_roughness = 0.3,
                           .sheen_color = dvec3(0.7),
                           .sheen_roughness = roughness}});
+        for (const double through : {0.4, 1.0}) {
+            cases.push_back({"leaf", {.metallic = 0, .roughness = roughness, .diffuse_transmission = through}});
+            cases.push_back({"coated half metallic leaf that transmits",
+                             {.metallic = 0.5,
+                              .roughness = roughness,
+                              .clearcoat = 0.5,
+                              .clearcoat_roughness = 0.3,
+                              .transmission = 0.5,
+                              .diffuse_transmission = through,
+                              .sheen_color = dvec3(0.5),
+                              .sheen_roughness = 0.5}});
+        }
         for (const double strength : {0.3, 0.8}) {
             const dvec3 direction = direction_at(0, 1 - strength);
             cases.push_back(
@@ -79,6 +91,13 @@ std::vector<Case> white_materials() {
                           .clearcoat_roughness = 0.3,
                           .transmission = 0.6,
                           .inside = {.thickness = 1}}});
+        cases.push_back({"candle",
+                         {.metallic = 0,
+                          .roughness = roughness,
+                          .transmission = 0.3,
+                          .diffuse_transmission = 0.6,
+                          .inside = {.thickness = 1},
+                          .front = false}});
         cases.push_back({"brushed half solid",
                          {.metallic = 0.3,
                           .roughness = roughness,
@@ -358,6 +377,9 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
           .transmission = 0.5,
           .anisotropy = 0.6,
           .rough_direction = direction_at(0, 2)}},
+        {"leaf", {.metallic = 0, .roughness = 0.5, .transmission = 0.4, .diffuse_transmission = 0.6}},
+        {"candle",
+         {.metallic = 0, .roughness = 0.5, .diffuse_transmission = 0.7, .inside = {.thickness = 1}, .front = false}},
         {"film", {.metallic = 0.5, .roughness = 0.5, .iridescence = 0.8}},
         {"brushed solid with a film",
          {.metallic = 0.2,
@@ -410,6 +432,20 @@ TEST(ReferenceBsdf, BlackWhereTheSidesOfNormalsDiffer) {
     const Bsdf coat(everything, wo, kUp, n, kUp);
     EXPECT_GT(coat.evaluate(normalize(dvec3(-1, 0, 0.2))).glossy.x, 0);
     EXPECT_EQ(coat.evaluate(normalize(dvec3(-1, 0, 0.2))).diffuse.x, 0);
+}
+
+TEST(ReferenceBsdf, DiffuseTransmissionSplitsTheBase) {
+    // Without reflection, the base has all light: (1 - t) c on wo's side, t c_t on the other one.
+    const dvec3 wo = direction_at(0.5), above = direction_at(0.6, 2), below = -direction_at(0.8, 1);
+    for (const double through : {0.0, 0.3, 1.0}) {
+        BsdfParameters p{.base_color = {0.2, 0.4, 0.6}, .metallic = 0, .specular = 0, .diffuse_transmission = through};
+        p.diffuse_transmission_color = {0.9, 0.5, 0};
+        const Bsdf bsdf(p, wo, kUp, kUp, kUp);
+        EXPECT_LT(length(bsdf.evaluate(above).diffuse - (1 - through) * 0.6 / kPi * p.base_color), 1e-12);
+        EXPECT_LT(length(bsdf.evaluate(below).diffuse - through * 0.8 / kPi * p.diffuse_transmission_color), 1e-12);
+    }
+    const BsdfParameters overridden{.metallic = 0, .transmission = 1, .diffuse_transmission = 1};
+    EXPECT_EQ(Bsdf(overridden, wo, kUp, kUp, kUp).evaluate(below).diffuse, dvec3(0));
 }
 
 TEST(ReferenceBsdf, MirrorsReflectAndPassStraight) {

@@ -63,6 +63,24 @@ class Series : public StiffTest {
         Material film = metal_material(vec3(1), 0);
         film.iridescence = 1;
         all.push_back({"thin film on metal", film});
+        Material leaf = dielectric;
+        for (const float ior : {1.0f, 1.5f, 20.0f}) {
+            for (const float through : {0.5f, 1.0f}) {
+                leaf.ior = ior;
+                leaf.diffuse_transmission = through;
+                all.push_back({fmt::format("diffuse transmission {}, ior {}", through, ior), leaf});
+            }
+        }
+        leaf.ior = 1.5f;
+        leaf.diffuse_transmission = 0.5f;
+        leaf.transmission = 0.5f;
+        all.push_back({"diffuse transmission and transmission", leaf});
+        leaf.thickness = 1;
+        leaf.metallic = 0.3f;
+        all.push_back({"diffuse transmission of solids", leaf});
+        leaf.transmission = 0;
+        leaf.clearcoat = 0.5f;
+        all.push_back({"diffuse transmission of solids under clearcoat", leaf});
         m.transmission = 1;
         m.ior = 1;
         all.push_back({"all transmission, ior 1", m});

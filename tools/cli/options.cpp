@@ -144,6 +144,13 @@ void add_variant_option(Options& options, std::string& variant) {
                   });
 }
 
+void add_line_width_option(Options& options, double& width) {
+    options.group("Geometry");
+    options.value(
+        "--line-width", "LENGTH", "diameter of points and lines, in units of the scene (default: they are left out)",
+        [&](const auto& name, const auto& text) { width = real(name, text, kLineWidth.lower, kLineWidth.upper); });
+}
+
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings) {
     options.group("Colour");
     options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", ocio);

@@ -88,6 +88,8 @@ void add_environment_options(Options& options, SceneChoice& choice);
 void check_environment_options(const CLI::App& app);
 /// Declares --variant.
 void add_variant_option(Options& options, std::string& variant);
+/// Declares --line-width.
+void add_line_width_option(Options& options, double& width);
 /// Declares --ocio and the settings of the view transform.
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
 /// Declares --device, --gl-debug, --allow-outside, --memory and --quiet.

@@ -53,6 +53,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.settings(a.settings, &Setting::saved);
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
+    add_line_width_option(options, a.line_width);
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
     add_page_options(options, a);

@@ -47,6 +47,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     }
     if (s.size) take_size(*s.size, given, a);
     if (!given("--variant")) a.variant = s.variant;
+    if (!given("--line-width")) a.line_width = s.line_width;
     if (!given("--env") && !given("--sky")) a.environment = s.environment;
     const SceneEdits of_options = std::exchange(a.edits, s.edits);
     if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;

@@ -33,6 +33,7 @@ void add_light_options(Options& options, ViewArguments& a) {
     options.settings(a.settings);
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
+    add_line_width_option(options, a.line_width);
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
@@ -144,9 +145,9 @@ void check(const RenderArguments& a, const CLI::App& app) {
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
-    std::vector<std::string> names = {"--settings",      "--camera",  "--look-from", "--look-at", "--up",
-                                      "--vfov",          "--shutter", "--env",       "--sky",     "--env-rotation",
-                                      "--env-intensity", "--variant", "--png"};
+    std::vector<std::string> names = {"--settings",      "--camera",  "--look-from",  "--look-at", "--up",
+                                      "--vfov",          "--shutter", "--env",        "--sky",     "--env-rotation",
+                                      "--env-intensity", "--variant", "--line-width", "--png"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;

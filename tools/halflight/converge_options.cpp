@@ -160,6 +160,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options.settings(a.settings);
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
+    add_line_width_option(options, a.line_width);
     add_device_options(options, a);
     add_strict_option(options, a);
 }

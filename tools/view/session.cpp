@@ -348,6 +348,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.preview = modes.preview;
     s.settings.clamp = modes.clamp;
     s.variant = arguments_.variant;
+    s.line_width = arguments_.line_width;
     s.environment = arguments_.environment;
     s.edits = edits;
     if (!timeline_.playing.empty() || timeline_.frame > 0)

@@ -92,7 +92,7 @@ def limit_memory(size):
 
 
 def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None, sky=None,
-         mip_levels=False):
+         mip_levels=False, line_width=0):
     """Loads a glTF scene and returns it as a Scene.
 
       environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
@@ -103,6 +103,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
       allow_outside  lets the scene name files outside its folder
       strict         refuses a scene in which an image of an optional extension cannot be read
       variant        name of a material variant of the file, or None: its own materials
+      line_width     diameter of points and lines, in units of the scene; 0 leaves them out
       mip_levels     makes the mip levels that the setting texture_lod needs
 
     Warnings go to the logger "halflight". Raises Error.
@@ -112,7 +113,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
     return Scene(_call(_native.load, path=path, environment=environment, sky=sky,
                        animation=None if animation is None else str(animation),
                        fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
-                       variant=variant, mip_levels=mip_levels, log=_log))
+                       variant=variant, mip_levels=mip_levels, line_width=float(line_width), log=_log))
 
 
 class Scene:

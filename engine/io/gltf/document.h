@@ -73,6 +73,7 @@ struct GltfDocument {
     std::unique_ptr<GltfDecodedViews> decoded = std::make_unique<GltfDecodedViews>();  // cache of view_bytes()
     std::vector<GltfImageSource> images;
     std::vector<std::string> variants;                   // names of the material variants
+    std::vector<float> stroke_radii;                     // radius of points and lines, by mesh; empty: left out
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked; `model` has none
     nlohmann::json animations;                           // animations of the file, unchecked; null: none

@@ -36,11 +36,38 @@ Environment convert_environment(const GltfDocument& document) {
     return environment;
 }
 
+/// Returns the world's length per length along the axes of a transform, the geometric mean; 1 where it is degenerate.
+double scale_of(const dmat4& world) {
+    const double scale = std::cbrt(std::abs(glm::determinant(dmat3(world))));
+    return scale > 0 && std::isfinite(scale) ? scale : 1;
+}
+
+/// Opens a document. Points and lines get their radius from the first node that shows their mesh, at rest.
+GltfDocument open_document(const std::filesystem::path& path, const GltfOptions& options) {
+    GltfDocument document = open_gltf(path, options);
+    if (!(options.line_width > 0)) return document;
+    const GltfWarnings before = document.warnings;
+    const GltfNodes nodes = resolve_nodes(document);
+    document.warnings = before;
+    const std::size_t meshes = document.model.meshes.size();
+    document.stroke_radii.assign(std::max<std::size_t>(meshes, 1), static_cast<float>(options.line_width / 2));
+    std::vector<bool> found(meshes, false);
+    for (const int node : nodes.shown) {
+        const auto mesh = static_cast<std::size_t>(document.model.nodes[static_cast<std::size_t>(node)].mesh);
+        if (mesh >= meshes || found[mesh]) continue;
+        found[mesh] = true;
+        document.stroke_radii[mesh] /= static_cast<float>(scale_of(nodes.world[static_cast<std::size_t>(node)]));
+    }
+    return document;
+}
+
 void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
     if (report.point_primitives_skipped > 0)
-        warnings.add(fmt::format("{} primitives of points are left out", report.point_primitives_skipped));
+        warnings.add(fmt::format("{} primitives of points are left out (--line-width draws them)",
+                                 report.point_primitives_skipped));
     if (report.line_primitives_skipped > 0)
-        warnings.add(fmt::format("{} primitives of lines are left out", report.line_primitives_skipped));
+        warnings.add(fmt::format("{} primitives of lines are left out (--line-width draws them)",
+                                 report.line_primitives_skipped));
 }
 
 /// Materials of one pose, and their images, which are equal in all poses.
@@ -150,7 +177,7 @@ Scene validated(Scene scene, const std::filesystem::path& path) {
 
 Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
     return guarded(path, [&] {
-        GltfDocument document = open_gltf(path, options);
+        GltfDocument document = open_document(path, options);
         GltfPoseCache nothing;
         return validated(convert(document, path, nothing), path);
     });
@@ -180,7 +207,7 @@ GltfPoseCache marks_for_pages(GltfDocument& document) {
 }  // namespace
 
 struct GltfScene::State {
-    State(const std::filesystem::path& p, const GltfOptions& options) : path(p), document(open_gltf(p, options)) {}
+    State(const std::filesystem::path& p, const GltfOptions& options) : path(p), document(open_document(p, options)) {}
 
     const std::vector<Animation>& read_all() {
         if (!animations) {
@@ -389,7 +416,7 @@ const std::vector<std::filesystem::path>& GltfScene::files() const {
 struct GltfMeshSource::State {
     State(const std::filesystem::path& p, const GltfOptions& options)
         : path(p),
-          document(open_gltf(p, options)),
+          document(open_document(p, options)),
           nodes(resolve_nodes(document)),
           materials(convert_materials(document)),
           marks(marks_for_pages(document)),

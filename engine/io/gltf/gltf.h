@@ -27,7 +27,8 @@ struct GltfOptions {
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
     bool strict = false;                         // whether an unreadable image of an optional extension is an error
     bool mip_levels = false;                     // whether textures get mip levels
-    std::string variant;                         // variant of KHR_materials_variants; empty: the file's own materials
+    std::string variant{};                       // variant of KHR_materials_variants; empty: the file's own materials
+    double line_width = 0;                       // diameter of points and lines, world units; 0: they are left out
     std::shared_ptr<TextureStore> textures{};    // takes the texels of all images; null: they stay in memory
 };
 

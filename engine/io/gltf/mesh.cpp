@@ -35,12 +35,10 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
         const tinygltf::Primitive& primitive = from.primitives[i];
         const std::string element = fmt::format("meshes[{}].primitives[{}]", index, i);
         if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) document_.fail(element, "mode {} is unknown", primitive.mode);
-        if (primitive.mode == TINYGLTF_MODE_POINTS) {
-            ++report_.point_primitives_skipped;
-            continue;
-        }
-        if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
-            ++report_.line_primitives_skipped;
+        const bool points = primitive.mode == TINYGLTF_MODE_POINTS;
+        const bool stroke = is_stroke(primitive.mode);
+        if (stroke && document_.stroke_radii.empty()) {
+            ++(points ? report_.point_primitives_skipped : report_.line_primitives_skipped);
             continue;
         }
         if (!primitive.attributes.contains("POSITION")) {
@@ -52,7 +50,8 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
         const GltfMaterial* material = has_material ? &materials_[place] : nullptr;
         const auto read = [&] {
             return std::make_shared<GltfPrimitive>(document_, primitive, element, material,
-                                                   static_cast<std::uint32_t>(place), pose.skin);
+                                                   static_cast<std::uint32_t>(place), pose.skin,
+                                                   stroke ? document_.stroke_radii[index] : 0);
         };
         std::shared_ptr<const GltfPrimitive> source;
         Mesh still;
@@ -67,6 +66,7 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
             source = alone;
         }
         document_.warnings.add(source->warnings());
+        (points ? report_.points_drawn : report_.line_segments_drawn) += source->strokes();
         if (still.triangles.empty()) continue;
         source->check_joints(pose.joints.size());
         mesh.uses_default_material |= !material;

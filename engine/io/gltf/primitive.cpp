@@ -41,13 +41,14 @@ std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material) {
 }
 
 GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
-                             const GltfMaterial* material, std::uint32_t material_index, bool skinned)
+                             const GltfMaterial* material, std::uint32_t material_index, bool skinned, float radius)
     : document_(document),
       primitive_(primitive),
       element_(std::move(element)),
       draco_(decode_draco(document, primitive, element_)),
       accessors_(document, draco_ ? &draco_->accessors : nullptr),
-      has_normals_(attribute("NORMAL") != kNone),
+      radius_(radius),
+      has_normals_(attribute("NORMAL") != kNone && !is_stroke(primitive.mode)),
       has_tangents_(has_normals_ && tangent_texture_of(material) && attribute("TANGENT") != kNone) {
     still.name = element_;
     read_triangles();
@@ -80,7 +81,18 @@ template <class V>
 std::vector<V> GltfPrimitive::read_checked(int accessor, const std::string& name, bool normalize) const {
     if (accessor == kNone) return {};
     check_count(accessor, name);
-    return accessors_.read<V>(accessor, first_, count_, name, normalize);
+    return around(accessors_.read<V>(accessor, first_, count_, name, normalize));
+}
+
+template <class V>
+std::vector<V> GltfPrimitive::around(std::vector<V> values, std::size_t size) const {
+    if (!strokes_ || values.empty()) return values;
+    std::vector<V> all;
+    all.reserve(strokes_->sources.size() * size);
+    for (const std::size_t source : strokes_->sources)
+        all.insert(all.end(), values.begin() + static_cast<std::ptrdiff_t>(source * size),
+                   values.begin() + static_cast<std::ptrdiff_t>((source + 1) * size));
+    return all;
 }
 
 void GltfPrimitive::read_triangles() {
@@ -110,9 +122,22 @@ void GltfPrimitive::read_triangles() {
     first_ = *lowest;
     count_ = *highest - first_ + 1;
     for (std::uint32_t& index : indices) index -= static_cast<std::uint32_t>(first_);
+    if (is_stroke(mode)) return read_strokes(indices);
     if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
         warnings_.add("number of indices is not a multiple of 3, the last ones are left out", element_);
     still.triangles = make_triangles(indices, mode);
+}
+
+void GltfPrimitive::read_strokes(const std::vector<std::uint32_t>& indices) {
+    const StrokeSize size = measure_strokes(primitive_.mode, indices.size());
+    if (size.vertices > std::numeric_limits<std::uint32_t>::max())
+        document_.fail(element_, "its points or lines need {} vertices, more than 2^32 - 1", size.vertices);
+    if (primitive_.mode == TINYGLTF_MODE_LINE && indices.size() % 2 != 0)
+        warnings_.add("number of indices is not a multiple of 2, the last one is left out", element_);
+    const std::vector<vec3> positions = read_attribute<vec3>("POSITION");
+    strokes_ = make_strokes(primitive_.mode, indices, positions);
+    stroke_count_ = size.strokes;
+    still.triangles = std::move(strokes_->triangles);
 }
 
 void GltfPrimitive::read_uvs(const GltfMaterial* material) {
@@ -157,7 +182,7 @@ void GltfPrimitive::read_colors() {
 std::vector<std::uint32_t> GltfPrimitive::read_joint_indices(const std::string& name) const {
     const int accessor = attribute(name);
     check_count(accessor, name);
-    return accessors_.read_integers(accessor, 4, first_, count_, name);
+    return around(accessors_.read_integers(accessor, 4, first_, count_, name), 4);
 }
 
 void GltfPrimitive::find_joints() {
@@ -191,7 +216,14 @@ void GltfPrimitive::check_joints(std::size_t joints) const {
 }
 
 VertexArrays GltfPrimitive::read() const {
-    VertexArrays vertices{read_attribute<vec3>("POSITION"), read_attribute<vec3>("NORMAL"), {}};
+    VertexArrays vertices{read_attribute<vec3>("POSITION"), {}, {}};
+    if (strokes_) {
+        for (std::size_t i = 0; i < vertices.positions.size(); ++i)
+            vertices.positions[i] += radius_ * strokes_->directions[i];
+        vertices.normals = strokes_->directions;
+        return vertices;
+    }
+    vertices.normals = read_attribute<vec3>("NORMAL");
     if (has_tangents_) vertices.tangents = read_attribute<vec4>("TANGENT");
     return vertices;
 }
@@ -200,7 +232,7 @@ std::vector<JointSet> GltfPrimitive::read_joints() const {
     std::vector<JointSet> sets(highest_joints_.size());
     for (std::size_t set = 0; set < sets.size(); ++set) {
         const std::vector<std::uint32_t> joints = read_joint_indices(fmt::format("JOINTS_{}", set));
-        sets[set].joints.reserve(count_);
+        sets[set].joints.reserve(vertices());
         for (std::size_t i = 0; i < joints.size(); i += 4)
             sets[set].joints.emplace_back(joints[i], joints[i + 1], joints[i + 2], joints[i + 3]);
         sets[set].weights = read_attribute<vec4>(fmt::format("WEIGHTS_{}", set), true);

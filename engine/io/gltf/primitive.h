@@ -1,4 +1,4 @@
-// Triangle primitives, before a pose moves their vertices.
+// Primitives as triangles, before a pose moves their vertices.
 #pragma once
 
 #include <memory>
@@ -10,6 +10,7 @@
 #include "engine/io/gltf/accessor.h"
 #include "engine/io/gltf/draco.h"
 #include "engine/io/gltf/material.h"
+#include "engine/io/gltf/strokes.h"
 #include "engine/scene/deformer.h"
 
 namespace halflight {
@@ -21,11 +22,11 @@ std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material);
 class GltfPrimitive final : public RestShape {
   public:
     /// Reads the data that no pose changes. `material` is null for the default material; `material_index` is the index
-    /// in either case. `skinned` tells whether JOINTS_n and WEIGHTS_n give the joints of vertices. The document must
-    /// outlive the object. Throws Error for indices out of range, attributes of different lengths, damaged accessors,
-    /// and missing joints of a skinned mesh.
+    /// in either case. `skinned` tells whether JOINTS_n and WEIGHTS_n give the joints of vertices. `radius` is that of
+    /// points and lines, which become triangles. The document must outlive the object. Throws Error for indices out of
+    /// range, attributes of different lengths, damaged accessors, and missing joints of a skinned mesh.
     GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
-                  const GltfMaterial* material, std::uint32_t material_index, bool skinned);
+                  const GltfMaterial* material, std::uint32_t material_index, bool skinned, float radius = 0);
 
     /// Triangles, their material, texture coordinates and colours; no vertices without triangles.
     Mesh still;
@@ -36,7 +37,10 @@ class GltfPrimitive final : public RestShape {
     /// Returns the targets with a weight other than 0; warns of unsupported parts.
     std::vector<ActiveTarget> active_targets(std::span<const double> weights, GltfWarnings& warnings) const;
 
-    std::size_t vertices() const override { return count_; }
+    /// Returns the number of points or segments of lines.
+    std::size_t strokes() const { return stroke_count_; }
+
+    std::size_t vertices() const override { return strokes_ ? strokes_->sources.size() : count_; }
     VertexArrays read() const override;
     std::vector<JointSet> read_joints() const override;
     std::size_t targets() const override { return primitive_.targets.size(); }
@@ -49,12 +53,16 @@ class GltfPrimitive final : public RestShape {
     void check_count(int accessor, std::string_view attribute) const;
     template <class V>
     std::vector<V> read_checked(int accessor, const std::string& attribute, bool normalize = false) const;
+    /// Returns the values of the vertices around which strokes lie, `size` consecutive ones per vertex.
+    template <class V>
+    std::vector<V> around(std::vector<V> values, std::size_t size = 1) const;
     template <class V>
     std::vector<V> read_attribute(const std::string& name, bool normalize = false) const {
         return read_checked<V>(attribute(name), name, normalize);
     }
     std::vector<std::uint32_t> read_joint_indices(const std::string& attribute) const;
     void read_triangles();
+    void read_strokes(const std::vector<std::uint32_t>& indices);
     void read_uvs(const GltfMaterial* material);
     void read_colors();
     void find_joints();
@@ -67,6 +75,9 @@ class GltfPrimitive final : public RestShape {
     const GltfAccessors accessors_;
     std::size_t first_ = 0;  // first vertex used by triangles
     std::size_t count_ = 0;
+    float radius_;
+    std::optional<Strokes> strokes_;  // points or lines; their triangles are in `still`
+    std::size_t stroke_count_ = 0;
     bool has_normals_;
     bool has_tangents_;
     std::vector<std::uint32_t> highest_joints_;  // highest joint of each set

@@ -14,6 +14,7 @@
 #include "engine/io/gltf/material.h"
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/primitive.h"
+#include "engine/io/gltf/strokes.h"
 #include "engine/io/gltf/value.h"
 
 namespace halflight {
@@ -39,6 +40,11 @@ GltfPrimitiveSize measure(const GltfDocument& document, const tinygltf::Primitiv
     GltfPrimitiveSize size;
     size.vertices = count(accessors, primitive.attributes.at("POSITION"));
     const std::size_t corners = primitive.indices == kNone ? size.vertices : count(accessors, primitive.indices);
+    if (is_stroke(primitive.mode)) {
+        constexpr std::size_t kMost = std::size_t{1} << 40;  // products stay in range; no budget allows as many
+        const StrokeSize strokes = measure_strokes(primitive.mode, std::min(corners, kMost));
+        return {strokes.vertices, strokes.triangles, corners * sizeof(std::uint32_t) + size.vertices * sizeof(vec3)};
+    }
     size.triangles =
         primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
     return size;
@@ -50,14 +56,16 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& primitive = mesh.primitives[i];
         const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
-        if (primitive.mode < TINYGLTF_MODE_TRIANGLES || !has("POSITION")) continue;
+        const bool stroke = is_stroke(primitive.mode);
+        if ((stroke && document.stroke_radii.empty()) || !has("POSITION")) continue;
         auto [vertices, triangles, decoding_bytes] =
             measure(document, primitive, fmt::format("meshes[{}].primitives[{}]", index, i));
         size.decoding_bytes = std::max(size.decoding_bytes, decoding_bytes);
-        if (!has("NORMAL")) vertices = 3 * triangles;  // flat normals need corners of their own
+        if (!stroke && !has("NORMAL")) vertices = 3 * triangles;  // flat normals need corners of their own
         const GltfMaterial* material =
             primitive.material == kNone ? nullptr : &materials[static_cast<std::size_t>(primitive.material)];
         std::size_t each = 2 * sizeof(vec3);
+        if (stroke) each += sizeof(vec3) + sizeof(std::uint32_t);  // Strokes, until the mesh is finished
         if (tangent_texture_of(material)) each += sizeof(vec4);
         if (has("COLOR_0")) each += sizeof(vec4);
         each += sizeof(vec2) * (has("TEXCOORD_0") + has("TEXCOORD_1"));

@@ -12,7 +12,7 @@
 namespace halflight {
 namespace {
 
-/// A material and a pair of directions as five rows of input.
+/// A material and a pair of directions as six rows of input.
 struct Case {
     float metallic = 0, roughness = 0.5f, r0 = 0.04f, specular = 1;
     float coat = 0, coat_roughness = 0, transmission = 0, cosine = 0.7f;
@@ -20,6 +20,7 @@ struct Case {
     float sheen = 0, sheen_roughness = 0;
     float anisotropy = 0, turn = 0;  // strength; radians from the x axis of the basis around n
     float film = 0, film_ior = 1.3f, film_thickness = 400;
+    float through = 0, through_color = 1;  // diffuse transmission
 };
 
 /// Returns a scene with all lobes, so that all code is compiled.
@@ -32,6 +33,7 @@ Scene full_scene() {
     m.sheen_color = vec3(0.5f);
     m.anisotropy_strength = 0.5f;
     m.iridescence = 0.5f;
+    m.diffuse_transmission = 0.5f;
     return triangle_scene(m);
 }
 
@@ -40,14 +42,14 @@ const char* const kLibrary = R"(
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/sobol.glsl"
 vec3 wo_of(uint c) {
-    float cosine = inputs[5u * c + 1u].w;
+    float cosine = inputs[6u * c + 1u].w;
     return vec3(sqrt((1.0 - cosine) * (1.0 + cosine)) * vec2(0.6, 0.8), cosine);
 }
 Bsdf bsdf_of(uint c) {
-    vec4 a = inputs[5u * c];
-    vec4 b = inputs[5u * c + 1u];
-    vec4 d = inputs[5u * c + 2u];
-    vec4 e = inputs[5u * c + 3u];
+    vec4 a = inputs[6u * c];
+    vec4 b = inputs[6u * c + 1u];
+    vec4 d = inputs[6u * c + 2u];
+    vec4 e = inputs[6u * c + 3u];
     Material m;
     m.base_color = vec3(d.x);
     m.metallic = a.x;
@@ -63,11 +65,13 @@ Bsdf bsdf_of(uint c) {
     m.transmission = b.z;
     m.sheen_color = vec3(e.x);
     m.sheen_roughness = e.y;
-    vec4 f = inputs[5u * c + 4u];
+    vec4 f = inputs[6u * c + 4u];
     m.iridescence = f.x;
     m.film_ior = f.y;
     m.film_thickness = 0.0;
     m.film_thickness_range = f.z;
+    m.diffuse_transmission = inputs[6u * c + 5u].x;
+    m.diffuse_transmission_color = vec3(inputs[6u * c + 5u].y);
     m.anisotropy = e.z;
     m.rough_direction = basis_around(m.normal) * vec3(cos(e.w), sin(e.w), 0.0);
     return make_bsdf(m, vec3(0.0, 0.0, 1.0), wo_of(c));
@@ -83,6 +87,7 @@ std::vector<vec4> rows_of(const std::vector<Case>& cases) {
         rows.emplace_back(c.base_color, c.specular_color, c.tilt, 0);
         rows.emplace_back(c.sheen, c.sheen_roughness, c.anisotropy, c.turn);
         rows.emplace_back(c.film, c.film_ior, c.film_thickness, 0);
+        rows.emplace_back(c.through, c.through_color, 0, 0);
     }
     return rows;
 }
@@ -90,9 +95,9 @@ std::vector<vec4> rows_of(const std::vector<Case>& cases) {
 std::string describe(const Case& c) {
     return fmt::format(
         "metallic {} roughness {} r0 {} specular {} coat {} coat roughness {} transmission {} cosine {} tilt {} "
-        "sheen {} sheen roughness {} anisotropy {} turn {} film {} ior {} thickness {}",
+        "sheen {} sheen roughness {} anisotropy {} turn {} film {} ior {} thickness {} through {}, {}",
         c.metallic, c.roughness, c.r0, c.specular, c.coat, c.coat_roughness, c.transmission, c.cosine, c.tilt, c.sheen,
-        c.sheen_roughness, c.anisotropy, c.turn, c.film, c.film_ior, c.film_thickness);
+        c.sheen_roughness, c.anisotropy, c.turn, c.film, c.film_ior, c.film_thickness, c.through, c.through_color);
 }
 
 class ShadingBsdf : public GpuTest {
@@ -123,6 +128,16 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
                                  .coat_roughness = coat_roughness,
                                  .transmission = 0.5f,
                                  .cosine = cosine});
+            }
+            for (const float through : {0.3f, 1.0f}) {
+                cases.push_back({.roughness = roughness, .cosine = cosine, .through = through});
+                cases.push_back({.metallic = 0.5f,
+                                 .roughness = roughness,
+                                 .coat = 0.5f,
+                                 .coat_roughness = 0.3f,
+                                 .transmission = 0.4f,
+                                 .cosine = cosine,
+                                 .through = through});
             }
             // The sheen takes its roughness from the loop, from below its least one up to 1.
             cases.push_back({.metallic = 0.5f, .cosine = cosine, .sheen = 1, .sheen_roughness = roughness});
@@ -155,7 +170,7 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
             Sampler s = make_sampler(i, 0u, n, 7u);
             vec2 xi = sample_2d(s, 0u);
             // Every lobe, times its probability.
-            BsdfSample d = sample_diffuse(b, wo, xi);
+            BsdfSample d = sample_diffuse(b, wo, xi, random_at(n, 2u));
             BsdfSample coat = sample_glossy(b, wo, xi, 0.5 * b.p_coat);
             BsdfSample through = sample_glossy(b, wo, xi, b.p_coat + 0.5 * b.p_transmission);
             BsdfSample sheen = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + 0.5 * b.p_sheen);
@@ -189,7 +204,7 @@ std::vector<vec4> ShadingBsdf::albedos(const std::vector<Case>& cases) const {
         float rest = 1.0 - b.p_coat - b.p_transmission - b.p_sheen;
         for (uint n = 0u; n < 4096u; ++n) {
             vec2 xi = sample_2d(make_sampler(i, 0u, n, 7u), 0u);
-            sum += sample_diffuse(b, wo, xi).weight + b.p_coat * sample_glossy(b, wo, xi, 0.5 * b.p_coat).weight +
+            sum += sample_diffuse(b, wo, xi, random_at(n, 2u)).weight + b.p_coat * sample_glossy(b, wo, xi, 0.5 * b.p_coat).weight +
                    b.p_transmission * sample_glossy(b, wo, xi, b.p_coat + 0.5 * b.p_transmission).weight +
                    rest * sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + b.p_sheen + 0.5 * rest).weight;
         }
@@ -295,6 +310,8 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
          .tilt = 0.4f,
          .anisotropy = 0.5f,
          .turn = 2},
+        {.roughness = 0.5f, .cosine = 0.5f, .through = 0.3f, .through_color = 0.8f},
+        {.roughness = 0.5f, .transmission = 0.5f, .cosine = 0.3f, .tilt = 0.6f, .through = 0.7f},
     };
     constexpr std::uint32_t kSamples = 1u << 17;
     constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
@@ -306,7 +323,7 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
                 vec2 xi = vec2(random_at(i, 0u), random_at(i, 1u));
                 BsdfSample s = )") +
                                          (glossy ? "sample_glossy(b, wo_of(0u), xi, random_at(i, 2u))"
-                                                 : "sample_diffuse(b, wo_of(0u), xi)") +
+                                                 : "sample_diffuse(b, wo_of(0u), xi, random_at(i, 2u))") +
                                          R"(;
                 result[0] = vec4(s.direction, s.pdf);
             )",
@@ -524,7 +541,9 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
              7 * uniform(),
              extreme(),
              std::array{1.0f, 1 + uniform(), 20.0f}[random() % 3],
-             std::array{0.0f, 1e-3f, 3000 * uniform(), 1e6f, 3e38f}[random() % 5]};
+             std::array{0.0f, 1e-3f, 3000 * uniform(), 1e6f, 3e38f}[random() % 5],
+             extreme(),
+             extreme()};
     }
     const auto found = run(R"(
         Bsdf b = bsdf_of(i);
@@ -536,7 +555,7 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
             if (n == 0u) xi = vec2(0.0);
             if (n == 1u) xi = vec2(0.99999994);
             BsdfSample g = sample_glossy(b, wo, xi, random_at(64u * i + n, 2u));
-            BsdfSample d = sample_diffuse(b, wo, xi);
+            BsdfSample d = sample_diffuse(b, wo, xi, random_at(64u * i + n, 3u));
             vec3 wi = n % 4u == 0u ? reflect(-wo, b.normal) : n % 4u == 1u ? -wo : n % 4u == 2u ? g.direction
                       : sphere_direction(2.0 * xi.x - 1.0, xi.y);
             if (n == 2u) wi = normalize(vec3(wi.xy, 1e-7));

@@ -61,6 +61,8 @@ Material material_of(uint c) {
     m.sheen_color = vec3(0.0);
     m.sheen_roughness = 0.0;
     m.front = a.w != 0.0;
+    m.diffuse_transmission = inputs[3u * c + 2u].z;
+    m.diffuse_transmission_color = vec3(1.0);
     m.anisotropy = inputs[3u * c + 2u].x;
     m.iridescence = inputs[3u * c + 2u].y;
     m.film_ior = 1.3;
@@ -137,7 +139,7 @@ TEST_F(ShadingSolid, WhiteFurnace) {
             vec2 xi = sample_2d(s, 0u);
             vec2 choice = sample_2d(s, 2u);
             bool is_diffuse = picks_diffuse(b, choice.x);
-            sum += is_diffuse ? sample_diffuse(b, wo, xi).weight.x / max(b.p_diffuse, 1e-9)
+            sum += is_diffuse ? sample_diffuse(b, wo, xi, choice.y).weight.x / max(b.p_diffuse, 1e-9)
                               : sample_glossy(b, wo, xi, choice.y).weight.x / max(1.0 - b.p_diffuse, 1e-9);
         }
         result[0] = vec4(sum / 16384.0, 0.0, 0.0, 0.0);

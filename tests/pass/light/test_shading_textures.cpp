@@ -137,6 +137,8 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
     m.anisotropy_strength = 0.5f;
     m.iridescence = 0.75f;
     m.iridescence_thickness_maximum = 600;
+    m.diffuse_transmission = 0.875f;
+    m.diffuse_transmission_color = {1, 0.5f, 0.25f};
     m.anisotropy_rotation = 0.75f;
     m.normal_scale = 0.5f;
     Scene scene = triangle_scene(m);
@@ -159,6 +161,8 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
     t.anisotropy_texture = add({204, 51, 102, 0});
     t.iridescence_texture = add({102, 0, 0, 0});
     t.iridescence_thickness_texture = add({0, 51, 0, 0});
+    t.diffuse_transmission_texture = add({0, 0, 0, 153});
+    t.diffuse_transmission_color_texture = add({60, 120, 180, 0});
     scene.meshes[0].colors.assign(3, vec4(0.5f, 0.25f, 1, 1));
     const ShadingScene shading(scene);
     const auto found = shading.run("#include \"shaders/lib/material.glsl\"", R"(
@@ -174,8 +178,9 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         result[5] = vec4(m.coat_roughness, m.transmission, m.anisotropy, dot(m.rough_direction, m.normal));
         result[6] = vec4(m.rough_direction, 0.0);
         result[7] = vec4(m.iridescence, m.film_ior, m.film_thickness + m.film_thickness_range, 0.0);
+        result[8] = vec4(m.diffuse_transmission_color, m.diffuse_transmission);
     )",
-                                   2, 8);
+                                   2, 9);
     const auto srgb = [](int r, int g, int b) {
         return vec3(srgb_to_linear(std::uint8_t(r)), srgb_to_linear(std::uint8_t(g)), srgb_to_linear(std::uint8_t(b)));
     };
@@ -185,7 +190,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         return glm::normalize(vec3(scale * n.x, scale * n.y, n.z));
     };
     for (std::size_t side = 0; side < 2; ++side) {
-        const vec4* r = &found[8 * side];
+        const vec4* r = &found[9 * side];
         const float sign = side == 0 ? 1.0f : -1.0f;
         EXPECT_TRUE(near(vec3(r[0]), vec3(m.base_color) * srgb(200, 100, 50) * vec3(0.5f, 0.25f, 1)));
         EXPECT_NEAR(r[0].w, 0.9 * 102 / 255, 1e-6);
@@ -209,6 +214,8 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         EXPECT_NEAR(r[7].x, 0.75 * 102 / 255, 1e-6);
         EXPECT_NEAR(r[7].y, 1.3, 1e-6);
         EXPECT_NEAR(r[7].z, 100 + 500 * 51 / 255, 1e-3);
+        EXPECT_TRUE(near(vec3(r[8]), m.diffuse_transmission_color * srgb(60, 120, 180)));
+        EXPECT_NEAR(r[8].w, 0.875 * 153 / 255, 1e-6);
         // The coat's normal is almost in the surface plane, so it is bent towards wo.
         EXPECT_GT(sign * r[4].z, 0);
     }

@@ -26,7 +26,7 @@ void main() {
     Receiver at = receiver_at(s.position, s.geometric_normal);
     LightSample l = sample_light(at, sample_2d_bits(random, 1u));
     BsdfValue v = evaluate_bsdf(b, wo, l.direction);
-    BsdfSample d = sample_diffuse(b, wo, sample_2d(random, 2u));
+    BsdfSample d = sample_diffuse(b, wo, sample_2d(random, 2u), sample_1d(random, 5u));
     BsdfSample g = sample_glossy(b, wo, sample_2d(random, 3u), sample_1d(random, 4u));
     Ray ray = shadow_ray(s.position, s.offset, s.geometric_normal, l);
     vec3 sum = m.emission + v.diffuse * v.pdf_diffuse + v.glossy * v.pdf_glossy + d.weight + g.weight + ray.direction +

@@ -99,7 +99,9 @@ class GltfTest : public testing::Test {
         std::ofstream(folder_ / name, std::ios::binary) << bytes;
         return folder_ / name;
     }
-    Scene load(const GltfBuilder& builder) const { return load_gltf(write("scene.glb", builder.glb())); }
+    Scene load(const GltfBuilder& builder, const GltfOptions& options = {}) const {
+        return load_gltf(write("scene.glb", builder.glb()), options);
+    }
     Scene load_text(const std::string& json) const { return load_gltf(write("scene.gltf", json)); }
 
     /// Returns the error message of loading, without the name of the file.

@@ -79,6 +79,8 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     extension("KHR_materials_dispersion") = {{"dispersion", 0.625}};
     extension("KHR_materials_volume") = {
         {"thicknessFactor", 2}, {"attenuationDistance", 0.5}, {"attenuationColor", {1, 0.5, 0.25}}};
+    extension("KHR_materials_diffuse_transmission") = {{"diffuseTransmissionFactor", 0.625},
+                                                       {"diffuseTransmissionColorFactor", {0.5, 0.75, 0.25}}};
     extension("KHR_materials_sheen") = {{"sheenColorFactor", {0.5, 0.25, 1}}, {"sheenRoughnessFactor", 0.375}};
     extension("KHR_materials_anisotropy") = {{"anisotropyStrength", 0.75}, {"anisotropyRotation", -1.5}};
     extension("KHR_materials_iridescence") = {{"iridescenceFactor", 0.25},
@@ -106,6 +108,8 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_EQ(m.attenuation_distance, 0.5f);
     EXPECT_EQ(m.attenuation_color, vec3(1, 0.5f, 0.25f));
     EXPECT_EQ(m.sheen_color, vec3(0.5f, 0.25f, 1));
+    EXPECT_EQ(m.diffuse_transmission, 0.625f);
+    EXPECT_EQ(m.diffuse_transmission_color, vec3(0.5f, 0.75f, 0.25f));
     EXPECT_EQ(m.sheen_roughness, 0.375f);
     EXPECT_EQ(m.anisotropy_strength, 0.75f);
     EXPECT_EQ(m.anisotropy_rotation, -1.5f);
@@ -183,6 +187,8 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     extension("KHR_materials_transmission") = {{"transmissionTexture", info("transmission.png")}};
     extension("KHR_materials_sheen") = {{"sheenColorTexture", info("sheen_color.png")},
                                         {"sheenRoughnessTexture", info("sheen_roughness.png")}};
+    extension("KHR_materials_diffuse_transmission") = {{"diffuseTransmissionTexture", info("leaf.png")},
+                                                       {"diffuseTransmissionColorTexture", info("leaf_color.png")}};
     extension("KHR_materials_anisotropy")["anisotropyTexture"] = info("anisotropy.png");
     extension("KHR_materials_iridescence") = {{"iridescenceTexture", info("film.png")},
                                               {"iridescenceThicknessTexture", info("thickness.png")}};
@@ -201,12 +207,14 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(name(m.transmission_texture), "transmission.png");
     EXPECT_EQ(name(m.sheen_color_texture), "sheen_color.png");
     EXPECT_EQ(name(m.sheen_roughness_texture), "sheen_roughness.png");
+    EXPECT_EQ(name(m.diffuse_transmission_texture), "leaf.png");
+    EXPECT_EQ(name(m.diffuse_transmission_color_texture), "leaf_color.png");
     EXPECT_EQ(name(m.anisotropy_texture), "anisotropy.png");
     EXPECT_EQ(name(m.iridescence_texture), "film.png");
     EXPECT_EQ(name(m.iridescence_thickness_texture), "thickness.png");
     EXPECT_EQ(m.normal_scale, 0.5f);
     EXPECT_EQ(m.clearcoat_normal_scale, 2);
-    EXPECT_EQ(scene.images.size(), 15u) << "images that nothing uses are not loaded";
+    EXPECT_EQ(scene.images.size(), 17u) << "images that nothing uses are not loaded";
 }
 
 /// A file with three triangles, each with a material of its own, and the variants "day" and "night".

@@ -1,6 +1,10 @@
 // Tests geometry of glTF files: accessors, primitive modes, morph targets, skins, instances and nodes.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <utility>
 
 #include "tests/unit/io/gltf_builder.h"
 
@@ -223,7 +227,96 @@ TEST_F(GltfPrimitive, PointsAndLinesAreIgnoredAndReported) {
     EXPECT_EQ(scene.report.point_primitives_skipped, 2u);
     EXPECT_EQ(scene.report.line_primitives_skipped, 3u);
     EXPECT_EQ(scene.report.warnings,
-              (std::vector<std::string>{"2 primitives of points are left out", "3 primitives of lines are left out"}));
+              (std::vector<std::string>{"2 primitives of points are left out (--line-width draws them)",
+                                        "3 primitives of lines are left out (--line-width draws them)"}));
+}
+
+/// Returns six times the volume inside a mesh; expects that each edge, by positions, lies between two triangles.
+double closed_volume(const Mesh& mesh) {
+    using Point = std::array<float, 3>;
+    std::map<std::pair<Point, Point>, int> open;
+    double volume = 0;
+    for (const uvec3& t : mesh.triangles) {
+        const vec3 corners[] = {mesh.positions[t.x], mesh.positions[t.y], mesh.positions[t.z]};
+        volume += glm::dot(dvec3(corners[0]), glm::cross(dvec3(corners[1]), dvec3(corners[2])));
+        for (int k = 0; k < 3; ++k) {
+            const vec3 &a = corners[k], &b = corners[(k + 1) % 3];
+            const Point from{a.x, a.y, a.z}, to{b.x, b.y, b.z};
+            ++open[{from, to}];
+            --open[{to, from}];
+        }
+    }
+    for (const auto& [edge, count] : open) EXPECT_EQ(count, 0);
+    return volume;
+}
+
+TEST_F(GltfPrimitive, PointsAndLinesAreDrawnWithAWidth) {
+    const std::vector<vec3> corners{{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {4, 3, 0}, {0, 0, 5}};
+    const struct {
+        int mode;
+        std::size_t points, segments;
+    } cases[] = {{0, 5, 0}, {1, 0, 2}, {2, 0, 5}, {3, 0, 4}};  // the last corner of LINES is left over
+    for (const auto& [mode, points, segments] : cases) {
+        GltfBuilder b;
+        std::vector<float> numbers, colors;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            numbers.insert(numbers.end(), {corners[i].x, corners[i].y, corners[i].z});
+            colors.insert(colors.end(), {0.2f * static_cast<float>(i), 1, 0});
+        }
+        b.add_mesh({{"POSITION", b.floats("VEC3", numbers)}, {"COLOR_0", b.floats("VEC3", colors)}})["mode"] = mode;
+        b.json["nodes"][0]["scale"] = {2, 2, 2};
+        b.push("nodes", {{"mesh", 0}});
+        const Scene scene = load(b, {.line_width = 0.4});
+        ASSERT_EQ(scene.meshes.size(), 1u) << mode;
+        EXPECT_EQ(scene.instances.size(), 2u);
+        EXPECT_EQ(scene.report.points_drawn, points);
+        EXPECT_EQ(scene.report.line_segments_drawn, segments);
+        EXPECT_EQ(scene.report.warnings.size(), mode == 1 ? 1u : 0u);
+        const Mesh& mesh = scene.meshes[0];
+        EXPECT_GT(closed_volume(mesh), 0) << "faces face outwards";
+        for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+            // The first node doubles lengths, so a diameter of 0.4 in the world is a radius of 0.1 here.
+            const auto source = static_cast<std::size_t>(std::lround(mesh.colors[i].r / 0.2f));
+            EXPECT_LT(glm::distance(mesh.positions[i], corners[source] + 0.1f * mesh.normals[i]), 1e-6f);
+            EXPECT_NEAR(glm::length(mesh.normals[i]), 1, 1e-6);
+        }
+    }
+}
+
+TEST_F(GltfPrimitive, LinesFollowSkinsAndMorphTargets) {
+    GltfBuilder b;
+    Json& line = b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0})}});
+    line["mode"] = 3;
+    line["targets"] = {{{"POSITION", b.floats("VEC3", {0, 0, 0, 0, 2, 0})}}};
+    b.json["meshes"][0]["weights"] = {0.5};
+    const Mesh mesh = load(b, {.line_width = 0.2}).meshes.at(0);
+    vec3 lower(1e9f), upper(-1e9f);
+    for (const vec3& p : mesh.positions) lower = glm::min(lower, p), upper = glm::max(upper, p);
+    EXPECT_NEAR(upper.y, 1.1, 0.02) << "the second end has moved up by 1";
+    EXPECT_NEAR(lower.y, -0.1, 0.02);
+}
+
+TEST_F(GltfPrimitive, PointsAndLinesThatCannotBeDrawn) {
+    GltfBuilder b;
+    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, NAN, 0, 0, 1, 0, 0, 1e30f, 1e30f, 0})}})["mode"] = 3;
+    const Scene odd = load(b, {.line_width = 1});
+    EXPECT_GT(odd.report.non_finite_triangles_dropped, 0u);
+    for (const Mesh& mesh : odd.meshes)
+        for (const vec3& p : mesh.positions) EXPECT_TRUE(all_finite(p));
+    b = {};
+    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0})}})["mode"] = 3;
+    EXPECT_TRUE(load(b, {.line_width = 1}).meshes.empty()) << "one corner is no line";
+    b = {};
+    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0})}})["mode"] = 0;
+    b.json["meshes"][0]["primitives"][0]["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 7});
+    EXPECT_THROW(load(b, {.line_width = 1}), Error);
+    // The size is known before anything is made.
+    b.json["meshes"][0]["primitives"][0]["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>(1000000, 1));
+    const std::filesystem::path bomb = write("bomb.glb", b.glb());
+    GltfScene drawn(bomb, {.line_width = 1}), none(bomb);
+    EXPECT_EQ(drawn.size().stored, 80000000u);
+    EXPECT_GT(drawn.size().geometry_bytes, std::size_t{2} << 30);
+    EXPECT_EQ(none.size().stored, 0u);
 }
 
 TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {

@@ -85,6 +85,9 @@ TEST(NeutralSky, AddedToLampsThatAreShut) {
     scene.materials[static_cast<std::size_t>(shade)].transmission = 1;
     EXPECT_FALSE(needs_sky(scene)) << "light passes a shade of glass";
     scene.materials[static_cast<std::size_t>(shade)].transmission = 0;
+    scene.materials[static_cast<std::size_t>(shade)].diffuse_transmission = 0.6f;
+    EXPECT_FALSE(needs_sky(scene)) << "light passes a shade of paper";
+    scene.materials[static_cast<std::size_t>(shade)].diffuse_transmission = 0;
     scene.materials[static_cast<std::size_t>(shade)].alpha_mode = AlphaMode::blend;
     scene.materials[static_cast<std::size_t>(shade)].base_color.a = 0.1f;
     EXPECT_FALSE(needs_sky(scene)) << "light passes a thin shade";

@@ -29,6 +29,7 @@ SavedSettings all_kinds() {
     s.settings.clamp = 0.3f;
     s.given = saved_settings();
     s.variant = "red 'velvet'";
+    s.line_width = 0.025;
     s.edits.environment_rotation = 12.5;
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
@@ -63,6 +64,7 @@ TEST(SettingsFile, RoundTrips) {
         EXPECT_EQ(r.settings.preview, s.settings.preview);
         EXPECT_EQ(r.settings.clamp, s.settings.clamp);
         EXPECT_EQ(r.variant, s.variant);
+        EXPECT_EQ(r.line_width, s.line_width);
         EXPECT_EQ(r.environment, s.environment);
         EXPECT_EQ(r.edits, s.edits);
         EXPECT_EQ(r.bookmarks, s.bookmarks);

@@ -74,6 +74,13 @@ TEST(ShadingTables, NeedsFollowMaterials) {
     EXPECT_FALSE(with([](Material& m) { m.metallic = 1; }).needs.diffuse);
     EXPECT_TRUE(with([](Material& m) { m.transmission = 0.5f; }).needs.transmission);
     EXPECT_FALSE(with([](Material& m) { m.transmission = 1; }).needs.diffuse);
+    const auto leaf = [](Material& m) { m.diffuse_transmission = 0.5f, m.base_color = vec4(0, 0, 0, 1); };
+    EXPECT_TRUE(with(leaf).needs.diffuse_transmission && with(leaf).needs.diffuse) << "the colour is its own";
+    EXPECT_FALSE(with(leaf).needs.glossy || with(leaf).needs.transmission || with(leaf).needs.volume);
+    const auto candle = [](Material& m) { m.diffuse_transmission = m.thickness = 0.5f; };
+    EXPECT_TRUE(with(candle).needs.volume && !with([](Material& m) { m.thickness = 1; }).needs.volume);
+    const auto hidden = [](Material& m) { m.diffuse_transmission = m.transmission = 1; };
+    EXPECT_FALSE(with(hidden).needs.diffuse_transmission || with(hidden).needs.diffuse);
     EXPECT_TRUE(with([](Material& m) { m.clearcoat = 1; }).needs.clearcoat);
     // This material has no specular reflection.
     EXPECT_FALSE(with([](Material& m) { m.specular_color = vec3(0.5f); }).needs.specular_color);
