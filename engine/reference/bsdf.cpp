@@ -334,7 +334,8 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
 
     Sample s;
     s.wi = normalize(frame.to_world(wi));
-    if (lobe == kTransmission && dot(s.wi, n_g_) >= 0) return std::nullopt;  // other lobes may reflect there
+    // Lobes of other normals may have light on the wrong side.
+    if ((dot(s.wi, n_g_) < 0) != (lobe == kTransmission)) return std::nullopt;
     s.component = lobe == kDiffuse ? Component::diffuse : Component::glossy;
     const Value value = evaluate(s.wi);
     s.pdf = lobe == kDiffuse ? value.pdf_diffuse : value.pdf_glossy;
