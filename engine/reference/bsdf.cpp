@@ -345,8 +345,9 @@ std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) co
 
     Sample s;
     s.wi = normalize(frame.to_world(wi));
+    // Lobes of other normals may have light on the wrong side.
     const bool passes = lobe == kTransmission || lobe == kDiffuseThrough;
-    if (passes && dot(s.wi, n_g_) >= 0) return std::nullopt;  // other lobes may reflect there
+    if ((dot(s.wi, n_g_) < 0) != passes) return std::nullopt;
     s.component = diffuse ? Component::diffuse : Component::glossy;
     const Value value = evaluate(s.wi);
     s.pdf = diffuse ? value.pdf_diffuse : value.pdf_glossy;
