@@ -97,7 +97,7 @@ class PageServer::Run {
         }
         // A pool that is smaller than the set would lose pages that rays need first.
         if (pages.size() > pool_.slots()) return;
-        std::ranges::stable_partition(pages, [&](std::uint32_t page) { return pool_.resident(page); });
+        std::stable_partition(pages.begin(), pages.end(), [&](std::uint32_t page) { return pool_.resident(page); });
         std::vector<Wanted> wanted;
         for (const std::uint32_t page : pages) {
             wanted.push_back({page, 1});

@@ -52,6 +52,9 @@ TEST(FuzzRegressions, Ktx2) {
 TEST(FuzzRegressions, Webp) {
     run_all("webp", webp);
 }
+TEST(FuzzRegressions, Pages) {
+    run_all("pages", pages);
+}
 TEST(FuzzRegressions, Settings) {
     run_all("settings", settings);
 }
