@@ -113,8 +113,8 @@ bool same(const Bounds& a, const Bounds& b) {
     return a.lower == b.lower && a.upper == b.upper;
 }
 
-/// Returns whether roots and the nodes above them are what hierarchy_over() and kernels can work with: a forest of
-/// limited depth whose nodes have two to four children, over boxes that Embree accepts.
+/// Returns whether hierarchy_over() and kernels can work with the roots and the nodes above them. These are a forest of
+/// limited depth, whose nodes have two to four children. Embree accepts the boxes of the roots.
 bool hierarchy_fits(const PageIndex& index) {
     constexpr double kInfinite = std::numeric_limits<double>::infinity();
     const bool nothing = index.roots.empty() && same(index.bounds, Bounds());

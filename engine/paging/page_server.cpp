@@ -111,7 +111,7 @@ class PageServer::Run {
     /// Rays that a dispatch traces.
     struct Source {
         bool again;          // false: all rays of the batch; true: those of a list that have been traced before
-        std::uint32_t list;  // of Handles::waiting
+        std::uint32_t list;  // index into Handles::waiting
         static Source batch() { return {false, 0}; }
         static Source waiting(std::uint32_t list) { return {true, list}; }
     };

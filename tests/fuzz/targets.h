@@ -21,7 +21,7 @@ void color(std::string_view input);        ///< Loads lines with display, view, 
 void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.
 void ktx2(std::string_view input);         ///< Decodes a KTX2 image.
 void webp(std::string_view input);         ///< Decodes a WebP image.
-/// Index of a page file, blocks of table rows, and pages, each decompressed and with its size of 32 bits before it.
+/// Reads the index of a page file, table rows and pages, each decompressed and with its size of 32 bits before it.
 void pages(std::string_view input);
 void settings(std::string_view input);  ///< Parses the contents of a settings file.
 

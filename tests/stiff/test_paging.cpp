@@ -35,9 +35,9 @@ class Paging : public StiffTest {
         return count;
     }
     /// Compares pictures from pools of several numbers of slots with the picture of the scene in memory. Each pool is
-    /// cold at first, then it holds pages that another camera needed.
-    void compare(const std::string& name, const Scene& scene, const char* reason,
-                 const paging::PageLimits& limits = kSmallPages) {
+    /// cold at first, then it holds pages that another camera needed. Returns the index of the page file.
+    paging::PageIndex compare(const std::string& name, const Scene& scene, const char* reason,
+                              const paging::PageLimits& limits = kSmallPages) {
         const RenderSettings settings = settings_of(scene);
         // Triangles in several parts are never split between leaves, as in pages.
         PreparedScene in_memory(context, scene, {.most_in_part = triangles_in(scene) / 3 + 1});
@@ -45,7 +45,10 @@ class Paging : public StiffTest {
         EXPECT_GT(mean_of(expected).value, 0) << name << ": the picture is black";
         RenderSettings elsewhere = settings;
         elsewhere.camera.camera_to_world[3] += elsewhere.camera.camera_to_world[2];
-        const auto source = std::make_shared<MemoryPages>(scene, 200, limits);
+        const TemporaryFolder folder;
+        SceneMeshes meshes(scene);
+        paging::convert(meshes, folder / "scene.pages", {.bucket_triangles = 200, .limits = limits, .progress = {}});
+        const auto source = std::make_shared<paging::PageFile>(folder / "scene.pages");
         const std::size_t page = paging::PagePool::slot_bytes(source->index());
         for (const std::size_t slots : {1, 5}) {
             PreparedScene paged(context, scene,
@@ -60,6 +63,7 @@ class Paging : public StiffTest {
             expect(fmt::format("{}, pool of {} after another view", name, pool), pixels(render(settings), expected), 0,
                    "pixels differ", reason);
         }
+        return source->index();
     }
     /// Adds triangles to the first mesh of the Cornell box.
     static Scene box_with(const std::vector<std::array<vec3, 3>>& triangles) {
@@ -98,8 +102,7 @@ TEST_F(Paging, Triangles) {
         const vec3 from = place();
         needles.push_back({from, from + vec3(1e-5f, 0, 0), place()});
     }
-    const std::array<vec3, 3> one = {place(), place(), place()};
-    std::ranges::fill(coincident, one);
+    std::ranges::fill(coincident, std::array<vec3, 3>{vec3(0), vec3(0.15f, 0, 0), vec3(0, 0.15f, 0.05f)});
     for (int i = 0; i < 1000; ++i) {
         const vec3 at = place();
         many.push_back({at, at + vec3(0.02f, 0, 0.01f), at + vec3(0, 0.02f, 0)});
@@ -107,6 +110,31 @@ TEST_F(Paging, Triangles) {
     compare("needles across all pages", box_with(needles), exact);
     compare("20000 triangles in one place", box_with(coincident), exact, {});
     compare("1000 small triangles in a box of two triangles a wall", box_with(many), exact);
+}
+
+TEST_F(Paging, RayThroughAllPages) {
+    // The triangles are left of and below the camera's axis, and their boxes are around it.
+    std::vector<std::array<vec3, 3>> row;
+    for (int i = 0; i < 1000; ++i) {
+        const float z = -0.9f + 0.0015f * static_cast<float>(i);
+        row.push_back({vec3(-0.3f, -0.3f, z), vec3(0.3f, -0.3f, z), vec3(-0.3f, 0.24f, z)});
+    }
+    const Scene scene = box_with(row);
+    const paging::PageIndex index = compare("a ray through all pages", scene, exact);
+    const vec3 eye(dvec3(scene.cameras[0].camera_to_world[3]) - index.origin);
+    std::vector<bool> crossed(index.pages.size(), false);
+    for (const paging::PageRoot& root : index.roots)
+        if (glm::all(glm::lessThan(vec2(root.bounds.lower), vec2(eye))) &&
+            glm::all(glm::lessThan(vec2(eye), vec2(root.bounds.upper))))
+            crossed[root.page] = true;
+    EXPECT_GT(crossed.size(), 30u);
+    EXPECT_EQ(std::ranges::count(crossed, false), 0);
+}
+
+TEST_F(Paging, NoPages) {
+    Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
+    for (Instance& instance : scene.instances) instance.moves = true;
+    EXPECT_TRUE(compare("no page in the file: everything moves", scene, exact).pages.empty());
 }
 
 /// Returns a Cornell box with a glossy cube that moves, a cube of glass pane that deforms, and a lamp that moves.
@@ -176,6 +204,7 @@ TEST_F(Paging, Motion) {
 
 TEST_F(Paging, Scales) {
     const Scene room = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
+    // The room is 2 units wide, so it spans 10^12 units; positions end 2^40 units from the centre.
     for (const double factor : {1e-12, 5e11})
         compare(fmt::format("room scaled by {:.0e}", factor), scaled(room, factor), exact);
     compare("room 10^7 units from the origin", moved(room, dvec3(1e7, -1e7, 3e6)), exact);
