@@ -104,8 +104,8 @@ class BlockBuilder {
         if (rows_.empty()) return;
         TableBlock block;
         std::ranges::sort(corners_, {}, &Corner::vertex);
-        const auto repeated = std::ranges::unique(corners_, {}, &Corner::vertex);
-        corners_.erase(repeated.begin(), repeated.end());
+        const auto same = [](const Corner& a, const Corner& b) { return a.vertex == b.vertex; };
+        corners_.erase(std::unique(corners_.begin(), corners_.end(), same), corners_.end());
         for (const auto& [vertex, mesh] : corners_) {
             const std::size_t i = vertex - mesh->first_vertex;
             block.positions.push_back(mesh->positions[i]);
