@@ -272,8 +272,8 @@ TEST_F(ImageTest, DiffuseTransmission) {
     scene.lights[1].direction = glm::normalize(vec3(0.2f, -0.5f, 1));
     expect_agreement(scene, {.name = "diffuse-transmission",
                              .camera = scene.cameras[0],
-                             .samples = 512,
-                             .oracle_samples = 512,
+                             .samples = 256,
+                             .oracle_samples = 256,
                              .bounces = 5});
 }
 
