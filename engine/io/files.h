@@ -42,7 +42,7 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes
 /// Throws the Error of read_file() for a file that is missing, unreadable or not regular.
 void check_readable(const std::filesystem::path& path);
 
-/// What tells the contents of a file apart from others.
+/// Description of a file that tells its content apart from others.
 struct FileContent {
     std::uint64_t bytes = 0;
     std::int64_t modified = 0;  // time of the last change, nanoseconds since 1970

@@ -524,7 +524,7 @@ class Converter {
     const ConvertOptions& options_;
     const MemoryLedger::Entry memory_;
     const TriangleWords words_;
-    const std::vector<std::uint32_t> opaque_words_;  // of meshes whose vertices have alpha 1
+    const std::vector<std::uint32_t> opaque_words_;  // words of meshes whose vertices have alpha 1
     CentroidSample sample_;
     std::vector<bool> emits_;  // per material
     std::vector<MeshFacts> facts_;

@@ -70,7 +70,7 @@ class DamagedPages : public Error {
     using Error::Error;
 };
 
-/// What happens to a file in which a page or a block turns out to be damaged.
+/// Fate of a file in which a page or a block turns out to be damaged.
 enum class WhenDamaged { keep, remove };
 
 /// A page file, opened for reading. It stays open, so another file may take its name. Damage is detected when the part

@@ -37,8 +37,8 @@ class PagePool {
     static std::size_t reading_bytes(const PageIndex& index) {
         return 2 * (PageReader::kMostArrived + PageReader::kPortion) * slot_bytes(index);
     }
-    /// Returns the bytes, an upper estimate, of what is there for every page and every root: the hierarchy over the
-    /// roots on the device, its copies while it is built, and the one for queries.
+    /// Returns the bytes that pages and roots take besides the slots, an upper estimate. They hold the hierarchy over
+    /// the roots on the device, its copies while it is built, and the one for queries.
     static std::size_t fixed_bytes(const PageIndex& index) {
         constexpr std::size_t kRoot = 640, kPage = 64;
         return kRoot * index.roots.size() + kPage * index.pages.size();
