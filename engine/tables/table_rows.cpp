@@ -125,7 +125,7 @@ std::uint32_t TriangleWords::of(std::uint32_t material, float vertex_alpha) cons
 
 std::uint64_t TriangleWords::alpha_tests() const {
     Hash hash;
-    for (const std::uint32_t word : of(1)) hash.add(word);
+    for (const float alpha : image_alpha_) hash.add(alpha);
     return hash.value();
 }
 

@@ -41,7 +41,7 @@ class TriangleWords {
     std::vector<std::uint32_t> of(float vertex_alpha) const;
     std::uint32_t of(std::uint32_t material, float vertex_alpha) const;  ///< Returns one of them.
     static float lowest_vertex_alpha(const Mesh& mesh);
-    /// Returns a hash of what the images of the scene say about alpha tests.
+    /// Returns a hash of what the images of the scene say about alpha tests. It is the same in all poses.
     std::uint64_t alpha_tests() const;
 
   private:
