@@ -163,10 +163,10 @@ struct FrameRenderer::State {
         tables_memory = {ledger, MemoryPart::tables, scene_bytes(scene.size()) - scene.size().contents()};
         if (scene.pages()) {
             options.pages = scene.pages();
+            const paging::PageIndex& index = scene.pages()->index();
             const std::size_t paths =
                 std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
-            const std::size_t rows = paths * paging::RowGather::bytes_per_path(scene.pages()->index().vertex_texels);
-            const paging::PageIndex& index = scene.pages()->index();
+            const std::size_t rows = paths * paging::RowGather::bytes_per_path(index.vertex_texels);
             const std::size_t reading = paging::PagePool::reading_bytes(index);
             const std::size_t lamps = index.geometry.emitters.size() * paging::kEmitterBytes;
             const std::size_t fixed = paging::PagePool::fixed_bytes(index);

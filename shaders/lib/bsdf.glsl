@@ -373,7 +373,8 @@ vec3 reflecting_normal(vec3 n, vec3 horizon, vec3 wo) {
     vec3 valid = along * (sqrt(1.0 - least * least) * inversesqrt(max(dot(along, along), 1e-12))) + least * horizon;
     vec3 half_way = wo + valid;
     float square = dot(half_way, half_way);
-    // Views along the horizon have no exact half vector where the mirror direction points back to the viewer.
+    // The half vector vanishes for views along the horizon whose mirror direction points away from the viewer. Below a
+    // length of 0.01, cancellation has cost it most of its bits.
     vec3 bent = square > 1e-4 ? half_way * inversesqrt(square) : horizon;
     return height < least ? bent : n;
 }
