@@ -78,12 +78,16 @@ Camera turned(const Camera& camera, const dvec3& pivot, double angle) {
 }
 
 DefaultCamera default_camera(const Scene& scene, double aspect, bool turns) {
+    if (scene.paged_bounds || world_bounds(scene).empty()) return {framing_camera(scene, aspect, turns)};
+    return default_camera(scene, aspect, rays::SceneProbe(scene), turns);
+}
+
+DefaultCamera default_camera(const Scene& scene, double aspect, const rays::SceneProbe& probe, bool turns) {
     constexpr double kEnclosed = 0.6;  // least share of points that are enclosed
     constexpr int kYaws = 12;
     constexpr std::size_t kCandidates = 48;
     const DefaultCamera outside{framing_camera(scene, aspect, turns)};
     if (scene.paged_bounds || world_bounds(scene).empty()) return outside;
-    const rays::SceneProbe probe(scene);
     const std::vector<dvec3> points = enclosed_points(probe);
     if (double(points.size()) < kEnclosed * kPoints) return outside;
     DefaultCamera best = outside;

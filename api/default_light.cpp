@@ -205,7 +205,7 @@ bool needs_sky(const Scene& scene) {
     if (!has_light(scene)) return true;
     const rays::SceneProbe probe(scene);
     const std::vector<Camera> cameras =
-        scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect).camera} : scene.cameras;
+        scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect, probe).camera} : scene.cameras;
     const LightShares shares = light_shares(scene, probe, cameras);
     return shares.lit < kLitShare && shares.sky_lit >= kSkyShare;
 }

@@ -16,6 +16,7 @@
 #include "api/halflight/movie.h"
 #include "api/halflight/statistics.h"
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
@@ -147,8 +148,15 @@ class FrameMaker {
     void make(std::uint32_t frame, Movie* movie) {
         Stopwatch clock;
         StepTimes times;
-        const auto go_on = [&](double) { return !events_.go_on || events_.go_on(); };
-        if (!renderer_.find_estimator(go_on) || !renderer_.find_exposure(go_on)) throw Stopped();
+        const Interruptible stops([&] {
+            if (events_.go_on && !events_.go_on()) throw Stopped();
+        });
+        const auto go_on = [](double) {
+            interruption_point();
+            return true;
+        };
+        renderer_.find_estimator(go_on);
+        renderer_.find_exposure(go_on);
         if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings().view, log_);
         exposure_noted_ = true;
         const RenderResult result = renderer_.render(frame, [&](const RenderProgress& progress) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/memory_ledger.h"
+#include "engine/paging/page_server.h"
 #include "passes/picture/denoiser.h"
 #include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
@@ -160,7 +161,7 @@ std::size_t scene_bytes(const SceneSize& size) {
     // Measured with scenes/, cities and triangles without common edges, and rounded up. Per triangle: corners,
     // hierarchy, tables. Hierarchies of scenes that move are kept.
     const std::size_t per_triangle = size.moves ? 320 : 200;
-    constexpr std::size_t kPools = 2;  // bytes of half floats per byte of an image
+    constexpr std::size_t kPools = 2;               // bytes of half floats per byte of an image
     const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
     const std::size_t images = size.moves ? 2 : 1;
     // Textures in tiles share a pool, which holds those of alpha tests and lights as half floats, and some others.
@@ -174,6 +175,13 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                                const PictureUse& use) {
     const Estimator asked = s.estimator;
     settle_for_most(s.estimator);
+    std::size_t waiting = 0;  // bytes per path of rays that wait for pages
+    if (size.paged) {
+        s.primary = PrimaryVisibility::traced;
+        if (s.page_schedule != paging::PageSchedule::queries) s.culling = rays::Culling::off;
+        waiting = paging::PageServer::kRayBytes *
+                  std::max({std::size_t{1}, std::size_t(s.estimator.reuse), std::size_t(s.estimator.shadow)});
+    }
     s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height));
     s.want_view = use.png;
     s.pictures = 0;
@@ -185,7 +193,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
     MemoryEstimate m{.program = kProgramBytes,
                      .scene = scene_bytes(size),
-                     .band = path_bytes(scene, needs, s) * paths + window,
+                     .band = (path_bytes(scene, needs, s) + waiting) * paths + window,
                      .visibility = state_bytes(scene, size, needs, band, s),
                      .reading = reading_bytes(needs, s) * paths};
     add_whole_picture(m, s, use);

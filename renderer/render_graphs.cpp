@@ -34,6 +34,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
             settings.culling == rays::Culling::raster ? Method::raster : Method::compute);
         page_rows = std::make_unique<paging::RowGather>(pool->source());
         server = page_server.get();
+        settings.culling = rays::Culling::off;
         if (settings.primary == PrimaryVisibility::raster)
             throw Error("render settings", "primary raster needs the scene in memory; pages are traced");
         settings.primary = PrimaryVisibility::traced;

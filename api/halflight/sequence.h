@@ -31,7 +31,8 @@ struct SequenceOptions {
 struct SequenceEvents {
     std::function<void(std::size_t frames)> started{};  // receives the number of frames to make
     std::function<bool(std::uint32_t frame, const RenderProgress& progress)> progress{};  // false stops
-    std::function<bool()> go_on{};  // called before each frame and while a pilot runs; false stops
+    std::function<bool()>
+        go_on{};  // called before each frame, in a pilot, and often while pages are loaded; false stops
     std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};
     std::function<void(std::uint32_t frame, const std::string& error)> failed{};
     std::function<void(const std::function<void()>& write)> writing{};  // calls write(), which writes a frame's files

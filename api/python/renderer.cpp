@@ -7,6 +7,7 @@
 #include <set>
 
 #include "api/python/bindings.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/gpu/context.h"
 
@@ -60,6 +61,22 @@ struct PyRenderer {
     OutputOptions output;
     SettingTexts texts;
 
+    /// Renders a frame. The result is incomplete where a signal has raised an exception, which `progress` holds.
+    RenderResult render(std::uint32_t frame, Callback& progress) {
+        struct Stopped {};
+        const Interruptible stops([&] {
+            if (!progress()) throw Stopped();
+        });
+        try {
+            return renderer.render(frame,
+                                   [&](const RenderProgress& p) { return progress([&] { return progress_of(p); }); });
+        } catch (const Stopped&) {
+            RenderResult incomplete;
+            incomplete.stats.interrupted = true;
+            return incomplete;
+        }
+    }
+
     std::shared_ptr<PyPicture> render(std::optional<std::uint32_t> frame, py::object function, const Log& log) {
         const Busy busy(*scene);
         Callback progress(std::move(function));
@@ -73,9 +90,7 @@ struct PyRenderer {
             };
             cancelled = !renderer.find_estimator(go_on);
             if (!cancelled) {
-                picture->result =
-                    renderer.render(frame.value_or(renderer.settings().frame),
-                                    [&](const RenderProgress& p) { return progress([&] { return progress_of(p); }); });
+                picture->result = render(frame.value_or(renderer.settings().frame), progress);
                 StepTimes times;
                 times.load = renderer.load_seconds();
                 times.render = clock.lap() - times.load;

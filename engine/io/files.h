@@ -63,7 +63,8 @@ class ByteSource {
     /// Throws the Error of check_readable().
     explicit ByteSource(const std::filesystem::path& file);
 
-    std::uint64_t size() const { return size_; }  ///< Returns the number of bytes.
+    std::uint64_t size() const { return size_; }       ///< Returns the number of bytes.
+    bool is_file() const { return file_ != nullptr; }  ///< Returns whether the bytes are in a file, not in memory.
     /// Returns a part of the source, which must lie within it.
     ByteSource part(std::uint64_t offset, std::uint64_t size) const;
     /// Returns a range of the source, which must lie within it, as a view of the text or of `buffer`. Throws Error that

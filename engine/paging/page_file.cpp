@@ -1,5 +1,7 @@
 #include "engine/paging/page_file.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cstring>
@@ -277,6 +279,18 @@ void PageFile::read_rows(std::span<const std::uint32_t> triangles, TriangleRows&
             std::copy_n(&block->attributes[corner * texels], texels, &rows.attributes[(3 * i + k) * texels]);
         }
     }
+}
+
+void PageFile::check(const std::function<void()>& pulse) const {
+    tbb::parallel_for(std::size_t{0}, index().pages.size(), [&](std::size_t page) {
+        pulse();
+        read(static_cast<std::uint32_t>(page));
+    });
+    const std::uint32_t blocks = (index().triangles + kTrianglesPerBlock - 1) / kTrianglesPerBlock;
+    tbb::parallel_for(std::uint32_t{0}, blocks, [&](std::uint32_t block) {
+        pulse();
+        state_->read_block(block);
+    });
 }
 
 }  // namespace halflight::paging

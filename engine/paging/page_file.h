@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -91,6 +92,9 @@ class PageFile final : public PageSource {
     Page read(std::uint32_t page) const override;
     void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override;
     PageFileSizes sizes() const;
+    /// Reads all pages and table rows, and throws DamagedPages where one is damaged. Calls `pulse` before each part,
+    /// from several threads; it may throw to stop.
+    void check(const std::function<void()>& pulse) const;
 
   private:
     struct State;

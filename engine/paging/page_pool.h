@@ -40,7 +40,7 @@ class PagePool {
     /// Returns the bytes that pages and roots take besides the slots, an upper estimate. They hold the hierarchy over
     /// the roots on the device, its copies while it is built, and the one for queries.
     static std::size_t fixed_bytes(const PageIndex& index) {
-        constexpr std::size_t kRoot = 640, kPage = 64;
+        constexpr std::size_t kRoot = 448, kPage = 64;
         return kRoot * index.roots.size() + kPage * index.pages.size();
     }
 

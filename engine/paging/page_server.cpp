@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/graph/execute.h"
 #include "shaders/shared/rays.h"
@@ -59,6 +60,7 @@ class PageServer::Run {
           touches_(pool_.slots() < pool_.pages()) {}
 
     void run() {
+        interruption_point();
         ++server_.sums_.batches;
         pool_.uses().begin(memory_.number);
         prefetch();
@@ -75,6 +77,7 @@ class PageServer::Run {
         trace(Source::batch(), 0, stride);
         const bool many = waiting(0) > batch_.capacity / kScouts;
         for (std::uint32_t list = 0; waiting_ > 0; list = 1 - list) {
+            interruption_point();
             demand();
             trace(Source::waiting(list), 1 - list);
             waiting(1 - list);
@@ -246,7 +249,7 @@ graph::BufferHandle PageServer::add(graph::Graph& graph, const rays::TraceScene&
         return pass.write(graph.create_buffer(name, {bytes}), Access::storage_write);
     };
     for (std::size_t i = 0; i < 2; ++i) {
-        handles.waiting[i] = scratch("waiting rays", batch.capacity * sizeof(std::uint32_t));
+        handles.waiting[i] = scratch("waiting rays", batch.capacity * sizeof(std::uint32_t));  // see kRayBytes
         handles.headers[i] = scratch("header of waiting rays", sizeof(shared::ListHeader));
     }
     handles.fronts = scratch("fronts of waiting rays", batch.capacity * sizeof(uvec2));

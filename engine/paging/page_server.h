@@ -24,6 +24,9 @@ namespace halflight::paging {
 
 class PageServer final : public rays::BatchServer {
   public:
+    /// Bytes per ray of the largest batch, for rays that wait.
+    static constexpr std::size_t kRayBytes = 2 * sizeof(std::uint32_t) + sizeof(uvec2);
+
     /// Serves the scene of a pool, which outlives the server.
     explicit PageServer(PagePool& pool, PageSchedule schedule = kDefaultPageSchedule,
                         PageQueries::Method method = PageQueries::Method::compute);

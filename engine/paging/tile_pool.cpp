@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/scene/image_tiles.h"
 #include "engine/scene/material_properties.h"
@@ -241,6 +242,7 @@ void TilePool::shade(const gpu::Program& kernel, std::size_t most, const std::fu
     std::size_t loaded = 0;                   // tiles loaded for this portion
     std::size_t whole = portion.size();       // invocations of this portion when it began
     for (;;) {
+        interruption_point();
         if (!portion.empty() && loaded + requested_.size() <= lasting_) {
             load(requested_);
             loaded += requested_.size();

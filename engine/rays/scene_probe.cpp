@@ -114,7 +114,9 @@ SceneProbe::SceneProbe(const Scene& scene) : scene_(scene), geometry_(std::make_
         dmat4 placed = scene.instances[i].object_to_world;  // relative to the centre, where floats are dense
         placed[3] -= dvec4(0.5 * bounds_.lower + 0.5 * bounds_.upper, 0);
         Owned<RTCGeometry> geometry;
-        if (uses[index] > 1 && invertible(placed)) {
+        const bool shared = uses[index] > 1;
+        if (shared && !invertible(placed)) continue;  // copies of a mesh could take any amount of memory
+        if (shared) {
             if (!g.meshes[index]) {
                 g.meshes[index] = g.make_scene();
                 const auto triangles = g.triangles_of(mesh, [](const vec3& p) { return p; });

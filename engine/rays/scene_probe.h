@@ -21,8 +21,8 @@ struct ProbeHit {
 /// Traces rays through a scene. Surfaces that are mostly transparent there, by alpha or transmission, are passed.
 class SceneProbe {
   public:
-    /// Builds hierarchies over meshes and instances, by Embree's fast builder. Keeps a reference to the scene. Throws
-    /// Error where Embree fails.
+    /// Builds hierarchies over meshes and instances, by Embree's fast builder. Leaves out instances of shared meshes
+    /// whose transform has no finite inverse. Keeps a reference to the scene. Throws Error where Embree fails.
     explicit SceneProbe(const Scene& scene);
     ~SceneProbe();
     SceneProbe(const SceneProbe&) = delete;

@@ -45,6 +45,8 @@ SceneSize size_of(const Scene& scene) {
         for (const auto* levels : {&image.color_levels, &image.data_levels}) std::ranges::for_each(*levels, add_image);
     }
     size.instance_bytes = bytes_of(scene.instances);
+    for (const Instance& instance : scene.instances) size.instance_bytes += instance.name.size();
+    size.paged = scene.paged_bounds.has_value();
     size.environment_bytes = 2 * bytes_of(scene.environment.map.pixels);
     return size;
 }

@@ -21,6 +21,7 @@ struct SceneSize {
     std::size_t stored = 0;             // number of triangles of all meshes
     std::size_t drawn = 0;              // number of triangles of all instances
     bool moves = false;                 // contents are kept for other poses
+    bool paged = false;                 // geometry is in pages, whose server traces all rays
 
     /// Returns the bytes of a Scene.
     std::size_t contents() const {

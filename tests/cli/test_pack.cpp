@@ -176,6 +176,14 @@ TEST_F(Pack, RefusalsAreOneLine) {
     write_text(file("bad"), bytes);
     expect(run_program({"info", file("bad")}), 1, "bad: its index is damaged");
     expect(run_program({"info", file("a"), "--needs"}), 1, "a: is a page file: --needs describes glTF scenes");
+    expect(run_program({"info", atrium, "--check"}), 1, "is no page file: --check tests page files");
+    expect(run_program({"info", "--check"}), 2, "--check: needs a page file");
+    EXPECT_EQ(run_program({"info", file("a"), "--check"}).status, 0);
+    bytes = read_text(file("a"));
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+    write_text(file("bad"), bytes);
+    EXPECT_EQ(run_program({"info", file("bad")}).status, 0);
+    expect(run_program({"info", file("bad"), "--check"}), 1, "bad: ");
 }
 
 TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {

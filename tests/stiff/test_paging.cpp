@@ -2,6 +2,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "engine/core/interruption.h"
 #include "engine/paging/convert.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
@@ -135,6 +136,33 @@ TEST_F(Paging, NoPages) {
     Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
     for (Instance& instance : scene.instances) instance.moves = true;
     EXPECT_TRUE(compare("no page in the file: everything moves", scene, exact).pages.empty());
+}
+
+TEST_F(Paging, EndedWithinASample) {
+    const Scene scene = textured_scene();
+    const RenderSettings settings = settings_of(scene);
+    const TemporaryFolder folder;
+    SceneMeshes meshes(scene);
+    paging::convert(meshes, folder / "scene.pages", {.bucket_triangles = 200, .limits = kSmallPages, .progress = {}});
+    const auto source = std::make_shared<paging::PageFile>(folder / "scene.pages");
+    const std::size_t page = paging::PagePool::slot_bytes(source->index());
+    PreparedScene paged(context, scene, {.pages = source, .pool_bytes = [&](const SceneNeeds&) { return page; }});
+    Renderer renderer(paged, ColorConfig::load(), settings);
+    const RenderResult expected = renderer.render();
+    struct Ended {};
+    for (const int last : {1, 2, 7, 50}) {
+        int samples = 0, points = 0;
+        {
+            const Interruptible ends([&] {
+                if (++points == last) throw Ended();
+            });
+            const auto count = [&](const RenderProgress&) { return ++samples > 0; };
+            EXPECT_THROW(renderer.render(count), Ended);
+        }
+        EXPECT_EQ(samples, 0) << "the picture ended after a sample, not within the first";
+        expect(fmt::format("after a picture that ended at point {}", last), pixels(renderer.render(), expected), 0,
+               "pixels differ", exact);
+    }
 }
 
 /// Returns a Cornell box with a glossy cube that moves, a cube of glass pane that deforms, and a lamp that moves.

@@ -170,6 +170,7 @@ void add_memory_options(Options& options, InfoArguments& a) {
 
 void check(const InfoArguments& a, const CLI::App& app) {
     if (a.needs && !a.scene) throw UsageError("--needs", "needs a SCENE");
+    if (a.check && !a.scene) throw UsageError("--check", "needs a page file");
     for (const std::string& option : memory_options())
         if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
     check_camera_options(app, a.picture);
@@ -244,6 +245,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
+    info_app.add_flag("--check", info.check, "reads a page file as a whole and tests the checksums of all its parts");
     info_app.add_flag("--time", info.time,
                       "measures, with --needs, the time that leaving out each part saves; takes minutes");
     info_app.add_flag("--list-settings", settings_page,

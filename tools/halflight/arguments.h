@@ -31,6 +31,7 @@ struct InfoArguments {
     std::optional<std::filesystem::path> scene;
     bool device = false;      // lists devices
     bool needs = false;       // lists the parts that rendering leaves out
+    bool check = false;       // reads a page file as a whole
     bool time = false;        // measures the time that leaving parts out saves
     RenderArguments picture;  // picture whose memory is estimated: size, camera, layers, ...; without files
     bool png = false;         // the picture is written as a .png, too

@@ -176,8 +176,12 @@ Json list_facts(const InfoArguments& a) {
 }
 
 /// Returns the facts of a page file.
-Json page_facts(const std::filesystem::path& path) {
+Json page_facts(const std::filesystem::path& path, bool check) {
     const paging::PageFile file(path);
+    if (check)
+        file.check([&] {
+            if (const int signal = stop_signal()) throw Interrupted(signal, path.string(), "interrupted");
+        });
     const paging::PageIndex& index = file.index();
     const paging::PageFileSizes sizes = file.sizes();
     std::size_t pairs = 0, nodes = 0, vertices = 0, filled = 0;
@@ -208,6 +212,7 @@ Json page_facts(const std::filesystem::path& path) {
              {"part_bytes", {{"pages", sizes.pages}, {"tables", sizes.tables}, {"index", sizes.index}}},
              {"bytes_per_triangle",
               {{"pages", each(sizes.pages)}, {"tables", each(sizes.tables)}, {"loaded_pages", each(slots)}}}});
+    if (check) facts["all_parts_are_whole"] = true;
     return facts;
 }
 
@@ -220,8 +225,9 @@ void run_info(const InfoArguments& a) {
     const bool paged = a.scene && !list && paging::is_page_file(*a.scene);
     if (list && a.needs) throw Error(a.scene->string(), "is a list of files: --needs describes single files");
     if (paged && a.needs) throw Error(a.scene->string(), "is a page file: --needs describes glTF scenes");
+    if (a.check && !paged) throw Error(a.scene->string(), "is no page file: --check tests page files");
     if (a.device) all["devices"] = device_facts();
-    if (a.scene) facts = list ? list_facts(a) : paged ? page_facts(*a.scene) : file_facts(a, scene);
+    if (a.scene) facts = list ? list_facts(a) : paged ? page_facts(*a.scene, a.check) : file_facts(a, scene);
     if (!a.json) {
         if (a.device) print_devices(all["devices"]);
         print_text(facts, 0);

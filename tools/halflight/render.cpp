@@ -5,6 +5,7 @@
 
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/statistics.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/files.h"
 #include "tools/cli/console.h"
@@ -57,22 +58,30 @@ void render_picture(const RenderArguments& a) {
                  context->renderer());
 
     RenderResult result;
+    bool rendering = false;  // the pilots are through
     int samples_done = 0;
     {
         ProgressDisplay display(stderr, a.quiet, settings.time_limit);
-        if (!renderer.find_estimator([](double) { return stop_signal() == 0; }))
-            stop_point(a.outputs[0], "before rendering");
-        if (!renderer.find_exposure([](double) { return stop_signal() == 0; }))
-            stop_point(a.outputs[0], "before rendering");
+        const Interruptible stops([&] {
+            stop_point(a.outputs[0], rendering ? fmt::format("after {} samples per pixel", samples_done)
+                                               : std::string("before rendering"));
+        });
+        const auto go_on = [](double) {
+            interruption_point();
+            return true;
+        };
+        renderer.find_estimator(go_on);
+        renderer.find_exposure(go_on);
+        rendering = true;
         result = renderer.render([&](const RenderProgress& progress) {
             display.show(progress);
             samples_done = progress.samples_done;
-            return stop_signal() == 0;
+            interruption_point();
+            return true;
         });
     }
     times.load += renderer.load_seconds();
     times.render = clock.lap() - renderer.load_seconds();
-    if (result.stats.interrupted) stop_point(a.outputs[0], fmt::format("after {} samples per pixel", samples_done));
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
     const std::string error = judge(result.stats, a, a.outputs[0], console);
 

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/core/interruption.h"
 #include "tools/view/clock.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/renderer_cache.h"
@@ -253,6 +254,7 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     const double start = now();
     struct Done {};  // ends render() before it makes a picture with fewer AOVs
     RenderResult result;
+    const Interruptible stops([&] { go_on(job.number, false); });
     try {
         renderer.render(frame, [&](const RenderProgress& progress) {
             go_on(job.number, false);
@@ -273,6 +275,7 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     frame.samples = kMostSamples;
     const bool is_new = renderers.is_new(1);
     Renderer& renderer = renderers.renderer(1);
+    const Interruptible stops([&] { go_on(job.number, shown); });
     int published = 0;     // samples of the last published picture
     double looked = -1e9;  // time of the last publication, seconds
     double cost = 0;       // time to make a picture from the samples, seconds

@@ -196,21 +196,26 @@ void parse_model(GltfDocument& document, Json root) {
 }
 
 /// Points textures at the images of their extensions. Where an extension is optional, the image that it replaces
-/// becomes the fallback.
+/// becomes the fallback. An image that another texture needs is not optional.
 void choose_images(GltfDocument& document, const std::set<std::string>& required) {
+    std::set<int> needed;
     for (tinygltf::Texture& texture : document.model.textures) {
+        bool by_option = false;
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {  // the last one is preferred
             const tinygltf::Value* extension = find_extension(texture.extensions, name);
             const int source = extension ? integer(*extension, "source", kNone) : kNone;
             if (source == kNone) continue;
-            if (!required.contains(name)) {
+            by_option = !required.contains(name);
+            if (by_option) {
                 GltfImageSource& image = document.images[static_cast<std::size_t>(source)];
                 image.optional = true;
                 if (image.fallback == kNone && texture.source != source) image.fallback = texture.source;
             }
             texture.source = source;
         }
+        if (!by_option && texture.source != kNone) needed.insert(texture.source);
     }
+    for (const int image : needed) document.images[static_cast<std::size_t>(image)].optional = false;
 }
 
 /// Reads the names of the material variants, and gives primitives the materials of the variant that was asked for. A

@@ -49,21 +49,24 @@ const ImageFormat& format_of(const std::string& subject, std::string_view bytes)
     throw Error(subject, "is {}; textures are PNG, JPEG, WebP or KTX2", kind.empty() ? "of an unknown format" : kind);
 }
 
-/// Reads the header of an encoded image. Throws Error where there is none.
-ImageHeader read_header(const ByteSource& encoded, int max_side) {
+/// Reads the header of an encoded image. A file counts as memory for decoding, which reads it whole. Throws Error about
+/// `subject` where there is no header.
+ImageHeader read_header(const std::string& subject, const ByteSource& encoded, int max_side) {
     const auto read = [&](std::uint64_t count) {
         std::string buffer;
-        const std::string_view bytes = encoded.read(0, count, buffer);
-        return format_of("", bytes).read_header("", bytes, encoded.size(), max_side);
+        const std::string_view bytes = encoded.read(0, std::min(count, encoded.size()), buffer);
+        ImageHeader header = format_of(subject, bytes).read_header(subject, bytes, encoded.size(), max_side);
+        if (encoded.is_file()) header.decoding_bytes += encoded.size();
+        return header;
     };
-    constexpr std::uint64_t kMostHeaders = 1 << 16;  // bytes; only long profiles and previews make longer headers
+    constexpr std::uint64_t kMostHeaders = 1 << 16, kLongest = 1 << 24;  // bytes; long ones have profiles and previews
     if (encoded.size() > kMostHeaders) {
         try {
             return read(kMostHeaders);
         } catch (const Error&) {
         }
     }
-    return read(encoded.size());
+    return read(kLongest);
 }
 
 /// An image of the document, or the reason why it cannot be read.
@@ -77,18 +80,17 @@ struct DecodedImage {
 /// Decodes an image and makes its levels, or takes both from the cache of the store.
 void decode(const GltfDocument& document, std::size_t image, const ByteSource& encoded, const LevelUses& uses,
             DecodedImage& result) {
-    std::string buffer;
-    const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
     const std::string subject = document.file + ": " + element_name(document, image);
     const int max_side = document.options.max_image_side;
-    const ImageFormat& format = format_of(subject, bytes);
     result.image.name = document.images[image].label;
-    result.srgb = format.read_header(subject, bytes, bytes.size(), max_side).srgb;
+    result.srgb = read_header(subject, encoded, max_side).srgb;
+    std::string buffer;
+    const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
     if (TextureStore* store = document.options.textures.get()) {
         result.key = TextureStore::key(bytes, uses);
         if (store->find(result.key, result.image)) return;
     }
-    format.read(subject, bytes, max_side, result.image);
+    format_of(subject, bytes).read(subject, bytes, max_side, result.image);
     add_levels(result.image, uses);
 }
 
@@ -135,7 +137,7 @@ int threads_for_decoding(const GltfDocument& document, const std::vector<ByteSou
     std::size_t largest = 1;
     for (const ByteSource& source : encoded) {
         try {
-            const ImageHeader header = read_header(source, document.options.max_image_side);
+            const ImageHeader header = read_header("", source, document.options.max_image_side);
             const std::size_t with_levels = document.options.mip_levels ? 2 : 1;  // at most, as colour and as data
             largest = std::max(largest, with_levels * 4 * header.width * header.height + header.decoding_bytes);
         } catch (const Error&) {  // decoding reports the error
@@ -250,7 +252,7 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
             const auto [it, is_new] = texels.try_emplace(image, 0);
             if (!is_new) return it->second;
             try {
-                const ImageHeader header = read_header(open_encoded(document, static_cast<std::size_t>(image)),
+                const ImageHeader header = read_header("", open_encoded(document, static_cast<std::size_t>(image)),
                                                        document.options.max_image_side);
                 it->second = 4 * header.width * header.height;
                 const auto use = uses.find(image);

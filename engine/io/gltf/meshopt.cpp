@@ -105,6 +105,9 @@ std::optional<GltfMeshoptView> read_meshopt_view(const Json& view, const std::st
     compressed.length = from->at("byteLength");
     compressed.count = from->at("count");
     compressed.stride = from->at("byteStride");
+    if (const auto stride = view.find("byteStride"); stride != view.end() && *stride != compressed.stride)
+        throw Error(subject, "its byteStride {} is not that of its compressed data, {}", stride->dump(),
+                    compressed.stride);
     compressed.mode = find_name<Mode>(kModes, from->at("mode"), "mode", subject);
     compressed.filter = find_name<Filter>(kFilters, from->value("filter", "NONE"), "filter", subject);
     check_layout(compressed, view.at("byteLength"), subject);

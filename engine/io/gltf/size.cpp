@@ -109,7 +109,10 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
         const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
         const std::size_t instances =
             extension ? count_instances(document, *extension, fmt::format("nodes[{}]", index)) : 1;
-        size.instance_bytes += instances * sizeof(Instance);
+        // Each instance has the name of its node, or else of its mesh.
+        const std::string& name =
+            node.name.empty() ? document.model.meshes[static_cast<std::size_t>(node.mesh)].name : node.name;
+        size.instance_bytes += instances * (sizeof(Instance) + name.size());
         if (moving && !moving->move_surface(document.model, index)) continue;
         size.drawn += mesh.triangles * instances;
         // A mesh is stored once per skin and weights.

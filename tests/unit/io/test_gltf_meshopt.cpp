@@ -193,6 +193,17 @@ TEST_F(GltfMeshopt, FallbacksAreReadOnlyWhenNeeded) {
     EXPECT_NE(refusal(b).find("buffers[1]: "), std::string::npos);
 }
 
+TEST_F(GltfMeshopt, StridesAgree) {
+    GltfBuilder b;
+    add_grid(b, 4);
+    compress_by_meshopt(b, 0, "ATTRIBUTES");
+    add_meshopt_buffers(b);
+    b.json["bufferViews"][0]["byteStride"] = 12;
+    EXPECT_EQ(load(b).meshes.at(0).positions.size(), 25u);
+    b.json["bufferViews"][0]["byteStride"] = 16;
+    EXPECT_EQ(refusal(b), "bufferViews[0]: its byteStride 16 is not that of its compressed data, 12");
+}
+
 TEST_F(GltfMeshopt, ANewerCodecIsRefusedByName) {
     GltfBuilder b = compressed();
     std::string glb = b.glb();

@@ -1,0 +1,27 @@
+// Ends long work from inside, between two calls of its progress callback.
+#pragma once
+
+#include <functional>
+
+namespace halflight {
+
+/// During its lifetime, interruption_point() calls `check` on this thread. `check` throws to end the work. The objects
+/// of a thread may be nested; only the innermost one is asked.
+class Interruptible {
+  public:
+    explicit Interruptible(std::function<void()> check);
+    Interruptible(const Interruptible&) = delete;
+    Interruptible& operator=(const Interruptible&) = delete;
+    ~Interruptible();
+
+  private:
+    std::function<void()> check_;
+    const Interruptible* outer_;
+    friend void interruption_point();
+};
+
+/// Marks a place where the caller's work may end. Loops of unknown length that wait for files or for the device call it
+/// once per turn. Throws what the check of the thread's Interruptible throws.
+void interruption_point();
+
+}  // namespace halflight
