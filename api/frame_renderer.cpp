@@ -10,7 +10,6 @@
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
-#include "engine/paging/row_gather.h"
 #include "engine/rays/batch_server.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
@@ -164,22 +163,19 @@ struct FrameRenderer::State {
         if (scene.pages()) {
             options.pages = scene.pages();
             const paging::PageIndex& index = scene.pages()->index();
-            const std::size_t paths =
-                std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height));
-            const std::size_t rows = paths * paging::RowGather::bytes_per_path(index.vertex_texels);
             const std::size_t reading = paging::PagePool::reading_bytes(index);
             const std::size_t lamps = index.geometry.emitters.size() * paging::kEmitterBytes;
             const std::size_t fixed = paging::PagePool::fixed_bytes(index);
-            ledger.check(
-                rows + reading + lamps + fixed, scene.choice().scene.string() + ": pages",
-                fmt::format("table rows of hits {}, pages that are read {}, emissive triangles {}, their hierarchy {}",
-                            text_of_bytes(rows), text_of_bytes(reading), text_of_bytes(lamps), text_of_bytes(fixed)));
-            pages_memory = {ledger, MemoryPart::pages, rows + reading + lamps + fixed};
+            ledger.check(reading + lamps + fixed, scene.choice().scene.string() + ": pages",
+                         fmt::format("pages that are read {}, emissive triangles {}, their hierarchy {}",
+                                     text_of_bytes(reading), text_of_bytes(lamps), text_of_bytes(fixed)));
+            pages_memory = {ledger, MemoryPart::pages, reading + lamps + fixed};
             options.pool_bytes = [&](const SceneNeeds& needs) {
                 if (pool_size > 0) return pool_size;  // pools of later poses
-                // Pages take what the picture leaves, or half of it: bands become smaller then.
+                // Pages take what the picture leaves. Bands become smaller where it would take more than half.
                 const std::size_t free = ledger.free();
-                std::size_t picture = estimate_memory(needs, scene.size(), settings, picture_use()).picture();
+                RenderSettings s = settings;
+                std::size_t picture = fit_into_memory(needs, scene.size(), s, picture_use(), free / 2).picture();
                 if (scene.size().moves) picture += picture / 4;  // lights and lobes of other poses
                 const std::size_t most = std::max(free / 2, free - std::min(free, picture));
                 pool_size = settings.pool_bytes > 0 ? settings.pool_bytes : most;

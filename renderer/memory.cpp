@@ -4,6 +4,7 @@
 
 #include "engine/core/memory_ledger.h"
 #include "engine/paging/page_server.h"
+#include "engine/paging/row_gather.h"
 #include "passes/picture/denoiser.h"
 #include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
@@ -175,12 +176,13 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                                const PictureUse& use) {
     const Estimator asked = s.estimator;
     settle_for_most(s.estimator);
-    std::size_t waiting = 0;  // bytes per path of rays that wait for pages
+    std::size_t paged = 0;  // bytes per path of rays that wait for pages, and of table rows
     if (size.paged) {
         s.primary = PrimaryVisibility::traced;
         if (s.page_schedule != paging::PageSchedule::queries) s.culling = rays::Culling::off;
-        waiting = paging::PageServer::kRayBytes *
-                  std::max({std::size_t{1}, std::size_t(s.estimator.reuse), std::size_t(s.estimator.shadow)});
+        paged = paging::PageServer::kRayBytes *
+                    std::max({std::size_t{1}, std::size_t(s.estimator.reuse), std::size_t(s.estimator.shadow)}) +
+                paging::RowGather::bytes_per_path(static_cast<std::uint32_t>(scene.vertex_stride()));
     }
     s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height));
     s.want_view = use.png;
@@ -193,7 +195,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
     MemoryEstimate m{.program = kProgramBytes,
                      .scene = scene_bytes(size),
-                     .band = (path_bytes(scene, needs, s) + waiting) * paths + window,
+                     .band = (path_bytes(scene, needs, s) + paged) * paths + window,
                      .visibility = state_bytes(scene, size, needs, band, s),
                      .reading = reading_bytes(needs, s) * paths};
     add_whole_picture(m, s, use);
