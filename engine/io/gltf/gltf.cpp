@@ -20,17 +20,17 @@
 #include "engine/io/gltf/mesh.h"
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/size.h"
-#include "engine/io/gltf/value.h"
 
 namespace halflight {
 namespace {
 
 Environment convert_environment(const GltfDocument& document) {
     Environment environment;
-    const tinygltf::Value* extension = find_extension(document.model.extensions, "HALFLIGHT_environment");
+    const nlohmann::json* extension = gltf::find_extension(document.model.extensions, "HALFLIGHT_environment");
     if (!extension) return environment;
     environment.name = "HALFLIGHT_environment";
-    environment.color = vec3(vector(*extension, "color", dvec3(0)));
+    const std::vector<double> color = extension->at("color");
+    environment.color = vec3(color[0], color[1], color[2]);
     if (!all_finite(environment.color) || glm::any(glm::lessThan(environment.color, vec3(0))))
         document.fail("extensions.HALFLIGHT_environment", "color is negative or not finite");
     return environment;
@@ -106,7 +106,7 @@ void free_views(GltfDocument& document, const GltfPrimitives& kept) {
         for (const auto& [name, accessor] : attributes) again.merge(views_of(document.model, accessor));
     };
     for (const auto& [key, primitive] : kept) {
-        const tinygltf::Primitive& from = document.model.meshes[key.mesh].primitives[key.primitive];
+        const gltf::Primitive& from = document.model.meshes[key.mesh].primitives[key.primitive];
         add(from.attributes);
         for (const auto& target : from.targets) add(target);
     }
@@ -264,15 +264,16 @@ struct GltfScene::State {
     bool carry_surfaces(std::vector<int> todo) const {
         const auto& nodes = document.model.nodes;
         std::vector<bool> carries(nodes.size(), false), visited(nodes.size(), false);
-        for (const tinygltf::Skin& skin : document.model.skins)
+        for (const gltf::Skin& skin : document.model.skins)
             for (const int joint : skin.joints) carries[static_cast<std::size_t>(joint)] = true;
         while (!todo.empty()) {
             const auto index = static_cast<std::size_t>(todo.back());
             todo.pop_back();
             if (visited[index]) continue;
             visited[index] = true;
-            const tinygltf::Node& n = nodes[index];
-            if (carries[index] || n.mesh != kNone || find_extension(n.extensions, "KHR_lights_punctual")) return true;
+            const gltf::Node& n = nodes[index];
+            if (carries[index] || n.mesh != kNone || gltf::find_extension(n.extensions, "KHR_lights_punctual"))
+                return true;
             todo.insert(todo.end(), n.children.begin(), n.children.end());
         }
         return false;
@@ -316,10 +317,10 @@ const std::vector<std::string>& GltfScene::variants() const {
 }
 
 GltfDeformers GltfScene::deformers() const {
-    const tinygltf::Model& model = state_->document.model;
+    const gltf::Model& model = state_->document.model;
     GltfDeformers deformers;
-    for (const tinygltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
-    for (const tinygltf::Mesh& mesh : model.meshes) {
+    for (const gltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
+    for (const gltf::Mesh& mesh : model.meshes) {
         std::size_t targets = 0;
         for (const auto& primitive : mesh.primitives) targets = std::max(targets, primitive.targets.size());
         if (targets > 0) deformers.morphed_meshes.push_back({mesh.name, targets});
