@@ -72,7 +72,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
 
 /// Materials of one pose, and their images, which are equal in all poses.
 struct MaterialSet {
-    std::vector<TextureImage> images;
+    std::optional<std::vector<TextureImage>> images;  // empty once a scene has taken them
     std::vector<Material> materials;
     GltfWarnings warnings;  // warnings about the images
 };
@@ -113,8 +113,8 @@ void free_views(GltfDocument& document, const GltfPrimitives& kept) {
     std::erase_if(document.decoded->views, [&](const auto& view) { return !again.contains(view.first); });
 }
 
-/// Converts the document. `material_set` is a cache of images, filled by the first call, or null. `images` tells
-/// whether the scene gets its images.
+/// Converts the document. `material_set` is a cache of what images decide, filled by the first call, or null. `images`
+/// tells whether the scene gets its images, which are read again from the second time on.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPoseCache& kept,
               std::optional<MaterialSet>* material_set = nullptr, bool images = true) {
     Scene scene;
@@ -123,18 +123,18 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     std::vector<GltfMaterial> materials = convert_materials(document);
     GltfMeshes meshes(document, materials, scene.report);
     const bool default_material = add_instances(document, nodes, meshes, kept, scene);
-    if (material_set && !*material_set) {
+    if (material_set && (!*material_set || (images && !(*material_set)->images))) {
         std::vector<GltfMaterial> loaded = materials;
         *material_set = load_material_set(document, loaded);
     }
     if (material_set) {
-        if (images) scene.images = (*material_set)->images;
+        if (images) scene.images = *std::exchange((*material_set)->images, std::nullopt);
         document.warnings.add((*material_set)->warnings);
         for (std::size_t i = 0; i < materials.size(); ++i)
             scene.materials.push_back(with_images_of((*material_set)->materials[i], materials[i]));
     } else {
         MaterialSet loaded = load_material_set(document, materials);
-        scene.images = std::move(loaded.images);
+        scene.images = std::move(*loaded.images);
         scene.materials = std::move(loaded.materials);
         document.warnings.add(loaded.warnings);
     }
@@ -431,7 +431,7 @@ struct GltfMeshSource::State {
         }
         std::vector<GltfMaterial> loaded = materials;  // meshes need the texture references of the file
         MaterialSet material_set = load_material_set(document, loaded);
-        scene.images = std::move(material_set.images);
+        scene.images = std::move(*material_set.images);
         scene.materials = std::move(material_set.materials);
         scene.materials.emplace_back().name = "default";
         document.warnings.add(material_set.warnings);
