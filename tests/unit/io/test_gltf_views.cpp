@@ -110,6 +110,7 @@ TEST_F(GltfCamera, WithoutViewIsRefused) {
     EXPECT_EQ(refusal(b), "cameras[0]: yfov 0 is not between 0 and pi");
     b.json["cameras"][0]["perspective"].erase("yfov");
     EXPECT_EQ(refusal(b), "cameras[0].perspective: has no 'yfov'");
+    b.json["cameras"][0]["perspective"]["yfov"] = 1;
     b.json["cameras"][0]["type"] = "orthographic";
     EXPECT_EQ(refusal(b), "cameras[0]: has no 'orthographic'");
     b.json["cameras"][0]["type"] = "panorama";
