@@ -325,9 +325,10 @@ std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const gl
     decoded.has_other_counts = mesh.num_points() != source->vertices ||
                                (primitive.mode == gltf::kTriangles && mesh.num_faces() != source->triangles);
     const GltfAccessors accessors(document);
-    for (const auto& [name, id] : source->attributes->items()) {
+    for (const auto& [name, number] : source->attributes->items()) {
         const auto found = primitive.attributes.find(name);
         if (found == primitive.attributes.end()) continue;
+        const auto id = number.get<std::uint32_t>();
         const draco::PointAttribute* const from = mesh.GetAttributeByUniqueId(id);
         if (!from) document.fail(element, "its Draco data has no attribute {} for {}", id, name);
         const std::size_t size = accessors.element_size(found->second) * mesh.num_points();
