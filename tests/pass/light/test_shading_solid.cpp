@@ -6,9 +6,9 @@
 #include <random>
 
 #include "engine/core/statistics.h"
+#include "tests/pass/light/density_check.h"
 #include "tests/pass/light/shading_kernel.h"
 #include "tests/support/gpu_test.h"
-#include "tests/support/image_tests.h"
 
 namespace halflight {
 namespace {
@@ -166,54 +166,9 @@ TEST_F(ShadingSolid, SamplesFollowTheirDensity) {
                                      {0.5f, 1.5f, 0.6f, false, 0.7f, 0, 0.5f, -0.6f},
                                      {0.5f, 1.5f, 0.6f, true, 0.5f, 0.3f, 0.3f, 0.3f, 0.6f, 0.5f},
                                      {0.4f, 1.5f, 0.5f, false, 0.6f, 0.2f, 0, 0, 0.8f, 1}};
-    constexpr std::uint32_t kSamples = 1u << 17;
-    constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
-    for (const Case& c : cases) {
-        const auto samples = run(R"(
-            vec2 xi = vec2(random_at(i, 0u), random_at(i, 1u));
-            BsdfSample s = sample_glossy(bsdf_of(0u), wo_of(0u), xi, random_at(i, 2u));
-            result[0] = vec4(s.direction, s.pdf);
-        )",
-                                 kSamples, {c});
-        const auto densities = run(R"(
-            float z = -1.0 + 2.0 * (float(i / 512u) + 0.5) / 384.0;
-            float phi = 6.28318530718 * (float(i % 512u) + 0.5) / 512.0;
-            result[0] = vec4(evaluate_bsdf(bsdf_of(0u), wo_of(0u), direction_of(z, phi)).pdf_glossy, 0.0, 0.0, 0.0);
-        )",
-                                   kRows * kSub * kColumns * kSub, {c});
-        std::vector<double> expected(kRows * kColumns, 0), found(kRows * kColumns, 0);
-        for (int y = 0; y < kRows * kSub; ++y) {
-            for (int x = 0; x < kColumns * kSub; ++x)
-                expected[static_cast<std::size_t>(y / kSub * kColumns + x / kSub)] +=
-                    densities[static_cast<std::size_t>(y * kColumns * kSub + x)].x * 4 * kPi /
-                    (kRows * kSub * kColumns * kSub) * kSamples;
-        }
-        double lost = 0, lost_expected = kSamples;
-        for (const vec4& s : samples) {
-            if (s.w <= 0) {
-                ++lost;
-                continue;
-            }
-            const int y = std::clamp(static_cast<int>((s.z + 1) / 2 * kRows), 0, kRows - 1);
-            const double turn = std::atan2(s.y, s.x) / (2 * kPi);
-            const int x = std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * kColumns), 0, kColumns - 1);
-            ++found[static_cast<std::size_t>(y * kColumns + x)];
-        }
-        // Bins at the lobe's edge are pooled with their neighbours. The rest of the unit mass is rejected directions.
-        double chi_square = 0, degrees = 0, pooled_expected = 0, pooled_found = 0;
-        for (std::size_t i = 0; i < expected.size(); ++i) {
-            lost_expected -= expected[i];
-            pooled_expected += expected[i];
-            pooled_found += found[i];
-            if (pooled_expected < 100) continue;
-            chi_square += (pooled_found - pooled_expected) * (pooled_found - pooled_expected) / pooled_expected;
-            ++degrees;
-            pooled_expected = pooled_found = 0;
-        }
-        EXPECT_GT(test::chi_square_tail(chi_square, degrees), 1e-4)
-            << describe(c) << ": " << chi_square << " of " << degrees;
-        EXPECT_NEAR(lost, lost_expected, 5 * std::sqrt(std::max(lost, 100.0)) + 1e-3 * kSamples) << describe(c);
-    }
+    for (const Case& c : cases)
+        expect_density([&](const std::string& body, std::uint32_t count) { return run(body, count, {c}); },
+                       "sample_glossy", "pdf_glossy", describe(c));
 }
 
 // f mu_i of basic radiance, times the squared index of the viewer's side and mu_o, is symmetric (Walter et al. 2007).
