@@ -222,7 +222,8 @@ void main() {
     // Rays from opaque surfaces start at the smooth surface, which takes the place of the triangle (SHADING.md, Shading
     // normals). Lights stay where they are hit.
     vec3 smooth_normal = bend_normal(surface.normal, -direction);
-    bool lifted = material.transmission + material.diffuse_transmission == 0.0 && material.emission == vec3(0.0) &&
+    float passing = (material.transmission + material.diffuse_transmission) * (1.0 - material.metallic);
+    bool lifted = passing == 0.0 && material.emission == vec3(0.0) &&
                   surface.lift * dot(smooth_normal, surface.geometric_normal) > surface.offset;
     float lift = lifted ? surface.lift : 0.0;
     vec3 horizon = lifted ? smooth_normal : surface.geometric_normal;

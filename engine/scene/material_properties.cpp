@@ -44,7 +44,7 @@ bool has_sheen(const M& m) {
     return lit(m) && m.sheen_color != vec3(0);
 }
 bool transmits(const M& m) {
-    return base(m) && m.transmission > 0;
+    return dielectric(m) && m.transmission > 0;
 }
 bool translucent(const M& m) {
     return dielectric(m) && m.diffuse_transmission > 0 && (m.transmission < 1 || m.transmission_texture);
