@@ -240,6 +240,10 @@ void main() {
 #endif
     if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, is_hit), b);
 #ifdef HALFLIGHT_REUSE_POINTS
+    if (lifted && dot(surface.normal, direction) >= 0.0) material.bent = true;  // the horizon depends on wo
+#ifndef HALFLIGHT_GLOSSY
+    if (lifted && material.normal != smooth_normal) material.bent = true;  // there is no row for the horizon
+#endif
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
 #ifdef HALFLIGHT_VOLUME
     if (medium.w > 0.0 || one_channel) point.share = 0.0;  // neither is light inside of solids shared, nor one channel
