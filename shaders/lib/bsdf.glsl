@@ -31,6 +31,7 @@ struct Bsdf {
     vec3 film_dielectric_f0;
     vec3 film_metal_f0;
     vec3 solid_reflection;  // solids: factor of the light that the interface reflects; `transmission` is that of the rest
+    float solid_specular;   // solids: factor of the Fresnel reflectance, in [0, 1]
     float eta;              // solids: index of refraction beyond the surface over that on wo's side; 0: thin-walled
     vec3 absorption;        // solids: absorption per world unit inside
     float thickness;        // solids: length of a path inside that never ends; < 0: wo is inside
@@ -83,6 +84,7 @@ const int kThroughRow = kGlossyRow;
 
 void make_thin(inout Bsdf b) {
     b.solid_reflection = vec3(0.0);
+    b.solid_specular = 1.0;
     b.eta = 0.0;
     b.absorption = vec3(0.0);
     b.thickness = 0.0;
@@ -101,7 +103,7 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[kGlossyRow + 1] = vec4(b.specular_edge, b.coat_alpha);
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
-    rows[kTransmissionRow] = vec4(b.transmission, b.disperses ? 1.0 : 0.0);
+    rows[kTransmissionRow] = vec4(b.transmission, b.solid_specular);
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[kCoatRow] = vec4(b.coat_normal, b.coat);
@@ -122,7 +124,7 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
 #ifdef HALFLIGHT_VOLUME
     rows[kSolidRow] = vec4(b.solid_reflection, b.eta);
     rows[kSolidRow + 1] = vec4(b.absorption, b.thickness);
-    rows[kSolidRow + 2] = vec4(b.coat_tint, b.solid_gain);
+    rows[kSolidRow + 2] = vec4(b.coat_tint, b.disperses ? -b.solid_gain : b.solid_gain);
 #endif
 #ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
     rows[kThroughRow] = vec4(b.diffuse_through, b.p_through);
@@ -167,7 +169,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
     b.transmission = rows[kTransmissionRow].rgb;
-    b.disperses = rows[kTransmissionRow].w != 0.0;
+    b.solid_specular = rows[kTransmissionRow].w;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     b.coat_normal = rows[kCoatRow].xyz;
@@ -196,7 +198,8 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.absorption = rows[kSolidRow + 1].rgb;
     b.thickness = rows[kSolidRow + 1].w;
     b.coat_tint = rows[kSolidRow + 2].rgb;
-    b.solid_gain = rows[kSolidRow + 2].w;
+    b.solid_gain = abs(rows[kSolidRow + 2].w);
+    b.disperses = rows[kSolidRow + 2].w < 0.0;
 #endif
 #ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
     b.diffuse_through = rows[kThroughRow].rgb;
@@ -241,6 +244,9 @@ vec3 transmittance(vec4 medium, float distance) {
 // Returns whether reflection and refraction are perfect. Directions of nearly equal indices spread as little as those
 // of nearly no roughness.
 bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirrorAlpha; }
+
+// Returns the share of light that a microfacet reflects at x = dot(wo, h). It refracts the rest.
+float solid_fresnel(Bsdf b, float x) { return b.solid_specular * fresnel_dielectric(x, b.eta); }
 
 void scale_lobes(inout Bsdf b, vec3 factor) {
     b.diffuse *= factor;
@@ -629,14 +635,20 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
         float factor = solid_share * (1.0 - m.metallic) * below_layers;
 #ifdef HALFLIGHT_DISPERSION
         b.disperses = m.dispersion > 0.0 && solid_share > 0.0 && ior > 1.0;
-        ior = max(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0);
+        ior = clamp(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0, 999.0);
 #endif
         b.eta = m.front ? ior : 1.0 / ior;
         b.transmission = factor * m.base_color;
-        b.solid_reflection = factor * (m.front ? min(m.specular * m.specular_color, vec3(1.0)) : vec3(1.0));
+        b.solid_reflection = vec3(factor);
+        if (m.front) {
+            vec3 strength = min(m.specular * m.specular_color, vec3(1.0));
+            b.solid_specular = max(strength.r, max(strength.g, strength.b));
+            b.solid_reflection = factor * (strength / max(b.solid_specular, 1e-20));
+        }
         b.absorption = m.absorption;
         b.thickness = m.front ? m.thickness : -m.thickness;
-        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(dot(m.normal, wo), b.alpha_across, b.eta);
+        float mu = dot(m.normal, wo);
+        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(mu, b.alpha_across, b.eta, b.solid_specular);
         transmission = average(max(b.transmission, b.solid_reflection));
     }
 #endif
@@ -796,12 +808,12 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     if (b.eta > 0.0 && !is_solid_mirror(b)) {
         if (reflected) {
             GgxValue ggx = ggx_evaluate(b.normal, b.alpha_across, wo, wi);
-            float fresnel = fresnel_dielectric(max(dot(wo, normalize(wo + wi)), 0.0), b.eta);
+            float fresnel = solid_fresnel(b, max(dot(wo, normalize(wo + wi)), 0.0));
             value.glossy += b.solid_reflection * (b.solid_gain * fresnel * ggx.scattered);
             value.pdf_glossy += b.p_transmission * fresnel * ggx.pdf;
         } else if (side_g < 0.0 && side_n < 0.0) {
             RefractedValue refracted = refracted_evaluate(b.normal, b.alpha_across, b.eta, wo, wi);
-            float passed = 1.0 - fresnel_dielectric(refracted.x, b.eta);
+            float passed = 1.0 - solid_fresnel(b, refracted.x);
             value.glossy += b.transmission * (b.solid_gain * passed * refracted.scattered);
             value.pdf_glossy += b.p_transmission * passed * refracted.pdf;
         }
@@ -858,7 +870,7 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi, float choice) {
 // Returns the direction that a microfacet reflects or refracts. `split`, uniform in [0, 1), decides which.
 vec3 solid_direction(Bsdf b, vec3 wo, vec3 facet, float split, out bool refracted) {
     float x = dot(wo, facet);
-    refracted = split >= fresnel_dielectric(clamp(x, 0.0, 1.0), b.eta);
+    refracted = split >= solid_fresnel(b, clamp(x, 0.0, 1.0));
     return refracted ? refracted_direction(wo, facet, b.eta) : normalize(2.0 * x * facet - wo);
 }
 #endif

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "engine/core/statistics.h"
+#include "tests/pass/light/density_test.h"
 #include "tests/pass/light/shading_kernel.h"
 #include "tests/support/gpu_test.h"
-#include "tests/support/image_tests.h"
 
 namespace halflight {
 namespace {
@@ -19,6 +19,7 @@ struct Case {
     bool front = true;
     float transmission = 1, metallic = 0, coat = 0, tilt = 0;  // tilt: radians between n_g (+z) and n
     float anisotropy = 0, film = 0;                            // parameters of the metal and the opaque dielectric
+    float specular = 1, dispersion = 0;
 };
 
 Scene solid_scene() {
@@ -29,6 +30,7 @@ Scene solid_scene() {
     m.clearcoat = 0.5f;
     m.anisotropy_strength = 0.5f;
     m.iridescence = 0.5f;
+    m.dispersion = 1;
     return triangle_scene(m);
 }
 
@@ -49,8 +51,10 @@ Material material_of(uint c) {
     m.emission = vec3(0.0);
     m.roughness = a.x;
     m.normal = vec3(0.0, 0.0, 1.0);
-    m.specular = 1.0;
+    m.specular = inputs[3u * c + 2u].z;
     m.specular_color = vec3(1.0);
+    m.dispersion = inputs[3u * c + 2u].w;
+    m.channel = int(c % 3u);
     m.dielectric_f0 = ((a.y - 1.0) / (a.y + 1.0)) * ((a.y - 1.0) / (a.y + 1.0));
     m.coat_normal = m.normal;
     m.coat = d.z;
@@ -61,7 +65,7 @@ Material material_of(uint c) {
     m.sheen_color = vec3(0.0);
     m.sheen_roughness = 0.0;
     m.front = a.w != 0.0;
-    m.diffuse_transmission = inputs[3u * c + 2u].z;
+    m.diffuse_transmission = 0.0;
     m.diffuse_transmission_color = vec3(1.0);
     m.anisotropy = inputs[3u * c + 2u].x;
     m.iridescence = inputs[3u * c + 2u].y;
@@ -82,8 +86,10 @@ float random_at(uint n, uint dimension) { return unit_float(hash_combine(hash_u3
 
 std::string describe(const Case& c) {
     return fmt::format(
-        "roughness {} ior {} cosine {} front {} transmission {} metallic {} coat {} tilt {} anisotropy {} film {}",
-        c.roughness, c.ior, c.cosine, c.front, c.transmission, c.metallic, c.coat, c.tilt, c.anisotropy, c.film);
+        "roughness {} ior {} cosine {} front {} transmission {} metallic {} coat {} tilt {} anisotropy {} film {} "
+        "specular {} dispersion {}",
+        c.roughness, c.ior, c.cosine, c.front, c.transmission, c.metallic, c.coat, c.tilt, c.anisotropy, c.film,
+        c.specular, c.dispersion);
 }
 
 class ShadingSolid : public GpuTest {
@@ -94,9 +100,9 @@ class ShadingSolid : public GpuTest {
         for (const Case& c : cases) {
             rows.emplace_back(c.roughness, c.ior, c.cosine, c.front ? 1 : 0);
             rows.emplace_back(c.transmission, c.metallic, c.coat, c.tilt);
-            rows.emplace_back(c.anisotropy, c.film, 0, 0);
+            rows.emplace_back(c.anisotropy, c.film, c.specular, c.dispersion);
         }
-        return scene.run(kLibrary, body, count, 1, rows);
+        return scene.run(std::string(test::kDensityPoint) + kLibrary, body, count, 1, rows);
     }
 };
 
@@ -127,6 +133,10 @@ TEST_F(ShadingSolid, WhiteFurnace) {
                     cases.push_back({roughness, ior, cosine, front});
                 cases.push_back({roughness, 1.5f, cosine, front, 0.6f, 0.3f, 0.5f});
                 cases.push_back({roughness, 1.5f, cosine, front, 0.6f, 0.3f, 0.5f, 0, 0.7f});
+                for (const float specular : {0.0f, 0.4f})
+                    for (const float ior : {1.5f, 20.0f})
+                        cases.push_back({roughness, ior, cosine, front, 1, 0, 0, 0, 0, 0, specular});
+                cases.push_back({roughness, 1.5f, cosine, front, 1, 0, 0, 0, 0, 0, 1, 30});
             }
         }
     }
@@ -165,54 +175,21 @@ TEST_F(ShadingSolid, SamplesFollowTheirDensity) {
                                      {0.5f, 1.5f, 0.4f, true, 1, 0, 0, 0.5f},
                                      {0.5f, 1.5f, 0.6f, false, 0.7f, 0, 0.5f, -0.6f},
                                      {0.5f, 1.5f, 0.6f, true, 0.5f, 0.3f, 0.3f, 0.3f, 0.6f, 0.5f},
-                                     {0.4f, 1.5f, 0.5f, false, 0.6f, 0.2f, 0, 0, 0.8f, 1}};
-    constexpr std::uint32_t kSamples = 1u << 17;
-    constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
+                                     {0.4f, 1.5f, 0.5f, false, 0.6f, 0.2f, 0, 0, 0.8f, 1},
+                                     {0.5f, 1.5f, 0.4f, true, 1, 0, 0, 0, 0, 0, 0.3f},
+                                     {0.6f, 2.4f, 0.5f, true, 0.7f, 0, 0.5f, 0.4f, 0, 0, 0}};
     for (const Case& c : cases) {
         const auto samples = run(R"(
             vec2 xi = vec2(random_at(i, 0u), random_at(i, 1u));
             BsdfSample s = sample_glossy(bsdf_of(0u), wo_of(0u), xi, random_at(i, 2u));
             result[0] = vec4(s.direction, s.pdf);
         )",
-                                 kSamples, {c});
+                                 1u << 17, {c});
         const auto densities = run(R"(
-            float z = -1.0 + 2.0 * (float(i / 512u) + 0.5) / 384.0;
-            float phi = 6.28318530718 * (float(i % 512u) + 0.5) / 512.0;
-            result[0] = vec4(evaluate_bsdf(bsdf_of(0u), wo_of(0u), direction_of(z, phi)).pdf_glossy, 0.0, 0.0, 0.0);
+            result[0] = vec4(evaluate_bsdf(bsdf_of(0u), wo_of(0u), density_point(i)).pdf_glossy, 0.0, 0.0, 0.0);
         )",
-                                   kRows * kSub * kColumns * kSub, {c});
-        std::vector<double> expected(kRows * kColumns, 0), found(kRows * kColumns, 0);
-        for (int y = 0; y < kRows * kSub; ++y) {
-            for (int x = 0; x < kColumns * kSub; ++x)
-                expected[static_cast<std::size_t>(y / kSub * kColumns + x / kSub)] +=
-                    densities[static_cast<std::size_t>(y * kColumns * kSub + x)].x * 4 * kPi /
-                    (kRows * kSub * kColumns * kSub) * kSamples;
-        }
-        double lost = 0, lost_expected = kSamples;
-        for (const vec4& s : samples) {
-            if (s.w <= 0) {
-                ++lost;
-                continue;
-            }
-            const int y = std::clamp(static_cast<int>((s.z + 1) / 2 * kRows), 0, kRows - 1);
-            const double turn = std::atan2(s.y, s.x) / (2 * kPi);
-            const int x = std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * kColumns), 0, kColumns - 1);
-            ++found[static_cast<std::size_t>(y * kColumns + x)];
-        }
-        // Bins at the lobe's edge are pooled with their neighbours. The rest of the unit mass is rejected directions.
-        double chi_square = 0, degrees = 0, pooled_expected = 0, pooled_found = 0;
-        for (std::size_t i = 0; i < expected.size(); ++i) {
-            lost_expected -= expected[i];
-            pooled_expected += expected[i];
-            pooled_found += found[i];
-            if (pooled_expected < 100) continue;
-            chi_square += (pooled_found - pooled_expected) * (pooled_found - pooled_expected) / pooled_expected;
-            ++degrees;
-            pooled_expected = pooled_found = 0;
-        }
-        EXPECT_GT(test::chi_square_tail(chi_square, degrees), 1e-4)
-            << describe(c) << ": " << chi_square << " of " << degrees;
-        EXPECT_NEAR(lost, lost_expected, 5 * std::sqrt(std::max(lost, 100.0)) + 1e-3 * kSamples) << describe(c);
+                                   test::kDensityPoints, {c});
+        test::expect_density(samples, densities, describe(c));
     }
 }
 
@@ -252,8 +229,10 @@ TEST_F(ShadingSolid, EverythingStaysFiniteAndNonNegative) {
     std::vector<Case> cases(4096);
     for (Case& c : cases) {
         const float ior = std::array{1.0f, 1 + 1e-6f, 1 + extreme(), 20.0f, 1e5f}[random() % 5];
+        const float dispersion = std::array{0.0f, extreme(), 1e6f}[random() % 3];
         c = {extreme(), ior,       std::max(extreme(), 1e-7f), random() % 2 == 0, extreme(),
-             extreme(), extreme(), 3 * uniform() - 1.5f,       extreme(),         extreme()};
+             extreme(), extreme(), 3 * uniform() - 1.5f,       extreme(),         extreme(),
+             extreme(), dispersion};
     }
     const auto found = run(R"(
         Bsdf b = bsdf_of(i);
@@ -284,6 +263,32 @@ TEST_F(ShadingSolid, EverythingStaysFiniteAndNonNegative) {
         EXPECT_LT(found[i].y, 100) << describe(cases[i]);
         EXPECT_TRUE(found[i].z >= 0 && found[i].z <= 1.000001f) << describe(cases[i]);
     }
+}
+
+TEST_F(ShadingSolid, OnlyOpaqueSurfacesHaveAHorizon) {
+    // The normal is tilted away from the horizon's. The coat of an opaque surface is bent, that of a solid is not.
+    const auto found = run(R"(
+        Material m = material_of(0u);
+        m.thickness = i == 0u ? 2.0 : 0.0;
+        vec3 wo = direction_of(0.1, 0.0);
+        m.normal = vec3(0.6, 0.0, 0.8);
+        m.rough_direction = vec3(0.0);
+        vec3 horizon = normalize(vec3(0.5, 0.0, 1.0));
+        vec3 turned = make_bsdf(m, horizon, wo).coat_normal - m.coat_normal;
+        vec3 flat_solid = make_bsdf(m, vec3(0.0, 0.0, 1.0), wo).coat_normal - m.coat_normal;
+        vec3 below = normalize(vec3(-0.7, 0.0, 0.3));
+        m.normal = m.coat_normal = normalize(vec3(-0.8, 0.0, 0.6));
+        bool leaves = leaves_base(layers_of(m, horizon), below);
+        result[0] = vec4(length(turned), length(flat_solid), leaves ? 1.0 : 0.0, dot(horizon, below));
+    )",
+                           2, {{.coat = 0.5f}});
+    EXPECT_EQ(found[0].x, 0);
+    EXPECT_EQ(found[0].y, 0);
+    EXPECT_EQ(found[0].z, 1);
+    EXPECT_GT(found[1].x, 0.01f);
+    EXPECT_EQ(found[1].y, 0);
+    EXPECT_LT(found[1].w, 0);
+    EXPECT_EQ(found[1].z, 0) << "no light leaves below the horizon";
 }
 
 TEST_F(ShadingSolid, MediaFollowTheSides) {
