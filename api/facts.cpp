@@ -120,16 +120,15 @@ FrameOptions usual_options() {
             .shadow_rays = static_cast<int>(usual.estimator.shadow)};
 }
 
-SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
+SceneNeeds usual_needs(const Scene& scene, const TraceTables& tables) {
     const Estimator usual;
-    return build_shading_tables(scene, tables, {}, usual.lights, usual.sun).needs;
+    return shading_needs(scene, tables, usual.lights, usual.sun);
 }
 
 /// Returns the passes that light of the scene needs with the default number of bounces.
-Json passes(const Scene& scene) {
-    const SceneNeeds needs = shading_needs(scene, build_trace_tables(scene, kFlattenLimit));
+Json passes(const Scene& scene, const TraceTables& tables) {
     Json names = {"gbuffer"};
-    const FrameNeeds frame = frame_needs(needs, usual_options());
+    const FrameNeeds frame = frame_needs(usual_needs(scene, tables), usual_options());
     for (const FramePart& pass :
          {frame.seen, frame.shadow, frame.diffuse, frame.glossy, frame.continuation, frame.reuse})
         if (pass) names.push_back(pass.name);
@@ -148,23 +147,23 @@ Json scene_counts(const Scene& scene, const SceneSize& size) {
             {"textures", scene.images.size()}};
 }
 
-MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use) {
+MemoryEstimate scene_memory(const Scene& scene, const TraceTables& tables, bool moves, const RenderSettings& settings,
+                            const PictureUse& use) {
     SceneSize size = size_of(scene);
     size.moves = moves;
-    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit), {},
-                                                  settings.estimator.lights, settings.estimator.sun)
-                                 .needs;
-    return estimate_memory(needs, size, settings, use);
+    const Estimator& e = settings.estimator;
+    return estimate_memory(shading_needs(scene, tables, e.lights, e.sun), size, settings, use);
 }
 
-Json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory) {
+Json scene_facts(const Scene& scene, const TraceTables& tables, const RenderSettings& settings,
+                 const MemoryEstimate& memory) {
     return {{"counts", scene_counts(scene, size_of(scene))},
             {"bounds", bounds(scene)},
             {"memory", memory_facts(scene, settings, memory)},
             {"cameras", cameras(scene)},
             {"lights", lights(scene)},
             {"material_features", features(scene)},
-            {"passes", passes(scene)},
+            {"passes", passes(scene, tables)},
             {"repaired", repaired(scene.report)},
             {"warnings", scene.report.warnings}};
 }
@@ -201,10 +200,9 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
     return list;
 }
 
-std::vector<LeftOut> scene_left_out(const Scene& scene) {
+std::vector<LeftOut> scene_left_out(const Scene& scene, const TraceTables& tables) {
     const RenderSettings usual;
-    const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
-    return left_out(shading_needs(scene, tables), usual_options(),
+    return left_out(usual_needs(scene, tables), usual_options(),
                     {.vertices = tables.positions.size(),
                      .triangles = tables.triangles.size(),
                      .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths(),

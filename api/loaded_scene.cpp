@@ -227,7 +227,7 @@ bool LoadedScene::take_file(SceneFile file, const Log& log) {
     scene_ = file_->at(0);
     files_ = file_->gltf().files();
     variants_ = file_->gltf().variants();
-    if (playing_.empty()) file_.reset();  // frees its copy of the images
+    if (playing_.empty()) file_.reset();
     return lit_later;
 }
 
@@ -390,7 +390,7 @@ void LoadedScene::deform_by(Deformer* deformer) {
 }
 
 Scene LoadedScene::posed(double seconds) {
-    Scene posed = file_->at(seconds);
+    Scene posed = file_->at(seconds, scene_.images);
     apply(choice_.edits, posed, choice_.edits_source);
     return posed;
 }

@@ -70,7 +70,7 @@ uniform samplerBuffer cones;  // RG32F: RayCone of each path
 #endif
 #endif
 #if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_LIST)
-uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib/bsdf.glsl)
+uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib/medium.glsl)
 #endif
 #ifndef HALFLIGHT_TRACED
 #include "shaders/lib/alpha_key.glsl"

@@ -82,8 +82,8 @@ struct MaterialLobe {
     const char* fact;                        // statement that is true if the need is false
     bool (*present)(const Material&);        // returns whether a material has the lobe
     bool MaterialNeeds::*implies = nullptr;  // a need that comes with the lobe; its own row is later; null: none
-    int record_rows = 0;                     // rows of pack_bsdf() in shaders/lib/bsdf.glsl that the lobe adds
-    int layer_rows = 0;                      // rows of pack_layers() there that the lobe adds
+    int record_rows = 0;                     // rows of pack_bsdf() in shaders/lib/bsdf_record.glsl that the lobe adds
+    int layer_rows = 0;                      // rows of pack_layers() in shaders/lib/layers.glsl that the lobe adds
     bool tangents = false;                   // the lobe exists only on meshes with tangents
 };
 

@@ -6,6 +6,7 @@
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 #include "shaders/shared/reuse.h"
+#include "shaders/shared/surface.h"
 
 namespace halflight {
 namespace {
@@ -102,16 +103,23 @@ std::size_t SceneNeeds::reuse_point_bytes() const {
 
 std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds& needs) {
     std::vector<std::pair<std::string, std::string>> defines;
-    const auto define = [&](const char* name, const std::string& value) {
-        defines.emplace_back(std::string("HALFLIGHT_") + name, value);
+    const auto define = [&](const std::string& name, const std::string& value) {
+        defines.emplace_back("HALFLIGHT_" + name, value);
     };
     for (const SceneNeed& need : known_scene_needs())
         if (needs.*need.flag) define(need.define, "1");
     if (needs.lights()) define("LIGHTS", "1");
     if (needs.receivers()) define("RECEIVERS", "1");
     define("VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
-    define("SURFACE_ROWS", std::to_string(record_rows(needs)) + "u");
-    define("LAYER_ROWS", std::to_string(layer_rows(needs)));
+    int row = shared::kLeastSurfaceRows, layer = 1;
+    for (const MaterialLobe& lobe : material_lobes()) {
+        if (!(needs.*lobe.need)) continue;
+        if (lobe.record_rows > 0) define(lobe.define + std::string("_ROW"), std::to_string(row - shared::kBsdfRow));
+        if (lobe.layer_rows > 0) define(lobe.define + std::string("_LAYER"), std::to_string(layer));
+        row += lobe.record_rows, layer += lobe.layer_rows;
+    }
+    define("SURFACE_ROWS", std::to_string(row) + "u");
+    define("LAYER_ROWS", std::to_string(layer));
     std::sort(defines.begin(), defines.end());
     return defines;
 }

@@ -34,24 +34,8 @@ class Builder {
         : scene_(scene), trace_(trace), kept_(kept), choice_(choice), sun_(sun), pools_(scene, tables_) {}
 
     ShadingTables build(const std::vector<PooledImage>* last) {
-        std::vector<bool> used(scene_.materials.size(), false);
-        std::vector<bool> tested(scene_.materials.size(), false);
-        for (const uvec4& triangle : trace_.triangles) {
-            used[triangle.w & kTriangleMaterialMask] = true;
-            if (triangle.w & kTriangleAlpha) tested[triangle.w & kTriangleMaterialMask] = true;
-        }
-        if (trace_.absent) used = trace_.absent->used_materials;
+        add_materials();
         SceneNeeds& needs = tables_.needs;
-        for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
-        needs.alpha = trace_.alpha_tested;
-        needs.slivers = trace_.slivers;
-        find_attributes();
-        const auto rows = static_cast<std::size_t>(material_rows());
-        tables_.materials.assign(scene_.materials.size() * rows, vec4(0));
-        for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
-            if (used[i]) add_material(scene_.materials[i], tested[i], &tables_.materials[i * rows]);
-        }
-        complete(static_cast<MaterialNeeds&>(needs));
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
         // The table takes about 15 ms, and more with sheen, anisotropy or solids (engine/tables/albedo.h). Nothing
@@ -70,7 +54,36 @@ class Builder {
         return std::move(tables_);
     }
 
+    SceneNeeds needs() {
+        add_materials();
+        add_lights();
+        return united(tables_.needs, kept_);
+    }
+
   private:
+    // --- Materials ------------------------------------------------------------------------------------------------
+
+    void add_materials() {
+        std::vector<bool> used(scene_.materials.size(), false);
+        std::vector<bool> tested(scene_.materials.size(), false);
+        for (const uvec4& triangle : trace_.triangles) {
+            used[triangle.w & kTriangleMaterialMask] = true;
+            if (triangle.w & kTriangleAlpha) tested[triangle.w & kTriangleMaterialMask] = true;
+        }
+        if (trace_.absent) used = trace_.absent->used_materials;
+        SceneNeeds& needs = tables_.needs;
+        for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
+        needs.alpha = trace_.alpha_tested;
+        needs.slivers = trace_.slivers;
+        find_attributes();
+        const auto rows = static_cast<std::size_t>(material_rows());
+        tables_.materials.assign(scene_.materials.size() * rows, vec4(0));
+        for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
+            if (used[i]) add_material(scene_.materials[i], tested[i], &tables_.materials[i * rows]);
+        }
+        complete(static_cast<MaterialNeeds&>(needs));
+    }
+
     void find_attributes() {
         if (trace_.absent)
             attributes_ = {trace_.absent->vertex_colors, trace_.absent->tangents};
@@ -78,8 +91,6 @@ class Builder {
             for (const MeshRange& range : trace_.ranges) attributes_.add(scene_.meshes[range.mesh]);
         tables_.needs.vertex_colors = attributes_.colors;
     }
-
-    // --- Materials ------------------------------------------------------------------------------------------------
 
     /// Adds a material. alpha_tested: alpha decides hits on some of its triangles.
     void add_material(const Material& m, bool alpha_tested, vec4* rows) {
@@ -172,6 +183,10 @@ class Builder {
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept,
                                    LightChoice choice, SunChoice sun, const std::vector<PooledImage>* last) {
     return Builder(scene, trace, kept, choice, sun).build(last);
+}
+
+SceneNeeds shading_needs(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {
+    return Builder(scene, trace, {}, choice, sun).needs();
 }
 
 }  // namespace halflight

@@ -85,4 +85,7 @@ ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace,
                                    LightChoice choice = LightChoice::automatic, SunChoice sun = SunChoice::among,
                                    const std::vector<PooledImage>* last = nullptr);
 
+/// Returns the needs that these tables would have, without texels and vertices.
+SceneNeeds shading_needs(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun);
+
 }  // namespace halflight

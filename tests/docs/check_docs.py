@@ -62,7 +62,7 @@ def check(root):
     if (size := sum(p.stat().st_size for p in made)) > MOST_PICTURE_BYTES:
         yield f"docs/pictures: {size} bytes, {MOST_PICTURE_BYTES} allowed"
 
-    loader = [*root.glob("engine/io/gltf/*.cpp"), root / "engine/scene/material_properties.cpp"]
+    loader = [*root.glob("engine/io/gltf/*.cpp"), *root.glob("engine/scene/material_*.cpp")]
     known = {e for file in loader for e in re.findall(r"\b(?:KHR|EXT|HALFLIGHT)_[a-z]\w+", file.read_text())}
     listed = set(re.findall(r"^\| `([A-Z]+_\w+)` \|", (root / "docs/gltf.md").read_text(), re.M))
     if not known or known != listed:

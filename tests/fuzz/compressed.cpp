@@ -37,25 +37,22 @@ void draco(std::string_view input) {
     const auto vertices = take<std::uint16_t>(input), indices = take<std::uint16_t>(input);
     GltfDocument document;
     document.file = "scene";
-    for (const int type : {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC2, TINYGLTF_TYPE_SCALAR}) {
-        tinygltf::Accessor& accessor = document.model.accessors.emplace_back();
-        accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
-        accessor.count = type == TINYGLTF_TYPE_SCALAR ? indices : vertices;
+    for (const char* type : {"VEC3", "VEC3", "VEC2", "SCALAR"}) {
+        gltf::Accessor& accessor = document.model.accessors.emplace_back();
+        accessor.componentType = gltf::kFloat;
         accessor.type = type;
+        accessor.count = accessor.type == "SCALAR" ? indices : vertices;
     }
-    tinygltf::BufferView& view = document.model.bufferViews.emplace_back();
+    gltf::BufferView& view = document.model.bufferViews.emplace_back();
     view.buffer = 0;
     view.byteLength = input.size();
     document.buffers.emplace_back(std::string(input));
-    using Object = tinygltf::Value::Object;
-    const Object ids{
-        {"POSITION", tinygltf::Value(6)}, {"NORMAL", tinygltf::Value(7)}, {"TEXCOORD_0", tinygltf::Value(5)}};
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    gltf::Primitive primitive;
+    primitive.mode = gltf::kTriangles;
     primitive.indices = 3;
     primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}};
-    primitive.extensions["KHR_draco_mesh_compression"] =
-        tinygltf::Value(Object{{"bufferView", tinygltf::Value(0)}, {"attributes", tinygltf::Value(ids)}});
+    primitive.extensions["KHR_draco_mesh_compression"] = {
+        {"bufferView", 0}, {"attributes", {{"POSITION", 6}, {"NORMAL", 7}, {"TEXCOORD_0", 5}}}};
     check_errors("scene: ", [&] {
         const auto mesh = decode_draco(document, primitive, "primitive");
         for (const auto& [accessor, elements] : mesh->accessors)

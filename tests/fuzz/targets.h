@@ -20,6 +20,8 @@ void environment(std::string_view input);  ///< Loads an OpenEXR or Radiance fil
 void color(std::string_view input);        ///< Loads lines with display, view, look and colour space, then a config.
 void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.
 void ktx2(std::string_view input);         ///< Decodes a KTX2 image.
+void etc1s(std::string_view input);        ///< Decodes a KTX2 image as one in ETC1S.
+void uastc(std::string_view input);        ///< Decodes a KTX2 image as one in UASTC.
 void webp(std::string_view input);         ///< Decodes a WebP image.
 /// Reads the index of a page file, table rows and pages, each decompressed and with its size of 32 bits before it.
 void pages(std::string_view input);

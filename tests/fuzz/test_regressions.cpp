@@ -47,7 +47,7 @@ TEST(FuzzRegressions, Meshopt) {
     run_all("meshopt", meshopt);
 }
 TEST(FuzzRegressions, Ktx2) {
-    run_all("ktx2", ktx2);
+    for (const auto target : {ktx2, etc1s, uastc}) run_all("ktx2", target);
 }
 TEST(FuzzRegressions, Webp) {
     run_all("webp", webp);

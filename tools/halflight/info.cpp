@@ -118,8 +118,8 @@ class Timer {
 };
 
 /// Returns the items left out. In text mode, rows are printed one by one, since measuring takes a while.
-Json left_out_facts(const InfoArguments& a, const Scene& scene) {
-    Json list = left_out_json(scene_left_out(scene));
+Json left_out_facts(const InfoArguments& a, const Scene& scene, const TraceTables& tables) {
+    Json list = left_out_json(scene_left_out(scene, tables));
     std::optional<Timer> timer;
     if (a.time) timer.emplace();
     if (!a.json) print_left_out_head(a.time);
@@ -131,26 +131,27 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene) {
 }
 
 /// Returns the facts of the scene, with the light that the picture would have.
-Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
+Json facts_of(const InfoArguments& a, Scene& scene, const TraceTables& tables, bool moves) {
     Environment own = scene.environment;
     set_environment(scene, a.picture.environment, Log());  // the facts contain its warnings
     const RenderSettings settings = make_settings(a.picture, choose_camera(scene, a.picture).camera);
     const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0};
-    const MemoryEstimate memory = scene_memory(scene, moves, settings, use);
+    const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) scene.environment = std::move(own);
-    return scene_facts(scene, settings, memory);
+    return scene_facts(scene, tables, settings, memory);
 }
 
 /// Reads the scene as it will be rendered, and returns the facts of its file.
-Json file_facts(const InfoArguments& a, Scene& scene) {
+Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
     GltfScene file(*a.scene, gltf_options(a.picture));
     SceneSize size = file.size();
     tile_textures({&file, 1}, size, 0);
     check_fits(size, *a.scene);
     scene = file.at_rest();
+    tables = build_trace_tables(scene, kFlattenLimit);
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
-    facts.update(facts_of(a, scene, !motion.at("animations").empty()));
+    facts.update(facts_of(a, scene, tables, !motion.at("animations").empty()));
     facts.update(motion);
     facts["variants"] = file.variants();
     return facts;
@@ -216,17 +217,18 @@ Json page_facts(const std::filesystem::path& path) {
 void run_info(const InfoArguments& a) {
     Json all = Json::object(), facts = Json::object();
     Scene scene;
+    TraceTables tables;
     const bool list = a.scene && is_part_list(*a.scene);
     const bool paged = a.scene && !list && paging::is_page_file(*a.scene);
     if (list && a.needs) throw Error(a.scene->string(), "is a list of files: --needs describes single files");
     if (paged && a.needs) throw Error(a.scene->string(), "is a page file: --needs describes glTF scenes");
     if (a.device) all["devices"] = device_facts();
-    if (a.scene) facts = list ? list_facts(a) : paged ? page_facts(*a.scene) : file_facts(a, scene);
+    if (a.scene) facts = list ? list_facts(a) : paged ? page_facts(*a.scene) : file_facts(a, scene, tables);
     if (!a.json) {
         if (a.device) print_devices(all["devices"]);
         print_text(facts, 0);
     }
-    if (a.needs) facts["left_out"] = left_out_facts(a, scene);
+    if (a.needs) facts["left_out"] = left_out_facts(a, scene, tables);
     all.update(facts);
     if (a.json) fmt::print("{}\n", all.dump(2));
 }

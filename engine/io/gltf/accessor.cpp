@@ -20,14 +20,14 @@ std::string name(int accessor) {
 /// Returns the bytes of a component; 0 for unknown types.
 std::size_t component_size(int type) {
     switch (type) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE:
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        case gltf::kByte:
+        case gltf::kUnsignedByte:
             return 1;
-        case TINYGLTF_COMPONENT_TYPE_SHORT:
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        case gltf::kShort:
+        case gltf::kUnsignedShort:
             return 2;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+        case gltf::kUnsignedInt:
+        case gltf::kFloat:
             return 4;
         default:
             return 0;
@@ -58,22 +58,21 @@ void load_floats(const unsigned char* from, int components, bool normalized, flo
 }
 
 std::uint32_t load_unsigned(const unsigned char* from, int type) {
-    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *from;
-    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return load<std::uint16_t>(from);
+    if (type == gltf::kUnsignedByte) return *from;
+    if (type == gltf::kUnsignedShort) return load<std::uint16_t>(from);
     return load<std::uint32_t>(from);
 }
 
 bool is_unsigned(int type) {
-    return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
-           type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    return type == gltf::kUnsignedByte || type == gltf::kUnsignedShort || type == gltf::kUnsignedInt;
 }
 
 }  // namespace
 
-std::set<int> views_of(const tinygltf::Model& model, int accessor) {
+std::set<int> views_of(const gltf::Model& model, int accessor) {
     const auto& a = model.accessors[static_cast<std::size_t>(accessor)];
     std::set<int> views{a.bufferView};
-    if (a.sparse.isSparse) views.insert({a.sparse.indices.bufferView, a.sparse.values.bufferView});
+    if (a.sparse.count > 0) views.insert({a.sparse.indices.bufferView, a.sparse.values.bufferView});
     views.erase(kNone);
     return views;
 }
@@ -90,8 +89,7 @@ std::size_t GltfAccessors::count(int accessor) const {
 }
 
 int GltfAccessors::components(int accessor) const {
-    const int type = document_.model.accessors[static_cast<std::size_t>(accessor)].type;
-    return tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+    return gltf::component_count(document_.model.accessors[static_cast<std::size_t>(accessor)].type);
 }
 
 std::size_t GltfAccessors::element_size(int accessor) const {
@@ -108,7 +106,7 @@ GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset,
     const std::size_t stride = given == 0 ? element_size : given;
     if (stride < element_size)
         document_.fail(element, "elements of {} bytes overlap, byteStride is {}", element_size, stride);
-    // schema.h limits sizes to 2^53 and tinygltf limits strides to 2^8, so nothing overflows.
+    // schema.h limits sizes to 2^53 and open_gltf() limits strides to 2^8, so nothing overflows.
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element_size;
     if (end > bytes)
         document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes);
@@ -149,17 +147,17 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
     const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const View base = view(accessor);
     if (base.stride > 0) for_each_in(base, first, count, read);
-    if (!a.sparse.isSparse || base.decoded) return;
+    if (a.sparse.count == 0 || base.decoded) return;
 
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
-    const auto replaced = static_cast<std::uint64_t>(a.sparse.count);
+    const std::uint64_t replaced = a.sparse.count;
     const int index_type = a.sparse.indices.componentType;
     if (!is_unsigned(index_type))
         document_.fail(name(accessor), "sparse indices of componentType {} are not unsigned integers", index_type);
-    const View indices = packed(a.sparse.indices.bufferView, static_cast<std::uint64_t>(a.sparse.indices.byteOffset),
-                                replaced, component_size(index_type), name(accessor) + ".sparse.indices");
-    const View values = packed(a.sparse.values.bufferView, static_cast<std::uint64_t>(a.sparse.values.byteOffset),
-                               replaced, size, name(accessor) + ".sparse.values");
+    const View indices = packed(a.sparse.indices.bufferView, a.sparse.indices.byteOffset, replaced,
+                                component_size(index_type), name(accessor) + ".sparse.indices");
+    const View values = packed(a.sparse.values.bufferView, a.sparse.values.byteOffset, replaced, size,
+                               name(accessor) + ".sparse.values");
     std::vector<std::uint32_t> places;
     for_each_in(indices, 0, replaced, [&](std::size_t, const unsigned char* from) {
         places.push_back(load_unsigned(from, index_type));
@@ -193,15 +191,15 @@ void GltfAccessors::read_floats(int accessor, std::size_t first, std::size_t cou
         });
     };
     switch (a.componentType) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE:
+        case gltf::kByte:
             return read_as(std::int8_t{});
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        case gltf::kUnsignedByte:
             return read_as(std::uint8_t{});
-        case TINYGLTF_COMPONENT_TYPE_SHORT:
+        case gltf::kShort:
             return read_as(std::int16_t{});
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        case gltf::kUnsignedShort:
             return read_as(std::uint16_t{});
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        case gltf::kUnsignedInt:
             return read_as(std::uint32_t{});
         default:
             return read_as(float{});

@@ -93,10 +93,10 @@ class Reader {
 
     /// Returns the number of morph targets where weights are driven, else 0.
     int check_target(const std::string& element, AnimatedProperty property, int index) const {
-        const tinygltf::Model& model = document_.model;
+        const gltf::Model& model = document_.model;
         if (property == AnimatedProperty::mesh_weights) return count_morph_targets(index, element, "meshes", index);
         if (!of_node(property)) return 0;
-        const tinygltf::Node& node = model.nodes[static_cast<std::size_t>(index)];
+        const gltf::Node& node = model.nodes[static_cast<std::size_t>(index)];
         if (property == AnimatedProperty::weights) return count_morph_targets(node.mesh, element, "nodes", index);
         if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
         return 0;

@@ -11,7 +11,9 @@ std::string name(int buffer_view) {
 
 /// Opens a buffer. Files may be longer than the buffer, and the binary chunk is padded.
 ByteSource open_buffer(const Json& buffer, std::size_t index, GltfDocument& document, const ByteSource& binary_chunk) {
-    const std::string element = fmt::format("buffers[{}]", index), uri = buffer.value("uri", "");
+    static const std::string kNoUri;
+    const std::string element = fmt::format("buffers[{}]", index);
+    const std::string& uri = buffer.contains("uri") ? buffer["uri"].get_ref<const std::string&>() : kNoUri;
     const std::uint64_t length = buffer.at("byteLength");
     ByteSource bytes;
     if (!uri.empty()) bytes = document.open_uri(uri, element);
@@ -46,7 +48,8 @@ void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_c
         unopened.push_back(is_meshopt_fallback(buffers[i]));
         document.buffers.push_back(unopened[i] ? ByteSource() : open_buffer(buffers[i], i, document, binary_chunk));
     }
-    const Json views = root.value("bufferViews", Json::array());
+    if (!root.contains("bufferViews")) return;
+    const Json& views = root["bufferViews"];
     for (int i = 0; i < static_cast<int>(views.size()); ++i) {
         const Json& view = views[static_cast<std::size_t>(i)];
         const auto compressed = read_meshopt_view(view, document.file + ": " + name(i));

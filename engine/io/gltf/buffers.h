@@ -7,8 +7,8 @@
 
 namespace halflight {
 
-/// Takes the buffers out of the JSON and opens them, so that no path reaches tinygltf. Finds the compressed buffer
-/// views; fallback buffers are opened only if a view needs them.
+/// Takes the buffers out of the JSON and opens them, because compressed views decide which are needed. Finds the
+/// compressed buffer views; fallback buffers are opened only if a view needs them.
 void take_buffers(nlohmann::json& root, GltfDocument& document, const ByteSource& binary_chunk);
 
 }  // namespace halflight

@@ -12,7 +12,6 @@
 #include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/schema.h"
 #include "engine/io/gltf/uri.h"
-#include "engine/io/gltf/value.h"
 
 namespace halflight {
 namespace {
@@ -112,6 +111,16 @@ void check_json_fits(std::string_view json, const std::string& file) {
                                   fmt::format("{} objects and arrays of JSON", objects));
 }
 
+/// Parses the JSON. Its text is freed before anything else is made of it.
+Json read_json(const ByteSource& source, const std::string& file) {
+    std::string buffer;
+    const std::string_view json = source.read(0, source.size(), buffer);
+    check_json_fits(json, file);
+    const std::size_t start = json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is skipped
+    if (start == std::string_view::npos || json[start] != '{') throw Error(file, "is neither GLB nor glTF's JSON");
+    return parse_gltf_json(json, file);
+}
+
 /// Refuses paths that lead out of the scene's folder, also through symbolic links.
 fs::path locate(const GltfDocument& document, const std::string& uri, const std::string& element) {
     const std::string scheme = uri_scheme(uri);
@@ -129,9 +138,9 @@ fs::path locate(const GltfDocument& document, const std::string& uri, const std:
 std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& document) {
     std::vector<GltfImageSource> images;
     if (!root.contains("images")) return images;
-    for (const Json& image : root["images"]) {
+    for (Json& image : root["images"]) {
         GltfImageSource source;
-        source.uri = image.value("uri", "");
+        if (image.contains("uri")) source.uri = std::move(image["uri"].get_ref<std::string&>());
         source.buffer_view = image.value("bufferView", kNone);
         if (source.uri.empty() == (source.buffer_view == kNone))
             document.fail(fmt::format("images[{}]", images.size()), "needs either a URI or a bufferView");
@@ -143,65 +152,41 @@ std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& documen
     return images;
 }
 
-/// Checks the rules that tinygltf enforces without naming the element.
-void check_layout(const Json& root, const GltfDocument& document) {
-    static const std::set<std::string, std::less<>> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
-    const auto each = [&](const char* list, const auto& check) {
-        if (!root.contains(list)) return;
-        for (std::size_t i = 0; i < root[list].size(); ++i) check(root[list][i], i);
+/// Checks rules that depend on values.
+void check_values(const Json& root, const GltfDocument& document) {
+    const auto each = [&](const std::string& list, const auto& check) {
+        std::string path = "/" + list;
+        std::ranges::replace(path, '.', '/');
+        const Json::json_pointer place(path);
+        if (!root.contains(place)) return;
+        for (std::size_t i = 0; i < root[place].size(); ++i) check(root[place][i], fmt::format("{}[{}]", list, i));
     };
-    each("accessors", [&](const Json& accessor, std::size_t i) {
-        const auto& type = accessor["type"].get_ref<const std::string&>();
-        if (!kTypes.contains(type)) document.fail(fmt::format("accessors[{}]", i), "type '{}' is unknown", type);
+    each("accessors", [&](const Json& accessor, const std::string& element) {
+        const std::string type = accessor["type"];
+        if (gltf::component_count(type) == 0) document.fail(element, "type '{}' is unknown", type);
     });
-    each("bufferViews", [&](const Json& view, std::size_t i) {
+    each("bufferViews", [&](const Json& view, const std::string& element) {
         const std::uint64_t stride = view.value("byteStride", std::uint64_t{4});
         if (stride < 4 || stride > 252 || stride % 4 != 0)
-            document.fail(fmt::format("bufferViews[{}]", i), "byteStride {} is not 4, 8, ... or 252", stride);
+            document.fail(element, "byteStride {} is not 4, 8, ... or 252", stride);
     });
-}
-
-/// Takes the indices out of the JSON. tinygltf refuses indices without a bufferView, which glTF allows (all zero).
-std::vector<std::vector<int>> take_indices(Json& root) {
-    std::vector<std::vector<int>> indices;
-    if (!root.contains("meshes")) return indices;
-    for (Json& mesh : root["meshes"]) {
-        std::vector<int>& of_mesh = indices.emplace_back();
-        for (Json& primitive : mesh["primitives"]) {
-            of_mesh.push_back(primitive.value("indices", kNone));
-            primitive.erase("indices");
-        }
-    }
-    return indices;
-}
-
-void parse_model(GltfDocument& document, Json root) {
-    const std::vector<std::vector<int>> indices = take_indices(root);
-    tinygltf::TinyGLTF parser;
-    const std::string json = root.dump();
-    root = nullptr;  // frees its memory, because the parser makes its own tree
-    if (json.size() > std::numeric_limits<unsigned>::max()) throw Error(document.file, "has more than 4 GiB of JSON");
-    std::string error, warning;
-    if (parser.LoadASCIIFromString(&document.model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
-                                   "")) {
-        for (std::size_t m = 0; m < indices.size(); ++m)
-            for (std::size_t p = 0; p < indices[m].size(); ++p)
-                document.model.meshes[m].primitives[p].indices = indices[m][p];
-        return;
-    }
-    // The message becomes one line.
-    while (!error.empty() && error.back() == '\n') error.pop_back();
-    std::ranges::replace(error, '\n', ' ');
-    throw Error(document.file, "{}", error);
+    each("cameras", [&](const Json& camera, const std::string& element) {
+        const std::string type = camera["type"];
+        if (type != "perspective" && type != "orthographic") document.fail(element, "type '{}' is unknown", type);
+        if (!camera.contains(type)) document.fail(element, "has no '{}'", type);
+    });
+    each("extensions.KHR_lights_punctual.lights", [&](const Json& light, const std::string& element) {
+        if (light["type"] == "spot" && !light.contains("spot")) document.fail(element, "has no 'spot'");
+    });
 }
 
 /// Points textures at the images of their extensions. Where an extension is optional, the image that it replaces
 /// becomes the fallback.
 void choose_images(GltfDocument& document, const std::set<std::string>& required) {
-    for (tinygltf::Texture& texture : document.model.textures) {
+    for (gltf::Texture& texture : document.model.textures) {
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {  // the last one is preferred
-            const tinygltf::Value* extension = find_extension(texture.extensions, name);
-            const int source = extension ? integer(*extension, "source", kNone) : kNone;
+            const Json* extension = gltf::find_extension(texture.extensions, name);
+            const int source = extension ? extension->value("source", kNone) : kNone;
             if (source == kNone) continue;
             if (!required.contains(name)) {
                 GltfImageSource& image = document.images[static_cast<std::size_t>(source)];
@@ -309,13 +294,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
         throw Error(document.file, "has {} bytes of JSON, more than the limit of {}", chunks.json.size(),
                     options.max_json_bytes);
 
-    std::string buffer;
-    const std::string_view json = chunks.json.read(0, chunks.json.size(), buffer);
-    check_json_fits(json, document.file);
-    const std::size_t start = json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is skipped
-    if (start == std::string_view::npos || json[start] != '{')
-        throw Error(document.file, "is neither GLB nor glTF's JSON");
-    Json root = parse_gltf_json(json, document.file);
+    Json root = read_json(chunks.json, document.file);
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     if (root.contains("parts") && !root.contains("asset"))
         throw Error(document.file, "is a list of files, whose name must end with .parts.json");
@@ -323,7 +302,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_version(root, document.file);
     const std::set<std::string> required = check_extensions(root, document);
     choose_variant(root, document);
-    if (root.contains("animations")) {  // read on demand; tinygltf would refuse a damaged animation at once
+    if (root.contains("animations")) {  // read on demand, since a damaged animation must not prevent the rest pose
         document.animations = std::move(root["animations"]);
         root.erase("animations");
     }
@@ -331,10 +310,10 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
         document.materials = std::move(root["materials"]);
         root.erase("materials");
     }
-    check_layout(root, document);
+    check_values(root, document);
     document.images = take_images(root, document);
     take_buffers(root, document, chunks.binary);
-    parse_model(document, std::move(root));
+    document.model = gltf::to_model(std::move(root));
     choose_images(document, required);
     return document;
 }

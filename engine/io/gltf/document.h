@@ -1,8 +1,6 @@
 // A glTF file that has been read and checked, before conversion to a scene.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -20,6 +18,7 @@
 #include "engine/io/files.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/meshopt.h"
+#include "engine/io/gltf/model.h"
 
 namespace halflight {
 
@@ -60,14 +59,14 @@ struct GltfDecodedViews {
     std::map<int, View> views;
 };
 
-/// The model that tinygltf has parsed. All indices are in range or kNone (schema.h). Buffers and images stay where they
+/// A parsed file. All indices are in range or kNone (schema.h). Buffers and images stay where they
 /// are until they are read, so that a scene needs only the bytes that it uses.
 struct GltfDocument {
     std::string file;  // file name, subject of messages
     std::filesystem::path folder;
     GltfOptions options;
     std::uint64_t bytes_of_files = 0;  // bytes of the scene's file, buffers and images opened so far
-    tinygltf::Model model;             // without buffers and images
+    gltf::Model model;                 // without buffers, images, materials and animations
     std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: no data, or an unused fallback
     std::map<int, GltfMeshoptView> compressed_views;                                   // by index of the buffer view
     std::unique_ptr<GltfDecodedViews> decoded = std::make_unique<GltfDecodedViews>();  // cache of view_bytes()
@@ -75,7 +74,7 @@ struct GltfDocument {
     std::vector<std::string> variants;                   // names of the material variants
     std::vector<float> stroke_radii;                     // radius of points and lines, by mesh; empty: left out
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
-    nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked; `model` has none
+    nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked
     nlohmann::json animations;                           // animations of the file, unchecked; null: none
     std::vector<std::filesystem::path> files;            // files read so far, the scene's own first
     GltfWarnings warnings;

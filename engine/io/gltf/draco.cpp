@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "engine/core/memory_ledger.h"
-#include "engine/io/gltf/value.h"
 
 namespace halflight {
 namespace {
@@ -19,9 +18,9 @@ namespace {
 constexpr std::size_t kBytesPerTriangle = 96;
 constexpr std::size_t kBytesPerAttribute = 64;  // per triangle and attribute, or set of attribute seams
 // The tables of the library's entropy decoder are the worst case for the length of the data. A byte stands for up to 64
-// symbols that do not occur, and the library allocates 12 bytes for each of them. Real tables have at most 2^18 symbols.
-// Only the first MiB is therefore charged for tables: scans of 10 MiB would need 8 GiB otherwise. A hostile file of more
-// than a MiB can take more than it is charged. The rest is for attribute headers and a copy.
+// symbols that do not occur, and the library allocates 12 bytes for each of them. Real tables have at most 2^18
+// symbols. Only the first MiB is therefore charged for tables: scans of 10 MiB would need 8 GiB otherwise. A hostile
+// file of more than a MiB can take more than it is charged. The rest is for attribute headers and a copy.
 constexpr std::size_t kTableBytesPerByte = 64 * 12;
 constexpr std::size_t kMostTableData = std::size_t{1} << 20;
 constexpr std::size_t kBytesPerByte = 64 + 1;
@@ -108,14 +107,14 @@ struct Source {
     Header header;
     std::size_t triangles = 0;  // triangles that the accessors allow
     std::size_t vertices = 0;   // vertices that the accessors allow
-    const tinygltf::Value* attributes = nullptr;
+    const nlohmann::json* attributes = nullptr;
 
     /// Returns the largest number of vertices after seams have split them.
     std::size_t most_vertices() const {
         return header.edgebreaker ? std::min(vertices, std::size_t{header.triangles} * 3) : header.vertices;
     }
     std::size_t decoding_bytes() const {
-        const std::size_t sets = std::max<std::size_t>(header.seam_sets, attributes->Size());
+        const std::size_t sets = std::max<std::size_t>(header.seam_sets, attributes->size());
         return header.triangles * (kBytesPerTriangle + kBytesPerAttribute * sets) + kBytesPerByte * data.size() +
                kTableBytesPerByte * std::min(data.size(), kMostTableData);
     }
@@ -143,22 +142,22 @@ Header read_header(const ByteSource& data, const GltfDocument& document, const s
     return *header;
 }
 
-std::optional<Source> open_source(const GltfDocument& document, const tinygltf::Primitive& primitive,
+std::optional<Source> open_source(const GltfDocument& document, const gltf::Primitive& primitive,
                                   const std::string& element) {
-    const tinygltf::Value* extension = find_extension(primitive.extensions, "KHR_draco_mesh_compression");
+    const nlohmann::json* extension = gltf::find_extension(primitive.extensions, "KHR_draco_mesh_compression");
     if (!extension) return std::nullopt;
-    const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
-    if (!strip && primitive.mode != TINYGLTF_MODE_TRIANGLES)
+    const bool strip = primitive.mode == gltf::kTriangleStrip;
+    if (!strip && primitive.mode != gltf::kTriangles)
         document.fail(element, "KHR_draco_mesh_compression allows triangles and triangle strips only");
     Source source;
-    source.attributes = &extension->Get("attributes");
+    source.attributes = &extension->at("attributes");
     const GltfAccessors accessors(document);
     const int position = primitive.attributes.at("POSITION");
     const std::size_t corners = accessors.count(primitive.indices == kNone ? position : primitive.indices);
     source.triangles = strip ? corners - std::min<std::size_t>(corners, 2) : corners / 3;
     source.vertices = accessors.count(position);
 
-    source.data = document.view_bytes(integer(*extension, "bufferView", 0));
+    source.data = document.view_bytes(extension->at("bufferView").get<int>());
     source.header = read_header(source.data, document, element);
     const Header& header = source.header;
     if (header.triangles > source.triangles || header.vertices > source.vertices)
@@ -169,7 +168,7 @@ std::optional<Source> open_source(const GltfDocument& document, const tinygltf::
                       source.data.size());
     // Twice the bytes of the uncompressed triangles and vertices, since the encoder lengthens random numbers.
     std::size_t each = 0;  // bytes of a vertex
-    for (const std::string& name : source.attributes->Keys())
+    for (const auto& [name, id] : source.attributes->items())
         if (const auto found = primitive.attributes.find(name); found != primitive.attributes.end())
             each += sizeof(float) * static_cast<std::size_t>(accessors.components(found->second));
     const std::size_t most = 2 * (std::size_t{header.triangles} * sizeof(uvec3) + source.most_vertices() * each);
@@ -254,15 +253,15 @@ bool convert(const draco::Mesh& mesh, const draco::PointAttribute& from, std::st
 /// Converts an attribute to the type of an accessor. Returns false for values that do not fit.
 bool convert(const draco::Mesh& mesh, const draco::PointAttribute& from, int component_type, std::string& to) {
     switch (component_type) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE:
+        case gltf::kByte:
             return convert<std::int8_t>(mesh, from, to);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        case gltf::kUnsignedByte:
             return convert<std::uint8_t>(mesh, from, to);
-        case TINYGLTF_COMPONENT_TYPE_SHORT:
+        case gltf::kShort:
             return convert<std::int16_t>(mesh, from, to);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        case gltf::kUnsignedShort:
             return convert<std::uint16_t>(mesh, from, to);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        case gltf::kUnsignedInt:
             return convert<std::uint32_t>(mesh, from, to);
         default:
             return convert<float>(mesh, from, to);
@@ -300,14 +299,14 @@ std::vector<std::uint32_t> indices_of(const draco::Mesh& mesh, const GltfDocumen
 
 }  // namespace
 
-std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
+std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const gltf::Primitive& primitive,
                                                const std::string& element) {
     const std::optional<Source> source = open_source(document, primitive, element);
     if (!source) return std::nullopt;
     return GltfPrimitiveSize{source->most_vertices(), source->header.triangles, source->decoding_bytes()};
 }
 
-std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
+std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const gltf::Primitive& primitive,
                                           const std::string& element) {
     const std::optional<Source> source = open_source(document, primitive, element);
     if (!source) return std::nullopt;
@@ -324,13 +323,12 @@ std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const ti
     GltfDracoMesh decoded;
     decoded.indices = indices_of(mesh, document, element);
     decoded.has_other_counts = mesh.num_points() != source->vertices ||
-                               (primitive.mode == TINYGLTF_MODE_TRIANGLES && mesh.num_faces() != source->triangles);
+                               (primitive.mode == gltf::kTriangles && mesh.num_faces() != source->triangles);
     const GltfAccessors accessors(document);
-    for (const std::string& name : source->attributes->Keys()) {
+    for (const auto& [name, id] : source->attributes->items()) {
         const auto found = primitive.attributes.find(name);
         if (found == primitive.attributes.end()) continue;
-        const int id = integer(*source->attributes, name, kNone);
-        const draco::PointAttribute* const from = mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
+        const draco::PointAttribute* const from = mesh.GetAttributeByUniqueId(id);
         if (!from) document.fail(element, "its Draco data has no attribute {} for {}", id, name);
         const std::size_t size = accessors.element_size(found->second) * mesh.num_points();
         if (accessors.components(found->second) != from->num_components())

@@ -22,7 +22,7 @@ struct Field {
     std::string_view list;
     std::string rest;
     AnimatedProperty property;
-    Place (*place)(tinygltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
+    Place (*place)(gltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
     Values default_values;  // one per component; empty for weights, whose number depends on the mesh
 };
 
@@ -31,20 +31,18 @@ constexpr std::string_view kNodes = "/nodes/", kMeshes = "/meshes/", kMaterials 
 
 /// Returns the place of a nested member in an element of one of the model's lists.
 template <auto kList, auto... kMembers>
-Place place(tinygltf::Model& model, std::size_t index) {
+Place place(gltf::Model& model, std::size_t index) {
     return &((model.*kList)[index].*....*kMembers);
 }
 
-using Model = tinygltf::Model;
+using gltf::Model;
 
 std::vector<Field> plain_fields() {
     using enum AnimatedProperty;
-    using Node = tinygltf::Node;
-    using Camera = tinygltf::Camera;
-    using Perspective = tinygltf::PerspectiveCamera;
-    using Orthographic = tinygltf::OrthographicCamera;
-    using Light = tinygltf::Light;
-    using Spot = tinygltf::SpotLight;
+    using gltf::Camera, gltf::Light, gltf::Mesh, gltf::Node;
+    using Perspective = Camera::Perspective;
+    using Orthographic = Camera::Orthographic;
+    using Spot = Light::Spot;
     constexpr auto spot = &Light::spot;
     constexpr auto perspective = &Camera::perspective;
     constexpr auto orthographic = &Camera::orthographic;
@@ -53,7 +51,7 @@ std::vector<Field> plain_fields() {
         {kNodes, "/rotation", rotation, place<&Model::nodes, &Node::rotation>, Values(4)},
         {kNodes, "/scale", scale, place<&Model::nodes, &Node::scale>, Values(3)},
         {kNodes, "/weights", weights, place<&Model::nodes, &Node::weights>, {}},
-        {kMeshes, "/weights", mesh_weights, place<&Model::meshes, &tinygltf::Mesh::weights>, {}},
+        {kMeshes, "/weights", mesh_weights, place<&Model::meshes, &Mesh::weights>, {}},
         {kLights, "/color", light, place<&Model::lights, &Light::color>, Values(3)},
         {kLights, "/intensity", light, place<&Model::lights, &Light::intensity>, {1}},
         {kLights, "/spot/innerConeAngle", light, place<&Model::lights, spot, &Spot::innerConeAngle>, {0}},
@@ -102,7 +100,7 @@ const Field& field_of(const GltfTarget& target) {
 }
 
 std::size_t size_of(const GltfDocument& document, std::string_view list) {
-    const tinygltf::Model& model = document.model;
+    const gltf::Model& model = document.model;
     return list == kNodes       ? model.nodes.size()
            : list == kMeshes    ? model.meshes.size()
            : list == kMaterials ? document.materials.size()
@@ -188,7 +186,7 @@ std::vector<double> driven_values(const GltfDocument& document, const GltfTarget
         const Json& found = material.at(pointer);
         return found.is_array() ? found.get<Values>() : Values{found.get<double>()};
     }
-    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // the model is only read
+    const Place place = field.place(const_cast<gltf::Model&>(document.model), index);  // the model is only read
     if (const auto* number = std::get_if<double*>(&place)) return {**number};
     return *std::get<Values*>(place);
 }

@@ -20,17 +20,17 @@
 #include "engine/io/gltf/mesh.h"
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/size.h"
-#include "engine/io/gltf/value.h"
 
 namespace halflight {
 namespace {
 
 Environment convert_environment(const GltfDocument& document) {
     Environment environment;
-    const tinygltf::Value* extension = find_extension(document.model.extensions, "HALFLIGHT_environment");
+    const nlohmann::json* extension = gltf::find_extension(document.model.extensions, "HALFLIGHT_environment");
     if (!extension) return environment;
     environment.name = "HALFLIGHT_environment";
-    environment.color = vec3(vector(*extension, "color", dvec3(0)));
+    const std::vector<double> color = extension->at("color");
+    environment.color = vec3(color[0], color[1], color[2]);
     if (!all_finite(environment.color) || glm::any(glm::lessThan(environment.color, vec3(0))))
         document.fail("extensions.HALFLIGHT_environment", "color is negative or not finite");
     return environment;
@@ -72,7 +72,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
 
 /// Materials of one pose, and their images, which are equal in all poses.
 struct MaterialSet {
-    std::vector<TextureImage> images;
+    std::optional<std::vector<TextureImage>> images;  // empty once a scene has taken them
     std::vector<Material> materials;
     GltfWarnings warnings;  // warnings about the images
 };
@@ -106,15 +106,15 @@ void free_views(GltfDocument& document, const GltfPrimitives& kept) {
         for (const auto& [name, accessor] : attributes) again.merge(views_of(document.model, accessor));
     };
     for (const auto& [key, primitive] : kept) {
-        const tinygltf::Primitive& from = document.model.meshes[key.mesh].primitives[key.primitive];
+        const gltf::Primitive& from = document.model.meshes[key.mesh].primitives[key.primitive];
         add(from.attributes);
         for (const auto& target : from.targets) add(target);
     }
     std::erase_if(document.decoded->views, [&](const auto& view) { return !again.contains(view.first); });
 }
 
-/// Converts the document. `material_set` is a cache of images, filled by the first call, or null. `images` tells
-/// whether the scene gets its images.
+/// Converts the document. `material_set` is a cache of what images decide, filled by the first call, or null. `images`
+/// tells whether the scene gets its images, which are read again from the second time on.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPoseCache& kept,
               std::optional<MaterialSet>* material_set = nullptr, bool images = true) {
     Scene scene;
@@ -123,18 +123,18 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     std::vector<GltfMaterial> materials = convert_materials(document);
     GltfMeshes meshes(document, materials, scene.report);
     const bool default_material = add_instances(document, nodes, meshes, kept, scene);
-    if (material_set && !*material_set) {
+    if (material_set && (!*material_set || (images && !(*material_set)->images))) {
         std::vector<GltfMaterial> loaded = materials;
         *material_set = load_material_set(document, loaded);
     }
     if (material_set) {
-        if (images) scene.images = (*material_set)->images;
+        if (images) scene.images = *std::exchange((*material_set)->images, std::nullopt);
         document.warnings.add((*material_set)->warnings);
         for (std::size_t i = 0; i < materials.size(); ++i)
             scene.materials.push_back(with_images_of((*material_set)->materials[i], materials[i]));
     } else {
         MaterialSet loaded = load_material_set(document, materials);
-        scene.images = std::move(loaded.images);
+        scene.images = std::move(*loaded.images);
         scene.materials = std::move(loaded.materials);
         document.warnings.add(loaded.warnings);
     }
@@ -264,15 +264,16 @@ struct GltfScene::State {
     bool carry_surfaces(std::vector<int> todo) const {
         const auto& nodes = document.model.nodes;
         std::vector<bool> carries(nodes.size(), false), visited(nodes.size(), false);
-        for (const tinygltf::Skin& skin : document.model.skins)
+        for (const gltf::Skin& skin : document.model.skins)
             for (const int joint : skin.joints) carries[static_cast<std::size_t>(joint)] = true;
         while (!todo.empty()) {
             const auto index = static_cast<std::size_t>(todo.back());
             todo.pop_back();
             if (visited[index]) continue;
             visited[index] = true;
-            const tinygltf::Node& n = nodes[index];
-            if (carries[index] || n.mesh != kNone || find_extension(n.extensions, "KHR_lights_punctual")) return true;
+            const gltf::Node& n = nodes[index];
+            if (carries[index] || n.mesh != kNone || gltf::find_extension(n.extensions, "KHR_lights_punctual"))
+                return true;
             todo.insert(todo.end(), n.children.begin(), n.children.end());
         }
         return false;
@@ -316,10 +317,10 @@ const std::vector<std::string>& GltfScene::variants() const {
 }
 
 GltfDeformers GltfScene::deformers() const {
-    const tinygltf::Model& model = state_->document.model;
+    const gltf::Model& model = state_->document.model;
     GltfDeformers deformers;
-    for (const tinygltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
-    for (const tinygltf::Mesh& mesh : model.meshes) {
+    for (const gltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
+    for (const gltf::Mesh& mesh : model.meshes) {
         std::size_t targets = 0;
         for (const auto& primitive : mesh.primitives) targets = std::max(targets, primitive.targets.size());
         if (targets > 0) deformers.morphed_meshes.push_back({mesh.name, targets});
@@ -430,7 +431,7 @@ struct GltfMeshSource::State {
         }
         std::vector<GltfMaterial> loaded = materials;  // meshes need the texture references of the file
         MaterialSet material_set = load_material_set(document, loaded);
-        scene.images = std::move(material_set.images);
+        scene.images = std::move(*material_set.images);
         scene.materials = std::move(material_set.materials);
         scene.materials.emplace_back().name = "default";
         document.warnings.add(material_set.warnings);

@@ -95,12 +95,12 @@ class GltfScene {
     /// Returns the scene at a time, with finite skins, morph targets, nodes, cameras, lights and materials; without
     /// animations, the scene of load_gltf(). Animated parts are marked (Instance::moves, Mesh::deforms), even if they
     /// are at rest at that time. Throws what load_gltf() throws, also for an invalid pose: "nodes[3]: its transform
-    /// overflows".
+    /// overflows". Images are read anew by every call but the first.
     Scene at(double seconds, Playing playing);
     /// Makes a deformer move the vertices of animated meshes (Mesh::deforms) in at() and pose(); null: the CPU. It must
     /// outlive those calls.
     void deform_by(Deformer* deformer);
-    /// Returns the scene of load_gltf(). Unlike at() it keeps no copy of the images for another time.
+    /// Returns the scene of load_gltf(), and keeps nothing for other times.
     Scene at_rest();
     /// Changes a scene of at() or pose() to another time; images are kept. Throws what at() throws, and then leaves the
     /// scene unchanged.

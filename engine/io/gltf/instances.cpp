@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "engine/io/gltf/accessor.h"
-#include "engine/io/gltf/value.h"
 #include "engine/scene/mesh_source.h"
 
 namespace halflight {
@@ -29,14 +28,14 @@ class Instances {
     bool used_default_material() const { return used_default_material_; }
 
     void add(int node) {
-        const tinygltf::Node& from = node_of(node);
+        const gltf::Node& from = node_of(node);
         if (from.mesh == kNone) return;
         if (from.skin != kNone) {
             // Joints alone place a skinned mesh (glTF 2.0, section 3.7.3.3).
             return add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
         }
         const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
-        const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
+        const nlohmann::json* instancing = gltf::find_extension(from.extensions, "EXT_mesh_gpu_instancing");
         if (!instancing) return place(node, world);
         const std::string element = fmt::format("nodes[{}]", node);
         for (const dmat4& local : instance_transforms(*instancing, element)) {
@@ -84,7 +83,7 @@ class Instances {
     }
 
   private:
-    const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
+    const gltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
 
     /// Adds a mesh of its own for a flat transform, because no later step could invert the transform.
     void place(int node, const dmat4& world) {
@@ -125,7 +124,7 @@ class Instances {
 
     /// Returns the index of a request; equal requests share one.
     int find_request(int node, GltfPose pose) {
-        const tinygltf::Node& from = node_of(node);
+        const gltf::Node& from = node_of(node);
         const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
         const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
         const bool flattened = !pose.skin && !pose.joints.empty();
@@ -196,7 +195,7 @@ class Instances {
     }
 
     std::vector<dmat4> skin_joints(std::size_t index) const {
-        const tinygltf::Skin& skin = document_.model.skins[index];
+        const gltf::Skin& skin = document_.model.skins[index];
         const std::string element = fmt::format("skins[{}]", index);
         std::vector<dmat4> joints;
         for (const int joint : skin.joints) joints.push_back(nodes_.world[static_cast<std::size_t>(joint)]);
@@ -209,14 +208,12 @@ class Instances {
         return joints;
     }
 
-    std::vector<dmat4> instance_transforms(const tinygltf::Value& extension, const std::string& element) const {
-        const tinygltf::Value& attributes = extension.Get("attributes");
-        const auto accessor = [&](const char* name) {
-            return attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
-        };
-        const int translation = accessor("TRANSLATION"), rotation = accessor("ROTATION"), scale = accessor("SCALE");
+    std::vector<dmat4> instance_transforms(const nlohmann::json& extension, const std::string& element) const {
+        const nlohmann::json& attributes = extension.at("attributes");
+        const int translation = attributes.value("TRANSLATION", kNone), rotation = attributes.value("ROTATION", kNone),
+                  scale = attributes.value("SCALE", kNone);
         const std::size_t count = count_instances(document_, extension, element);
-        for (const std::string& name : attributes.Keys())  // names with an underscore are those of an application
+        for (const auto& [name, accessor] : attributes.items())  // names with an underscore are those of an application
             if (!name.starts_with('_') && name != "TRANSLATION" && name != "ROTATION" && name != "SCALE")
                 document_.warnings.add(fmt::format("instance attribute {} is not supported, it is ignored", name),
                                        element);
@@ -251,7 +248,7 @@ class Instances {
 }  // namespace
 
 GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels) {
-    const tinygltf::Model& model = document.model;
+    const gltf::Model& model = document.model;
     const std::vector<bool> none(model.nodes.size(), false);
     GltfAnimatedObjects animated{none, none, std::vector<bool>(document.materials.size(), false)};
     std::vector<int> todo;
@@ -278,13 +275,10 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
     return animated;
 }
 
-std::size_t count_instances(const GltfDocument& document, const tinygltf::Value& extension,
-                            const std::string& element) {
+std::size_t count_instances(const GltfDocument& document, const nlohmann::json& extension, const std::string& element) {
     const GltfAccessors accessors(document);
-    const tinygltf::Value& attributes = extension.Get("attributes");
     std::optional<std::size_t> count;
-    for (const std::string& name : attributes.Keys()) {
-        const int accessor = integer(attributes, name, kNone);
+    for (const int accessor : extension.at("attributes")) {
         accessors.check_data(accessor);
         if (!count) count = accessors.count(accessor);
         if (*count != accessors.count(accessor))

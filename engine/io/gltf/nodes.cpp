@@ -8,7 +8,6 @@
 #include <limits>
 #include <set>
 
-#include "engine/io/gltf/value.h"
 #include "engine/scene/light_types.h"
 
 namespace halflight {
@@ -25,7 +24,7 @@ V to_vector(const std::vector<double>& values, V otherwise) {
 }
 
 dmat4 local_matrix(GltfDocument& document, std::size_t index) {
-    const tinygltf::Node& node = document.model.nodes[index];
+    const gltf::Node& node = document.model.nodes[index];
     if (node.matrix.empty()) {
         const dvec4 rotation = to_vector(node.rotation, dvec4(0, 0, 0, 1));
         if (rotation == dvec4(0)) document.warnings.add("rotation is a zero quaternion, it is ignored", name(index));
@@ -89,7 +88,7 @@ float to_light(double value) {
 }
 
 PunctualLight convert_light(GltfDocument& document, std::size_t index) {
-    const tinygltf::Light& from = document.model.lights[index];
+    const gltf::Light& from = document.model.lights[index];
     const std::string element = fmt::format("extensions.KHR_lights_punctual.lights[{}]", index);
     PunctualLight light;
     const dvec3 intensity = from.intensity * to_vector(from.color, dvec3(1));
@@ -123,7 +122,7 @@ dmat4 camera_frame(GltfDocument& document, const dmat4& world, const std::string
 }
 
 Camera convert_camera(GltfDocument& document, std::size_t index) {
-    const tinygltf::Camera& from = document.model.cameras[index];
+    const gltf::Camera& from = document.model.cameras[index];
     const std::string element = fmt::format("cameras[{}]", index);
     Camera camera;
     camera.orthographic = from.type == "orthographic";
@@ -166,7 +165,7 @@ dmat4 compose(const dvec3& translation, const dvec4& rotation, const dvec3& scal
 }
 
 GltfNodes resolve_nodes(GltfDocument& document) {
-    const tinygltf::Model& model = document.model;
+    const gltf::Model& model = document.model;
     const std::vector<int> parents = find_parents(document);
     std::vector<int> roots;
     for (std::size_t i = 0; i < parents.size(); ++i) {
@@ -189,7 +188,7 @@ GltfNodes resolve_nodes(GltfDocument& document) {
     }
 
     if (!model.scenes.empty()) {
-        roots = model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
+        roots = model.scenes[static_cast<std::size_t>(std::max(model.scene, 0))].nodes;
         for (const int root : roots) {
             if (parents[static_cast<std::size_t>(root)] != kNone)
                 document.warnings.add("is listed in a scene, but has a parent", name(static_cast<std::size_t>(root)));
@@ -204,7 +203,7 @@ std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nod
     Names names;
     for (const int node : nodes.shown) {
         const auto n = static_cast<std::size_t>(node);
-        const tinygltf::Node& from = document.model.nodes[n];
+        const gltf::Node& from = document.model.nodes[n];
         if (from.camera == kNone) continue;
         Camera camera = convert_camera(document, static_cast<std::size_t>(from.camera));
         camera.camera_to_world = camera_frame(document, nodes.world[n], name(n));
@@ -219,10 +218,10 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
     std::vector<PunctualLight> lights;
     for (const int node : nodes.shown) {
         const auto n = static_cast<std::size_t>(node);
-        const tinygltf::Node& from = document.model.nodes[n];
-        const tinygltf::Value* extension = find_extension(from.extensions, "KHR_lights_punctual");
+        const gltf::Node& from = document.model.nodes[n];
+        const nlohmann::json* extension = gltf::find_extension(from.extensions, "KHR_lights_punctual");
         if (!extension) continue;
-        const auto index = static_cast<std::size_t>(integer(*extension, "light", kNone));
+        const auto index = static_cast<std::size_t>(extension->at("light").get<int>());
         PunctualLight light = convert_light(document, index);
         light.position = nodes.world[n][3];
         const dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));

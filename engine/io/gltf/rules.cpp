@@ -195,6 +195,7 @@ GltfRules make_rules() {
         {"skin",
          {{"inverseBindMatrices", index, "accessors"},
           {"joints", indices, "nodes", 0, kRequired},
+          {"name", text},
           {"skeleton", index, "nodes"}}},
         {"texture",
          {{"extensions", object, "texture source extensions"},

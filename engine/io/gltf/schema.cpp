@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -13,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Limit of numbers that tinygltf keeps in an int. Real files need no larger ones in these places.
+// Limit of numbers that become an int. Real files need no larger ones in these places.
 constexpr std::uint64_t kMaxNatural = std::numeric_limits<std::int32_t>::max();
 constexpr std::uint64_t kMaxSize = std::uint64_t{1} << 53;  // the largest range of integers that JSON readers agree on
 
@@ -41,7 +42,7 @@ class Checker {
                 if (rule.required) fail(path, "has no '{}'", rule.key);
                 continue;
             }
-            const Descent down(path, fmt::format("{}{}", path.empty() ? "" : ".", rule.key));
+            const Descent down(path, "{}{}", path.empty() ? "" : ".", rule.key);
             property(*it, rule, path);
         }
     }
@@ -50,7 +51,11 @@ class Checker {
     /// A path that is extended during the object's lifetime.
     class Descent {
       public:
-        Descent(std::string& path, const std::string& step) : path_(path), length_(path.size()) { path += step; }
+        template <class... Args>
+        Descent(std::string& path, fmt::format_string<Args...> step, Args&&... args)
+            : path_(path), length_(path.size()) {
+            fmt::format_to(std::back_inserter(path), step, std::forward<Args>(args)...);
+        }
         Descent(const Descent&) = delete;
         Descent& operator=(const Descent&) = delete;
         ~Descent() { path_.resize(length_); }
@@ -116,7 +121,7 @@ class Checker {
     void each(Json& value, std::string& path, F f) const {
         if (!value.is_array()) fail(path, "is not an array");
         for (std::size_t i = 0; i < value.size(); ++i) {
-            const Descent down(path, fmt::format("[{}]", i));
+            const Descent down(path, "[{}]", i);
             f(value[i]);
         }
     }
@@ -155,7 +160,7 @@ class Checker {
     void each_value(Json& object, std::string& path, F f) const {
         if (!object.is_object()) fail(path, "is not an object");
         for (auto& [key, v] : object.items()) {
-            const Descent down(path, "." + key);
+            const Descent down(path, ".{}", key);
             f(v);
         }
     }

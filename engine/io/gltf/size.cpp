@@ -15,7 +15,6 @@
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/primitive.h"
 #include "engine/io/gltf/strokes.h"
-#include "engine/io/gltf/value.h"
 
 namespace halflight {
 namespace {
@@ -33,8 +32,7 @@ std::size_t count(const GltfAccessors& accessors, int accessor) {
 }
 
 /// Returns the numbers of vertices and triangles of a primitive with positions.
-GltfPrimitiveSize measure(const GltfDocument& document, const tinygltf::Primitive& primitive,
-                          const std::string& element) {
+GltfPrimitiveSize measure(const GltfDocument& document, const gltf::Primitive& primitive, const std::string& element) {
     if (const auto compressed = measure_draco(document, primitive, element)) return *compressed;
     const GltfAccessors accessors(document);
     GltfPrimitiveSize size;
@@ -45,16 +43,15 @@ GltfPrimitiveSize measure(const GltfDocument& document, const tinygltf::Primitiv
         const StrokeSize strokes = measure_strokes(primitive.mode, std::min(corners, kMost));
         return {strokes.vertices, strokes.triangles, corners * sizeof(std::uint32_t) + size.vertices * sizeof(vec3)};
     }
-    size.triangles =
-        primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
+    size.triangles = primitive.mode == gltf::kTriangles ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
     return size;
 }
 
 MeshSize measure(const GltfDocument& document, int index, const std::vector<GltfMaterial>& materials) {
-    const tinygltf::Mesh& mesh = document.model.meshes[static_cast<std::size_t>(index)];
+    const gltf::Mesh& mesh = document.model.meshes[static_cast<std::size_t>(index)];
     MeshSize size;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
-        const tinygltf::Primitive& primitive = mesh.primitives[i];
+        const gltf::Primitive& primitive = mesh.primitives[i];
         const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
         const bool stroke = is_stroke(primitive.mode);
         if ((stroke && document.stroke_radii.empty()) || !has("POSITION")) continue;
@@ -82,10 +79,10 @@ std::set<int> compressed_views_in_use(const GltfDocument& document) {
     for (int i = 0; i < static_cast<int>(document.model.accessors.size()); ++i)
         views.merge(views_of(document.model, i));
     for (const GltfImageSource& image : document.images) views.insert(image.buffer_view);
-    for (const tinygltf::Mesh& mesh : document.model.meshes)
-        for (const tinygltf::Primitive& primitive : mesh.primitives)
-            if (const tinygltf::Value* draco = find_extension(primitive.extensions, "KHR_draco_mesh_compression"))
-                views.insert(integer(*draco, "bufferView", kNone));
+    for (const gltf::Mesh& mesh : document.model.meshes)
+        for (const gltf::Primitive& primitive : mesh.primitives)
+            if (const nlohmann::json* draco = gltf::find_extension(primitive.extensions, "KHR_draco_mesh_compression"))
+                views.insert(draco->at("bufferView").get<int>());
     std::erase_if(views, [&](int view) { return !document.compressed_views.contains(view); });
     return views;
 }
@@ -101,12 +98,12 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
     std::map<int, MeshSize> sizes;
     std::set<std::tuple<int, int, std::vector<double>>> stored;
     for (const int index : nodes.shown) {
-        const tinygltf::Node& node = document.model.nodes[static_cast<std::size_t>(index)];
+        const gltf::Node& node = document.model.nodes[static_cast<std::size_t>(index)];
         if (node.mesh == kNone) continue;
         const auto [known, is_new] = sizes.try_emplace(node.mesh);
         MeshSize& mesh = known->second;
         if (is_new) mesh = measure(document, node.mesh, materials);
-        const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
+        const nlohmann::json* extension = gltf::find_extension(node.extensions, "EXT_mesh_gpu_instancing");
         const std::size_t instances =
             extension ? count_instances(document, *extension, fmt::format("nodes[{}]", index)) : 1;
         size.instance_bytes += instances * sizeof(Instance);

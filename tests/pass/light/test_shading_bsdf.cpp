@@ -1,114 +1,12 @@
-// Tests the BSDF of shaders/lib/bsdf.glsl: energy, densities, sampling, extremes.
-#include <gtest/gtest.h>
-
-#include <fmt/format.h>
+// Tests the BSDF: energy, reciprocity, extremes.
+#include <array>
 #include <cmath>
 #include <random>
 
-#include "engine/core/statistics.h"
-#include "tests/pass/light/shading_kernel.h"
-#include "tests/support/gpu_test.h"
+#include "tests/pass/light/shading_bsdf.h"
 
 namespace halflight {
 namespace {
-
-/// A material and a pair of directions as six rows of input.
-struct Case {
-    float metallic = 0, roughness = 0.5f, r0 = 0.04f, specular = 1;
-    float coat = 0, coat_roughness = 0, transmission = 0, cosine = 0.7f;
-    float base_color = 1, specular_color = 1, tilt = 0;  // radians between n_g (+z) and n, towards wo if > 0
-    float sheen = 0, sheen_roughness = 0;
-    float anisotropy = 0, turn = 0;  // strength; radians from the x axis of the basis around n
-    float film = 0, film_ior = 1.3f, film_thickness = 400;
-    float through = 0, through_color = 1;  // diffuse transmission
-};
-
-/// Returns a scene with all lobes, so that all code is compiled.
-Scene full_scene() {
-    Material m;
-    m.metallic = 0.5f;
-    m.clearcoat = 1;
-    m.transmission = 0.5f;
-    m.specular_color = vec3(0.5f);
-    m.sheen_color = vec3(0.5f);
-    m.anisotropy_strength = 0.5f;
-    m.iridescence = 0.5f;
-    m.diffuse_transmission = 0.5f;
-    return triangle_scene(m);
-}
-
-const char* const kLibrary = R"(
-#include "shaders/lib/material.glsl"
-#include "shaders/lib/bsdf.glsl"
-#include "shaders/lib/sobol.glsl"
-vec3 wo_of(uint c) {
-    float cosine = inputs[6u * c + 1u].w;
-    return vec3(sqrt((1.0 - cosine) * (1.0 + cosine)) * vec2(0.6, 0.8), cosine);
-}
-Bsdf bsdf_of(uint c) {
-    vec4 a = inputs[6u * c];
-    vec4 b = inputs[6u * c + 1u];
-    vec4 d = inputs[6u * c + 2u];
-    vec4 e = inputs[6u * c + 3u];
-    Material m;
-    m.base_color = vec3(d.x);
-    m.metallic = a.x;
-    m.emission = vec3(0.0);
-    m.roughness = a.y;
-    m.normal = bend_normal(vec3(sin(d.z) * vec2(0.6, 0.8), cos(d.z)), wo_of(c));
-    m.specular = a.w;
-    m.specular_color = vec3(d.y);
-    m.dielectric_f0 = a.z;
-    m.coat_normal = m.normal;
-    m.coat = b.x;
-    m.coat_roughness = b.y;
-    m.transmission = b.z;
-    m.sheen_color = vec3(e.x);
-    m.sheen_roughness = e.y;
-    vec4 f = inputs[6u * c + 4u];
-    m.iridescence = f.x;
-    m.film_ior = f.y;
-    m.film_thickness = 0.0;
-    m.film_thickness_range = f.z;
-    m.diffuse_transmission = inputs[6u * c + 5u].x;
-    m.diffuse_transmission_color = vec3(inputs[6u * c + 5u].y);
-    m.anisotropy = e.z;
-    m.rough_direction = basis_around(m.normal) * vec3(cos(e.w), sin(e.w), 0.0);
-    return make_bsdf(m, vec3(0.0, 0.0, 1.0), wo_of(c));
-}
-float random_at(uint n, uint dimension) { return unit_float(hash_combine(hash_u32(n), dimension)); }
-)";
-
-std::vector<vec4> rows_of(const std::vector<Case>& cases) {
-    std::vector<vec4> rows;
-    for (const Case& c : cases) {
-        rows.emplace_back(c.metallic, c.roughness, c.r0, c.specular);
-        rows.emplace_back(c.coat, c.coat_roughness, c.transmission, c.cosine);
-        rows.emplace_back(c.base_color, c.specular_color, c.tilt, 0);
-        rows.emplace_back(c.sheen, c.sheen_roughness, c.anisotropy, c.turn);
-        rows.emplace_back(c.film, c.film_ior, c.film_thickness, 0);
-        rows.emplace_back(c.through, c.through_color, 0, 0);
-    }
-    return rows;
-}
-
-std::string describe(const Case& c) {
-    return fmt::format(
-        "metallic {} roughness {} r0 {} specular {} coat {} coat roughness {} transmission {} cosine {} tilt {} "
-        "sheen {} sheen roughness {} anisotropy {} turn {} film {} ior {} thickness {} through {}, {}",
-        c.metallic, c.roughness, c.r0, c.specular, c.coat, c.coat_roughness, c.transmission, c.cosine, c.tilt, c.sheen,
-        c.sheen_roughness, c.anisotropy, c.turn, c.film, c.film_ior, c.film_thickness, c.through, c.through_color);
-}
-
-class ShadingBsdf : public GpuTest {
-  protected:
-    ShadingScene scene{full_scene()};
-    std::vector<vec4> run(const std::string& body, std::uint32_t count, std::uint32_t rows,
-                          const std::vector<Case>& cases) const {
-        return scene.run(kLibrary, body, count, rows, rows_of(cases));
-    }
-    std::vector<vec4> albedos(const std::vector<Case>& cases) const;
-};
 
 TEST_F(ShadingBsdf, WhiteFurnace) {
     std::vector<Case> cases;
@@ -160,28 +58,7 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
             }
         }
     }
-    const auto albedo = run(R"(
-        Bsdf b = bsdf_of(i);
-        vec3 wo = wo_of(i);
-        vec3 sum = vec3(0.0);
-        float bad = 0.0;
-        float rest = 1.0 - b.p_coat - b.p_transmission - b.p_sheen;
-        for (uint n = 0u; n < 16384u; ++n) {
-            Sampler s = make_sampler(i, 0u, n, 7u);
-            vec2 xi = sample_2d(s, 0u);
-            // Every lobe, times its probability.
-            BsdfSample d = sample_diffuse(b, wo, xi, random_at(n, 2u));
-            BsdfSample coat = sample_glossy(b, wo, xi, 0.5 * b.p_coat);
-            BsdfSample through = sample_glossy(b, wo, xi, b.p_coat + 0.5 * b.p_transmission);
-            BsdfSample sheen = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + 0.5 * b.p_sheen);
-            BsdfSample specular = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + b.p_sheen + 0.5 * rest);
-            sum += d.weight + b.p_coat * coat.weight + b.p_transmission * through.weight + b.p_sheen * sheen.weight +
-                   rest * specular.weight;
-            bad += abs(length(specular.direction) - 1.0) > 1e-6 ? 1.0 : 0.0;
-        }
-        result[0] = vec4(sum / 16384.0, bad);
-    )",
-                            static_cast<std::uint32_t>(cases.size()), 1, cases);
+    const std::vector<vec4> albedo = albedos(cases, 16384);
     double worst = 0, worst_anisotropic = 0;
     for (std::size_t c = 0; c < cases.size(); ++c) {
         EXPECT_EQ(albedo[c].w, 0) << describe(cases[c]);
@@ -193,24 +70,6 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
     }
     RecordProperty("worst", fmt::format("{}", worst));
     RecordProperty("worst_anisotropic", fmt::format("{}", worst_anisotropic));
-}
-
-/// Returns the directional albedo of each case.
-std::vector<vec4> ShadingBsdf::albedos(const std::vector<Case>& cases) const {
-    return run(R"(
-        Bsdf b = bsdf_of(i);
-        vec3 wo = wo_of(i);
-        vec3 sum = vec3(0.0);
-        float rest = 1.0 - b.p_coat - b.p_transmission - b.p_sheen;
-        for (uint n = 0u; n < 4096u; ++n) {
-            vec2 xi = sample_2d(make_sampler(i, 0u, n, 7u), 0u);
-            sum += sample_diffuse(b, wo, xi, random_at(n, 2u)).weight + b.p_coat * sample_glossy(b, wo, xi, 0.5 * b.p_coat).weight +
-                   b.p_transmission * sample_glossy(b, wo, xi, b.p_coat + 0.5 * b.p_transmission).weight +
-                   rest * sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + b.p_sheen + 0.5 * rest).weight;
-        }
-        result[0] = vec4(sum / 4096.0, 0.0);
-    )",
-               static_cast<std::uint32_t>(cases.size()), 1, cases);
 }
 
 TEST_F(ShadingBsdf, IridescenceStaysWithinEnergy) {
@@ -227,7 +86,7 @@ TEST_F(ShadingBsdf, IridescenceStaysWithinEnergy) {
                                          .film = 1,
                                          .film_ior = ior,
                                          .film_thickness = thickness});
-    const std::vector<vec4> found = albedos(cases);
+    const std::vector<vec4> found = albedos(cases, 4096);
     double most = 0;
     for (std::size_t i = 0; i < cases.size(); ++i) {
         const float largest = std::max({found[i].x, found[i].y, found[i].z});
@@ -255,166 +114,11 @@ TEST_F(ShadingBsdf, FilmsWithoutThicknessOrFactorChangeNothing) {
             }
         }
     }
-    const std::vector<vec4> expected = albedos(without), found = albedos(thin), zero = albedos(off);
+    const std::vector<vec4> expected = albedos(without, 4096), found = albedos(thin, 4096), zero = albedos(off, 4096);
     for (std::size_t i = 0; i < without.size(); ++i) {
         // The compensation for multiple scattering uses the mean reflectance instead of that at normal incidence.
         EXPECT_NEAR(found[i].x, expected[i].x, 0.02) << describe(without[i]);
         EXPECT_EQ(zero[i], expected[i]) << describe(without[i]);
-    }
-}
-
-/// Returns the upper tail probability of chi-square by a normal approximation of its cube root (Wilson, Hilferty 1931).
-double chi_square_tail(double value, double degrees) {
-    const double s = 2 / (9 * degrees);
-    const double z = (std::cbrt(value / degrees) - (1 - s)) / std::sqrt(s);
-    return 0.5 * std::erfc(z / std::sqrt(2.0));
-}
-
-TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
-    const std::vector<Case> cases = {
-        {.metallic = 1, .roughness = 0.3f, .cosine = 0.9f},
-        {.metallic = 1, .roughness = 0.5f, .cosine = 0.15f},
-        {.metallic = 1, .roughness = 1, .cosine = 0.5f},
-        {.roughness = 0.6f, .transmission = 0.8f, .cosine = 0.6f},
-        {.metallic = 0.2f,
-         .roughness = 0.8f,
-         .coat = 0.9f,
-         .coat_roughness = 0.35f,
-         .transmission = 0.5f,
-         .cosine = 0.4f},
-        {.metallic = 0.2f,
-         .roughness = 0.8f,
-         .coat = 0.9f,
-         .coat_roughness = 0.35f,
-         .transmission = 0.5f,
-         .cosine = 0.4f,
-         .tilt = 0.5f},
-        {.roughness = 0.5f, .transmission = 0.5f, .cosine = 0.3f, .tilt = -0.9f},
-        {.roughness = 0.5f, .specular = 0, .cosine = 0.2f, .sheen = 1, .sheen_roughness = 0.3f},
-        {.metallic = 0.3f,
-         .roughness = 0.4f,
-         .coat = 0.5f,
-         .coat_roughness = 0.4f,
-         .transmission = 0.5f,
-         .cosine = 0.4f,
-         .tilt = 0.4f,
-         .sheen = 0.8f,
-         .sheen_roughness = 0.5f},
-        {.metallic = 1, .roughness = 0.3f, .cosine = 0.6f, .anisotropy = 0.7f, .turn = 0.4f},
-        {.metallic = 0.3f,
-         .roughness = 0.5f,
-         .coat = 0.5f,
-         .coat_roughness = 0.4f,
-         .transmission = 0.6f,
-         .cosine = 0.3f,
-         .tilt = 0.4f,
-         .anisotropy = 0.5f,
-         .turn = 2},
-        {.roughness = 0.5f, .cosine = 0.5f, .through = 0.3f, .through_color = 0.8f},
-        {.roughness = 0.5f, .transmission = 0.5f, .cosine = 0.3f, .tilt = 0.6f, .through = 0.7f},
-    };
-    constexpr std::uint32_t kSamples = 1u << 17;
-    constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
-    for (std::size_t c = 0; c < cases.size(); ++c) {
-        for (const bool glossy : {false, true}) {
-            const std::vector<Case> one = {cases[c]};
-            const auto samples = run(std::string(R"(
-                Bsdf b = bsdf_of(0u);
-                vec2 xi = vec2(random_at(i, 0u), random_at(i, 1u));
-                BsdfSample s = )") +
-                                         (glossy ? "sample_glossy(b, wo_of(0u), xi, random_at(i, 2u))"
-                                                 : "sample_diffuse(b, wo_of(0u), xi, random_at(i, 2u))") +
-                                         R"(;
-                result[0] = vec4(s.direction, s.pdf);
-            )",
-                                     kSamples, 1, one);
-            const auto densities = run(R"(
-                uint x = i % 512u;
-                uint y = i / 512u;
-                float z = -1.0 + 2.0 * (float(y) + 0.5) / 384.0;
-                float phi = 6.28318530718 * (float(x) + 0.5) / 512.0;
-                vec3 wi = vec3(sqrt(1.0 - z * z) * vec2(cos(phi), sin(phi)), z);
-                BsdfValue v = evaluate_bsdf(bsdf_of(0u), wo_of(0u), wi);
-                result[0] = vec4(v.pdf_diffuse, v.pdf_glossy, 0.0, 0.0);
-            )",
-                                       kRows * kSub * kColumns * kSub, 1, one);
-
-            std::vector<double> expected(kRows * kColumns, 0), found(kRows * kColumns, 0);
-            for (int y = 0; y < kRows * kSub; ++y) {
-                for (int x = 0; x < kColumns * kSub; ++x) {
-                    const vec4& d = densities[static_cast<std::size_t>(y * kColumns * kSub + x)];
-                    expected[static_cast<std::size_t>(y / kSub * kColumns + x / kSub)] +=
-                        (glossy ? d.y : d.x) * 4 * kPi / (kRows * kSub * kColumns * kSub) * kSamples;
-                }
-            }
-            double lost = 0, lost_expected = kSamples;
-            for (const vec4& s : samples) {
-                if (s.w <= 0) {
-                    ++lost;
-                    continue;
-                }
-                const int y = std::clamp(static_cast<int>((s.z + 1) / 2 * kRows), 0, kRows - 1);
-                const double turn = std::atan2(s.y, s.x) / (2 * kPi);
-                const int x = std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * kColumns), 0, kColumns - 1);
-                ++found[static_cast<std::size_t>(y * kColumns + x)];
-            }
-            // Too few points integrate the bins at the lobe's edge, so these are pooled with their neighbours. The rest
-            // of the unit mass belongs to directions that the side rules or the horizon reject.
-            double chi_square = 0, degrees = 0, pooled_expected = 0, pooled_found = 0;
-            for (std::size_t i = 0; i < expected.size(); ++i) {
-                lost_expected -= expected[i];
-                pooled_expected += expected[i];
-                pooled_found += found[i];
-                if (pooled_expected < 100) continue;
-                chi_square += (pooled_found - pooled_expected) * (pooled_found - pooled_expected) / pooled_expected;
-                ++degrees;
-                pooled_expected = pooled_found = 0;
-            }
-            const std::string what = fmt::format("{}, {}", describe(cases[c]), glossy ? "glossy" : "diffuse");
-            EXPECT_GT(chi_square_tail(chi_square, degrees), 1e-4) << what << ": " << chi_square << " of " << degrees;
-            EXPECT_NEAR(lost, lost_expected, 5 * std::sqrt(std::max(lost, 100.0)) + 1e-3 * kSamples) << what;
-        }
-    }
-}
-
-// Some lobes are too sharp for bins. Their mapping from the unit square to directions has the Jacobian 1 / pdf.
-TEST_F(ShadingBsdf, DensityIsTheSamplersJacobianDownToTheMirror) {
-    std::vector<Case> cases;
-    for (const float alpha : {1.5e-4f, 1e-3f, 1e-2f, 0.1f, 1.0f}) {
-        for (const float cosine : {0.05f, 0.5f, 0.99f}) {
-            cases.push_back({.metallic = 1, .roughness = std::sqrt(alpha), .cosine = cosine});
-            // The differences are too coarse for grazing lobes of very different roughnesses.
-            if (cosine < 0.1f) continue;
-            cases.push_back({.metallic = 1,
-                             .roughness = std::sqrt(alpha),
-                             .cosine = cosine,
-                             .anisotropy = std::min(2 * std::sqrt(alpha), 1.0f),
-                             .turn = 5 * cosine});
-        }
-    }
-    constexpr std::uint32_t kPoints = 256;
-    const auto ratios = run(R"(
-        uint c = i / 256u;
-        Bsdf b = bsdf_of(c);
-        vec3 wo = wo_of(c);
-        vec2 xi = 0.1 + 0.8 * vec2(random_at(i, 0u), random_at(i, 1u));
-        const float d = 0.03;
-        vec3 dx = sample_glossy(b, wo, xi + vec2(d, 0.0), 0.5).direction -
-                  sample_glossy(b, wo, xi - vec2(d, 0.0), 0.5).direction;
-        vec3 dy = sample_glossy(b, wo, xi + vec2(0.0, d), 0.5).direction -
-                  sample_glossy(b, wo, xi - vec2(0.0, d), 0.5).direction;
-        BsdfSample s = sample_glossy(b, wo, xi, 0.5);
-        result[0] = vec4(length(cross(dx, dy)) / (4.0 * d * d) * s.pdf, dot(s.weight, s.weight), 0.0, 0.0);
-    )",
-                            static_cast<std::uint32_t>(cases.size()) * kPoints, 1, cases);
-    for (std::size_t c = 0; c < cases.size(); ++c) {
-        std::vector<double> of_case;
-        for (std::size_t i = 0; i < kPoints; ++i) {
-            const vec4& r = ratios[c * kPoints + i];
-            if (r.y > 0) of_case.push_back(r.x);
-        }
-        ASSERT_GT(of_case.size(), kPoints / 4) << describe(cases[c]);
-        EXPECT_NEAR(median(of_case), 1, 0.02) << describe(cases[c]);
     }
 }
 
@@ -462,7 +166,7 @@ TEST_F(ShadingBsdf, AlbedoOfColouredLobesAgreesWithTheTables) {
         }
         result[0] = vec4(sum / 16384.0, 0.0);
     )",
-                            static_cast<std::uint32_t>(cases.size()), 1, cases);
+                            cases);
     for (std::size_t i = 0; i < cases.size(); ++i)
         EXPECT_NEAR(albedo[i].x, expected[i], cases[i].anisotropy > 0 ? 3e-3 : 1e-3) << describe(cases[i]);
 }
@@ -482,7 +186,7 @@ TEST_F(ShadingBsdf, SheenIsReciprocal) {
         float back = sheen_scattered(b.normal, b.sheen_alpha, wi, wo) / wo.z;
         result[0] = vec4(there, back, evaluate_bsdf(b, wo, wi).glossy.x / wi.z, 0.0);
     )",
-                           64 * static_cast<std::uint32_t>(cases.size()), 1, cases);
+                           cases, 64);
     for (const vec4& f : found) {
         EXPECT_NEAR(f.x, f.y, 1e-5 * f.x);
         EXPECT_NEAR(f.z, f.x, 1e-5 * f.x) << "the whole lobe";
@@ -507,7 +211,7 @@ TEST_F(ShadingBsdf, AnisotropicLobesAreReciprocal) {
         result[0] = vec4(there.scattered / wi.z, ggx_evaluate(basis, alpha, wi, wo).scattered / wo.z,
                          evaluate_bsdf(b, wo, wi).glossy.x / factor.x / wi.z, alpha.x - alpha.y);
     )",
-                           64 * static_cast<std::uint32_t>(cases.size()), 1, cases);
+                           cases, 64);
     for (const vec4& f : found) {
         EXPECT_NEAR(f.x, f.y, 2e-5 * f.x);
         EXPECT_NEAR(f.z, f.x, 1e-4 * f.x) << "the whole lobe";
@@ -573,7 +277,7 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
         }
         result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission + b.p_sheen);
     )",
-                           static_cast<std::uint32_t>(cases.size()), 1, cases);
+                           cases);
     for (std::size_t i = 0; i < cases.size(); ++i) {
         EXPECT_EQ(found[i].x, 0) << describe(cases[i]);
         EXPECT_LT(found[i].y, 100) << describe(cases[i]);
@@ -599,7 +303,7 @@ TEST_F(ShadingBsdf, BentNormalsReflectAboveTheHorizon) {
         if (dot(horizon, wo) < 0) wo -= 2 * dot(horizon, wo) * horizon;
         inputs.insert(inputs.end(), {vec4(horizon, 0), vec4(n, 0), vec4(wo, 0)});
     }
-    const auto found = scene.run(kLibrary, R"(
+    const auto found = scene.run(kBsdfLibrary, R"(
         vec3 horizon = inputs[3u * i].xyz;
         vec3 wo = inputs[3u * i + 2u].xyz;
         vec3 n = bend_normal(inputs[3u * i + 1u].xyz, wo);

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "engine/core/statistics.h"
-#include "tests/pass/light/density_test.h"
+#include "tests/pass/light/density_check.h"
 #include "tests/pass/light/shading_kernel.h"
 #include "tests/support/gpu_test.h"
 
@@ -102,7 +102,7 @@ class ShadingSolid : public GpuTest {
             rows.emplace_back(c.transmission, c.metallic, c.coat, c.tilt);
             rows.emplace_back(c.anisotropy, c.film, c.specular, c.dispersion);
         }
-        return scene.run(std::string(test::kDensityPoint) + kLibrary, body, count, 1, rows);
+        return scene.run(kLibrary, body, count, 1, rows);
     }
 };
 
@@ -178,19 +178,9 @@ TEST_F(ShadingSolid, SamplesFollowTheirDensity) {
                                      {0.4f, 1.5f, 0.5f, false, 0.6f, 0.2f, 0, 0, 0.8f, 1},
                                      {0.5f, 1.5f, 0.4f, true, 1, 0, 0, 0, 0, 0, 0.3f},
                                      {0.6f, 2.4f, 0.5f, true, 0.7f, 0, 0.5f, 0.4f, 0, 0, 0}};
-    for (const Case& c : cases) {
-        const auto samples = run(R"(
-            vec2 xi = vec2(random_at(i, 0u), random_at(i, 1u));
-            BsdfSample s = sample_glossy(bsdf_of(0u), wo_of(0u), xi, random_at(i, 2u));
-            result[0] = vec4(s.direction, s.pdf);
-        )",
-                                 1u << 17, {c});
-        const auto densities = run(R"(
-            result[0] = vec4(evaluate_bsdf(bsdf_of(0u), wo_of(0u), density_point(i)).pdf_glossy, 0.0, 0.0, 0.0);
-        )",
-                                   test::kDensityPoints, {c});
-        test::expect_density(samples, densities, describe(c));
-    }
+    for (const Case& c : cases)
+        expect_density([&](const std::string& body, std::uint32_t count) { return run(body, count, {c}); },
+                       "sample_glossy", "pdf_glossy", describe(c));
 }
 
 // f mu_i of basic radiance, times the squared index of the viewer's side and mu_o, is symmetric (Walter et al. 2007).

@@ -5,6 +5,8 @@
 #include <bit>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
+#include <map>
+#include <set>
 
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
@@ -41,8 +43,13 @@ Scene plain_scene() {
     return scene;
 }
 
+/// Expects that the needs alone are those of the tables.
 ShadingTables tables_of(const Scene& scene) {
-    return build_shading_tables(scene, build_trace_tables(scene));
+    const TraceTables trace = build_trace_tables(scene);
+    ShadingTables tables = build_shading_tables(scene, trace);
+    EXPECT_EQ(shader_defines(shading_needs(scene, trace, LightChoice::automatic, SunChoice::among)),
+              shader_defines(tables.needs));
+    return tables;
 }
 
 bool defines(const ShadingTables& tables, const std::string& name) {
@@ -93,6 +100,24 @@ TEST(ShadingTables, NeedsFollowMaterials) {
     EXPECT_TRUE(glowing.needs.emission && glowing.needs.area_lights);
     EXPECT_TRUE(defines(glowing, "HALFLIGHT_LIGHTS") && defines(glowing, "HALFLIGHT_AREA_LIGHTS"));
     EXPECT_FALSE(with([](Material& m) { m.base_color = vec4(0, 0, 0, 1); }).needs.diffuse);
+}
+
+TEST(ShadingTables, RowsOfLobesDoNotOverlap) {
+    SceneNeeds needs;
+    for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need = lobe.record_rows > 0;
+    std::map<std::string, std::string> defines;
+    for (const auto& [name, value] : shader_defines(needs)) defines[name] = value;
+    const auto check = [&](const char* suffix, int MaterialLobe::*rows, int first, int end) {
+        std::set<int> used;
+        for (const MaterialLobe& lobe : material_lobes())
+            for (int i = 0; i < lobe.*rows; ++i)
+                EXPECT_TRUE(
+                    used.insert(std::stoi(defines.at("HALFLIGHT_" + (lobe.define + std::string(suffix)))) + i).second)
+                    << lobe.define;
+        EXPECT_EQ(std::pair(*used.begin(), *used.rbegin()), std::pair(first, end - 1)) << suffix;
+    };
+    check("_ROW", &MaterialLobe::record_rows, 3, std::stoi(defines.at("HALFLIGHT_SURFACE_ROWS")) - 2);
+    check("_LAYER", &MaterialLobe::layer_rows, 1, std::stoi(defines.at("HALFLIGHT_LAYER_ROWS")));
 }
 
 TEST(ShadingTables, UnusedMaterialsHaveNoNeeds) {

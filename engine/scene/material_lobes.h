@@ -1,0 +1,46 @@
+// Conditions under which a material has a lobe.
+#pragma once
+
+#include "engine/scene/material.h"
+
+namespace halflight {
+
+inline bool lit(const Material& m) {
+    return !m.unlit;
+}
+inline bool dielectric(const Material& m) {
+    return lit(m) && (m.metallic < 1 || m.metallic_roughness_texture);
+}
+/// Returns whether something lies under the dielectric's reflection.
+inline bool base(const Material& m) {
+    return dielectric(m) && vec3(m.base_color) != vec3(0);
+}
+inline bool specular(const Material& m) {
+    return dielectric(m) && m.specular > 0;
+}
+inline bool coated(const Material& m) {
+    return lit(m) && m.clearcoat > 0;
+}
+inline bool has_sheen(const Material& m) {
+    return lit(m) && m.sheen_color != vec3(0);
+}
+inline bool transmits(const Material& m) {
+    return dielectric(m) && m.transmission > 0;
+}
+inline bool translucent(const Material& m) {
+    return dielectric(m) && m.diffuse_transmission > 0 && (m.transmission < 1 || m.transmission_texture);
+}
+inline bool iridescent(const Material& m) {
+    return lit(m) && m.iridescence > 0;
+}
+inline bool anisotropic(const Material& m) {
+    return lit(m) && m.anisotropy_strength > 0;
+}
+inline bool is_solid(const Material& m) {
+    return (transmits(m) || translucent(m)) && m.thickness > 0;
+}
+inline bool disperses(const Material& m) {
+    return transmits(m) && is_solid(m) && m.dispersion > 0 && m.ior > 1 && m.ior < kInfiniteIor;
+}
+
+}  // namespace halflight

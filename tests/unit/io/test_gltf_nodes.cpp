@@ -1,0 +1,220 @@
+// Tests nodes of glTF files: transforms, instances, morph targets and skins.
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "tests/unit/io/gltf_builder.h"
+
+namespace halflight {
+namespace {
+
+using GltfNode = GltfTest;
+using GltfDeformed = GltfTest;
+
+TEST_F(GltfNode, TransformsAndInstances) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["name"] = "parent";
+    b.json["nodes"][0]["translation"] = {1e6, 0, 0.1};
+    b.json["nodes"][0]["children"] = {1};
+    b.push("nodes",
+           {{"mesh", 0}, {"rotation", {0, 0, 2, 2}}, {"scale", {2, 3, -4}}});  // rotation by 90 degrees, not normalized
+    b.push("nodes", {{"mesh", 0}, {"matrix", {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1}}});
+    b.push("scenes", {{"nodes", {2, 0}}});
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.size(), 1u);
+    ASSERT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.instances[0].object_to_world[3], dvec4(5, 6, 7, 1));
+    EXPECT_EQ(scene.instances[0].object_to_world[0], dvec4(0, 1, 0, 0));
+    EXPECT_EQ(scene.instances[1].name, "parent");
+    EXPECT_EQ(scene.instances[1].object_to_world[3], dvec4(1e6, 0, 0.1, 1)) << "in double";
+    EXPECT_EQ(scene.instances[2].name, "mesh0");
+    EXPECT_EQ(scene.instances[2].node, 1);
+    const dmat4 expected(dvec4(0, 2, 0, 0), dvec4(-3, 0, 0, 0), dvec4(0, 0, -4, 0), dvec4(1e6, 0, 0.1, 1));
+    for (int column = 0; column < 4; ++column)
+        EXPECT_LT(glm::distance(scene.instances[2].object_to_world[column], expected[column]), 1e-14) << column;
+}
+
+TEST_F(GltfNode, TheDefaultSceneIsShown) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.push("nodes", {{"mesh", 0}, {"name", "second"}});
+    EXPECT_EQ(load(b).instances.size(), 2u) << "all roots where there is no scene";
+    b.json["scenes"] = {{{"nodes", {0}}}, {{"nodes", {1}}}};
+    EXPECT_EQ(load(b).instances.at(0).node, 0);
+    b.json["scene"] = 1;
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 1u);
+    EXPECT_EQ(scene.instances[0].name, "second");
+}
+
+TEST_F(GltfNode, NestedDeeply) {
+    GltfBuilder b;
+    constexpr int kDepth = 5000;
+    for (int i = 0; i < kDepth; ++i) b.push("nodes", {{"translation", {0, 1, 0}}, {"children", {i + 1}}});
+    b.add_triangle();
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.instances.at(0).object_to_world[3].y, kDepth);
+}
+
+TEST_F(GltfNode, FlatAndVanishingTransforms) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["scale"] = {2, 2, 0};
+    b.json["nodes"][0]["translation"] = {0, 0, 5};
+    b.push("nodes", {{"mesh", 0}, {"scale", {0, 0, 0}}});
+    b.push("nodes", {{"mesh", 0}});
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 2u);
+    EXPECT_EQ(scene.instances[0].object_to_world, dmat4(1)) << "moved into the mesh";
+    EXPECT_EQ(scene.meshes[0].positions[1], vec3(2, 0, 5));
+    EXPECT_EQ(scene.meshes[1].positions[1], vec3(1, 0, 0));
+    ASSERT_EQ(scene.report.warnings.size(), 1u);
+    EXPECT_EQ(scene.report.warnings[0], "nodes[1]: its transform leaves no area, it is left out");
+}
+
+TEST_F(GltfNode, GpuInstancing) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+    b.json["nodes"][0]["translation"] = {10, 0, 0};
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"TRANSLATION", b.floats("VEC3", {0, 0, 0, 1, 2, 3})},
+        {"ROTATION", b.accessor("VEC4", kI8, std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 127, 0}, true)},
+        {"SCALE", b.floats("VEC3", {1, 1, 1, 2, 2, 2})},
+        {"_ID", b.floats("SCALAR", {1, 2})}};
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.size(), 1u);
+    ASSERT_EQ(scene.instances.size(), 2u);
+    EXPECT_EQ(scene.instances[0].object_to_world, glm::translate(dmat4(1), dvec3(10, 0, 0)));
+    const dmat4 half_turn(dvec4(-2, 0, 0, 0), dvec4(0, -2, 0, 0), dvec4(0, 0, 2, 0), dvec4(11, 2, 3, 1));
+    EXPECT_EQ(scene.instances[1].object_to_world, half_turn);
+    b.json["accessors"].back()["count"] = 1;
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = 4;
+    EXPECT_NE(refusal(b).find("nodes[0]: instance attributes differ in number"), std::string::npos);
+}
+
+TEST_F(GltfNode, InstanceAttributesOfEveryType) {
+    const auto instanced = [&](const char* name, const auto& accessor) {
+        GltfBuilder b;
+        b.add_triangle();
+        b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"][name] = accessor(b);
+        return load(b);
+    };
+    const auto expect_turned = [&](const auto& accessor) {
+        const Scene scene = instanced("ROTATION", accessor);
+        ASSERT_EQ(scene.instances.size(), 2u);
+        const dmat3 turned(scene.instances[1].object_to_world);
+        EXPECT_LT(glm::distance(turned[0], dvec3(0, 1, 0)), 1e-4) << "a quarter of a turn around z";
+        EXPECT_NEAR(glm::determinant(turned), 1, 1e-12) << "rotations are normalised";
+    };
+    expect_turned([](GltfBuilder& b) { return b.floats("VEC4", {0, 0, 0, 1, 0, 0, 0.70710678f, 0.70710678f}); });
+    expect_turned([](GltfBuilder& b) {
+        return b.accessor("VEC4", kI8, std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 90, 90}, true);
+    });
+    expect_turned([](GltfBuilder& b) {
+        return b.accessor("VEC4", kI16, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 23170, 23170}, true);
+    });
+    EXPECT_EQ(instanced("_ID",
+                        [](GltfBuilder& b) {
+                            return b.floats("SCALAR", {1, 2, 3});
+                        })
+                  .instances.size(),
+              3u)
+        << "attributes of applications alone give the number";
+    const Scene unknown = instanced("COLOR_0", [](GltfBuilder& b) { return b.floats("VEC3", {1, 0, 0}); });
+    EXPECT_EQ(unknown.report.warnings,
+              (std::vector<std::string>{"nodes[0]: instance attribute COLOR_0 is not supported, it is ignored"}));
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"ROTATION", b.floats("VEC4", {})}, {"TRANSLATION", b.floats("VEC3", {1, 2, 3})}};
+    EXPECT_NE(refusal(b).find("differ in number: 0 and 1"), std::string::npos);
+}
+
+TEST_F(GltfDeformed, MorphTargetsAtTheirDefaultWeights) {
+    GltfBuilder b;
+    Json& primitive = b.add_triangle();
+    primitive["attributes"]["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
+    primitive["targets"] = {{{"POSITION", b.floats("VEC3", {0, 0, 2, 0, 0, 4, 0, 0, 6})}},
+                            {{"POSITION", b.floats("VEC3", {8, 0, 0, 0, 0, 0, 0, 0, 0})},
+                             {"NORMAL", b.floats("VEC3", {4, 0, -4, 0, 0, 0, 0, 0, 0})}}};
+    b.json["meshes"][0]["weights"] = {0.5, 0};
+    b.push("nodes", {{"mesh", 0}, {"weights", {0, 0.25}}});
+    b.push("nodes", {{"mesh", 0}});
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.meshes.size(), 2u) << "nodes with the same weights share a mesh";
+    ASSERT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.instances[2].mesh, 0);
+    EXPECT_EQ(scene.meshes[0].positions, (std::vector<vec3>{{0, 0, 1}, {1, 0, 2}, {0, 1, 3}}));
+    EXPECT_EQ(scene.meshes[1].positions, (std::vector<vec3>{{2, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(scene.meshes[1].normals[0], vec3(1, 0, 0));
+}
+
+TEST_F(GltfDeformed, UnsupportedMorphTargetsAreReported) {
+    GltfBuilder b;
+    b.add_triangle()["targets"] = {{{"COLOR_0", b.floats("VEC3", std::vector<float>(9, 0))}}};
+    EXPECT_TRUE(load(b).report.warnings.empty()) << "its weight is zero";
+    b.json["meshes"][0]["weights"] = {1};
+    EXPECT_EQ(load(b).report.warnings,
+              (std::vector<std::string>{"meshes[0].primitives[0]: morphing of COLOR_0 is not supported"}));
+}
+
+/// Returns a triangle whose corners follow joint 0, joint 1, and both.
+GltfBuilder skinned() {
+    GltfBuilder b;
+    Json& primitive = b.add_triangle();
+    primitive["attributes"]["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 1, 0, 0});
+    primitive["attributes"]["JOINTS_0"] =
+        b.accessor("VEC4", kU8, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0});
+    primitive["attributes"]["WEIGHTS_0"] = b.floats("VEC4", {1, 0, 0, 0, 2, 0, 0, 0, 0.5f, 0.5f, 0, 0});
+    b.json["nodes"][0]["skin"] = 0;
+    b.json["nodes"][0]["translation"] = {100, 100, 100};  // skins ignore this translation
+    b.push("nodes", {{"translation", {0, 0, 5}}, {"children", {2}}});
+    b.push("nodes", {{"scale", {2, 2, 2}}});
+    b.push("skins", {{"joints", {1, 2}},
+                     {"inverseBindMatrices", b.floats("MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0,  1,  //
+                                                               1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -1, 1})}});
+    return b;
+}
+
+TEST_F(GltfDeformed, SkinsAtRest) {
+    GltfBuilder b = skinned();
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 1u);
+    EXPECT_EQ(scene.instances[0].object_to_world, dmat4(1));
+    const Mesh& mesh = scene.meshes.at(0);
+    // Joint 0 adds 5 to z. Joint 1 adds 5 to the z of twice (x, y, z - 1). Weights are normalized.
+    EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 3}, {0, 1.5f, 4}}));
+    EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {0, 0, 1}, {1, 0, 0}}));
+}
+
+TEST_F(GltfDeformed, SkinsOfLines) {
+    GltfBuilder b = skinned();
+    b.json["meshes"][0]["primitives"][0]["mode"] = 3;
+    const Mesh mesh = load(b, {.line_width = 0.2}).meshes.at(0);
+    const std::size_t half = mesh.positions.size() / 4;  // two tubes of two ends
+    const vec3 ends[] = {{0, 0, 5}, {2, 0, 3}, {2, 0, 3}, {0, 1.5f, 4}};
+    const float radii[] = {0.1f, 0.2f, 0.2f, 0.15f};  // joint 1 doubles lengths
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        EXPECT_NEAR(glm::distance(mesh.positions[i], ends[i / half]), radii[i / half], 1e-6f) << i;
+}
+
+TEST_F(GltfDeformed, SkinsWithoutBindMatrices) {
+    GltfBuilder b = skinned();
+    b.json["skins"][0].erase("inverseBindMatrices");
+    EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 5}, {0, 1.5f, 5}}));
+}
+
+TEST_F(GltfDeformed, InconsistentSkinsAreRefused) {
+    GltfBuilder b = skinned();
+    b.json["skins"][0]["joints"] = {1};
+    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: JOINTS_0 refers to joint 1 of 1");
+    b = skinned();
+    b.json["skins"][0]["joints"] = {1, 2, 1};
+    EXPECT_EQ(refusal(b), "skins[0]: 2 inverse bind matrices for 3 joints");
+    b = skinned();
+    b.json["meshes"][0]["primitives"][0]["attributes"].erase("WEIGHTS_0");
+    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: is skinned, but has no JOINTS_0 and WEIGHTS_0");
+}
+
+}  // namespace
+}  // namespace halflight
