@@ -10,7 +10,7 @@ namespace halflight::reference {
 namespace {
 
 constexpr double kCoatF0 = 0.04;
-constexpr double kMostIor = 999;  // of solids (SHADING.md, "Solids")
+constexpr double kMostIor = 999;  // greatest index of refraction of solids (SHADING.md, "Solids")
 
 double mean(const dvec3& v) {
     return (v.x + v.y + v.z) / 3;

@@ -27,7 +27,7 @@ struct Refraction {
     double pdf = 0;          // density of refract() by visible normals, without the choice
     double reflectance = 1;  // reflectance of the facet
 };
-/// `strength`: factor of the Fresnel reflectance.
+/// Returns zeros where no facet refracts so. `strength`: factor of the Fresnel reflectance.
 Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, double eta, double strength);
 
 /// Interpolates a table of the albedo of both, for a white interface.
