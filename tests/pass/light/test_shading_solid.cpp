@@ -133,11 +133,15 @@ TEST_F(ShadingSolid, WhiteFurnace) {
                     cases.push_back({roughness, ior, cosine, front});
                 cases.push_back({roughness, 1.5f, cosine, front, 0.6f, 0.3f, 0.5f});
                 cases.push_back({roughness, 1.5f, cosine, front, 0.6f, 0.3f, 0.5f, 0, 0.7f});
-                for (const float specular : {0.0f, 0.4f})
-                    for (const float ior : {1.5f, 20.0f})
-                        cases.push_back({roughness, ior, cosine, front, 1, 0, 0, 0, 0, 0, specular});
-                cases.push_back({roughness, 1.5f, cosine, front, 1, 0, 0, 0, 0, 0, 1, 30});
             }
+        }
+    }
+    for (const float cosine : {0.02f, 0.3f, 0.75f, 1.0f}) {
+        for (const float roughness : {0.0f, 0.3f, 1.0f}) {
+            for (const float specular : {0.0f, 0.4f})
+                for (const float ior : {1.5f, 20.0f})
+                    cases.push_back({roughness, ior, cosine, true, 1, 0, 0, 0, 0, 0, specular});
+            cases.push_back({roughness, 1.5f, cosine, false, 1, 0, 0, 0, 0, 0, 0.4f, 30});
         }
     }
     const auto albedo = run(R"(
