@@ -33,7 +33,8 @@ int wrapped(float coordinate, int size, Wrap wrap) {
 /// Returns whether most light passes the surface: without being deflected much, or `scattered`, too.
 bool see_through(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights,
                  bool scattered) {
-    if (m.transmission > 0.5f || (scattered && m.diffuse_transmission > 0.5f)) return true;
+    const float passes = std::max(m.transmission, scattered ? m.diffuse_transmission : 0.0f) * (1 - m.metallic);
+    if (passes > 0.5f) return true;
     if (m.alpha_mode == AlphaMode::opaque) return false;
     const float alpha = m.base_color.a * texel(scene, m.base_color_texture, mesh, corners, weights).a;
     return alpha < (m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 0.5f);

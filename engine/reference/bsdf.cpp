@@ -10,6 +10,7 @@ namespace halflight::reference {
 namespace {
 
 constexpr double kCoatF0 = 0.04;
+constexpr double kMostIor = 999;  // greatest index of refraction of solids (SHADING.md, "Solids")
 
 double mean(const dvec3& v) {
     return (v.x + v.y + v.z) / 3;
@@ -91,7 +92,7 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.diffuse_transmission_color =
         dvec3(m.diffuse_transmission_color) * dvec3(lookup(m.diffuse_transmission_color_texture, srgb));
     p.inside.thickness = m.thickness;
-    p.dispersion = m.dispersion;
+    p.dispersion = m.ior < kInfiniteIor ? m.dispersion : 0;
     if (m.attenuation_distance > 0)
         p.inside.absorption = -log(max(dvec3(m.attenuation_color), 1e-30)) / double(m.attenuation_distance);
     p.sheen_color = dvec3(m.sheen_color) * dvec3(lookup(m.sheen_color_texture, srgb));
@@ -184,14 +185,17 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
     if (solid) {
         disperses_ = p.dispersion > 0 && p.transmission > 0 && p.ior > 1;
         // The Abbe number V spreads the index by (ior - 1) / V from the C line, red, to the F line, blue.
-        const double abbe = 20 / p.dispersion, spread = disperses_ ? (p.ior - 1) / abbe : 0;
-        const double ior = std::max(p.ior + spread * (channel - 1) / 2, 1.0);
+        const double base_ior = std::min(p.ior, kMostIor);
+        const double abbe = 20 / p.dispersion, spread = disperses_ ? (base_ior - 1) / abbe : 0;
+        const double ior = std::clamp(base_ior + spread * (channel - 1) / 2, 1.0, kMostIor);
         eta_ = p.front ? ior : 1 / ior;
         const double share = under_sheen * (1 - m) * p.transmission;
         transmission_ = share * c;
-        solid_reflection_ = share * (p.front ? min(p.specular * p.specular_color, dvec3(1)) : dvec3(1));
+        const dvec3 reflected = p.front ? min(p.specular * p.specular_color, dvec3(1)) : dvec3(1);
+        solid_strength_ = max_component(reflected);  // light that no channel reflects passes
+        solid_reflection_ = solid_strength_ > 0 ? share * reflected / solid_strength_ : dvec3(0);
         solid_mirror_ = alpha_solid() * std::abs(eta_ - 1) < kMirrorAlpha;
-        solid_scale_ = solid_mirror_ ? 1 : 1 / solid_albedo(wo_base_.z, alpha_solid(), eta_);
+        solid_scale_ = solid_mirror_ ? 1 : 1 / solid_albedo(wo_base_.z, alpha_solid(), eta_, solid_strength_);
         transmission_mean = mean(max(transmission_, solid_reflection_));
     }
 
@@ -240,13 +244,13 @@ Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
         }
         if (eta_ > 0 && !solid_mirror_) {
             const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, dvec2(alpha_solid()));
-            const double reflectance = dielectric_fresnel(lobe.x, eta_);
+            const double reflectance = solid_strength_ * dielectric_fresnel(lobe.x, eta_);
             result.glossy += solid_reflection_ * (solid_scale_ * reflectance * lobe.value);
             result.pdf_glossy += choice_[kTransmission] * reflectance * lobe.pdf;
         }
     } else if (side_g < 0 && wi_base.z < 0 && eta_ > 0) {
         if (!solid_mirror_) {
-            const Refraction lobe = evaluate_refraction(wo_base_, wi_base, alpha_solid(), eta_);
+            const Refraction lobe = evaluate_refraction(wo_base_, wi_base, alpha_solid(), eta_, solid_strength_);
             result.glossy += transmission_ * (solid_scale_ * lobe.value);
             result.pdf_glossy += choice_[kTransmission] * (1 - lobe.reflectance) * lobe.pdf;
         }
@@ -297,7 +301,7 @@ std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double 
     s.component = Component::glossy;
     bool passes = false;
     const auto scatter = [&](const dvec3& facet) {
-        passes = u_side >= dielectric_fresnel(std::clamp(dot(wo_, facet), 0.0, 1.0), eta_);
+        passes = u_side >= solid_strength_ * dielectric_fresnel(std::clamp(dot(wo_, facet), 0.0, 1.0), eta_);
         s.wi = normalize(passes ? refract(wo_, facet, eta_) : mirror_at(wo_, facet));
     };
     scatter(h);

@@ -110,6 +110,7 @@ class Bsdf {
     dvec3 sheen_{0};             // factor of sheen_value()
     double eta_ = 0;             // solids: index of refraction beyond over that on wo's side; 0: thin-walled
     dvec3 solid_reflection_{0};  // factor of reflected light at the solid's interface
+    double solid_strength_ = 1;  // factor of its Fresnel reflectance
     double solid_scale_ = 1;     // 1 / albedo
     bool solid_mirror_ = false;
     Medium inside_;

@@ -26,19 +26,20 @@ double g2(double mu_o, double mu_i, double alpha) {
     return 1 / (1 + smith_lambda(mu_o, alpha) + smith_lambda(mu_i, alpha));
 }
 
-/// Averages over visible normals at the midpoints of a grid.
-double integrate(double mu, double alpha, double eta) {
+/// Averages over visible normals at the midpoints of a grid. x: albedo by the Fresnel terms; y: albedo of an interface
+/// without reflection.
+dvec2 integrate(double mu, double alpha, double eta) {
     constexpr int kGrid = 32;
     const dvec3 wo(std::sqrt(std::max(1 - mu * mu, 0.0)), 0, mu);
-    double sum = 0;
+    dvec2 sum(0);
     for (int i = 0; i < kGrid * kGrid; ++i) {
         const dvec3 h = sample_visible_normal(wo, alpha, (i / kGrid + 0.5) / kGrid, (i % kGrid + 0.5) / kGrid);
         const double x = std::clamp(dot(wo, h), 0.0, 1.0), reflectance = dielectric_fresnel(x, eta);
         const double up = 2 * x * h.z - mu, down = reflectance < 1 ? -refract(wo, h, eta).z : 0;
-        if (up > 0) sum += reflectance * g2(mu, up, alpha) / g1(mu, alpha);
-        if (down > 0) sum += (1 - reflectance) * g2(mu, down, alpha) / g1(mu, alpha);
+        if (up > 0) sum.x += reflectance * g2(mu, up, alpha) / g1(mu, alpha);
+        if (down > 0) sum += dvec2(1 - reflectance, 1) * (g2(mu, down, alpha) / g1(mu, alpha));
     }
-    return sum / (kGrid * kGrid);
+    return sum / double(kGrid * kGrid);
 }
 
 constexpr int kNodes = 28;
@@ -46,8 +47,8 @@ constexpr double kMost = 0.93;  // largest (eta - 1) / (eta + 1) of the table
 
 /// Returns the albedo at nodes; x: cube root of the cosine; y: cube root of alpha; z: signed square root of
 /// (eta - 1) / (eta + 1), so that nodes are dense around equal indices.
-std::vector<double> build_table() {
-    std::vector<double> table(kNodes * kNodes * kNodes);
+std::vector<dvec2> build_table() {
+    std::vector<dvec2> table(kNodes * kNodes * kNodes);
     const auto fill = [&](int k) {
         const double z = 2.0 * k / (kNodes - 1) - 1, r = kMost * z * std::abs(z);
         for (int j = 0; j < kNodes; ++j) {
@@ -79,14 +80,14 @@ dvec3 refract(const dvec3& wo, const dvec3& h, double eta) {
     return normalize((inverse * x - std::sqrt(std::max(1 + inverse * inverse * (x * x - 1), 0.0))) * h - inverse * wo);
 }
 
-Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, double eta) {
+Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, double eta, double strength) {
     dvec3 h = -(wo + eta * wi);  // Walter et al. 2007, eq. 16; eta is that of wi's side
     if (h.z < 0) h = -h;
     h = normalize(h);
     const double x = dot(wo, h), y = dot(wi, h);
     if (!(x > 0 && y < 0)) return {};
     Refraction r;
-    r.reflectance = dielectric_fresnel(x, eta);
+    r.reflectance = strength * dielectric_fresnel(x, eta);
     const double jacobian = eta * eta * -y / ((x + eta * y) * (x + eta * y));  // eq. 17
     const double visible = ggx_distribution(h, alpha) * x / wo.z * jacobian;
     r.value = (1 - r.reflectance) * visible * g2(wo.z, -wi.z, alpha);
@@ -94,21 +95,21 @@ Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, d
     return r;
 }
 
-double solid_albedo(double mu, double alpha, double eta) {
-    static const std::vector<double> table = build_table();
+double solid_albedo(double mu, double alpha, double eta, double strength) {
+    static const std::vector<dvec2> table = build_table();
     const double r = std::clamp((eta - 1) / (eta + 1) / kMost, -1.0, 1.0);
     const dvec3 at = dvec3(std::cbrt(std::clamp(mu, 0.0, 1.0)), std::cbrt(alpha),
                            0.5 + 0.5 * std::copysign(std::sqrt(std::abs(r)), r)) *
                      double(kNodes - 1);
     const glm::ivec3 cell = clamp(glm::ivec3(at), 0, kNodes - 2);
     const dvec3 f = at - dvec3(cell);
-    double sum = 0;
+    dvec2 sum(0);
     for (int i = 0; i < 8; ++i) {
         const glm::ivec3 step(i & 1, i >> 1 & 1, i >> 2), node = cell + step;
         const double weight = (step.x ? f.x : 1 - f.x) * (step.y ? f.y : 1 - f.y) * (step.z ? f.z : 1 - f.z);
         sum += weight * table[(node.z * kNodes + node.y) * kNodes + node.x];
     }
-    return sum;
+    return strength * sum.x + (1 - strength) * sum.y;
 }
 
 }  // namespace halflight::reference

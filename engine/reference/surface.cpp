@@ -72,10 +72,13 @@ double lift(const Placed& placed, const uvec3& indices, const std::array<dvec3, 
     return height;
 }
 
-/// Replaces the point of the triangle by that of the smooth surface where it lies above, for opaque dark materials.
+/// Replaces the point of the triangle by that of the smooth surface where it lies above, for opaque surfaces that do
+/// not glow.
 void move_to_smooth_surface(const Tracer& tracer, const ReferenceHit& hit, const std::array<dvec3, 3>& corners,
                             Surface& s) {
-    if (s.unlit || s.parameters.transmission + s.parameters.diffuse_transmission != 0 || s.emitted != dvec3(0)) return;
+    const BsdfParameters& p = s.parameters;
+    const bool passes = p.metallic < 1 && (p.transmission > 0 || p.diffuse_transmission > 0);
+    if (s.unlit || passes || s.emitted != dvec3(0)) return;
     const Placed& placed = tracer.placed(s.triangle.instance);
     const uvec3 indices = placed.mesh->triangles[static_cast<std::size_t>(s.triangle.triangle)];
     const dvec3 weights(1 - hit.u - hit.v, hit.u, hit.v);

@@ -13,6 +13,9 @@ namespace halflight {
 
 inline constexpr int kNone = -1;  ///< "no such element" for every index of the scene
 
+/// Index of refraction from which on a surface reflects all light and disperses none. It stands for glTF's `ior` 0.
+inline constexpr float kInfiniteIor = 1e9f;
+
 enum class Wrap : std::uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 
 class ImageTiles;
@@ -58,7 +61,7 @@ struct Material {
     float normal_scale = 1;
     vec3 emission{0};  // radiance: emissiveFactor x emissiveStrength
     TextureRef emission_texture;
-    float ior = 1.5f;
+    float ior = 1.5f;  // at least 1
     float specular = 1;
     TextureRef specular_texture;
     vec3 specular_color{1};

@@ -25,7 +25,7 @@ inline bool has_sheen(const Material& m) {
     return lit(m) && m.sheen_color != vec3(0);
 }
 inline bool transmits(const Material& m) {
-    return base(m) && m.transmission > 0;
+    return dielectric(m) && m.transmission > 0;
 }
 inline bool translucent(const Material& m) {
     return dielectric(m) && m.diffuse_transmission > 0 && (m.transmission < 1 || m.transmission_texture);
@@ -40,7 +40,7 @@ inline bool is_solid(const Material& m) {
     return (transmits(m) || translucent(m)) && m.thickness > 0;
 }
 inline bool disperses(const Material& m) {
-    return transmits(m) && is_solid(m) && m.dispersion > 0 && m.ior > 1;
+    return transmits(m) && is_solid(m) && m.dispersion > 0 && m.ior > 1 && m.ior < kInfiniteIor;
 }
 
 }  // namespace halflight

@@ -14,6 +14,9 @@ constexpr PropertyRange kFraction{0, 1};
 constexpr PropertyRange kNotNegative{.lowest = 0};
 constexpr PropertyRange kNotBelowOne{.lowest = 1};
 constexpr PropertyRange kFinite{};
+// Squares and products of numbers up to this one are finite.
+constexpr float kMost = 1e6f;
+constexpr PropertyRange kNormalScale{-kMost, kMost};
 
 /// Returns F0 of the dielectric: ((ior - 1) / (ior + 1))^2.
 vec4 packed_ior(const M& m) {
@@ -21,12 +24,17 @@ vec4 packed_ior(const M& m) {
     return vec4(r0 * r0, 0, 0, 0);
 }
 
+/// Returns 0 where the index of refraction has no colours.
+vec4 packed_dispersion(const M& m) {
+    return vec4(m.ior < kInfiniteIor ? m.dispersion : 0, 0, 0, 0);
+}
+
 /// Returns the absorption per world unit: after the attenuation distance, light has the attenuation colour.
 vec4 packed_attenuation(const M& m) {
-    constexpr float kLeastColor = 1e-30f, kMost = 1e30f;
+    constexpr float kLeastColor = 1e-30f, kMostAbsorption = 1e30f;
     if (m.attenuation_distance == 0) return vec4(0);
     const vec3 depth = -glm::log(glm::max(m.attenuation_color, vec3(kLeastColor)));
-    return vec4(glm::min(depth / m.attenuation_distance, vec3(kMost)), 0);
+    return vec4(glm::min(depth / m.attenuation_distance, vec3(kMostAbsorption)), 0);
 }
 
 /// Returns the cutoff of mask, kAlphaBlend of blend and 0 of opaque materials.
@@ -91,7 +99,7 @@ const std::array kProperties = {
     MaterialProperty{.name = "normal_scale",
                      .field = &M::normal_scale,
                      .path = "/normalTexture/scale",
-                     .range = kFinite,
+                     .range = kNormalScale,
                      .packing = {4, 2},
                      .shader = "normal_scale",
                      .need = &N::normal_texture,
@@ -150,7 +158,7 @@ const std::array kProperties = {
     MaterialProperty{.name = "clearcoat_normal_scale",
                      .field = &M::clearcoat_normal_scale,
                      .path = "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale",
-                     .range = kFinite,
+                     .range = kNormalScale,
                      .packing = {4, 3},
                      .shader = "coat_normal_scale",
                      .need = &N::clearcoat_normal_texture,
@@ -211,11 +219,12 @@ const std::array kProperties = {
         .name = "dispersion",
         .field = &M::dispersion,
         .path = "/extensions/KHR_materials_dispersion/dispersion",
-        .range = kNotNegative,
+        .range = {0, kMost},
         .packing = {11, 0},
         .shader = "dispersion",
         .need = &N::dispersion,
         .scales_lobe = true,
+        .packed = packed_dispersion,
         .meaning = "spread of the index of refraction of solids over the colours: 20 over the Abbe number"},
     MaterialProperty{.name = "sheen_color",
                      .field = &M::sheen_color,
@@ -263,7 +272,7 @@ const std::array kProperties = {
     MaterialProperty{.name = "iridescence_ior",
                      .field = &M::iridescence_ior,
                      .path = "/extensions/KHR_materials_iridescence/iridescenceIor",
-                     .range = kNotBelowOne,
+                     .range = {1, kMost},
                      .packing = {12, 1},
                      .shader = "film_ior",
                      .need = &N::iridescence,

@@ -177,24 +177,13 @@ double fresnel(double x, double eta) {
     return 0.5 * (across * across + along * along);
 }
 
-/// Returns L of Lambda (Estevez and Kulla 2017, eq. 3 and table 1).
-double sheen_fit(double x, double alpha) {
-    const double t = (1 - alpha) * (1 - alpha);
-    const double a = std::lerp(21.5473, 25.3245, t), b = std::lerp(3.82987, 3.32435, t);
-    const double c = std::lerp(0.19823, 0.16801, t), d = std::lerp(-1.97760, -1.27393, t);
-    const double e = std::lerp(-4.32054, -4.85967, t);
-    return a / (1 + b * std::pow(x, c)) + d * x + e;
-}
-
-double sheen_lambda(double cosine, double alpha) {
-    return std::exp(cosine < 0.5 ? sheen_fit(cosine, alpha)
-                                 : 2 * sheen_fit(0.5, alpha) - sheen_fit(std::max(1 - cosine, 0.0), alpha));
-}
-
 /// Returns the integral of the sheen's lobe l_h (SHADING.md), times mu_i, over mu_i and the azimuth.
 double integrate_sheen(double mu_o, double roughness, const Quadrature& rule) {
     const double alpha = roughness * roughness, q_o = std::hypot(mu_o, shared::kSheenHorizon);
-    const double lambda_o = sheen_lambda(q_o, alpha);
+    const auto lambda = [alpha](double cosine) {
+        return double(shared::sheen_lambda(static_cast<float>(cosine), static_cast<float>(alpha)));
+    };
+    const double lambda_o = lambda(q_o);
     const double sine_o = std::sqrt((1 - mu_o) * (1 + mu_o));
     double sum = 0;
     for (std::size_t i = 0; i < rule.x.size(); ++i) {
@@ -208,7 +197,7 @@ double integrate_sheen(double mu_o, double roughness, const Quadrature& rule) {
             ring += 2 * p * rule.weight[j] * std::pow(std::max(1 - cos_h * cos_h, 0.0), 0.5 / alpha);
         }
         const double q_i = std::hypot(mu_i, shared::kSheenHorizon);
-        sum += 2 * q * rule.weight[i] * ring * mu_i / (q_i * (1 + lambda_o + sheen_lambda(q_i, alpha)));
+        sum += 2 * q * rule.weight[i] * ring * mu_i / (q_i * (1 + lambda_o + lambda(q_i)));
     }
     return (2 + 1 / alpha) * sum / (4 * q_o);  // 1 / (2 pi) of D, and the 2 pi of the azimuths
 }
@@ -318,7 +307,7 @@ double sheen_albedo(double cosine, double roughness, int nodes) {
 
 /// Averages over visible normals (Dupuy and Benyoub 2023) at the points of the R2 sequence (Roberts 2018). With normals
 /// that are chosen by their visibility, light that leaves counts G2 / G1.
-double solid_albedo(double cosine, double alpha, double eta, int samples) {
+SolidAlbedo solid_albedo(double cosine, double alpha, double eta, int samples) {
     const double mu = std::clamp(cosine, 1e-6, 1.0), sine = std::sqrt((1 - mu) * (1 + mu));
     const auto root = [&](double c) { return std::sqrt(alpha * alpha + (1 - alpha * alpha) * c * c); };
     const double root_o = root(mu);
@@ -326,7 +315,7 @@ double solid_albedo(double cosine, double alpha, double eta, int samples) {
         return mu_i > 0 ? mu_i * (mu + root_o) / (mu * root(mu_i) + mu_i * root_o) : 0.0;
     };
     const dvec3 stretched = glm::normalize(dvec3(alpha * sine, 0, mu));
-    double sum = 0;
+    SolidAlbedo sum;
     for (int i = 0; i < samples; ++i) {
         const double u = std::fmod((i + 1) * 0.7548776662466927, 1.0), v = std::fmod((i + 1) * 0.5698402909980532, 1.0);
         const double z = (1 - v) * (1 + stretched.z) - stretched.z, s = std::sqrt(std::max(1 - z * z, 0.0));
@@ -335,14 +324,16 @@ double solid_albedo(double cosine, double alpha, double eta, int samples) {
         const double x = std::clamp(sine * h.x + mu * h.z, 0.0, 1.0);
         const double reflected = fresnel(x, eta);
         const double refracted_z = ((x - std::sqrt(std::max(eta * eta - 1 + x * x, 0.0))) * h.z - mu) / eta;
-        sum += reflected * seen(2 * x * h.z - mu) + (1 - reflected) * seen(-refracted_z);
+        const double passed = seen(-refracted_z);
+        sum.whole += reflected * seen(2 * x * h.z - mu) + (1 - reflected) * passed;
+        sum.refracted += passed;
     }
-    return sum / samples;
+    return {sum.whole / samples, sum.refracted / samples};
 }
 
 namespace {
 
-/// Fills the slices of the table of solid transmission, whose texels are exact values.
+/// Fills the slices of the table of solid transmission.
 void fill_solid_table(Image& table, int first_row) {
     constexpr int kSize = shared::kSolidTableSize;
     constexpr double kLast = kSize - 1;
@@ -356,9 +347,11 @@ void fill_solid_table(Image& table, int first_row) {
             for (int x = 0; x < kSize; ++x) {
                 const double square = x / kLast * (x / kLast);
                 const double cosine = square * knee / (1 + knee - square);  // inverse of albedo_coordinates()
-                table.at(slice % shared::kSolidTableColumns * kSize + x,
-                         first_row + slice / shared::kSolidTableColumns * kSize + y)[0] =
-                    static_cast<float>(solid_albedo(cosine, roughness * roughness, eta, 256));
+                float* const texel = table.at(slice % shared::kSolidTableColumns * kSize + x,
+                                              first_row + slice / shared::kSolidTableColumns * kSize + y);
+                const SolidAlbedo albedo = solid_albedo(cosine, roughness * roughness, eta, 256);
+                texel[0] = static_cast<float>(albedo.whole);
+                texel[1] = static_cast<float>(albedo.refracted);
             }
         }
     }

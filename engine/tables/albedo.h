@@ -31,9 +31,15 @@ DirectionalAlbedo ggx_albedo(const dvec3& wo, const dvec2& alpha, int nodes = 16
 /// [kLeastSheenRoughness, 1].
 double sheen_albedo(double cosine, double roughness, int nodes = 24);
 
-/// Returns the albedo of reflection and refraction of a white solid's interface, without multiple scattering, as the
-/// mean over `samples` points. `eta`: index of refraction beyond the interface over that on the side of the cosine.
-double solid_albedo(double cosine, double alpha, double eta, int samples);
+/// Albedo of a white solid's interface, without multiple scattering.
+struct SolidAlbedo {
+    double whole = 0;      // reflection and refraction by the Fresnel terms
+    double refracted = 0;  // refraction of all light; of no meaning where facets reflect totally
+};
+
+/// Returns means over `samples` points. `eta`: index of refraction beyond the interface over that on the side of the
+/// cosine.
+SolidAlbedo solid_albedo(double cosine, double alpha, double eta, int samples);
 
 /// Returns the table that shaders/lib/microfacet.glsl interpolates bilinearly. shaders/shared/albedo.h defines its
 /// axes. Channel 0 is E_1 = E_A + E_B. Channel 1 is E_B / E_1 - (1 - cosine)^5, the difference from a mirror's.
@@ -47,8 +53,8 @@ double solid_albedo(double cosine, double alpha, double eta, int samples);
 ///   anisotropy  a table of four coordinates (shaders/shared/albedo.h) with the channels of the first part. It takes
 ///               about 1 s of processor time. Errors relative to E_1 are below 0.3 % for 99 % of all arguments, and
 ///               below 2 % for all that the test draws
-///   solid       a table of three coordinates with the albedo of solid transmission in channel 0. It takes about 0.3 s.
-///               The mean error is 1e-3
+///   solid       a table of three coordinates. Channel 0 is SolidAlbedo::whole, channel 1 is `refracted`. Texels are
+///               means of 256 points. It takes about 0.3 s. The mean error is 1e-3
 Image build_albedo_table(AlbedoParts parts = {});
 
 }  // namespace halflight

@@ -128,12 +128,12 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     if (b.eta > 0.0 && !is_solid_mirror(b)) {
         if (reflected) {
             GgxValue ggx = ggx_evaluate(b.normal, b.alpha_across, wo, wi);
-            float fresnel = fresnel_dielectric(max(dot(wo, normalize(wo + wi)), 0.0), b.eta);
+            float fresnel = solid_fresnel(b, max(dot(wo, normalize(wo + wi)), 0.0));
             value.glossy += b.solid_reflection * (b.solid_gain * fresnel * ggx.scattered);
             value.pdf_glossy += b.p_transmission * fresnel * ggx.pdf;
         } else if (side_g < 0.0 && side_n < 0.0) {
             RefractedValue refracted = refracted_evaluate(b.normal, b.alpha_across, b.eta, wo, wi);
-            float passed = 1.0 - fresnel_dielectric(refracted.x, b.eta);
+            float passed = 1.0 - solid_fresnel(b, refracted.x);
             value.glossy += b.transmission * (b.solid_gain * passed * refracted.scattered);
             value.pdf_glossy += b.p_transmission * passed * refracted.pdf;
         }
@@ -190,7 +190,7 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi, float choice) {
 // Returns the direction that a microfacet reflects or refracts. `split`, uniform in [0, 1), decides which.
 vec3 solid_direction(Bsdf b, vec3 wo, vec3 facet, float split, out bool refracted) {
     float x = dot(wo, facet);
-    refracted = split >= fresnel_dielectric(clamp(x, 0.0, 1.0), b.eta);
+    refracted = split >= solid_fresnel(b, clamp(x, 0.0, 1.0));
     return refracted ? refracted_direction(wo, facet, b.eta) : normalize(2.0 * x * facet - wo);
 }
 #endif

@@ -24,7 +24,7 @@ Layers layers_of(Material m, vec3 geometric_normal) {
     vec3 f0 = dielectric_f0(m);
     Layers l;
     l.normal = m.normal;
-    l.horizon = is_solid(m) ? m.normal : geometric_normal;
+    l.horizon = is_solid(m) ? vec3(0.0) : geometric_normal;
     l.alpha = 0.0;
     l.f0 = max(f0.r, max(f0.g, f0.b));
     l.f90 = m.specular;
@@ -153,14 +153,20 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
         float factor = solid_share * (1.0 - m.metallic) * below_layers;
 #ifdef HALFLIGHT_DISPERSION
         b.disperses = m.dispersion > 0.0 && solid_share > 0.0 && ior > 1.0;
-        ior = max(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0);
+        ior = clamp(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0, 999.0);
 #endif
         b.eta = m.front ? ior : 1.0 / ior;
         b.transmission = factor * m.base_color;
-        b.solid_reflection = factor * (m.front ? min(m.specular * m.specular_color, vec3(1.0)) : vec3(1.0));
+        b.solid_reflection = vec3(factor);
+        if (m.front) {
+            vec3 strength = min(m.specular * m.specular_color, vec3(1.0));
+            b.solid_specular = max(strength.r, max(strength.g, strength.b));
+            b.solid_reflection = factor * (strength / max(b.solid_specular, 1e-20));
+        }
         b.absorption = m.absorption;
         b.thickness = m.front ? m.thickness : -m.thickness;
-        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(dot(m.normal, wo), b.alpha_across, b.eta);
+        float mu = dot(m.normal, wo);
+        b.solid_gain = is_solid_mirror(b) ? 1.0 : 1.0 / solid_albedo(mu, b.alpha_across, b.eta, b.solid_specular);
         transmission = average(max(b.transmission, b.solid_reflection));
     }
 #endif

@@ -28,6 +28,7 @@ struct Bsdf {
     vec3 film_dielectric_f0;
     vec3 film_metal_f0;
     vec3 solid_reflection;  // solids: factor of the light that the interface reflects; `transmission` is that of the rest
+    float solid_specular;   // solids: factor of the Fresnel reflectance, in [0, 1]
     float eta;              // solids: index of refraction beyond the surface over that on wo's side; 0: thin-walled
     vec3 absorption;        // solids: absorption per world unit inside
     float thickness;        // solids: length of a path inside that never ends; < 0: wo is inside
@@ -43,6 +44,7 @@ const uint kBsdfRows = HALFLIGHT_SURFACE_ROWS - uint(kBsdfRow);
 
 void make_thin(inout Bsdf b) {
     b.solid_reflection = vec3(0.0);
+    b.solid_specular = 1.0;
     b.eta = 0.0;
     b.absorption = vec3(0.0);
     b.thickness = 0.0;
@@ -71,7 +73,7 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[HALFLIGHT_GLOSSY_ROW + 1] = vec4(b.specular_edge, b.coat_alpha);
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
-    rows[HALFLIGHT_TRANSMISSION_ROW] = vec4(b.transmission, b.disperses ? 1.0 : 0.0);
+    rows[HALFLIGHT_TRANSMISSION_ROW] = vec4(b.transmission, b.solid_specular);
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[HALFLIGHT_CLEARCOAT_ROW] = vec4(b.coat_normal, b.coat);
@@ -92,7 +94,7 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
 #ifdef HALFLIGHT_VOLUME
     rows[HALFLIGHT_VOLUME_ROW] = vec4(b.solid_reflection, b.eta);
     rows[HALFLIGHT_VOLUME_ROW + 1] = vec4(b.absorption, b.thickness);
-    rows[HALFLIGHT_VOLUME_ROW + 2] = vec4(b.coat_tint, b.solid_gain);
+    rows[HALFLIGHT_VOLUME_ROW + 2] = vec4(b.coat_tint, b.disperses ? -b.solid_gain : b.solid_gain);
 #endif
 #ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
     rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW] = vec4(b.diffuse_through, b.p_through);
@@ -137,7 +139,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
     b.transmission = rows[HALFLIGHT_TRANSMISSION_ROW].rgb;
-    b.disperses = rows[HALFLIGHT_TRANSMISSION_ROW].w != 0.0;
+    b.solid_specular = rows[HALFLIGHT_TRANSMISSION_ROW].w;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     b.coat_normal = rows[HALFLIGHT_CLEARCOAT_ROW].xyz;
@@ -166,7 +168,8 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.absorption = rows[HALFLIGHT_VOLUME_ROW + 1].rgb;
     b.thickness = rows[HALFLIGHT_VOLUME_ROW + 1].w;
     b.coat_tint = rows[HALFLIGHT_VOLUME_ROW + 2].rgb;
-    b.solid_gain = rows[HALFLIGHT_VOLUME_ROW + 2].w;
+    b.solid_gain = abs(rows[HALFLIGHT_VOLUME_ROW + 2].w);
+    b.disperses = rows[HALFLIGHT_VOLUME_ROW + 2].w < 0.0;
 #endif
 #ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
     b.diffuse_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].rgb;

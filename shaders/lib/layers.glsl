@@ -7,7 +7,7 @@ const float kCoatF0 = 0.04;
 // Parameters of the layers through which diffuse light leaves a surface.
 struct Layers {
     vec3 normal;  // n
-    vec3 horizon;  // Bsdf::geometric_normal; n on solids, whose normals are not bent
+    vec3 horizon;  // Bsdf::geometric_normal; 0 on solids, whose normals are not bent
     float alpha;  // roughness of the specular lobe
     float f0;     // largest component of the dielectric's f0
     float f90;    // f90 of the dielectric
@@ -82,6 +82,9 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
 // Returns whether diffuse light leaves in direction wo, on the side of all normals (SHADING.md, Surfaces).
 bool leaves_base(Layers l, vec3 wo) {
     bool leaves = dot(l.normal, wo) > 0.0;
+#ifdef HALFLIGHT_GLOSSY
+    leaves = leaves && dot(l.horizon, wo) >= 0.0;
+#endif
 #ifdef HALFLIGHT_CLEARCOAT
     leaves = leaves && (l.coat == 0.0 || dot(l.coat_normal, wo) > 0.0);
 #endif
@@ -94,7 +97,8 @@ float multiple_scattering_gain(float f0, float albedo) { return 1.0 + f0 * ((1.0
 vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 
 // Bends a normal n just enough for the mirror direction of wo to lie above the horizon (SHADING.md, Shading normals).
-// Other normals are returned bit for bit. Precondition: dot(n, wo) > 0 and dot(horizon, wo) >= 0.
+// Other normals are returned bit for bit, and so are all of them where the horizon is 0. Precondition: dot(n, wo) > 0 and
+// dot(horizon, wo) >= 0.
 vec3 reflecting_normal(vec3 n, vec3 horizon, vec3 wo) {
     vec3 mirrored = 2.0 * dot(n, wo) * n - wo;
     float height = dot(mirrored, horizon);

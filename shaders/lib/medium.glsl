@@ -37,6 +37,9 @@ vec3 transmittance(vec4 medium, float distance) {
 // of nearly no roughness.
 bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirrorAlpha; }
 
+// Returns the share of light that a microfacet reflects at x = dot(wo, h). It refracts the rest.
+float solid_fresnel(Bsdf b, float x) { return b.solid_specular * fresnel_dielectric(x, b.eta); }
+
 void scale_lobes(inout Bsdf b, vec3 factor) {
     scale_base(b, factor);
     b.transmission *= factor;

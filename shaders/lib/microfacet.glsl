@@ -242,40 +242,29 @@ RefractedValue refracted_evaluate(vec3 n, float alpha, float eta, vec3 wo, vec3 
     return value;
 }
 
-// Returns the directional albedo of reflection and refraction of a white interface.
-float solid_albedo(float cosine, float alpha, float eta) {
+// Returns the directional albedo of reflection and refraction of a white interface. strength: factor of the Fresnel
+// reflectance.
+float solid_albedo(float cosine, float alpha, float eta, float strength) {
     vec3 size = vec3(kSolidTableSize, kSolidTableSize, kSolidTableSlices);
     vec3 at = solid_coordinates(clamp(cosine, 0.0, 1.0), alpha, eta) * (size - 1.0);
     vec3 cell = clamp(floor(at), vec3(0.0), size - 2.0);
     vec3 f = at - cell;
-    float found = 0.0;
+    vec2 found = vec2(0.0);
     for (int i = 0; i < 8; ++i) {
         ivec3 step = ivec3(i & 1, (i >> 1) & 1, i >> 2);
         ivec3 node = ivec3(cell) + step;
         vec3 weight = mix(1.0 - f, f, vec3(step));
         ivec2 texel = node.xy + kSolidTableSize * ivec2(node.z % kSolidTableColumns, node.z / kSolidTableColumns);
         texel.y += kSolidTableRow;
-        found += weight.x * weight.y * weight.z * texelFetch(albedo_table, texel, 0).x;
+        found += weight.x * weight.y * weight.z * texelFetch(albedo_table, texel, 0).xy;
     }
-    return found;
+    return strength < 1.0 ? mix(found.y, found.x, strength) : found.x;
 }
 #endif
 
 // --- Sheen ------------------------------------------------------------------------------------------------------------
 
 #ifdef HALFLIGHT_SHEEN
-// Returns L of Lambda (Estevez and Kulla 2017, Production Friendly Microfacet Sheen BRDF, eq. 3 and table 1).
-float sheen_fit(float x, float alpha) {
-    float t = (1.0 - alpha) * (1.0 - alpha);
-    return mix(21.5473, 25.3245, t) / (1.0 + mix(3.82987, 3.32435, t) * pow(x, mix(0.19823, 0.16801, t))) -
-           mix(1.97760, 1.27393, t) * x - mix(4.32054, 4.85967, t);
-}
-
-float sheen_lambda(float cosine, float alpha) {
-    return exp(cosine < 0.5 ? sheen_fit(cosine, alpha)
-                            : 2.0 * sheen_fit(0.5, alpha) - sheen_fit(max(1.0 - cosine, 0.0), alpha));
-}
-
 // Returns l_h of the sheen (SHADING.md), times mu_i.
 float sheen_scattered(vec3 n, float alpha, vec3 wo, vec3 wi) {
     vec3 sum = wo + wi;

@@ -6,6 +6,11 @@
 
 HALFLIGHT_SHARED_BEGIN
 
+#ifdef __cplusplus
+using glm::atan, glm::clamp, glm::max, glm::mix;
+using std::abs, std::exp, std::pow, std::sqrt;
+#endif
+
 // texels along both edges of each part; the centres of the first and last are at 0 and 1
 HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;
 HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;  // alpha below which lobes are perfect mirrors (SHADING.md)
@@ -33,6 +38,19 @@ inline
     return vec2(sqrt(cosine), sqrt((roughness - kLeastSheenRoughness) * (1.0f / (1.0f - kLeastSheenRoughness))));
 }
 
+// Returns L of the sheen's Lambda (Estevez and Kulla 2017, Production Friendly Microfacet Sheen BRDF, eq. 3 and table
+// 1).
+HALFLIGHT_SHARED_FUNCTION float sheen_fit(float x, float alpha) {
+    float t = (1.0f - alpha) * (1.0f - alpha);
+    return mix(21.5473f, 25.3245f, t) / (1.0f + mix(3.82987f, 3.32435f, t) * pow(x, mix(0.19823f, 0.16801f, t))) -
+           mix(1.97760f, 1.27393f, t) * x - mix(4.32054f, 4.85967f, t);
+}
+
+HALFLIGHT_SHARED_FUNCTION float sheen_lambda(float cosine, float alpha) {
+    return exp(cosine < 0.5f ? sheen_fit(cosine, alpha)
+                             : 2.0f * sheen_fit(0.5f, alpha) - sheen_fit(max(1.0f - cosine, 0.0f), alpha));
+}
+
 // Texels of the anisotropic lobe's part along its coordinates: cosine, angle, roughness, strength.
 HALFLIGHT_SHARED_CONST int kAnisotropyCosines = 32;
 HALFLIGHT_SHARED_CONST int kAnisotropyAngles = 16;
@@ -40,11 +58,6 @@ HALFLIGHT_SHARED_CONST int kAnisotropyRoughnesses = 16;
 HALFLIGHT_SHARED_CONST int kAnisotropyStrengths = 16;
 HALFLIGHT_SHARED_CONST int kAnisotropyTableRows =
     kAnisotropyCosines * kAnisotropyAngles * kAnisotropyRoughnesses * kAnisotropyStrengths / kAlbedoTableSize;
-
-#ifdef __cplusplus
-using glm::atan, glm::clamp, glm::max;
-using std::abs, std::sqrt;
-#endif
 
 // Returns coordinates of the anisotropic lobe, in [0, 1]. wo has unit length, alpha.x >= alpha.y. The cosine is
 // stretched by the roughness that wo sees, and angles are dense where wo is across the rough direction.

@@ -317,6 +317,30 @@ TEST_F(ImageTest, BrushedSolidsWithFilms) {
                      {.name = "brushed-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
+TEST_F(ImageTest, SolidsOfLittleSpecularUnderACoat) {
+    // The normal map tilts the interface so far that mirror directions of the coat fall below it.
+    Scene scene;
+    scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+    scene.images.push_back({"tilted", 1, 1, {230, 128, 190, 255}});
+    Material coated = glass_material(0.5f);
+    coated.clearcoat = 1, coated.clearcoat_roughness = 0.3f;
+    coated.specular = 0.3f;
+    Material tinted = glass_material(0.4f, 2), dull = glass_material(0, 1.8f);
+    tinted.specular_color = {0.8f, 0.4f, 0.1f}, tinted.transmission = 0.8f;
+    dull.specular = 0;
+    coated.normal_texture.image = 0;
+    add_quad(scene, add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f})), {-3, 0, -3}, {0, 0, 6}, {6, 0, 0});
+    add_box(scene, add_material(scene, coated), {-1.2f, 0.05f, -0.4f}, {-0.3f, 0.9f, 0.4f});
+    add_box(scene, add_material(scene, tinted), {0.3f, 0.05f, -0.4f}, {1.1f, 0.8f, 0.4f});
+    add_ball(scene, add_material(scene, dull), {0, 0.4f, 1}, 0.35f);
+    add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
+    for (Mesh& mesh : scene.meshes) mesh.uvs[0].resize(mesh.positions.size());
+    set_tangents(scene);
+    scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
+    expect_agreement(scene,
+                     {.name = "coated-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+}
+
 TEST_F(ImageTest, SmoothMeshesOfFewTriangles) {
     // The trough is concave: its normals are bent, and those of the balls start rays above the triangles.
     Scene scene;

@@ -84,6 +84,15 @@ std::vector<Case> white_materials() {
                                   .front = front}});
             }
         }
+        for (const double specular : {0.0, 0.4}) {
+            cases.push_back({"solid of little specular",
+                             {.metallic = 0,
+                              .roughness = roughness,
+                              .specular = specular,
+                              .ior = 2,
+                              .transmission = 1,
+                              .inside = {.thickness = 1}}});
+        }
         cases.push_back({"coated half solid",
                          {.metallic = 0.3,
                           .roughness = roughness,

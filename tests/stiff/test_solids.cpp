@@ -1,5 +1,6 @@
 // Tests glass against closed forms: furnaces, absorption, total internal reflection, nested and open solids, and
 // cameras inside.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/stiff/stiff.h"
@@ -30,6 +31,12 @@ class Solids : public StiffTest {
     }
     MeanValue seen(const Scene& scene, const Camera& camera, int size, int samples, int bounces) {
         return mean_of(picture(scene, camera, size, samples, bounces));
+    }
+    /// Returns the radiance of a smooth slab between white skies, head-on: the sum over all paths between both faces.
+    /// `passed`: transmittance of the inside; `specular`: factor of the reflectance from outside.
+    static double slab(double ior, double passed, double specular = 1) {
+        const double index = std::min(ior, 999.0), f = std::pow((index - 1) / (index + 1), 2), outside = specular * f;
+        return outside + (1 - outside) * (1 - f) * passed / (1 - f * passed);
     }
     /// Expects the mean of a view that sees one face head-on.
     void expect_seen(const std::string& name, const Scene& scene, const dvec3& from, const dvec3& at, double exact) {
@@ -82,16 +89,46 @@ TEST_F(Solids, ColoursThatPartAddUpToWhite) {
 
 TEST_F(Solids, SlabsAbsorbByTheirThickness) {
     constexpr double kThickness = 0.5;
-    for (const float ior : {1.0f, 1.5f, 20.0f}) {
+    for (const float ior : {1.0f, 1.5f, 20.0f, kInfiniteIor}) {
         for (const float distance : {1e-6f, 0.5f, 1e6f, 0.0f}) {
             Scene scene = under_white_sky();
             add_box(scene, add_material(scene, absorbing(ior, 0.4f, distance)), {-50, -50, -0.5f}, {50, 50, 0});
-            const double f = std::pow((ior - 1) / (ior + 1), 2);
             const double a = distance > 0 ? std::pow(0.4, kThickness / distance) : 1;
-            // The sums over all paths between both faces; the white sky is on either side.
-            const double sum = f + (1 - f) * (1 - f) * a * (1 + f * a) / (1 - f * f * a * a);
             expect_seen(fmt::format("slab, ior {}, attenuation distance {}", ior, distance), scene, {0, 0, 5}, dvec3(0),
-                        sum);
+                        slab(ior, a));
+        }
+    }
+}
+
+TEST_F(Solids, SlabsPassWhatSpecularKeepsFromBeingReflected) {
+    for (const float roughness : {0.0f, 0.7f}) {
+        for (const float specular : {0.0f, 0.3f}) {
+            Scene scene = under_white_sky();
+            Material m = absorbing(1.5f, 0.4f, roughness > 0 ? 0 : 0.5f);
+            m.specular = specular, m.roughness = roughness;
+            add_box(scene, add_material(scene, m), {-50, -50, -0.5f}, {50, 50, 0});
+            const MeanValue found = seen(scene, towards({0, 0, 5}, dvec3(0), kReach), 16, 256, 64);
+            expect(fmt::format("slab, specular {}, roughness {}", specular, roughness),
+                   std::abs(found.value - (roughness > 0 ? 1 : slab(1.5, 0.4, specular))),
+                   4 * found.error + (roughness > 0 ? 0.01 : 1e-4), "radiance",
+                   "four standard errors, and 1/10000 for float, or 1/100 for the table of rough lobes");
+        }
+    }
+}
+
+TEST_F(Solids, SlabsRefractEachColourByItsIndex) {
+    for (const float dispersion : {1.0f, 20.0f, 1e6f}) {
+        Scene scene = under_white_sky();
+        Material m = absorbing(1.5f, 0.4f, 0.5f);
+        m.dispersion = dispersion;
+        add_box(scene, add_material(scene, m), {-50, -50, -0.5f}, {50, 50, 0});
+        const RenderResult result = picture(scene, towards({0, 0, 5}, dvec3(0), kReach), 16, 512, 64);
+        for (int c = 0; c < 3; ++c) {
+            const double ior = std::clamp(1.5 + 0.5 * dispersion / 40 * (c - 1), 1.0, 999.0);
+            const MeanValue found = mean_radiance(result, c);
+            expect(fmt::format("slab, dispersion {}, channel {}", dispersion, c),
+                   std::abs(found.value - slab(ior, 0.4)), 4 * found.error + 1e-4, "radiance",
+                   "four standard errors, and 1/10000 for float");
         }
     }
 }

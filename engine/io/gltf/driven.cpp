@@ -117,7 +117,7 @@ std::optional<std::size_t> array_index(std::string_view text) {
 }
 
 /// Checks that the object is of the kind that has the field. Returns false where the field cannot be driven:
-/// glossiness that load_images() has turned into a texture of roughness.
+/// glossiness that load_images() has turned into a texture of roughness, and an infinite index of refraction, written 0.
 bool check_kind(const GltfDocument& document, const Field& field, std::size_t index, const std::string& element) {
     const std::string_view rest = field.rest;
     const std::string_view name = rest.substr(rest.rfind('/') + 1);
@@ -127,7 +127,8 @@ bool check_kind(const GltfDocument& document, const Field& field, std::size_t in
         if (rest.starts_with(fmt::format("/{}/", type)) && document.model.cameras[index].type != type)
             document.fail(element, "drives {} of cameras[{}], which is not {}", name, index, type);
     }
-    const std::string glossy = kSpecularGlossiness;
+    const std::string glossy = kSpecularGlossiness, ior = "/extensions/KHR_materials_ior/ior";
+    if (rest == ior) return document.materials[index].value(Json::json_pointer(ior), 1.5) != 0;
     if (!rest.starts_with(glossy + "/")) return true;
     const Json& material = document.materials[index];
     if (!material.contains(Json::json_pointer(glossy)))

@@ -82,9 +82,8 @@ class Converter {
         if (!found) return;
         if (std::holds_alternative<bool Material::*>(property.field))
             return set_value(m_, property.field, vec4(!found->is_boolean() || found->get<bool>()));
-        // An ior of 0 stands for F0 = 1, which the specular colour gives.
-        if (property.field == MaterialField(&Material::ior) && *found == 0.0) {
-            f0_scale_ /= kDefaultF0;
+        if (property.field == MaterialField(&Material::ior) && *found == 0.0) {  // stands for an infinite one
+            m_.ior = kInfiniteIor;
             return;
         }
         const double scale = property.field == MaterialField(&Material::emission)
@@ -197,7 +196,7 @@ class Converter {
     const Json& from_;
     const std::string element_;
     const Json* glossy_ = nullptr;  // KHR_materials_pbrSpecularGlossiness; null: none
-    vec3 f0_scale_{1};              // factor for the specular colour
+    vec3 f0_scale_{1};              // factor for the specular colour of specular-glossiness
     GltfMaterial result_;
     Material& m_ = result_.material;
 };

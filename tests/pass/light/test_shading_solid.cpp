@@ -19,6 +19,7 @@ struct Case {
     bool front = true;
     float transmission = 1, metallic = 0, coat = 0, tilt = 0;  // tilt: radians between n_g (+z) and n
     float anisotropy = 0, film = 0;                            // parameters of the metal and the opaque dielectric
+    float specular = 1, dispersion = 0;
 };
 
 Scene solid_scene() {
@@ -29,6 +30,7 @@ Scene solid_scene() {
     m.clearcoat = 0.5f;
     m.anisotropy_strength = 0.5f;
     m.iridescence = 0.5f;
+    m.dispersion = 1;
     return triangle_scene(m);
 }
 
@@ -49,8 +51,10 @@ Material material_of(uint c) {
     m.emission = vec3(0.0);
     m.roughness = a.x;
     m.normal = vec3(0.0, 0.0, 1.0);
-    m.specular = 1.0;
+    m.specular = inputs[3u * c + 2u].z;
     m.specular_color = vec3(1.0);
+    m.dispersion = inputs[3u * c + 2u].w;
+    m.channel = int(c % 3u);
     m.dielectric_f0 = ((a.y - 1.0) / (a.y + 1.0)) * ((a.y - 1.0) / (a.y + 1.0));
     m.coat_normal = m.normal;
     m.coat = d.z;
@@ -61,7 +65,7 @@ Material material_of(uint c) {
     m.sheen_color = vec3(0.0);
     m.sheen_roughness = 0.0;
     m.front = a.w != 0.0;
-    m.diffuse_transmission = inputs[3u * c + 2u].z;
+    m.diffuse_transmission = 0.0;
     m.diffuse_transmission_color = vec3(1.0);
     m.anisotropy = inputs[3u * c + 2u].x;
     m.iridescence = inputs[3u * c + 2u].y;
@@ -82,8 +86,10 @@ float random_at(uint n, uint dimension) { return unit_float(hash_combine(hash_u3
 
 std::string describe(const Case& c) {
     return fmt::format(
-        "roughness {} ior {} cosine {} front {} transmission {} metallic {} coat {} tilt {} anisotropy {} film {}",
-        c.roughness, c.ior, c.cosine, c.front, c.transmission, c.metallic, c.coat, c.tilt, c.anisotropy, c.film);
+        "roughness {} ior {} cosine {} front {} transmission {} metallic {} coat {} tilt {} anisotropy {} film {} "
+        "specular {} dispersion {}",
+        c.roughness, c.ior, c.cosine, c.front, c.transmission, c.metallic, c.coat, c.tilt, c.anisotropy, c.film,
+        c.specular, c.dispersion);
 }
 
 class ShadingSolid : public GpuTest {
@@ -94,7 +100,7 @@ class ShadingSolid : public GpuTest {
         for (const Case& c : cases) {
             rows.emplace_back(c.roughness, c.ior, c.cosine, c.front ? 1 : 0);
             rows.emplace_back(c.transmission, c.metallic, c.coat, c.tilt);
-            rows.emplace_back(c.anisotropy, c.film, 0, 0);
+            rows.emplace_back(c.anisotropy, c.film, c.specular, c.dispersion);
         }
         return scene.run(kLibrary, body, count, 1, rows);
     }
@@ -128,6 +134,14 @@ TEST_F(ShadingSolid, WhiteFurnace) {
                 cases.push_back({roughness, 1.5f, cosine, front, 0.6f, 0.3f, 0.5f});
                 cases.push_back({roughness, 1.5f, cosine, front, 0.6f, 0.3f, 0.5f, 0, 0.7f});
             }
+        }
+    }
+    for (const float cosine : {0.02f, 0.3f, 0.75f, 1.0f}) {
+        for (const float roughness : {0.0f, 0.3f, 1.0f}) {
+            for (const float specular : {0.0f, 0.4f})
+                for (const float ior : {1.5f, 20.0f})
+                    cases.push_back({roughness, ior, cosine, true, 1, 0, 0, 0, 0, 0, specular});
+            cases.push_back({roughness, 1.5f, cosine, false, 1, 0, 0, 0, 0, 0, 0.4f, 30});
         }
     }
     const auto albedo = run(R"(
@@ -165,7 +179,9 @@ TEST_F(ShadingSolid, SamplesFollowTheirDensity) {
                                      {0.5f, 1.5f, 0.4f, true, 1, 0, 0, 0.5f},
                                      {0.5f, 1.5f, 0.6f, false, 0.7f, 0, 0.5f, -0.6f},
                                      {0.5f, 1.5f, 0.6f, true, 0.5f, 0.3f, 0.3f, 0.3f, 0.6f, 0.5f},
-                                     {0.4f, 1.5f, 0.5f, false, 0.6f, 0.2f, 0, 0, 0.8f, 1}};
+                                     {0.4f, 1.5f, 0.5f, false, 0.6f, 0.2f, 0, 0, 0.8f, 1},
+                                     {0.5f, 1.5f, 0.4f, true, 1, 0, 0, 0, 0, 0, 0.3f},
+                                     {0.6f, 2.4f, 0.5f, true, 0.7f, 0, 0.5f, 0.4f, 0, 0, 0}};
     for (const Case& c : cases)
         expect_density([&](const std::string& body, std::uint32_t count) { return run(body, count, {c}); },
                        "sample_glossy", "pdf_glossy", describe(c));
@@ -207,8 +223,10 @@ TEST_F(ShadingSolid, EverythingStaysFiniteAndNonNegative) {
     std::vector<Case> cases(4096);
     for (Case& c : cases) {
         const float ior = std::array{1.0f, 1 + 1e-6f, 1 + extreme(), 20.0f, 1e5f}[random() % 5];
+        const float dispersion = std::array{0.0f, extreme(), 1e6f}[random() % 3];
         c = {extreme(), ior,       std::max(extreme(), 1e-7f), random() % 2 == 0, extreme(),
-             extreme(), extreme(), 3 * uniform() - 1.5f,       extreme(),         extreme()};
+             extreme(), extreme(), 3 * uniform() - 1.5f,       extreme(),         extreme(),
+             extreme(), dispersion};
     }
     const auto found = run(R"(
         Bsdf b = bsdf_of(i);
@@ -239,6 +257,32 @@ TEST_F(ShadingSolid, EverythingStaysFiniteAndNonNegative) {
         EXPECT_LT(found[i].y, 100) << describe(cases[i]);
         EXPECT_TRUE(found[i].z >= 0 && found[i].z <= 1.000001f) << describe(cases[i]);
     }
+}
+
+TEST_F(ShadingSolid, OnlyOpaqueSurfacesHaveAHorizon) {
+    // The normal is tilted away from the horizon's. The coat of an opaque surface is bent, that of a solid is not.
+    const auto found = run(R"(
+        Material m = material_of(0u);
+        m.thickness = i == 0u ? 2.0 : 0.0;
+        vec3 wo = direction_of(0.1, 0.0);
+        m.normal = vec3(0.6, 0.0, 0.8);
+        m.rough_direction = vec3(0.0);
+        vec3 horizon = normalize(vec3(0.5, 0.0, 1.0));
+        vec3 turned = make_bsdf(m, horizon, wo).coat_normal - m.coat_normal;
+        vec3 flat_solid = make_bsdf(m, vec3(0.0, 0.0, 1.0), wo).coat_normal - m.coat_normal;
+        vec3 below = normalize(vec3(-0.7, 0.0, 0.3));
+        m.normal = m.coat_normal = normalize(vec3(-0.8, 0.0, 0.6));
+        bool leaves = leaves_base(layers_of(m, horizon), below);
+        result[0] = vec4(length(turned), length(flat_solid), leaves ? 1.0 : 0.0, dot(horizon, below));
+    )",
+                           2, {{.coat = 0.5f}});
+    EXPECT_EQ(found[0].x, 0);
+    EXPECT_EQ(found[0].y, 0);
+    EXPECT_EQ(found[0].z, 1);
+    EXPECT_GT(found[1].x, 0.01f);
+    EXPECT_EQ(found[1].y, 0);
+    EXPECT_LT(found[1].w, 0);
+    EXPECT_EQ(found[1].z, 0) << "no light leaves below the horizon";
 }
 
 TEST_F(ShadingSolid, MediaFollowTheSides) {

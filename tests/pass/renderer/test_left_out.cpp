@@ -77,6 +77,23 @@ TEST_F(LeftOutTest, ChangesNothingOfSurfaces) {
     }
 }
 
+TEST_F(LeftOutTest, ChangesNothingOfTransmissionThatPassesNoLight) {
+    // Metals transmit nothing, so their rays start at the smooth surface. A black solid only reflects, like a solid.
+    Material metal = metal_material(vec3(0.9f, 0.7f, 0.5f), 0.3f), black = glass_material(0.1f);
+    metal.transmission = 1, metal.diffuse_transmission = 0.5f, metal.thickness = 1;
+    black.base_color = {0, 0, 0, 1};
+    for (const Material& material : {metal, black}) {
+        SCOPED_TRACE(material.metallic);
+        Scene scene;
+        scene.environment.color = vec3(0.4f, 0.5f, 0.6f);
+        add_quad(scene, add_material(scene, diffuse_material(vec3(0.7f))), {-3, -1, -3}, {0, 0, 6}, {6, 0, 0});
+        add_smooth_ball(scene, add_material(scene, material), vec3(0), 1);
+        add_quad(scene, add_material(scene, light_material(vec3(4))), {-1, 3, -1}, {2, 0, 0}, {0, 0, 2});
+        scene.cameras = {look_at_camera({0.3, 1.2, 4}, dvec3(0), {0, 1, 0}, 0.7)};
+        check(scene);
+    }
+}
+
 TEST_F(LeftOutTest, ChangesNothingWhereThereIsNoLightToSample) {
     // Only paths reach the light, so there is indirect light but no light sampling.
     Scene scene = cornell_box(diffuse_material(vec3(0.5f)));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/scene/material_properties.h"
 #include "tests/unit/io/gltf_materials.h"
 
 namespace halflight {
@@ -102,9 +103,13 @@ TEST_F(GltfMaterials, ValuesOutsideTheirRangesAreClampedAndReported) {
 
 TEST_F(GltfMaterials, AnIndexOfRefractionOfZeroReflectsAll) {
     extension("KHR_materials_ior") = {{"ior", 0}};
+    extension("KHR_materials_dispersion") = {{"dispersion", 1}};
     const Material m = load().materials.at(0);
-    const float f0 = std::pow((m.ior - 1) / (m.ior + 1), 2.0f) * m.specular_color.r;
-    EXPECT_FLOAT_EQ(f0, 1);
+    EXPECT_EQ((m.ior - 1) / (m.ior + 1), 1);
+    EXPECT_EQ(m.specular_color, vec3(1));
+    const auto dispersion =
+        std::ranges::find(material_properties(), MaterialField(&Material::dispersion), &MaterialProperty::field);
+    EXPECT_EQ(packed_value(m, *dispersion), vec4(0)) << "it has no colours";
 }
 
 TEST_F(GltfMaterials, SpecularGlossinessKeepsItsReflectances) {

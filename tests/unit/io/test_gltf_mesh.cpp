@@ -280,7 +280,7 @@ TEST_F(GltfPrimitive, PointsAndLinesAreDrawnWithAWidth) {
     }
 }
 
-TEST_F(GltfPrimitive, LinesFollowSkinsAndMorphTargets) {
+TEST_F(GltfPrimitive, LinesFollowMorphTargets) {
     GltfBuilder b;
     Json& line = b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0})}});
     line["mode"] = 3;

@@ -187,6 +187,17 @@ TEST_F(GltfDeformed, SkinsAtRest) {
     EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {0, 0, 1}, {1, 0, 0}}));
 }
 
+TEST_F(GltfDeformed, SkinsOfLines) {
+    GltfBuilder b = skinned();
+    b.json["meshes"][0]["primitives"][0]["mode"] = 3;
+    const Mesh mesh = load(b, {.line_width = 0.2}).meshes.at(0);
+    const std::size_t half = mesh.positions.size() / 4;  // two tubes of two ends
+    const vec3 ends[] = {{0, 0, 5}, {2, 0, 3}, {2, 0, 3}, {0, 1.5f, 4}};
+    const float radii[] = {0.1f, 0.2f, 0.2f, 0.15f};  // joint 1 doubles lengths
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        EXPECT_NEAR(glm::distance(mesh.positions[i], ends[i / half]), radii[i / half], 1e-6f) << i;
+}
+
 TEST_F(GltfDeformed, SkinsWithoutBindMatrices) {
     GltfBuilder b = skinned();
     b.json["skins"][0].erase("inverseBindMatrices");

@@ -150,6 +150,18 @@ TEST_F(GltfPointer, NumbersBeyondTheirRangesAreClampedWithAWarning) {
               std::vector<std::string>{"materials[0]: transmissionFactor is outside [0, 1], clamped"});
 }
 
+TEST_F(GltfPointer, AnIndexOfRefractionOfZeroStays) {
+    const std::string pointer = "/materials/0/extensions/KHR_materials_ior/ior";
+    GltfBuilder b = with(pointer, "SCALAR", {1, 2});
+    EXPECT_EQ(open(b).at(0.5, kFirst).materials.at(0).ior, 1.5f);
+    b.json["materials"][0]["extensions"]["KHR_materials_ior"]["ior"] = 0;
+    GltfScene scene = open(b);
+    EXPECT_EQ(scene.animation_warnings(),
+              std::vector<std::string>{fmt::format(
+                  "animations[0].channels[0]: drives '{}', which is not supported; it is left out", pointer)});
+    EXPECT_EQ(scene.at(0.5, kFirst).materials.at(0).ior, kInfiniteIor);
+}
+
 TEST_F(GltfPointer, DrivesTheTransformOfEachTexture) {
     const std::pair<const char*, TextureRef Material::*> slots[] = {
         {"pbrMetallicRoughness/baseColorTexture", &Material::base_color_texture},

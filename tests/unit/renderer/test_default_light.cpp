@@ -84,6 +84,9 @@ TEST(NeutralSky, AddedToLampsThatAreShut) {
     EXPECT_TRUE(needs_sky(scene));
     scene.materials[static_cast<std::size_t>(shade)].transmission = 1;
     EXPECT_FALSE(needs_sky(scene)) << "light passes a shade of glass";
+    scene.materials[static_cast<std::size_t>(shade)].metallic = 1;
+    EXPECT_TRUE(needs_sky(scene)) << "metal transmits no light";
+    scene.materials[static_cast<std::size_t>(shade)].metallic = 0;
     scene.materials[static_cast<std::size_t>(shade)].transmission = 0;
     scene.materials[static_cast<std::size_t>(shade)].diffuse_transmission = 0.6f;
     EXPECT_FALSE(needs_sky(scene)) << "light passes a shade of paper";

@@ -200,7 +200,8 @@ TEST(AnisotropicAlbedo, TableInterpolatesWithinTolerance) {
 
 TEST(SolidAlbedo, LosesNothingWhereNothingIsRough) {
     for (const double eta : {0.05, 1 / 1.5, 1.0, 1.5, 20.0})
-        for (const double cosine : {0.01, 0.3, 1.0}) EXPECT_NEAR(solid_albedo(cosine, 1e-4, eta, 64), 1, 1e-3) << eta;
+        for (const double cosine : {0.01, 0.3, 1.0})
+            EXPECT_NEAR(solid_albedo(cosine, 1e-4, eta, 64).whole, 1, 1e-3) << eta;
 }
 
 TEST(SolidAlbedo, TableInterpolatesWithinTolerance) {
@@ -226,15 +227,19 @@ TEST(SolidAlbedo, TableInterpolatesWithinTolerance) {
             shared::solid_coordinates(static_cast<float>(mu), alpha, static_cast<float>(eta)) * (size - 1.0f);
         const ivec3 cell = glm::min(ivec3(at), ivec3(size) - 2);
         const vec3 f = at - vec3(cell);
-        double found = 0;
+        dvec2 found(0);
         for (int i = 0; i < 8; ++i) {
             const ivec3 step(i & 1, i >> 1 & 1, i >> 2), node = cell + step;
             const vec3 weight = glm::mix(1.0f - f, f, vec3(step));
             const int x = node.z % shared::kSolidTableColumns * shared::kSolidTableSize + node.x;
             const int y = node.z / shared::kSolidTableColumns * shared::kSolidTableSize + node.y;
-            found += weight.x * weight.y * weight.z * table.at(x, 2 * shared::kAlbedoTableSize + y)[0];
+            const float* const texel = table.at(x, 2 * shared::kAlbedoTableSize + y);
+            found += double(weight.x * weight.y * weight.z) * dvec2(texel[0], texel[1]);
         }
-        const double off = std::abs(found - solid_albedo(mu, alpha, eta, 4096));
+        const SolidAlbedo exact = solid_albedo(mu, alpha, eta, 4096);
+        // Only light from outside may find an interface that reflects less.
+        const double off =
+            std::max(std::abs(found.x - exact.whole), eta > 1.01 ? std::abs(found.y - exact.refracted) : 0.0);
         worst = std::max(worst, off);
         sum += off;
     }
