@@ -326,11 +326,12 @@ class Material:
 
 
 def materials_of(path):
-    """Returns the materials of a .gltf or .glb file by name."""
+    """Returns the materials of a .gltf or .glb file by the names that the importer gives them."""
     data = open(path, "rb").read()
     if data[:4] == b"glTF":
         data = data[20:20 + struct.unpack_from("<I", data, 12)[0]]
-    return {source["name"]: Material(source) for source in json.loads(data).get("materials", []) if "name" in source}
+    sources = json.loads(data).get("materials", [])
+    return {source.get("name", f"Material_{k}"): Material(source) for k, source in enumerate(sources)}
 
 
 @bpy.app.handlers.persistent
