@@ -1,4 +1,5 @@
 // Light from infinity (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
+#include "shaders/lib/luminance.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/shared/environment.h"
 
@@ -81,6 +82,49 @@ bool selects_second(inout float x, float first, float second) {
     x = min(selected ? (x - share) / (1.0 - share) : x / share, 0.99999994);
     return selected;
 }
+
+// Returns whether cells are texels. Directions within a cell then follow the bilinear luminance.
+bool cells_are_texels(EnvironmentLayout l) { return ivec2(l.cells) == textureSize(environment_map, 0); }
+
+// Returns the luminances of a texel's row and of the rows above and below it, each with both neighbours, as columns.
+mat3 luminances_around(ivec2 texel) {
+    ivec2 size = textureSize(environment_map, 0);
+    mat3 found;
+    for (int j = 0; j < 3; ++j) {
+        for (int i = 0; i < 3; ++i) {
+            ivec2 at = texel + ivec2(i, j) - 1;
+            at.x = at.x < 0 ? size.x - 1 : (at.x >= size.x ? 0 : at.x);
+            found[j][i] = luminance_of(texelFetch(environment_map, ivec2(at.x, clamp(at.y, 0, size.y - 1)), 0).rgb);
+        }
+    }
+    return found;
+}
+
+// Integral of the bilinear interpolation over a texel, along one axis, by the values of three texels.
+const vec3 kTexelMean = vec3(0.125, 0.75, 0.125);
+
+// Samples a place in a texel, in [0, 1], by the values of three texels that are interpolated linearly.
+float sample_in_texel(float x, vec3 values) {
+    vec3 knots = vec3(0.5 * (values.x + values.y), values.y, 0.5 * (values.y + values.z));
+    bool right = selects_second(x, knots.x + knots.y, knots.y + knots.z);
+    vec2 ramp = right ? knots.yz : knots.xy;
+    if (!(ramp.x + ramp.y > 0.0)) return 0.5;
+    ramp /= ramp.x + ramp.y;
+    float place = x > 0.0 ? min(x / (ramp.x + sqrt(mix(ramp.x * ramp.x, ramp.y * ramp.y, x))), 1.0) : 0.0;
+    return 0.5 * (place + (right ? 1.0 : 0.0));
+}
+
+// Returns the values of a texel's column and of its neighbours, interpolated at the place y in the texel.
+vec3 interpolated_rows(mat3 rows, float y) {
+    return y < 0.5 ? mix(rows[0], rows[1], y + 0.5) : mix(rows[1], rows[2], y - 0.5);
+}
+
+// Returns the density per solid angle within a texel, by the density of the texel as a whole.
+float texel_density(EnvironmentLayout l, float whole, mat3 rows, vec3 radiance, float sine) {
+    float mean = dot(kTexelMean, rows * kTexelMean);
+    float per_area = l.cells.x * l.cells.y / (19.7392088022 * max(sine, 1e-7));
+    return mean > 0.0 ? whole * luminance_of(radiance) / mean * per_area : 0.0;
+}
 #endif
 
 // Returns the illuminance that the environment gives a surface with a normal if nothing is in between, lux.
@@ -113,6 +157,8 @@ float environment_density(vec3 normal, vec3 d) {
         float weight = texelFetch(environment_warp, node)[2 * (cell.y & 1) + (cell.x & 1)];
         density *= whole > 0.0 ? weight / whole : 0.0;
     }
+    if (cells_are_texels(l))
+        return texel_density(l, density, luminances_around(cell), environment_radiance(d), length(d.xz));
     return density / cell_solid_angle(l, cell.y);
 #elif defined(HALFLIGHT_ENVIRONMENT)
     return 0.0795774715459;
@@ -153,6 +199,16 @@ EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
         at = 2 * at + ivec2(right ? 1 : 0, lower ? 1 : 0);
         if (level == l.lobe_levels - 1) density = weight;
         if (level == l.levels - 1 && !above) density *= whole > 0.0 ? weight / whole : 0.0;
+    }
+    if (cells_are_texels(l)) {
+        mat3 rows = luminances_around(at);
+        float y = sample_in_texel(xi.y, kTexelMean * rows);
+        vec2 uv = (vec2(at) + vec2(sample_in_texel(xi.x, interpolated_rows(rows, y)), y)) / l.cells;
+        float sine = sin(3.14159265359 * min(uv.y, 1.0 - uv.y)), phi = 6.28318530718 * (uv.x - 0.5);
+        s.direction = vec3(sine * cos(phi), cos(3.14159265359 * uv.y), sine * sin(phi));
+        s.radiance = environment_texel_blend(uv);
+        s.density = texel_density(l, density, rows, s.radiance, sine);
+        return s;
     }
     s.density = density / cell_solid_angle(l, at.y);
     // Uniform per solid angle means linear in cos(theta). Thin rows use the sines of half sum and half difference.
