@@ -57,7 +57,7 @@ def albedos(mu, phi, alphas, ior, steps=96):
         cosine = side * wi[2]
         seen = (x > 0) & (cosine > 0)
         denominator = h[2] * (mu * numpy.linalg.norm(scale * wi, axis=0) + cosine * root)
-        return numpy.where(seen, 2 * x * cosine / denominator * 4 * s**3, 0)
+        return numpy.where(seen, 2 * x * cosine / numpy.maximum(denominator, 1e-30) * 4 * s**3, 0)
 
     mirrored = weight(2 * x * h - wo, 1)
     solid = []

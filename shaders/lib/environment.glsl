@@ -119,12 +119,13 @@ vec3 interpolated_rows(mat3 rows, float y) {
     return y < 0.5 ? mix(rows[0], rows[1], y + 0.5) : mix(rows[1], rows[2], y - 0.5);
 }
 
-// Returns the density per solid angle within a texel, by the density of the texel as a whole.
-float texel_density(EnvironmentLayout l, float whole, mat3 rows, vec3 radiance, float sine) {
-    float mean = dot(kTexelMean, rows * kTexelMean);
+// Returns the density per solid angle within a texel, by the probability of the texel over its mean luminance.
+float texel_density(EnvironmentLayout l, float probability, float mean, vec3 radiance, float sine) {
     float per_area = l.cells.x * l.cells.y / (19.7392088022 * max(sine, 1e-7));
-    return mean > 0.0 ? whole * luminance_of(radiance) / mean * per_area : 0.0;
+    return mean > 0.0 ? probability / mean * luminance_of(radiance) * per_area : 0.0;
 }
+
+float mean_of_texel(mat3 rows) { return dot(kTexelMean, rows * kTexelMean); }
 #endif
 
 // Returns the illuminance that the environment gives a surface with a normal if nothing is in between, lux.
@@ -153,12 +154,20 @@ float environment_density(vec3 normal, vec3 d) {
         int below = l.levels - l.lobe_levels;
         int columns = (int(l.cells.x) + (1 << below) - 1) >> below;
         float whole = sum_of(texelFetch(environment_warp, l.block_level + block.y * columns + block.x));
+        if (cells_are_texels(l)) {
+            // The weight of a texel is its share of the map's integral, so it need not be looked up.
+            float integral = 4.0 * texelFetch(environment_warp, environment_lobe(l, vec3(0.0))).x;
+            float probability = density * cell_solid_angle(l, cell.y);
+            return texel_density(l, probability, whole * integral, environment_radiance(d), length(d.xz));
+        }
         int node = l.last_level + (cell.y >> 1) * ((int(l.cells.x) + 1) >> 1) + (cell.x >> 1);
         float weight = texelFetch(environment_warp, node)[2 * (cell.y & 1) + (cell.x & 1)];
         density *= whole > 0.0 ? weight / whole : 0.0;
     }
-    if (cells_are_texels(l))
-        return texel_density(l, density, luminances_around(cell), environment_radiance(d), length(d.xz));
+    if (cells_are_texels(l)) {
+        float mean = mean_of_texel(luminances_around(cell));
+        return texel_density(l, density, mean, environment_radiance(d), length(d.xz));
+    }
     return density / cell_solid_angle(l, cell.y);
 #elif defined(HALFLIGHT_ENVIRONMENT)
     return 0.0795774715459;
@@ -207,7 +216,7 @@ EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
         float sine = sin(3.14159265359 * min(uv.y, 1.0 - uv.y)), phi = 6.28318530718 * (uv.x - 0.5);
         s.direction = vec3(sine * cos(phi), cos(3.14159265359 * uv.y), sine * sin(phi));
         s.radiance = environment_texel_blend(uv);
-        s.density = texel_density(l, density, rows, s.radiance, sine);
+        s.density = texel_density(l, density, mean_of_texel(rows), s.radiance, sine);
         return s;
     }
     s.density = density / cell_solid_angle(l, at.y);
