@@ -119,10 +119,14 @@ vec3 interpolated_rows(mat3 rows, float y) {
     return y < 0.5 ? mix(rows[0], rows[1], y + 0.5) : mix(rows[1], rows[2], y - 0.5);
 }
 
-// Returns the density per solid angle within a texel, by the probability of the texel over its mean luminance.
+// Returns the density per solid angle of a cell in which u and v are uniform.
+float cell_density(EnvironmentLayout l, float probability, float sine) {
+    return probability * l.cells.x * l.cells.y / (19.7392088022 * max(sine, 1e-7));
+}
+
+// Returns the density per solid angle within a texel of this mean luminance.
 float texel_density(EnvironmentLayout l, float probability, float mean, vec3 radiance, float sine) {
-    float per_area = l.cells.x * l.cells.y / (19.7392088022 * max(sine, 1e-7));
-    return mean > 0.0 ? probability / mean * luminance_of(radiance) * per_area : 0.0;
+    return mean > 0.0 ? luminance_of(radiance) * cell_density(l, probability / mean, sine) : 0.0;
 }
 
 float mean_of_texel(mat3 rows) { return dot(kTexelMean, rows * kTexelMean); }
@@ -168,7 +172,7 @@ float environment_density(vec3 normal, vec3 d) {
         float mean = mean_of_texel(luminances_around(cell));
         return texel_density(l, density, mean, environment_radiance(d), length(d.xz));
     }
-    return density / cell_solid_angle(l, cell.y);
+    return cell_density(l, density, length(d.xz));
 #elif defined(HALFLIGHT_ENVIRONMENT)
     return 0.0795774715459;
 #else
@@ -209,26 +213,18 @@ EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
         if (level == l.lobe_levels - 1) density = weight;
         if (level == l.levels - 1 && !above) density *= whole > 0.0 ? weight / whole : 0.0;
     }
+    float mean = 0.0;
     if (cells_are_texels(l)) {
         mat3 rows = luminances_around(at);
-        float y = sample_in_texel(xi.y, kTexelMean * rows);
-        vec2 uv = (vec2(at) + vec2(sample_in_texel(xi.x, interpolated_rows(rows, y)), y)) / l.cells;
-        float sine = sin(3.14159265359 * min(uv.y, 1.0 - uv.y)), phi = 6.28318530718 * (uv.x - 0.5);
-        s.direction = vec3(sine * cos(phi), cos(3.14159265359 * uv.y), sine * sin(phi));
-        s.radiance = environment_texel_blend(uv);
-        s.density = texel_density(l, density, mean_of_texel(rows), s.radiance, sine);
-        return s;
+        mean = mean_of_texel(rows);
+        xi.y = sample_in_texel(xi.y, kTexelMean * rows);
+        xi.x = sample_in_texel(xi.x, interpolated_rows(rows, xi.y));
     }
-    s.density = density / cell_solid_angle(l, at.y);
-    // Uniform per solid angle means linear in cos(theta). Thin rows use the sines of half sum and half difference.
-    float top = 3.14159265359 * float(at.y) / l.cells.y;
-    float bottom = 3.14159265359 * float(at.y + 1) / l.cells.y;
-    float cosine = cos(top) - xi.y * 2.0 * sin(0.5 * (top + bottom)) * sin(0.5 * (bottom - top));
-    float sine = sqrt(max(0.0, (1.0 - cosine) * (1.0 + cosine)));
-    float u = (float(at.x) + xi.x) / l.cells.x;
-    float phi = 6.28318530718 * (u - 0.5);
-    s.direction = vec3(sine * cos(phi), cosine, sine * sin(phi));
-    s.radiance = environment_texel_blend(vec2(u, atan(sine, cosine) * 0.318309886184));
+    vec2 uv = (vec2(at) + xi) / l.cells;
+    float sine = sin(3.14159265359 * min(uv.y, 1.0 - uv.y)), phi = 6.28318530718 * (uv.x - 0.5);
+    s.direction = vec3(sine * cos(phi), cos(3.14159265359 * uv.y), sine * sin(phi));
+    s.radiance = environment_texel_blend(uv);
+    s.density = cells_are_texels(l) ? texel_density(l, density, mean, s.radiance, sine) : cell_density(l, density, sine);
 #else
     s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
     s.radiance = texelFetch(environment_warp, 1).rgb;
