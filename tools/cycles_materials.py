@@ -36,7 +36,8 @@ import time
 import bpy
 import numpy
 
-WIDTH, HEIGHT = 128, 24  # of the images of albedos, over sqrt(mu), which spreads the steep part near 0, and azimuth
+# Images of albedos have columns by sqrt(mu), which spreads the steep part near 0, and rows by azimuth.
+WIDTH, HEIGHT = 128, 24
 
 
 def albedos(mu, phi, alphas, ior, steps=96):

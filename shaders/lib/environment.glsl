@@ -224,7 +224,8 @@ EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
     float sine = sin(3.14159265359 * min(uv.y, 1.0 - uv.y)), phi = 6.28318530718 * (uv.x - 0.5);
     s.direction = vec3(sine * cos(phi), cos(3.14159265359 * uv.y), sine * sin(phi));
     s.radiance = environment_texel_blend(uv);
-    s.density = cells_are_texels(l) ? texel_density(l, density, mean, s.radiance, sine) : cell_density(l, density, sine);
+    s.density = cells_are_texels(l) ? texel_density(l, density, mean, s.radiance, sine)
+                                    : cell_density(l, density, sine);
 #else
     s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
     s.radiance = texelFetch(environment_warp, 1).rgb;
