@@ -155,12 +155,12 @@ EnvironmentCells environment_cells(const Image& map, int max_cells) {
                         std::min((x + 1) * columns, (c + 1) * width) - std::max(x * columns, c * width);
                     const double share = solid * double(overlap) / double(width * columns);
                     cells.integral += share * value.x;
-                    cells.weights[static_cast<std::size_t>(r * columns + c)] += share * value.y;
+                    cells.weights[static_cast<std::size_t>(r * columns + c)] += share * (edge > 1 ? value.y : value.x);
                 }
             }
         }
     }
-    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
+    for (std::size_t i = 0; edge > 1 && i < cells.weights.size(); ++i) {
         cells.weights[i] = std::sqrt(cells.weights[i] * cells.solid_angles[i / static_cast<std::size_t>(columns)]);
     }
     return cells;

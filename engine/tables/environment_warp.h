@@ -8,9 +8,10 @@
 
 namespace halflight {
 
-/// Importance of an environment map. Directions within a cell are uniform, so the best weight is the square root of
-/// solid angle times the integral of the squared luminance. Bilinear interpolation is convex, so the filtered squares
-/// of the texels bound that integral. A weight is 0 only where every bilinear lookup in the cell is 0.
+/// Importance of an environment map. Directions within a cell of one texel follow the luminance, so the weight is its
+/// integral. Places in u and v within a larger cell are uniform, so the best weight is about the square root of solid
+/// angle times the integral of the squared luminance. Bilinear interpolation is convex, so the filtered squares of the
+/// texels bound that integral. A weight is 0 only where every bilinear lookup in the cell is 0.
 struct EnvironmentCells {
     int columns = 0;
     int rows = 0;

@@ -1,4 +1,5 @@
 // Light from infinity (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
+#include "shaders/lib/luminance.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/shared/environment.h"
 
@@ -81,6 +82,54 @@ bool selects_second(inout float x, float first, float second) {
     x = min(selected ? (x - share) / (1.0 - share) : x / share, 0.99999994);
     return selected;
 }
+
+// Returns whether cells are texels. Directions within a cell then follow the bilinear luminance.
+bool cells_are_texels(EnvironmentLayout l) { return ivec2(l.cells) == textureSize(environment_map, 0); }
+
+// Returns the luminances of a texel's row and of the rows above and below it, each with both neighbours, as columns.
+mat3 luminances_around(ivec2 texel) {
+    ivec2 size = textureSize(environment_map, 0);
+    mat3 found;
+    for (int j = 0; j < 3; ++j) {
+        for (int i = 0; i < 3; ++i) {
+            ivec2 at = texel + ivec2(i, j) - 1;
+            at.x = at.x < 0 ? size.x - 1 : (at.x >= size.x ? 0 : at.x);
+            found[j][i] = luminance_of(texelFetch(environment_map, ivec2(at.x, clamp(at.y, 0, size.y - 1)), 0).rgb);
+        }
+    }
+    return found;
+}
+
+// Integral of the bilinear interpolation over a texel, along one axis, by the values of three texels.
+const vec3 kTexelMean = vec3(0.125, 0.75, 0.125);
+
+// Samples a place in a texel, in [0, 1], by the values of three texels that are interpolated linearly.
+float sample_in_texel(float x, vec3 values) {
+    vec3 knots = vec3(0.5 * (values.x + values.y), values.y, 0.5 * (values.y + values.z));
+    bool right = selects_second(x, knots.x + knots.y, knots.y + knots.z);
+    vec2 ramp = right ? knots.yz : knots.xy;
+    if (!(ramp.x + ramp.y > 0.0)) return 0.5;
+    ramp /= ramp.x + ramp.y;
+    float place = x > 0.0 ? min(x / (ramp.x + sqrt(mix(ramp.x * ramp.x, ramp.y * ramp.y, x))), 1.0) : 0.0;
+    return 0.5 * (place + (right ? 1.0 : 0.0));
+}
+
+// Returns the values of a texel's column and of its neighbours, interpolated at the place y in the texel.
+vec3 interpolated_rows(mat3 rows, float y) {
+    return y < 0.5 ? mix(rows[0], rows[1], y + 0.5) : mix(rows[1], rows[2], y - 0.5);
+}
+
+// Returns the density per solid angle of a cell in which u and v are uniform.
+float cell_density(EnvironmentLayout l, float probability, float sine) {
+    return probability * l.cells.x * l.cells.y / (19.7392088022 * max(sine, 1e-7));
+}
+
+// Returns the density per solid angle within a texel of this mean luminance.
+float texel_density(EnvironmentLayout l, float probability, float mean, vec3 radiance, float sine) {
+    return mean > 0.0 ? luminance_of(radiance) * cell_density(l, probability / mean, sine) : 0.0;
+}
+
+float mean_of_texel(mat3 rows) { return dot(kTexelMean, rows * kTexelMean); }
 #endif
 
 // Returns the illuminance that the environment gives a surface with a normal if nothing is in between, lux.
@@ -109,11 +158,21 @@ float environment_density(vec3 normal, vec3 d) {
         int below = l.levels - l.lobe_levels;
         int columns = (int(l.cells.x) + (1 << below) - 1) >> below;
         float whole = sum_of(texelFetch(environment_warp, l.block_level + block.y * columns + block.x));
+        if (cells_are_texels(l)) {
+            // The weight of a texel is its share of the map's integral, so it need not be looked up.
+            float integral = 4.0 * texelFetch(environment_warp, environment_lobe(l, vec3(0.0))).x;
+            float probability = density * cell_solid_angle(l, cell.y);
+            return texel_density(l, probability, whole * integral, environment_radiance(d), length(d.xz));
+        }
         int node = l.last_level + (cell.y >> 1) * ((int(l.cells.x) + 1) >> 1) + (cell.x >> 1);
         float weight = texelFetch(environment_warp, node)[2 * (cell.y & 1) + (cell.x & 1)];
         density *= whole > 0.0 ? weight / whole : 0.0;
     }
-    return density / cell_solid_angle(l, cell.y);
+    if (cells_are_texels(l)) {
+        float mean = mean_of_texel(luminances_around(cell));
+        return texel_density(l, density, mean, environment_radiance(d), length(d.xz));
+    }
+    return cell_density(l, density, length(d.xz));
 #elif defined(HALFLIGHT_ENVIRONMENT)
     return 0.0795774715459;
 #else
@@ -154,16 +213,19 @@ EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
         if (level == l.lobe_levels - 1) density = weight;
         if (level == l.levels - 1 && !above) density *= whole > 0.0 ? weight / whole : 0.0;
     }
-    s.density = density / cell_solid_angle(l, at.y);
-    // Uniform per solid angle means linear in cos(theta). Thin rows use the sines of half sum and half difference.
-    float top = 3.14159265359 * float(at.y) / l.cells.y;
-    float bottom = 3.14159265359 * float(at.y + 1) / l.cells.y;
-    float cosine = cos(top) - xi.y * 2.0 * sin(0.5 * (top + bottom)) * sin(0.5 * (bottom - top));
-    float sine = sqrt(max(0.0, (1.0 - cosine) * (1.0 + cosine)));
-    float u = (float(at.x) + xi.x) / l.cells.x;
-    float phi = 6.28318530718 * (u - 0.5);
-    s.direction = vec3(sine * cos(phi), cosine, sine * sin(phi));
-    s.radiance = environment_texel_blend(vec2(u, atan(sine, cosine) * 0.318309886184));
+    float mean = 0.0;
+    if (cells_are_texels(l)) {
+        mat3 rows = luminances_around(at);
+        mean = mean_of_texel(rows);
+        xi.y = sample_in_texel(xi.y, kTexelMean * rows);
+        xi.x = sample_in_texel(xi.x, interpolated_rows(rows, xi.y));
+    }
+    vec2 uv = (vec2(at) + xi) / l.cells;
+    float sine = sin(3.14159265359 * min(uv.y, 1.0 - uv.y)), phi = 6.28318530718 * (uv.x - 0.5);
+    s.direction = vec3(sine * cos(phi), cos(3.14159265359 * uv.y), sine * sin(phi));
+    s.radiance = environment_texel_blend(uv);
+    s.density = cells_are_texels(l) ? texel_density(l, density, mean, s.radiance, sine)
+                                    : cell_density(l, density, sine);
 #else
     s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
     s.radiance = texelFetch(environment_warp, 1).rgb;

@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "engine/tables/environment_warp.h"
 #include "engine/tables/lights.h"
 #include "tests/pass/light/shading_kernel.h"
 #include "tests/support/gpu_test.h"
@@ -391,6 +392,38 @@ TEST_F(ShadingLights, EnvironmentSamplesStayStratified) {
     }
 }
 
+// Radiance over density is the estimate of the map's integral. In cells of one texel, it is the same for all samples
+// but for the sine of the polar angle. In larger cells, only its mean is the integral.
+TEST_F(ShadingLights, EnvironmentSamplesFollowTheLuminance) {
+    for (const ivec2 size : {ivec2(64, 32), ivec2(2100, 1050)}) {
+        SCOPED_TRACE(size.x);
+        Scene scene = triangle_scene({});
+        scene.environment.color = vec3(1);
+        scene.environment.map = test_map(size.x, size.y);
+        const EnvironmentCells cells = environment_cells(scene.environment.map);
+        const bool are_texels = cells.columns == size.x;
+        EXPECT_EQ(are_texels, size.x == 64);
+        const ShadingScene shading(scene);
+        constexpr std::uint32_t kSamples = 1u << 14;
+        const auto found = shading.run(kLibrary, R"(
+            uint seed = hash_combine(hash_u32(i), 5u);
+            vec2 point = vec2(unit_float(hash_combine(seed, 1u)), unit_float(hash_combine(seed, 2u)));
+            EnvironmentSample s = sample_environment(kTowardsAny, point);
+            result[0] = vec4(luminance_of(s.radiance), s.density, s.direction.y, 0.0);
+        )",
+                                       kSamples, 1);
+        double sum = 0;
+        for (const vec4& r : found) {
+            ASSERT_GT(r.y, 0);
+            const double estimate = r.x / r.y / cells.integral;
+            sum += estimate;
+            if (!are_texels || std::abs(r.z) > 0.8) continue;
+            EXPECT_NEAR(estimate, 1, 0.1) << r.z;
+        }
+        EXPECT_NEAR(sum / kSamples, 1, 0.02);
+    }
+}
+
 TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
     const vec3 towards_any(0), up(0, 1, 0), aside(glm::normalize(vec3(-1, 0.2f, 2)));
     for (const auto& [constant, normal] :
@@ -456,15 +489,16 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
             ++picked;
             mean += received(vec3(r[0])) * dvec3(r[2]) / double(kSamples);
             const double radiance_scale = 1 + r[0].w * r[2].y;
-            // A round trip through sine and arc may lead to another cell only at the borders.
+            // A round trip through sine and arc may lead to another cell at the borders. Beside black texels, where the
+            // density is almost 0, it also has large relative errors.
             inconsistent +=
-                std::abs(r[1].w / r[0].w - 1) > 1e-4 || glm::length(vec3(r[1])) > 1e-2 * radiance_scale ? 1 : 0;
+                std::abs(r[1].w / r[0].w - 1) > 1e-3 || glm::length(vec3(r[1])) > 1e-2 * radiance_scale ? 1 : 0;
             const double u = std::atan2(r[0].z, r[0].x) / (2 * kPi) + 0.5, v = std::acos(r[0].y) / kPi;
             const int x = std::clamp(static_cast<int>(u * kColumns), 0, kColumns - 1),
                       y = std::clamp(static_cast<int>(v * kRows), 0, kRows - 1);
             ++bins[static_cast<std::size_t>(y * kColumns + x)];
         }
-        EXPECT_LT(inconsistent, 2e-4 * kSamples);
+        EXPECT_LT(inconsistent, 1e-3 * kSamples);
         EXPECT_NEAR(picked / kSamples, share, 5e-3);
         for (int k = 0; k < 3; ++k) EXPECT_NEAR(mean[k] / integral[k], 1, 0.02) << constant;
         double chi_square = 0, degrees = 0, sum = 0;
