@@ -18,7 +18,7 @@ struct Ktx2 {
     unsigned model = 166;  // UASTC
     unsigned primaries = 1, transfer = 2, flags = 0;
     std::vector<unsigned> channels{0};
-    unsigned bits = 8;   // of each channel
+    unsigned bits = 8;   // Bits of each channel
     std::string values;  // key/value data
     std::string pixels;
     std::uint64_t inflated = 0;

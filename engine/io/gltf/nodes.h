@@ -10,7 +10,7 @@ namespace halflight {
 struct GltfNodes {
     std::vector<dmat4> world;  // per node; affine, each element in the range of float32
     std::vector<int> all;      // nodes of the scene, parents first, each once
-    std::vector<int> shown;    // those that KHR_node_visibility does not hide; it does not apply to cameras
+    std::vector<int> shown;    // nodes of the scene that KHR_node_visibility does not hide; cameras ignore it
 };
 
 /// Computes the world transforms. Throws Error for a node with two parents, in a cycle, or with a transform beyond
