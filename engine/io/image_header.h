@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace halflight {
 
@@ -12,6 +13,8 @@ struct ImageHeader {
     std::size_t width = 0, height = 0;  // texels
     std::size_t decoding_bytes = 0;     // bytes that decoding takes besides the texels and the file
     std::optional<bool> srgb{};  // whether the file says that its colours are sRGB-encoded; none: it does not say
+    // Names of the file's colour primaries and transfer function where glTF does not allow them; empty otherwise.
+    std::string_view primaries{}, transfer{};
 };
 
 /// Checks the size of an image whose format lets a few bytes hold any number of equal texels. Throws Error with

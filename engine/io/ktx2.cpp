@@ -27,6 +27,20 @@ constexpr std::pair<unsigned, const char*> kOtherModels[] = {
     {128, "BC1"},  {129, "BC2"},  {130, "BC3"},  {131, "BC4"},   {132, "BC5"},   {133, "BC6H"},     {134, "BC7"},
     {160, "ETC1"}, {161, "ETC2"}, {162, "ASTC"}, {164, "PVRTC"}, {165, "PVRTC"}, {167, "UASTC HDR"}};
 
+/// Names of colour primaries and transfer functions, by their numbers in the Khronos Data Format Specification 1.4. The
+/// names are empty where glTF allows them.
+constexpr const char* kPrimaries[] = {"",          "",        "BT.601 (EBU)", "BT.601 (SMPTE)",
+                                      "BT.2020",   "CIE XYZ", "ACES AP0",     "ACES AP1",
+                                      "NTSC 1953", "PAL 525", "Display P3",   "Adobe RGB"};
+constexpr const char* kTransfers[] = {"",         "",         "",         "ITU",     "NTSC",      "S-Log",   "S-Log2",
+                                      "BT.1886",  "HLG OETF", "HLG EOTF", "PQ EOTF", "PQ OETF",   "DCI-P3",  "PAL OETF",
+                                      "PAL EOTF", "ST 240",   "ACEScc",   "ACEScct", "Adobe RGB", "HLG OETF"};
+
+template <std::size_t N>
+const char* name_of(const char* const (&names)[N], unsigned number) {
+    return number < N ? names[number] : "of an unknown kind";
+}
+
 /// Place of the file's channels in RGBA.
 enum class Layout : std::uint8_t { rgb, rgba, grey, red_green, red_green_in_alpha };
 
@@ -56,7 +70,7 @@ class Header {
         read_descriptor(part({word(48), word(52)}, "data format descriptor"));
         read_values(part({word(56), word(60)}, "key/value data"));
         read_level();
-        size_ = {word(20), word(24), 0, srgb_};
+        size_.width = word(20), size_.height = word(24);
         check_image_size(subject, size_, file_bytes, max_side);
         if (pixels_.size == 0) fail("is damaged: its first level is empty");
         check(pixels_, "first level");
@@ -79,7 +93,7 @@ class Header {
     const ImageHeader& size() const { return size_; }
     Model model() const { return model_; }
     Layout layout() const { return layout_; }
-    bool srgb() const { return srgb_; }
+    bool srgb() const { return size_.srgb.value_or(false); }
     bool inflates() const { return supercompression_ == Supercompression::zstandard; }
     std::size_t levels() const { return std::max(1u, word(40)); }
     /// Returns the bytes of the largest level without supercompression; not for BasisLZ.
@@ -124,25 +138,30 @@ class Header {
         const std::string_view block = descriptor.substr(kTotal);
         const std::size_t size = number_at<std::uint16_t>(block, 6);
         if (size < kBlock || size > block.size()) fail("is damaged: its data format descriptor has a wrong size");
-        constexpr unsigned kSrgb = 2, kPremultiplied = 1;
-        const unsigned model = byte_at(block, 8);
-        srgb_ = byte_at(block, 10) == kSrgb;
+        constexpr unsigned kLinear = 1, kSrgb = 2, kPremultiplied = 1;
+        const unsigned model = byte_at(block, 8), transfer = byte_at(block, 10);
+        if (transfer == kLinear || transfer == kSrgb) size_.srgb = transfer == kSrgb;
+        size_.primaries = name_of(kPrimaries, byte_at(block, 9));
+        size_.transfer = name_of(kTransfers, transfer);
         if (byte_at(block, 11) & kPremultiplied) fail("has premultiplied alpha, which glTF does not allow");
         const auto* other = std::ranges::find(kOtherModels, model, &std::pair<unsigned, const char*>::first);
         if (other != std::end(kOtherModels)) fail("has texels in {}; glTF allows ETC1S and UASTC", other->second);
-        std::vector<unsigned> channels;
-        for (std::size_t at = kBlock; at + kSample <= size; at += kSample)
+        std::vector<unsigned> channels, bits;
+        for (std::size_t at = kBlock; at + kSample <= size; at += kSample) {
             channels.push_back(byte_at(block, at + 3) & 15);
+            bits.push_back(byte_at(block, at + 2) + 1);
+        }
         model_ = Model(model);
         if (model_ == Model::uncompressed)
-            read_format(word(12));
+            read_format(word(12), bits);
         else
             read_channels(channels);
         const bool basis_lz = supercompression_ == Supercompression::basis_lz;
         if ((model_ == Model::etc1s) != basis_lz) fail("has a supercompression that does not fit its texels");
     }
 
-    void read_format(std::uint32_t format) {
+    /// bits: those of each channel, for messages
+    void read_format(std::uint32_t format, const std::vector<unsigned>& bits) {
         // VkFormat of R, RG, RGB and RGBA in 8 bits each, linear and sRGB.
         static constexpr std::uint32_t kFormats[][2] = {{9, 15}, {16, 22}, {23, 29}, {37, 43}};
         static constexpr Layout kLayouts[] = {Layout::grey, Layout::red_green, Layout::rgb, Layout::rgba};
@@ -152,7 +171,7 @@ class Header {
             layout_ = kLayouts[i];
             return;
         }
-        fail("has texels in the VkFormat {}; glTF allows ETC1S and UASTC", format);
+        fail("has texels of {} bits (VkFormat {}); glTF allows ETC1S and UASTC", fmt::join(bits, " + "), format);
     }
 
     void read_channels(const std::vector<unsigned>& channels) {
@@ -205,8 +224,7 @@ class Header {
     Supercompression supercompression_ = Supercompression::none;
     Layout layout_ = Layout::rgb;
     std::size_t channels_ = 0;  // bytes of an uncompressed texel
-    bool srgb_ = false;
-    Range pixels_;  // the largest level
+    Range pixels_;              // the largest level
     std::uint64_t inflated_bytes_ = 0;
     Range global_;  // codebooks of BasisLZ
 };

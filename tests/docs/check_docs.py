@@ -2,8 +2,8 @@
 """check_docs.py CHECKOUT: what documents refer to exists, and their lists are those of the code.
 
 Links and anchors lead somewhere; README.md leads to every document; every picture is used, and all of them have at most
-2 MB; files and folders that are named exist; CI runs the set-up; gltf.md lists the extensions of the loader; the
-drawing of the rooms is current.
+2 MB. Files and folders that are named exist; CI runs the set-up. gltf.md lists the extensions of the loader, and each
+extension of materials has a scene for its picture. The drawing of the rooms is current.
 """
 import pathlib
 import re
@@ -67,6 +67,9 @@ def check(root):
     listed = set(re.findall(r"^\| `([A-Z]+_\w+)` \|", (root / "docs/gltf.md").read_text(), re.M))
     if not known or known != listed:
         yield f"docs/gltf.md and engine/io/gltf differ in extensions: {sorted(known ^ listed)}"
+    scenes = subprocess.run([root / "tools/extension-scenes", "--list"], capture_output=True, text=True).stdout.split()
+    for extension in sorted({e for e in known if "_materials_" in e} - set(scenes)):
+        yield f"tools/extension-scenes has no scene of {extension}"
     if subprocess.run([root / "tools/docs-architecture", "--check"]).returncode:
         yield "docs/pictures/architecture.svg is not current"
 

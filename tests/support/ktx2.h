@@ -18,6 +18,7 @@ struct Ktx2 {
     unsigned model = 166;  // UASTC
     unsigned primaries = 1, transfer = 2, flags = 0;
     std::vector<unsigned> channels{0};
+    unsigned bits = 8;   // Bits of each channel
     std::string values;  // key/value data
     std::string pixels;
     std::uint64_t inflated = 0;
@@ -47,7 +48,7 @@ inline std::string encode(const Ktx2& k) {
     put(bytes, descriptor_bytes - 4, 2);
     for (const unsigned byte : {k.model, k.primaries, k.transfer, k.flags}) put(bytes, byte, 1);
     bytes.append(12, '\0');
-    for (const unsigned channel : k.channels) put(bytes, std::uint64_t{channel} << 24, 16);
+    for (const unsigned channel : k.channels) put(bytes, std::uint64_t{channel} << 24 | (k.bits - 1) << 16, 16);
     return bytes + k.values + k.global + k.pixels;
 }
 

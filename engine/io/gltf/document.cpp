@@ -38,6 +38,16 @@ std::set<std::string> check_extensions(const Json& root, GltfDocument& document)
     return required;
 }
 
+/// Recognises glTF 1.0, which need not state its version, by lists that are objects.
+void check_generation(const Json& root, const std::string& file) {
+    const Json::const_iterator asset = root.find("asset");
+    if (asset != root.end() && asset->is_object() && asset->contains("version") && asset->at("version").is_string() &&
+        asset->at("version").get<std::string>().starts_with("2."))
+        return;
+    for (const char* const list : {"buffers", "meshes", "nodes", "scenes"})
+        if (root.contains(list) && root[list].is_object()) throw Error(file, "is glTF 1.0, only 2.0 is supported");
+}
+
 void check_version(const Json& root, const std::string& file) {
     const Json& asset = root.at("asset");
     const std::string version = asset.value("minVersion", asset.at("version").get<std::string>());
@@ -303,6 +313,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     if (root.contains("parts") && !root.contains("asset"))
         throw Error(document.file, "is a list of files, whose name must end with .parts.json");
+    check_generation(root, document.file);
     check_gltf(root, document.file);
     check_version(root, document.file);
     const std::set<std::string> required = check_extensions(root, document);

@@ -72,9 +72,9 @@ ImageHeader read_header(const std::string& subject, const ByteSource& encoded, i
 /// An image of the document, or the reason why it cannot be read.
 struct DecodedImage {
     TextureImage image;
-    std::optional<bool> srgb;  // ImageHeader::srgb of the file
-    std::uint64_t key = 0;     // TextureStore::key()
-    std::string error;         // empty: it has been read
+    ImageHeader header;
+    std::uint64_t key = 0;  // TextureStore::key()
+    std::string error;      // empty: it has been read
 };
 
 /// Decodes an image and makes its levels, or takes both from the cache of the store.
@@ -83,7 +83,7 @@ void decode(const GltfDocument& document, std::size_t image, const ByteSource& e
     const std::string subject = document.file + ": " + element_name(document, image);
     const int max_side = document.options.max_image_side;
     result.image.name = document.images[image].label;
-    result.srgb = read_header(subject, encoded, max_side).srgb;
+    result.header = read_header(subject, encoded, max_side);
     std::string buffer;
     const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
     if (TextureStore* store = document.options.textures.get()) {
@@ -217,13 +217,23 @@ void warn_of_unreadable(const GltfDocument& document, const DecodedImages& decod
     }
 }
 
-/// KHR_texture_basisu demands that the transfer function fits the use; glTF 2.0 says how texels are read.
-void warn_of_transfer(TextureUse use, const DecodedImage& image, const std::string& element, GltfWarnings& warnings) {
+/// KHR_texture_basisu demands that primaries and transfer function fit the use; glTF 2.0 says how texels are read.
+void warn_of_colors(TextureUse use, const ImageHeader& header, const std::string& element, GltfWarnings& warnings) {
     const bool color = use == TextureUse::color;
-    if (!image.srgb || *image.srgb == color) return;
-    warnings.add(color ? "is marked as linear, but used as a colour; its texels are read as sRGB"
-                       : "is marked as sRGB, but used as data; its texels are read as linear",
-                 element);
+    const char* const read_as = color ? "sRGB" : "linear";
+    if (header.srgb && *header.srgb != color)
+        warnings.add(fmt::format("is marked as {}, but used as {}; its texels are read as {}",
+                                 color ? "linear" : "sRGB", color ? "a colour" : "data", read_as),
+                     element);
+    if (!header.transfer.empty())
+        warnings.add(fmt::format("has the transfer function {}, which glTF does not allow; its texels are read as {}",
+                                 header.transfer, read_as),
+                     element);
+    if (color && !header.primaries.empty())
+        warnings.add(
+            fmt::format("has the colour primaries {}, which glTF does not allow; its colours are read as BT.709",
+                        header.primaries),
+            element);
 }
 
 /// Returns a metallic-roughness texture: roughness 1 - factor * A in G, no metalness.
@@ -309,7 +319,8 @@ std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMa
                 continue;
             }
             DecodedImage& source = decoded.at(image);
-            warn_of_transfer(texture.use, source, element_name(document, static_cast<std::size_t>(image)), warnings);
+            warn_of_colors(texture.use, source.header, element_name(document, static_cast<std::size_t>(image)),
+                           warnings);
             const auto [it, is_new] = place.try_emplace(image, static_cast<int>(images.size()));
             if (is_new) images.push_back(std::move(source.image));
             t.image = it->second;

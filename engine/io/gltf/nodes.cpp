@@ -38,6 +38,12 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
     return m;
 }
 
+/// Returns whether the node hides itself and all nodes below it.
+bool is_hidden(const tinygltf::Node& node) {
+    const tinygltf::Value* extension = find_extension(node.extensions, "KHR_node_visibility");
+    return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
+}
+
 std::vector<int> find_parents(const GltfDocument& document) {
     const auto& nodes = document.model.nodes;
     std::vector<int> parents(nodes.size(), kNone);
@@ -174,12 +180,16 @@ GltfNodes resolve_nodes(GltfDocument& document) {
 
     GltfNodes nodes;
     nodes.world.resize(model.nodes.size());
-    std::vector<bool> reached(model.nodes.size(), false);
+    std::vector<bool> reached(model.nodes.size(), false), hidden(model.nodes.size(), false);
     walk(document, roots, [&](std::size_t node) {
         reached[node] = true;
         nodes.world[node] = local_matrix(document, node);
-        if (parents[node] != kNone)
-            nodes.world[node] = nodes.world[static_cast<std::size_t>(parents[node])] * nodes.world[node];
+        hidden[node] = is_hidden(model.nodes[node]);
+        if (parents[node] != kNone) {
+            const auto parent = static_cast<std::size_t>(parents[node]);
+            nodes.world[node] = nodes.world[parent] * nodes.world[node];
+            hidden[node] = hidden[node] || hidden[parent];
+        }
         if (!within_float_range(nodes.world[node])) document.fail(name(node), "its transform overflows");
     });
     // Every node has at most one parent, so a node that no root reaches belongs to a cycle.
@@ -194,14 +204,16 @@ GltfNodes resolve_nodes(GltfDocument& document) {
                 document.warnings.add("is listed in a scene, but has a parent", name(static_cast<std::size_t>(root)));
         }
     }
-    walk(document, roots, [&](std::size_t node) { nodes.shown.push_back(static_cast<int>(node)); });
+    walk(document, roots, [&](std::size_t node) { nodes.all.push_back(static_cast<int>(node)); });
+    std::ranges::copy_if(nodes.all, std::back_inserter(nodes.shown),
+                         [&](int node) { return !hidden[static_cast<std::size_t>(node)]; });
     return nodes;
 }
 
 std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nodes) {
     std::vector<Camera> cameras;
     Names names;
-    for (const int node : nodes.shown) {
+    for (const int node : nodes.all) {
         const auto n = static_cast<std::size_t>(node);
         const gltf::Node& from = document.model.nodes[n];
         if (from.camera == kNone) continue;

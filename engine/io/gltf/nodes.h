@@ -9,7 +9,8 @@ namespace halflight {
 
 struct GltfNodes {
     std::vector<dmat4> world;  // per node; affine, each element in the range of float32
-    std::vector<int> shown;    // nodes of the scene, parents first, each once
+    std::vector<int> all;      // nodes of the scene, parents first, each once
+    std::vector<int> shown;    // nodes of the scene that KHR_node_visibility does not hide; cameras ignore it
 };
 
 /// Computes the world transforms. Throws Error for a node with two parents, in a cycle, or with a transform beyond

@@ -221,6 +221,10 @@ TEST_F(GltfText, OtherFormatsAreRefused) {
     EXPECT_EQ(refusal_of_text("{}"), "has no 'asset'");
     EXPECT_TRUE(refusal_of_text(asset).starts_with("parse error at line 1")) << refusal_of_text(asset);
     EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "1.0"}})"), "is glTF 1.0, only 2.0 is supported");
+    EXPECT_EQ(refusal_of_text(R"({"asset": {"version": 1.0}, "scenes": {"main": {}}})"),
+              "is glTF 1.0, only 2.0 is supported");
+    EXPECT_EQ(refusal_of_text(R"({"nodes": {"root": {}}})"), "is glTF 1.0, only 2.0 is supported");
+    EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "2.0"}, "nodes": {}})"), "nodes: is not an array");
     EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "2.1", "minVersion": "2.1"}})"),
               "is glTF 2.1, only 2.0 is supported");
     EXPECT_EQ(refusal_of_text(asset + R"(, "nodes": {}})"), "nodes: is not an array");

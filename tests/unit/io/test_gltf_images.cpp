@@ -28,10 +28,10 @@ TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
         << "of 16 bits, rounded: 0x12ff is 18.99 / 255, 0x00ff nearly 1 / 255";
 }
 
-/// Returns a KTX2 of 2x1 texels without compression. transfer: 1 linear, 2 sRGB.
-std::string small_ktx2(unsigned transfer = 2) {
+/// Returns a KTX2 of 2x1 texels without compression. transfer: 1 linear, 2 sRGB, 10 PQ; primaries: 1 BT.709, 4 BT.2020.
+std::string small_ktx2(unsigned transfer = 2, unsigned primaries = 1) {
     test::Ktx2 file;
-    file.model = 1, file.format = transfer == 2 ? 43 : 37, file.transfer = transfer;
+    file.model = 1, file.format = transfer == 2 ? 43 : 37, file.transfer = transfer, file.primaries = primaries;
     file.width = 2, file.height = 1;
     file.pixels = "abcdefgh";
     return test::encode(file);
@@ -131,6 +131,14 @@ TEST_F(GltfMaterials, TransferFunctionsThatDoNotFitAreReported) {
     material()["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 1}}},
                                           {"metallicRoughnessTexture", {{"index", 0}}}};
     EXPECT_TRUE(load().report.warnings.empty());
+    write("color.ktx2", small_ktx2(1, 4));
+    EXPECT_TRUE(load().report.warnings.empty()) << "primaries are of no use in data";
+    write("data.ktx2", small_ktx2(10, 4));
+    EXPECT_EQ(load().report.warnings,
+              (std::vector<std::string>{"images[1] (data.ktx2): has the transfer function PQ EOTF, which glTF does not "
+                                        "allow; its texels are read as sRGB",
+                                        "images[1] (data.ktx2): has the colour primaries BT.2020, which glTF does not "
+                                        "allow; its colours are read as BT.709"}));
 }
 
 TEST_F(GltfMaterials, UnusableImagesAreNamed) {

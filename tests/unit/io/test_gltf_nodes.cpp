@@ -46,6 +46,33 @@ TEST_F(GltfNode, TheDefaultSceneIsShown) {
     EXPECT_EQ(scene.instances[0].name, "second");
 }
 
+TEST_F(GltfNode, HiddenNodesHideTheirChildrenButNoCameras) {
+    const auto visible = [](bool value) { return Json{{"KHR_node_visibility", {{"visible", value}}}}; };
+    GltfBuilder b;
+    b.add_triangle();
+    b.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    b.push("nodes", {{"mesh", 0}, {"children", {2, 3, 4}}, {"extensions", visible(false)}});
+    b.push("nodes", {{"mesh", 0}, {"extensions", visible(true)}});
+    b.push("nodes", {{"camera", 0}});
+    b.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    b.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_node_visibility"};
+    Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 1u);
+    EXPECT_EQ(scene.instances[0].node, 0);
+    EXPECT_EQ(scene.cameras.size(), 1u);
+    EXPECT_TRUE(scene.lights.empty());
+    EXPECT_TRUE(scene.report.warnings.empty());
+    b.json["nodes"][1]["extensions"]["KHR_node_visibility"] = Json::object();
+    scene = load(b);
+    EXPECT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.lights.size(), 1u);
+    b.json["nodes"][1]["extensions"] = visible(false);
+    b.json["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"] = 0;
+    EXPECT_NE(error_message([&] { load(b); }).find("nodes[1].extensions.KHR_node_visibility.visible"),
+              std::string::npos);
+}
+
 TEST_F(GltfNode, NestedDeeply) {
     GltfBuilder b;
     constexpr int kDepth = 5000;

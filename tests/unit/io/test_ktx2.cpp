@@ -155,6 +155,25 @@ TEST(Ktx2File, UncompressedTexels) {
     EXPECT_EQ(read_ktx2_header("", encode(grey), 1000, 99).srgb, false);
 }
 
+TEST(Ktx2File, ColourSpacesThatGltfDoesNotAllowHaveNames) {
+    const auto header = [](unsigned primaries, unsigned transfer) {
+        Ktx2 file = uastc();
+        file.primaries = primaries, file.transfer = transfer;
+        return read_ktx2_header("", encode(file), 10000, 99);
+    };
+    for (const unsigned allowed : {0u, 1u}) EXPECT_EQ(header(allowed, 2).primaries, "") << allowed;
+    EXPECT_EQ(header(4, 2).primaries, "BT.2020");
+    EXPECT_EQ(header(10, 2).primaries, "Display P3");
+    EXPECT_EQ(header(11, 2).primaries, "Adobe RGB");
+    EXPECT_EQ(header(255, 2).primaries, "of an unknown kind");
+    for (const unsigned allowed : {0u, 1u, 2u}) EXPECT_EQ(header(1, allowed).transfer, "") << allowed;
+    EXPECT_EQ(header(1, 0).srgb, std::nullopt) << "unspecified";
+    EXPECT_EQ(header(1, 10).transfer, "PQ EOTF");
+    EXPECT_EQ(header(1, 10).srgb, std::nullopt);
+    EXPECT_EQ(header(1, 18).transfer, "Adobe RGB");
+    EXPECT_EQ(header(1, 20).transfer, "of an unknown kind");
+}
+
 /// Makes a picture with runs of equal blocks and with all kinds of predictions.
 Etc1s random_etc1s(std::uint32_t columns, std::uint32_t rows, std::size_t slices) {
     std::mt19937 random(columns + rows);
@@ -210,8 +229,10 @@ TEST(Ktx2File, OtherKindsAreRefusedByName) {
     };
     EXPECT_EQ(change([](Ktx2&) {}), "");
     EXPECT_EQ(change([](Ktx2& f) { f.model = 134; }), "a.ktx2: has texels in BC7; glTF allows ETC1S and UASTC");
-    EXPECT_EQ(change([](Ktx2& f) { f.model = 1, f.format = 97; }),
-              "a.ktx2: has texels in the VkFormat 97; glTF allows ETC1S and UASTC");
+    EXPECT_EQ(change([](Ktx2& f) {
+                  f.model = 1, f.format = 97, f.bits = 16, f.channels = {0, 1, 2, 15};
+              }),
+              "a.ktx2: has texels of 16 + 16 + 16 + 16 bits (VkFormat 97); glTF allows ETC1S and UASTC");
     EXPECT_EQ(change([](Ktx2& f) { f.faces = 6; }), "a.ktx2: is a cube map; glTF needs a 2D texture");
     EXPECT_EQ(change([](Ktx2& f) { f.layers = 2; }), "a.ktx2: is an array texture; glTF needs a 2D texture");
     EXPECT_EQ(change([](Ktx2& f) { f.depth = 2; }), "a.ktx2: is a volume texture; glTF needs a 2D texture");
@@ -289,6 +310,14 @@ TEST(Ktx2File, FilesOfOthersResembleTheirPng) {
     EXPECT_NEAR(psnr(uastc, png), 45.323, 0.001);
     for (const char* name : {"2d_rgb8", "2d_rgba8", "2d_uastc", "2d_etc1s"})
         EXPECT_EQ(decoded(read_file(folder / (std::string(name) + ".ktx2"), 1 << 24)).width, 40) << name;
+    const auto refusal_of = [&](const char* name) { return refusal(read_file(folder / name, 1 << 24)); };
+    EXPECT_EQ(refusal_of("2d_bc1.ktx2"), "a.ktx2: has texels in BC1; glTF allows ETC1S and UASTC");
+    EXPECT_EQ(refusal_of("2d_bc7.ktx2"), "a.ktx2: has texels in BC7; glTF allows ETC1S and UASTC");
+    EXPECT_EQ(refusal_of("2d_astc4x4.ktx2"), "a.ktx2: has texels in ASTC; glTF allows ETC1S and UASTC");
+    EXPECT_EQ(refusal_of("2d_rgba16_linear.ktx2"),
+              "a.ktx2: has texels of 16 + 16 + 16 + 16 bits (VkFormat 97); glTF allows ETC1S and UASTC");
+    EXPECT_EQ(refusal_of("2d_rgba32_linear.ktx2"),
+              "a.ktx2: has texels of 32 + 32 + 32 + 32 bits (VkFormat 109); glTF allows ETC1S and UASTC");
 }
 
 }  // namespace
