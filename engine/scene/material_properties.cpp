@@ -6,6 +6,7 @@
 
 #include "engine/core/error.h"
 #include "shaders/shared/material.h"
+#include "shaders/shared/specular_chain.h"
 #include "shaders/shared/surface.h"
 
 namespace halflight {
@@ -54,6 +55,16 @@ bool iridescent(const M& m) {
 }
 bool anisotropic(const M& m) {
     return lit(m) && m.anisotropy_strength > 0;
+}
+bool glossy(const M& m) {
+    return (lit(m) && m.metallic > 0) || specular(m);
+}
+bool sharp(const M& m) {
+    const auto smooth = [](float roughness, const TextureRef& texture) {
+        return texture || roughness <= shared::kMostSharpRoughness;
+    };
+    return ((glossy(m) || transmits(m)) && smooth(m.roughness, m.metallic_roughness_texture)) ||
+           (coated(m) && smooth(m.clearcoat_roughness, m.clearcoat_roughness_texture));
 }
 bool is_solid(const M& m) {
     return (transmits(m) || translucent(m)) && m.thickness > 0;
@@ -569,9 +580,15 @@ const std::array kLobes = {
                  .need = &N::glossy,
                  .define = "GLOSSY",
                  .fact = "no material has a specular, coat, sheen or transmission component",
-                 .present = [](const M& m) { return (lit(m) && m.metallic > 0) || specular(m); },
+                 .present = glossy,
                  .record_rows = 2,
                  .layer_rows = 2},
+    MaterialLobe{.label = "mirrors and clear glass",
+                 .need = &N::sharp,
+                 .define = "SHARP",
+                 .fact = "no lobe has a roughness of 0.1 or less",
+                 .present = sharp,
+                 .implies = &N::glossy},
     MaterialLobe{.label = "clearcoat",
                  .need = &N::clearcoat,
                  .define = "CLEARCOAT",
