@@ -22,14 +22,15 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
     if (settings.want_view) view_ = colors.view(settings.view);
     const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && settings.bounces > 1;
     present_ = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
-    if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_);
+    chains_ = bool(needs.chains);
+    if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
 }
 
 void DenoiseStage::begin(NoisyFrame* frame) {
     has_halves_ = denoised_ = false;
     kept_ = frame;
     std::optional<DenoiserTextures>& pixels = kept_ ? kept_->pixels : own_;
-    if (!pixels) pixels.emplace(desc_, present_);
+    if (!pixels) pixels.emplace(desc_, present_, chains_);
     executor_.reset_times();
 }
 
@@ -40,6 +41,7 @@ void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumul
     for (const graph::TextureHandle h :
          {filled.mean, filled.guide, filled.reflectance, filled.diffuse_albedo, filled.glossy_albedo})
         graph.output(h);
+    if (filled.glossy_guide) graph.output(filled.glossy_guide), graph.output(filled.glossy_reflectance);
     for (const LightHalves& light : filled.light)
         if (light.first) graph.output(light.first), graph.output(light.second);
     has_halves_ = has_halves_ || (samples.first > 0 && samples.first < samples.all);
@@ -88,6 +90,11 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
         if (!other.frame->has_halves || !there || !back) continue;
         neighbours.push_back({other.frame->pixels->import_pixels(graph), graph.import_texture("motion", *there),
                               graph.import_texture("motion back", *back)});
+        gpu::Texture *mirrored = frame.glossy_motion(other.offset),
+                     *mirrored_back = other.frame->glossy_motion(-other.offset);
+        if (!mirrored || !mirrored_back) continue;
+        neighbours.back().glossy_motion = graph.import_texture("glossy motion", *mirrored);
+        neighbours.back().glossy_motion_back = graph.import_texture("glossy motion back", *mirrored_back);
     }
     std::optional<Made> made;
     if (frame.has_halves) made = make(graph, frame.pixels->import_pixels(graph), neighbours);

@@ -48,6 +48,7 @@ class DenoiseStage {
 
     gpu::TextureDesc desc_;
     DenoiserTextures::Present present_{};
+    bool chains_ = false;  // specular chains are followed
     std::optional<DenoiserTextures> own_;
     NoisyFrame* kept_ = nullptr;  // frame that gets the picture; null: own_ gets it
     std::optional<ViewProcessor> view_;

@@ -6,6 +6,7 @@
 #include "passes/light/radiance_cache.h"
 #include "passes/light/reuse.h"
 #include "passes/light/shadow.h"
+#include "passes/light/specular_chain.h"
 
 namespace halflight {
 
@@ -32,6 +33,9 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         if (needs.radiance_cache) add_radiance_cache(graph, view, *view.radiance_cache, *sample.continuation, paths);
         sample.paths = paths;
     }
+
+    if (needs.chains)
+        sample.chains = add_specular_chains(graph, view, frame.gbuffer, {.bounces = options.bounces}).chains;
 
     AccumulateOptions wanted{bool(needs.squares), bool(needs.features), bool(needs.halves), std::nullopt};
     if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;

@@ -18,6 +18,7 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/specular_chain.h"
 
 namespace halflight {
 namespace {
@@ -82,6 +83,7 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
+    if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
     if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
     return bytes + (s.want_view ? 2 : 1) * kTexel;  // the last term is the picture
 }
@@ -106,6 +108,7 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
     if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
+    if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
     if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
     if (s.error) bytes += 3 * (sizeof(double) + kReplicates * sizeof(float));
     return bytes;
@@ -119,12 +122,16 @@ std::size_t preview_bytes(const Preview& p) {
     return (kPixels + (p.temporal ? kEarlier : 0) + (p.filter ? kDenoiseLevels + 2 : 0)) * kTexel;
 }
 
-/// Returns the bytes per pixel of the denoiser. A frame of a sequence waits with its layers for those after it.
-std::size_t denoiser_bytes(const RenderSettings& s) {
+/// Returns the bytes per pixel of the denoiser. A frame of a sequence waits with its layers for those after it. chains:
+/// whether specular chains are followed.
+std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
     const int near = 2 * neighbour_frames(s);
     if (!s.denoise) return 0;
-    return kDenoiserPixelBytes + (near > 0 ? kDenoiserNeighbourBytes + NoisyFrame::kPlaceBytes : 0) +
-           std::size_t(near) * (denoiser_frame_bytes(near) + film_bytes(s));
+    const auto frames = static_cast<std::size_t>(near);
+    const std::size_t mirrored = chains ? kDenoiserChainBytes + frames * kTexel : 0;  // properties and motion
+    const std::size_t places = NoisyFrame::kPlaceBytes + (chains ? NoisyFrame::kMirroredBytes : 0);
+    return kDenoiserPixelBytes + mirrored + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
+           frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s));
 }
 
 /// Returns the bytes per pixel: sums in double, and the first picture. Pictures at the frame's own time count apart.
@@ -147,10 +154,10 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 }
 
 /// Fills in the parts that belong to the whole picture.
-void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use) {
+void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use, bool chains) {
     const std::size_t pixels = std::size_t(s.width) * std::size_t(s.height);
     m.film = film_bytes(s) * pixels;
-    m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s) * pixels +
+    m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s, chains) * pixels +
                 (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
     m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;
     m.writing = writing_bytes(s, use);
@@ -198,7 +205,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                      .band = (path_bytes(scene, needs, s) + paged) * paths + window,
                      .visibility = state_bytes(scene, size, needs, band, s),
                      .reading = reading_bytes(needs, s) * paths};
-    add_whole_picture(m, s, use);
+    add_whole_picture(m, s, use, bool(needs.chains));
     return m;
 }
 
@@ -207,7 +214,7 @@ std::size_t least_picture_bytes(const RenderSettings& settings, const PictureUse
     s.width = std::max(s.width, 1), s.height = std::max(s.height, 1);
     s.want_view = use.png;
     MemoryEstimate m;
-    add_whole_picture(m, s, use);
+    add_whole_picture(m, s, use, false);
     return m.picture();
 }
 

@@ -15,6 +15,7 @@
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
+#include "shaders/shared/specular_chain.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight {
@@ -35,6 +36,7 @@ constexpr const char* kCameraRays = "camera rays";
 constexpr const char* kCameraHits = "hits of camera rays";
 constexpr const char* kSeen = "camera rays for light alone";
 constexpr const char* kClamp = "clamp of indirect light";
+constexpr const char* kChains = "surfaces seen in mirrors";
 constexpr const char* kSquares = "sums of squares";
 constexpr const char* kFeatures = "sums of albedo and normal";
 constexpr const char* kHalves = "sums of half the samples";
@@ -60,6 +62,12 @@ constexpr std::size_t tile_bytes_of_path() {
 
 constexpr std::size_t kTemporalBytes = 2 * 3 * kRow;               // the new picture and the earlier one
 constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;  // variance, levels, despeckled
+
+/// Returns the bytes per path of chains: their ends, rays, hits, list and surface records.
+std::size_t chain_bytes(const SceneNeeds& scene) {
+    return sizeof(shared::SpecularChain) + sizeof(shared::Ray) + sizeof(shared::Hit) + kListEntry +
+           scene.surface_record_bytes();
+}
 
 const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;
@@ -120,6 +128,12 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const bool diffuse = kept(kDiffuse) || (paths && no_transport && !kept(kGlossy));
     const bool shadow = kept(kShadow) || kept(kTiles);
     const char* no_shadow = transport(shadow, no_light);
+    const char* no_chains = transport(kept(kChains), !options.denoise ? kNoDenoise
+                                                     : scene.sharp    ? nullptr
+                                                                      : fact_without(&SceneNeeds::sharp));
+    const bool halves = options.denoise || !no_chains;  // chains add to both sums
+    const bool features = options.want_features || !no_chains;
+    const std::size_t half_sums = shared::kHalfSums + (no_chains ? 0 : shared::kChainSums);
     const bool traced = options.primary == PrimaryVisibility::traced;  // traced visibility needs rays and hits
     return {
         .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
@@ -150,10 +164,11 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                  : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
                                                                                        : "there is no light"},
         .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp is set")},
+        .chains = {kChains, chain_bytes(scene), no_chains},
         .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was requested")},
         .features = {kFeatures, 6 * sizeof(double),
-                     asked(options.want_features, kFeatures, "neither albedo nor normal was requested")},
-        .halves = {kHalves, shared::kHalfSums * sizeof(double), asked(options.denoise, kHalves, kNoDenoise)},
+                     asked(features, kFeatures, "neither albedo nor normal was requested")},
+        .halves = {kHalves, half_sums * sizeof(double), asked(halves, kHalves, kNoDenoise)},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }

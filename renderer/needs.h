@@ -52,11 +52,12 @@ struct FrameNeeds {
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
     FramePart seen;                                   // additional camera rays for directly visible light
     FramePart clamp;                                  // clamp of indirect light
+    FramePart chains;                                 // surfaces seen in mirrors and through clear glass
     FramePart squares, features, halves;              // sums
     FramePart tiles;                                  // tile lists of first shadow rays
-    std::array<FramePart, 15> parts() const {
-        return {shadow,      diffuse, glossy, continuation, later_light, reuse,  radiance_cache, camera_rays,
-                camera_hits, seen,    clamp,  squares,      features,    halves, tiles};
+    std::array<FramePart, 16> parts() const {
+        return {shadow,      diffuse, glossy, continuation, later_light, reuse,    radiance_cache, camera_rays,
+                camera_hits, seen,    clamp,  chains,       squares,     features, halves,         tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

@@ -56,7 +56,11 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (with.aov && (film.wants({Source::record}) || frame.noisy || (preview && frame.previous_surfaces))) {
         const auto records = executor.read<shared::AovRecord>(with.aov);
         film.add_data(where, records);
-        if (frame.noisy) frame.noisy->add_places(where, records, scene.tables());
+        if (frame.noisy) {
+            const auto chains =
+                with.chains ? executor.read<shared::ChainPlace>(with.chains) : std::vector<shared::ChainPlace>();
+            frame.noisy->add_places(where, records, chains, scene.tables());
+        }
         if (frame.previous_surfaces)
             film.add_surface_motion(where, records, *frame.previous_surfaces,
                                     frame.previous_camera.value_or(frame.camera));

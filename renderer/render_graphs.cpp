@@ -3,6 +3,7 @@
 
 #include "engine/core/error.h"
 #include "engine/rays/batch_server.h"
+#include "passes/light/specular_chain.h"
 #include "passes/picture/aov.h"
 #include "renderer/band_size.h"
 #include "renderer/frame_options.h"
@@ -159,6 +160,11 @@ void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
     const GBuffer gbuffer = add_gbuffer(
         to.data_graph, seen, {.rays = debug.any() || keep, .hits = aov || debug.residency || keep}, settings.primary);
     if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
+    if (needs().chains && neighbour_frames(settings) > 0) {
+        to.chains =
+            add_specular_chains(to.data_graph, seen, gbuffer, {.bounces = settings.bounces, .places = true}).places;
+        to.data_graph.output(to.chains);
+    }
     if (debug.any()) to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
     to.data = graph::compile(to.data_graph);
 }

@@ -50,6 +50,7 @@ struct CompiledBand {
     // Graph of layers at the pixels' centres; empty unless requested
     graph::Graph data_graph;
     graph::BufferHandle aov;
+    graph::BufferHandle chains;  // ChainPlace per path
     graph::BufferHandle debug;
     graph::CompiledGraph data;
 };

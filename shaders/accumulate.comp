@@ -1,6 +1,5 @@
 // Adds one sample to the sums of its pixel; the first sample of a picture begins them. NaNs, infinities and negative
 // radiances are counted, by the pass that they come from, and taken as zero.
-#include "shaders/shared/denoise.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/scene_tables.glsl"
@@ -47,6 +46,9 @@ layout(std430) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
 layout(std430) buffer HalfSums { double half_sums[]; };  // Accumulated::halves
 #endif
 layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+uniform samplerBuffer chains;  // RGBA32F: SpecularChain, three texels each
+#endif
 #ifdef HALFLIGHT_REUSE
 uniform samplerBuffer received;  // RGBA32F: DirectLight, two texels each
 #endif
@@ -59,6 +61,7 @@ uniform samplerBuffer light_seen;  // RGBA32F: emission seen by camera rays
 uniform float most_luminance;  // highest luminance of a sample's indirect light
 #endif
 
+#include "shaders/lib/half_sums.glsl"
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
@@ -195,7 +198,7 @@ void main() {
 #endif
     double counts = frame.first_half != 0u ? 1.0lf : 0.0lf;
     vec3 diffuse_albedo = guarded(point.is_surface ? b.diffuse + b.diffuse_through : vec3(0.0), kCountGBuffer);
-    uint first = path * kHalfSums;
+    uint first = path * kHalfStride;
     for (uint i = 0u; i < 3u; ++i) {
         ADD(half_sums[first + i], counts * diffuse[i]);
         ADD(half_sums[first + 3u + i], counts * later_diffuse[i]);
@@ -204,6 +207,22 @@ void main() {
     }
     float depth = dot(seen_position(path, point) - frame.camera_position.xyz, frame.camera_forward.xyz);
     ADD(half_sums[first + 12u], point.is_surface ? log(max(depth, kLeastDepth)) : 0.0);
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+    vec4 of_throughput = texelFetch(chains, 3 * int(path));
+    vec4 of_albedo = texelFetch(chains, 3 * int(path) + 1);
+    vec4 of_normal = texelFetch(chains, 3 * int(path) + 2);
+    bool follows = point.is_surface && of_throughput.w > 0.0;
+    float unfolded = depth + of_albedo.w * dot(-wo, frame.camera_forward.xyz);  // depth at which the end appears
+    float behind = log(max(unfolded, kLeastDepth) / max(depth, kLeastDepth)) + of_normal.w * kEscapedDepth;
+    vec3 instead = guarded(follows ? of_albedo.rgb - (albedo - diffuse_albedo) : vec3(0.0), -kLargestFloat, kCountGBuffer);
+    vec3 turned = guarded(follows ? of_normal.xyz - normal : vec3(0.0), -kLargestFloat, kCountGBuffer);
+    vec3 rest = guarded(follows ? vec3(behind, of_throughput.w, 0.0) : vec3(0.0), -kLargestFloat, kCountGBuffer);
+    for (uint i = 0u; i < 3u; ++i) {
+        ADD(half_sums[first + kHalfSums + i], instead[i]);
+        ADD(half_sums[first + kHalfSums + 3u + i], turned[i]);
+        if (i < 2u) ADD(half_sums[first + kHalfSums + 6u + i], rest[i]);
+    }
+#endif
 #endif
 
 #ifdef HALFLIGHT_SQUARES

@@ -1,5 +1,5 @@
 // Converts sums of surface properties of a band to the denoiser's textures of the whole picture.
-#include "shaders/shared/denoise.h"
+#include "shaders/lib/half_sums.glsl"
 #include "shaders/shared/pixel_order.h"
 
 layout(local_size_x = 64) in;
@@ -15,6 +15,10 @@ layout(rgba32f) writeonly uniform image2D guide;
 layout(rgba32f) writeonly uniform image2D reflectance;
 layout(rgba32f) writeonly uniform image2D diffuse_albedo;
 layout(rgba32f) writeonly uniform image2D glossy_albedo;
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+layout(rgba32f) writeonly uniform image2D glossy_guide;
+layout(rgba32f) writeonly uniform image2D glossy_reflectance;
+#endif
 
 uniform uint samples;
 uniform uint first_samples;
@@ -29,15 +33,25 @@ void main() {
     double covered = emission[path * 4u + 3u];
     double of_covered = covered > 0.0LF ? 1.0LF / covered : 0.0LF;
     vec3 all, diffuse, glossy, normal;
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+    vec3 instead, turned;  // differences that specular chains make in the mean albedo and normal
+#endif
+    uint at = path * kHalfStride;
     for (uint i = 0u; i < 3u; ++i) {
         double whole = features[path * 6u + i];
-        double own = half_sums[path * kHalfSums + 9u + i];
+        double own = half_sums[at + 9u + i];
         all[i] = float(whole * of_covered);
         diffuse[i] = max(float(own * share), kLeastFilteredAlbedo);
-        glossy[i] = max(float((whole - own) * share), kLeastFilteredAlbedo);
+        double of_glossy = whole - own;
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+        of_glossy += half_sums[at + kHalfSums + i];
+        instead[i] = float(half_sums[at + kHalfSums + i] * of_covered);
+        turned[i] = float(half_sums[at + kHalfSums + 3u + i] * of_covered);
+#endif
+        glossy[i] = max(float(of_glossy * share), kLeastFilteredAlbedo);
         normal[i] = float(features[path * 6u + 3u + i] * of_covered);
     }
-    float depth = float(half_sums[path * kHalfSums + 12u] * of_covered);
+    float depth = float(half_sums[at + 12u] * of_covered);
     if (pixel.x < size.x && pixel.y < size.y) {
         ivec2 to = pixel + ivec2(0, first_row);
         imageStore(mean, to, texelFetch(beauty, pixel, 0));
@@ -45,5 +59,11 @@ void main() {
         imageStore(reflectance, to, vec4(all, 1.0));
         imageStore(diffuse_albedo, to, vec4(diffuse, 1.0));
         imageStore(glossy_albedo, to, vec4(glossy, 1.0));
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+        float behind = float(half_sums[at + kHalfSums + 6u] * of_covered);
+        float bounces = float(half_sums[at + kHalfSums + 7u] * of_covered);
+        imageStore(glossy_guide, to, vec4(normal + turned, depth + behind));
+        imageStore(glossy_reflectance, to, vec4(all + instead, bounces));
+#endif
     }
 }

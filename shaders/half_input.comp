@@ -1,5 +1,5 @@
 // Converts the sums of one component of a band to two halves of light over albedo, textures of the whole picture.
-#include "shaders/shared/denoise.h"
+#include "shaders/lib/half_sums.glsl"
 #include "shaders/shared/pixel_order.h"
 
 layout(local_size_x = 64) in;
@@ -46,10 +46,13 @@ void main() {
     bool good = first_samples > 0u && first_samples < samples && emission[path * 4u + 3u] > 0.0LF;
     vec3 of_first, of_second;
     for (uint i = 0u; i < 3u; ++i) {
-        double own = half_sums[path * kHalfSums + uint(component) * 3u + i];
+        double own = half_sums[path * kHalfStride + uint(component) * 3u + i];
         double rest = max(whole_sum(path, i) - own, 0.0LF);
-        double albedo = half_sums[path * kHalfSums + 9u + i];
+        double albedo = half_sums[path * kHalfStride + 9u + i];
         if (component == kGlossy) albedo = features[path * 6u + i] - albedo;
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+        if (component == kGlossy) albedo += half_sums[path * kHalfStride + kHalfSums + i];
+#endif
         albedo = max(albedo / double(samples), double(kLeastFilteredAlbedo));
         of_first[i] = float(min(own / (double(max(first_samples, 1u)) * albedo), double(kMostFilteredLight)));
         of_second[i] =

@@ -21,7 +21,7 @@ uniform sampler2D light;  // rg: luminance of the halves; b: variance; a: share 
 uniform sampler2D first;
 uniform sampler2D second;
 uniform sampler2D guide;        // xyz: normal; w: ln(depth)
-uniform sampler2D reflectance;  // rgb: albedo
+uniform sampler2D reflectance;  // rgb: albedo; a: number of mirrors before the surface
 layout(rgba32f) writeonly uniform image2D filtered_first;
 layout(rgba32f) writeonly uniform image2D filtered_second;
 
@@ -43,11 +43,13 @@ vec2 difference(ivec2 p, ivec2 q, ivec2 size) {
 }
 
 // Returns the weight that normals, albedos and depths allow.
-float likeness(vec4 guide_p, vec3 albedo_p, vec4 guide_q, vec3 albedo_q) {
+float likeness(vec4 guide_p, vec4 albedo_p, vec4 guide_q, vec4 albedo_q) {
     vec3 normals = guide_p.xyz - guide_q.xyz;
-    vec3 albedos = albedo_p - albedo_q;
+    vec3 albedos = albedo_p.rgb - albedo_q.rgb;
+    float mirrors = albedo_p.a - albedo_q.a;
     float depths = guide_p.w - guide_q.w;
-    return exp(-dot(normals, normals) / 0.09 - dot(albedos, albedos) / 0.25 - depths * depths / 0.04);
+    return exp(-dot(normals, normals) / 0.09 - dot(albedos, albedos) / 0.25 - depths * depths / 0.04 -
+               mirrors * mirrors / 0.25);
 }
 
 void main() {
@@ -56,13 +58,14 @@ void main() {
     ivec2 local = ivec2(gl_LocalInvocationID.xy);
     ivec2 from = corner + ivec2(kOwn * local.x, local.y);
     vec4 own_guide[kOwn];
-    vec3 own_albedo[kOwn], own_first[kOwn], own_second[kOwn];
+    vec4 own_albedo[kOwn];
+    vec3 own_first[kOwn], own_second[kOwn];
     vec3 sum_first[kOwn], sum_second[kOwn];  // weighted sums of differences from the pixel's own light
     vec2 weights[kOwn];                      // sums of weights
     for (int k = 0; k < kOwn; ++k) {
         ivec2 pixel = min(from + ivec2(k, 0), size - 1);
         own_guide[k] = texelFetch(guide, pixel, 0);
-        own_albedo[k] = texelFetch(reflectance, pixel, 0).rgb;
+        own_albedo[k] = texelFetch(reflectance, pixel, 0);
         own_first[k] = texelFetch(first, pixel, 0).rgb;
         own_second[k] = texelFetch(second, pixel, 0).rgb;
         sum_first[k] = vec3(0.0);
@@ -106,7 +109,7 @@ void main() {
                 vec4 other_first = texelFetch(first, q, 0);
                 vec3 other_second = texelFetch(second, q, 0).rgb;
                 float alike = likeness(own_guide[k], own_albedo[k], texelFetch(guide, q, 0),
-                                       texelFetch(reflectance, q, 0).rgb);
+                                       texelFetch(reflectance, q, 0));
                 vec2 weight = exp(-max(patches[k] / float((2 * kPatch + 1) * (2 * kPatch + 1)), vec2(0.0)));
                 weight *= inside && other_first.a > 0.0 ? alike : 0.0;
                 // The second half decides about the first one, and the first half about the second one.

@@ -6,7 +6,8 @@ namespace halflight::rays {
 
 const char* name(RayKind kind) {
     return name_among(
-        kRayKinds, {"primary", "shadow", "sun", "diffuse", "glossy", "continuation", "occlusion", "connection"}, kind);
+        kRayKinds,
+        {"primary", "shadow", "sun", "diffuse", "glossy", "continuation", "occlusion", "connection", "specular"}, kind);
 }
 
 const char* name(TraceMethod method) {

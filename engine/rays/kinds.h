@@ -16,10 +16,11 @@ enum class RayKind : std::uint8_t {
     continuation,
     occlusion,
     connection,
+    specular,  // chains over mirrors and glass
 };
-inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    RayKind::sun,
-                                        RayKind::diffuse,   RayKind::glossy,    RayKind::continuation,
-                                        RayKind::occlusion, RayKind::connection};
+inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,     RayKind::sun,
+                                        RayKind::diffuse,   RayKind::glossy,     RayKind::continuation,
+                                        RayKind::occlusion, RayKind::connection, RayKind::specular};
 const char* name(RayKind kind);
 
 /// Methods to trace a batch.

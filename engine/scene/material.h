@@ -108,6 +108,7 @@ struct MaterialNeeds {
     bool dispersion = false;  // the index of refraction of some solid depends on the colour
     bool volume = false;      // some material that transmits light, diffusely or not, is solid
     bool sheen = false;
+    bool sharp = false;           // some lobe is so smooth that specular chains follow it
     bool anisotropy = false;      // some lobe is anisotropic, on a mesh with tangents
     bool iridescence = false;     // some surface has a thin film
     bool specular_color = false;  // some dielectric's specular colour is not white

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/scene/material.h"
+#include "shaders/shared/specular_chain.h"
 
 namespace halflight {
 
@@ -35,6 +36,17 @@ inline bool iridescent(const Material& m) {
 }
 inline bool anisotropic(const Material& m) {
     return lit(m) && m.anisotropy_strength > 0;
+}
+inline bool glossy(const Material& m) {
+    return (lit(m) && m.metallic > 0) || specular(m);
+}
+/// Returns whether some lobe can be a mirror or clear glass.
+inline bool sharp(const Material& m) {
+    const auto smooth = [](float roughness, const TextureRef& texture) {
+        return texture || roughness <= shared::kMostSharpRoughness;
+    };
+    return ((glossy(m) || transmits(m)) && smooth(m.roughness, m.metallic_roughness_texture)) ||
+           (coated(m) && smooth(m.clearcoat_roughness, m.clearcoat_roughness_texture));
 }
 inline bool is_solid(const Material& m) {
     return (transmits(m) || translucent(m)) && m.thickness > 0;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "engine/paging/row_gather.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 
@@ -20,38 +19,6 @@ struct Shadowing {
     bool answered() const { return occluded.version != 0; }
 };
 
-/// Makes the surface records of the hits of the paths in `list`. If `reuse` is set, also makes the points that vertex 1
-/// gives to path reuse.
-graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const PathList& list, PathBuffers& paths,
-                                bool last, bool reuse) {
-    graph::Pass pass = graph.add_pass("continuation: resolve");
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
-    pass.read(list.list, Access::texture_read, {"list", GL_R32UI});
-    pass.read(list.header, Access::indirect_read);
-    pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
-    pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
-    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
-    if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
-    if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
-    const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
-    const graph::BufferHandle surfaces =
-        pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
-    if (reuse) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
-    gpu::Defines defines = view.shading_defines();
-    defines.set("HALFLIGHT_LIST");
-    if (last) defines.set("HALFLIGHT_LAST_VERTEX");
-    if (reuse) defines.set("HALFLIGHT_REUSE_POINTS");
-    if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
-    pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
-        if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
-        view.scene.bind();
-        if (view.rows) view.rows->bind();
-        const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
-        view.shade(program, [&] { program.dispatch_indirect(r.buffer(header)); });
-    });
-    return surfaces;
-}
-
 /// Shades one vertex of the paths in `arriving`. Light met and light sampled are added; where `leaving` is given, rays
 /// are sent on.
 void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const PathList& arriving, PathBuffers& paths,
@@ -59,7 +26,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     const bool last = leaving == nullptr;
     const bool samples_lights = lit != nullptr;
     const bool reuse = paths.points && !paths.cells;
-    const graph::BufferHandle surfaces = add_resolve(graph, view, arriving, paths, last, reuse && depth == 1 && !last);
+    const graph::BufferHandle surfaces =
+        add_resolve(graph, view, "continuation: resolve", arriving, paths, {last, reuse && depth == 1 && !last});
     graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     pass.read(arriving.list, Access::texture_read, {"arriving", GL_R32UI});

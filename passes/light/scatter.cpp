@@ -1,5 +1,6 @@
 #include "passes/light/scatter.h"
 
+#include "engine/paging/row_gather.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -54,6 +55,36 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
             .list_header = list.header,
             .frame_constants = view.frame_constants,
             .alpha_salt = salt};
+}
+
+graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,
+                                PathBuffers& paths, const ResolveOptions& options) {
+    graph::Pass pass = graph.add_pass(name);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    pass.read(list.list, Access::texture_read, {"list", GL_R32UI});
+    pass.read(list.header, Access::indirect_read);
+    pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
+    pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
+    if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
+    if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
+    const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
+    const graph::BufferHandle surfaces =
+        pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
+    if (options.reuse_points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
+    gpu::Defines defines = view.shading_defines();
+    defines.set("HALFLIGHT_LIST");
+    if (options.last) defines.set("HALFLIGHT_LAST_VERTEX");
+    if (options.reuse_points) defines.set("HALFLIGHT_REUSE_POINTS");
+    if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
+    pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
+        if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
+        view.scene.bind();
+        if (view.rows) view.rows->bind();
+        const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
+        view.shade(program, [&] { program.dispatch_indirect(r.buffer(header)); });
+    });
+    return surfaces;
 }
 
 PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& g, const FirstScatter& what,

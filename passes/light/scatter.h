@@ -45,6 +45,14 @@ graph::Access partial_write(const H& handle) {
     return handle.version == 0 ? graph::Access::storage_write : graph::Access::storage_read_write;
 }
 
+struct ResolveOptions {
+    bool last = false;          // makes only emission and geometric normal
+    bool reuse_points = false;  // also makes PathBuffers::points, for path reuse
+};
+/// Makes the surface records of the hits of the paths in `list`. name: the pass.
+graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,
+                                PathBuffers& paths, const ResolveOptions& options = {});
+
 /// A pass for one component of the first surface's BSDF.
 struct FirstScatter {
     const char* name;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "shaders/shared/denoise.h"
+#include "shaders/shared/specular_chain.h"
 
 namespace halflight {
 
@@ -71,7 +72,11 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         defines.set("HALFLIGHT_FEATURES");
     }
     if (options.halves) {
-        out.halves = keep("half sums", shared::kHalfSums, "HalfSums");
+        out.halves = keep("half sums", shared::kHalfSums + (sample.chains ? shared::kChainSums : 0), "HalfSums");
+        if (sample.chains) {
+            pass.read(sample.chains, Access::texture_read, {"chains", GL_RGBA32F});
+            defines.set("HALFLIGHT_SPECULAR_CHAINS");
+        }
         defines.set("HALFLIGHT_HALVES");
     }
     out.bad_values = pass.write(graph.import_buffer("bad values", bad_values), Access::storage_read_write, "Counts");

@@ -82,6 +82,15 @@ TextureHandle albedo_of(const DenoiserPixels& pixels, FilteredLight component) {
     return component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
 }
 
+/// Properties of the surfaces that a component of light comes from.
+struct Guides {
+    TextureHandle guide, reflectance;
+};
+Guides guides_of(const DenoiserPixels& pixels, FilteredLight component) {
+    if (component != FilteredLight::glossy || !pixels.glossy_guide) return {pixels.guide, pixels.reflectance};
+    return {pixels.glossy_guide, pixels.glossy_reflectance};
+}
+
 Albedo add_albedo(graph::Graph& graph, const LightHalves& own, TextureHandle albedo) {
     const auto [reflected] = add_kernel<1>(graph, "denoiser albedo", "shaders/half_albedo.comp",
                                            {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
@@ -131,12 +140,14 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
         if (!halves.first) continue;
         const CalmLight other =
             add_calm(graph, halves, add_albedo(graph, halves, albedo_of(neighbour.pixels, component)));
-        const auto [place] = add_kernel<1>(graph, "denoiser neighbours", "shaders/neighbour_places.comp",
-                                           {{"guide", pixels.guide},
-                                            {"motion", neighbour.motion},
-                                            {"motion_back", neighbour.motion_back},
-                                            {"other_guide", neighbour.pixels.guide}},
-                                           {"place"});
+        const bool mirrored = component == FilteredLight::glossy && neighbour.glossy_motion;
+        const auto [place] =
+            add_kernel<1>(graph, "denoiser neighbours", "shaders/neighbour_places.comp",
+                          {{"guide", guides_of(pixels, component).guide},
+                           {"motion", mirrored ? neighbour.glossy_motion : neighbour.motion},
+                           {"motion_back", mirrored ? neighbour.glossy_motion_back : neighbour.motion_back},
+                           {"other_guide", guides_of(neighbour.pixels, component).guide}},
+                          {"place"});
         ++frames;
         const auto [first, second, spread, differences] = add_kernel<4>(
             graph, "denoiser neighbours", "shaders/neighbour_light.comp",
@@ -181,6 +192,7 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                               std::span<const DenoiserNeighbour> neighbours, const DenoisedPicture& before) {
     const auto index = static_cast<std::size_t>(component);
     const LightHalves& own = pixels.light[index];
+    const Guides guides = guides_of(pixels, component);
     const CalmLight calm =
         add_neighbours(graph, pixels, component, neighbours, surroundings, add_calm(graph, own, albedo));
     const auto [noise] = add_kernel<1>(graph, "denoiser noise", "shaders/half_noise.comp",
@@ -193,8 +205,8 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                                                  {{"light", light},
                                                                   {"first", calm.first},
                                                                   {"second", calm.second},
-                                                                  {"guide", pixels.guide},
-                                                                  {"reflectance", pixels.reflectance}},
+                                                                  {"guide", guides.guide},
+                                                                  {"reflectance", guides.reflectance}},
                                                                  {"filtered_first", "filtered_second"}, kTile);
     const TextureHandle errors = add_errors(graph, calm, filtered_first, filtered_second, albedo.albedo, surroundings);
 
@@ -251,13 +263,19 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
     DenoiserPixels out{write(pass, to.mean, "mean"), write(pass, to.guide, "guide"),
                        write(pass, to.reflectance, "reflectance"), write(pass, to.diffuse_albedo, "diffuse_albedo"),
                        write(pass, to.glossy_albedo, "glossy_albedo")};
-    pass.execute([=](graph::Resources& r) { run(r, "shaders/half_features.comp", {}); });
+    gpu::Defines chains;
+    if (to.glossy_guide) {
+        out.glossy_guide = write(pass, to.glossy_guide, "glossy_guide");
+        out.glossy_reflectance = write(pass, to.glossy_reflectance, "glossy_reflectance");
+        chains.set("HALFLIGHT_SPECULAR_CHAINS");
+    }
+    pass.execute([=](graph::Resources& r) { run(r, "shaders/half_features.comp", chains); });
 
     for (const FilteredLight component : kFilteredLights) {
         const auto index = static_cast<std::size_t>(component);
         if (!to.light[index].first) continue;
         graph::Pass halves = graph.add_pass("denoiser halves");
-        gpu::Defines defines;
+        gpu::Defines defines = chains;
         read_light(halves, defines, sums);
         halves.read(sums.features, Access::storage_read, "Features");
         halves.read(sums.halves, Access::storage_read, "HalfSums");

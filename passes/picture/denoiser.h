@@ -8,6 +8,9 @@
 //
 // In sequences, the halves of frames before and after are moved along the motion of surfaces and averaged with those of
 // the frame, before they are filtered. Pixels of surfaces that a neighbour does not show take nothing from it.
+//
+// Glossy light has the properties, albedo and motion of the surfaces that mirrors and clear glass show (specular
+// chains).
 #pragma once
 
 #include <array>
@@ -26,6 +29,8 @@ inline constexpr std::array kFilteredLights = {FilteredLight::direct_diffuse, Fi
 inline constexpr std::size_t kDenoiserPixelBytes = (5 + 2 * kFilteredLights.size() + 12) * sizeof(vec4);
 /// Peak number of bytes per pixel that a denoised frame with neighbours takes on top: its motion, and transients.
 inline constexpr std::size_t kDenoiserNeighbourBytes = (8 + 12) * sizeof(vec4);
+/// Bytes per pixel of the textures that specular chains add to DenoiserPixels.
+inline constexpr std::size_t kDenoiserChainBytes = 2 * sizeof(vec4);
 /// Returns the bytes per pixel of a neighbour's textures: DenoiserPixels, and motion to `frames` other frames.
 constexpr std::size_t denoiser_frame_bytes(int frames) {
     return (5 + 2 * kFilteredLights.size() + std::size_t(frames)) * sizeof(vec4);
@@ -45,6 +50,9 @@ struct DenoiserPixels {
     graph::TextureHandle diffuse_albedo;  // rgb: albedo by which diffuse light is divided
     graph::TextureHandle glossy_albedo;   // rgb: albedo by which glossy light is divided
     std::array<LightHalves, kFilteredLights.size()> light{};
+    // `guide` and `reflectance` of glossy light, at the ends of specular chains. The alpha of the latter is the mean
+    // number of bounces of the chains. Empty: those above serve.
+    graph::TextureHandle glossy_guide{}, glossy_reflectance{};
 };
 
 /// Number of a band's samples.
@@ -65,6 +73,8 @@ struct DenoiserNeighbour {
     // w: number of the object, from 1; 0: no surface.
     graph::TextureHandle motion;       // from the frame that is denoised to this one
     graph::TextureHandle motion_back;  // from this one to the frame that is denoised
+    // Motion of what glossy light shows. Empty: that of the surfaces serves.
+    graph::TextureHandle glossy_motion{}, glossy_motion_back{};
 };
 
 struct DenoisedPicture {

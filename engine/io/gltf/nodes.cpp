@@ -39,9 +39,9 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
 }
 
 /// Returns whether the node hides itself and all nodes below it.
-bool is_hidden(const tinygltf::Node& node) {
-    const tinygltf::Value* extension = find_extension(node.extensions, "KHR_node_visibility");
-    return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
+bool is_hidden(const gltf::Node& node) {
+    const nlohmann::json* extension = gltf::find_extension(node.extensions, "KHR_node_visibility");
+    return extension && !extension->value("visible", true);
 }
 
 std::vector<int> find_parents(const GltfDocument& document) {

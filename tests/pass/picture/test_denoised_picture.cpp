@@ -2,6 +2,8 @@
 // schedule.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "engine/core/error.h"
 #include "engine/core/metrics.h"
 #include "renderer/frame_constants.h"
@@ -56,6 +58,57 @@ TEST_F(DenoisedPictureTest, ItsErrorIsSmallerAndTheRestStays) {
     EXPECT_LT(relative_error(denoised.beauty, reference), 0.25 * relative_error(plain.beauty, reference));
     for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(mean_of_pixels(denoised.beauty, c).value / mean_of_pixels(plain.beauty, c).value, 1, 0.02);
+}
+
+/// Returns a Cornell box without blocks whose back wall is a mirror, or a sheet of white paper, and whose floor has
+/// stripes.
+Scene striped_cornell(bool mirror) {
+    Scene scene = cornell_box();
+    scene.instances.resize(6);
+    const int back = add_material(scene, mirror ? metal_material(vec3(0.9f), 0) : diffuse_material(vec3(0.9f)));
+    add_quad(scene, back, {-0.95f, -0.95f, -0.95f}, {1.9f, 0, 0}, {0, 1.9f, 0});
+    const int stripe = add_material(scene, diffuse_material(vec3(0.2f)));
+    for (int i = 0; i < 12; ++i)
+        add_quad(scene, stripe, {-1 + static_cast<float>(i) / 6, -0.999f, -1}, {0, 0, 2}, {1.0f / 12, 0, 0});
+    return scene;
+}
+
+TEST_F(DenoisedPictureTest, MirrorImagesStaySharp) {
+    const Scene scene = striped_cornell(true);
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = settings_of(scene, 96, 96, 4);
+    const RenderResult plain = render(prepared, settings, false), denoised = render(prepared, settings);
+    EXPECT_TRUE(same_bits(layer(denoised, "noisy.R"), rgb(plain.beauty)));
+    settings.samples = 512, settings.seed = 5;
+    const Image reference = render(prepared, settings, false).beauty;
+    const auto error_of = [&](const Image& image, int first_row, int end_row) {
+        double sum = 0;
+        for (int y = first_row; y < end_row; ++y) {
+            for (int x = 28; x < 68; ++x) {
+                const double off = double{image.at(x, y)[0]} - double{reference.at(x, y)[0]};
+                sum += off * off;
+            }
+        }
+        return sum;
+    };
+    // Without chains, the two ratios are 200 and 0.08.
+    EXPECT_LT(error_of(denoised.beauty, 56, 66), 3 * error_of(plain.beauty, 56, 66)) << "the dark behind the camera";
+    EXPECT_LT(error_of(denoised.beauty, 69, 76), 0.05 * error_of(plain.beauty, 69, 76)) << "the stripes";
+}
+
+TEST_F(DenoisedPictureTest, ChainsOfScenesWithoutMirrorsChangeNothing) {
+    const Scene scene = striped_cornell(false), shiny = shiny_cornell();
+    for (const Scene* each : {&scene, &shiny}) {
+        RenderSettings settings = settings_of(*each, 48, 32, 4);
+        settings.denoise = true;
+        const RenderResult lean = halflight::test::render(context, *each, settings);
+        settings.kept = Kept({"surfaces seen in mirrors"});
+        const RenderResult kept = halflight::test::render(context, *each, settings);
+        EXPECT_TRUE(std::ranges::any_of(lean.stats.left_out, [](const LeftOut& part) {
+            return part.what == "surfaces seen in mirrors" && part.fact == "no lobe has a roughness of 0.1 or less";
+        }));
+        expect_same(kept, lean);
+    }
 }
 
 TEST_F(DenoisedPictureTest, OneSampleStaysAsItIs) {

@@ -22,6 +22,7 @@ constexpr vec3 kAlbedo(0.5f);
 struct HalfData {
     ivec2 size{0};
     std::vector<vec4> first, second, guide, reflectance;
+    std::vector<vec4> glossy_guide{};  // not empty: the light is glossy
 
     vec4 mean(std::size_t i) const { return vec4(kAlbedo * glm::mix(vec3(second[i]), vec3(first[i]), first[i].w), 1); }
 };
@@ -30,6 +31,7 @@ struct HalfData {
 struct OtherFrame {
     HalfData data;
     std::vector<vec4> motion, back;
+    std::vector<vec4> glossy_motion{}, glossy_back{};  // not empty: motion of glossy light
 };
 
 struct Filtered {
@@ -38,7 +40,7 @@ struct Filtered {
 
 /// Returns light whose values in both halves are light(x, y, half).
 HalfData halves(const ivec2& size, const std::function<float(int, int, int)>& light) {
-    HalfData data{size, {}, {}, {}, {}};
+    HalfData data{size, {}, {}, {}, {}, {}};
     for (int y = 0; y < size.y; ++y) {
         for (int x = 0; x < size.x; ++x) {
             data.first.emplace_back(vec3(light(x, y, 0)), 0.5f);
@@ -53,27 +55,29 @@ HalfData halves(const ivec2& size, const std::function<float(int, int, int)>& li
 class DenoiserTest : public PassTest {
   protected:
     Filtered filtered(const HalfData& data, const std::vector<OtherFrame>& others = {}) {
-        std::vector<vec4> means, albedos(data.first.size(), vec4(kAlbedo, 1));
+        std::vector<vec4> means;
         for (std::size_t i = 0; i < data.first.size(); ++i) means.push_back(data.mean(i));
-        gpu::Texture mean = texture_of(means, data.size), albedo = texture_of(albedos, data.size),
-                     guide = texture_of(data.guide, data.size), reflectance = texture_of(data.reflectance, data.size),
-                     first = texture_of(data.first, data.size), second = texture_of(data.second, data.size);
+        const std::vector<vec4> albedos(data.first.size(), vec4(kAlbedo, 1));
         graph::Graph graph;
         std::list<gpu::Texture> textures;
         const auto import = [&](const std::vector<vec4>& texels) {
             return graph.import_texture("texels", textures.emplace_back(texture_of(texels, data.size)));
         };
-        DenoiserPixels pixels{graph.import_texture("mean", mean), graph.import_texture("guide", guide),
-                              graph.import_texture("reflectance", reflectance),
-                              graph.import_texture("diffuse albedo", albedo),
-                              graph.import_texture("glossy albedo", albedo)};
-        pixels.light[0] = {graph.import_texture("first", first), graph.import_texture("second", second)};
+        const auto pixels_of = [&](const HalfData& of) {
+            DenoiserPixels pixels{import(means), import(of.guide), import(of.reflectance), import(albedos),
+                                  import(albedos)};
+            const bool glossy = !of.glossy_guide.empty();
+            pixels.light[glossy ? 2 : 0] = {import(of.first), import(of.second)};
+            if (glossy) pixels.glossy_guide = import(of.glossy_guide), pixels.glossy_reflectance = pixels.reflectance;
+            return pixels;
+        };
+        const DenoiserPixels pixels = pixels_of(data);
         std::vector<DenoiserNeighbour> neighbours;
         for (const OtherFrame& other : others) {
-            DenoiserPixels near{
-                {}, import(other.data.guide), import(other.data.reflectance), import(albedos), import(albedos)};
-            near.light[0] = {import(other.data.first), import(other.data.second)};
-            neighbours.push_back({near, import(other.motion), import(other.back)});
+            neighbours.push_back({pixels_of(other.data), import(other.motion), import(other.back)});
+            if (other.glossy_motion.empty()) continue;
+            neighbours.back().glossy_motion = import(other.glossy_motion);
+            neighbours.back().glossy_motion_back = import(other.glossy_back);
         }
         const DenoisedPicture made = add_denoiser(graph, pixels, neighbours);
         graph.output(made.picture), graph.output(made.weights);
@@ -147,6 +151,24 @@ TEST_F(DenoiserTest, EdgesOfSurfacesAndOfLightStay) {
         }
         EXPECT_LT(std::abs(mixed), 0.1 * (right - 1)) << of_surfaces;
     }
+}
+
+TEST_F(DenoiserTest, GlossyLightKeepsTheEdgesOfMirrorImages) {
+    constexpr int kEdge = 30;
+    std::uniform_real_distribution<float> noise(0, 2);
+    HalfData noisy = halves({60, 40}, [&](int x, int, int) { return noise(random) * (x < kEdge ? 1.0f : 1.5f); });
+    const auto mixed = [&] {
+        const std::vector<vec4> picture = filtered(noisy).picture;
+        double sum = 0;
+        for (std::size_t i = 0; i < picture.size(); ++i)
+            if (i % 60 >= kEdge - 4 && i % 60 < kEdge) sum += (picture[i].x - kAlbedo.x) / (4 * 40);
+        return std::abs(sum);
+    };
+    noisy.glossy_guide = noisy.guide;
+    const double without = mixed();
+    for (std::size_t i = 0; i < noisy.glossy_guide.size(); ++i)
+        if (i % 60 >= kEdge) noisy.glossy_guide[i] = vec4(1, 0, 0, 1);
+    EXPECT_LT(mixed(), 0.5 * without) << "the mirror itself has no edge";
 }
 
 TEST_F(DenoiserTest, WhatIsNotLitStays) {
@@ -245,6 +267,22 @@ TEST_F(DenoiserTest, NeighboursThatShowOtherSurfacesAddNothing) {
         else
             EXPECT_LT(most, 1e-5f) << c.what;
     }
+}
+
+TEST_F(DenoiserTest, GlossyLightMovesWithMirrorImages) {
+    std::exponential_distribution<float> noise(1);
+    const auto frame = [&] {
+        HalfData data = halves({50, 40}, [&](int, int, int) { return noise(random); });
+        data.glossy_guide = data.guide;
+        return data;
+    };
+    const HalfData noisy = frame();
+    const std::vector<vec4> still = motion_of(noisy, vec2(0)), gone = motion_of(noisy, vec2(0, 60));
+    const auto truth = [](std::size_t) { return kAlbedo.x; };
+    const double alone = error_of(filtered(noisy).picture, truth);
+    const OtherFrame image_stays{frame(), gone, gone, still, still}, image_leaves{frame(), still, still, gone, gone};
+    EXPECT_LT(error_of(filtered(noisy, {image_stays}).picture, truth), 0.9 * alone);
+    EXPECT_NEAR(error_of(filtered(noisy, {image_leaves}).picture, truth), alone, 1e-6 * alone);
 }
 
 TEST_F(DenoiserTest, MovingObjectsLeaveNoGhosts) {

@@ -97,6 +97,19 @@ TEST(FrameNeeds, FollowFromTheSettings) {
     EXPECT_TRUE(frame_needs(plain_scene(), {.culling = rays::Culling::compute, .runs = 4}).tiles);
 }
 
+TEST(FrameNeeds, ChainsNeedMirrorsAndTheDenoiser) {
+    const char* name = "surfaces seen in mirrors";
+    SceneNeeds mirrors = plain_scene();
+    EXPECT_EQ(facts(mirrors, {.denoise = true})[name], "no lobe has a roughness of 0.1 or less");
+    mirrors.glossy = mirrors.sharp = true;
+    EXPECT_FALSE(facts(mirrors, {.denoise = true}).contains(name));
+    EXPECT_EQ(facts(mirrors)[name], "no denoising was requested");
+    EXPECT_EQ(facts(mirrors, {.bounces = 0, .denoise = true})[name], "there are no bounces");
+    const FrameNeeds kept = frame_needs(plain_scene(), {.kept = Kept({name})});
+    EXPECT_TRUE(kept.chains && kept.features && kept.halves);
+    EXPECT_GT(kept.halves.path_bytes, frame_needs(plain_scene(), {.denoise = true}).halves.path_bytes);
+}
+
 TEST(FrameNeeds, EverythingCanBeKept) {
     const FrameOptions all{.denoise = true,
                            .runs = 1,

@@ -1,0 +1,10 @@
+// Layout of Accumulated::halves (passes/picture/accumulate.h).
+#include "shaders/shared/denoise.h"
+#include "shaders/shared/specular_chain.h"
+
+// Number of doubles per path.
+#ifdef HALFLIGHT_SPECULAR_CHAINS
+const uint kHalfStride = kHalfSums + kChainSums;
+#else
+const uint kHalfStride = kHalfSums;
+#endif
