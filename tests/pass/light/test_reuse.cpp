@@ -114,28 +114,6 @@ TEST_F(ReuseTest, KeepsTheMeanAlongBentNormals) {
     expect_the_same_mean("textures", textured_scene(), 32);
 }
 
-TEST_F(ReuseTest, KeepsTheMeanOfMappedNormalsOnSmoothMeshes) {
-    // Balls of few faces often show a smooth surface that faces away, where a normal map faces the viewer. The smooth
-    // surface then depends on the viewer.
-    Scene scene = closed_box(diffuse_material(vec3(0.3f)));
-    scene.images.push_back({"tilted", 1, 1, {235, 128, 180, 255}});
-    Material tilted = diffuse_material(vec3(0.95f));
-    tilted.normal_texture.image = 0;
-    const int white = add_material(scene, tilted);
-    for (int i = 0; i < 9; ++i) {
-        const vec3 at(0.6f * static_cast<float>(i % 3 - 1), -0.7f, 0.6f * static_cast<float>(i / 3 - 1));
-        add_smooth_ball(scene, white, at, 0.28f, 3);
-    }
-    for (Mesh& mesh : scene.meshes) {
-        mesh.uvs[0].resize(mesh.positions.size());
-        for (const vec3& n : mesh.normals)
-            mesh.tangents.emplace_back(glm::normalize(glm::cross(n, vec3(0.36f, 0.48f, 0.8f))), 1);
-    }
-    add_quad(scene, add_material(scene, light_material(vec3(8))), {-0.9f, -0.2f, -0.999f}, {1.8f, 0, 0}, {0, 1, 0});
-    scene.cameras = {look_at_camera({0, 0.9, 0}, {0, -1, 0.01}, {0, 0, 1}, 1.5)};
-    expect_the_same_mean("mapped", scene, 32, 2);
-}
-
 TEST_F(ReuseTest, KeepsTheMeanThroughVeils) {
     expect_the_same_mean("curtains", curtain_scene());
 }
