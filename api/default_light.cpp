@@ -171,7 +171,8 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     const std::vector<Candidate> lights = candidates_of(scene);
     const std::size_t views = std::min(cameras.size(), kMostCameras);
     std::vector<double> sums;
-    std::size_t seen = 0, emitting = 0, lit = 0, sky_lit = 0;
+    std::size_t seen = 0, emitting = 0;
+    std::size_t lit[2] = {}, sky_lit[2] = {};  // for kNegligibleLight and for kNegligibleBesideEmission
     const auto side = static_cast<std::size_t>(std::sqrt(double(kRays) / double(std::max(views, std::size_t{1}))));
     for (std::size_t view = 0; view < views; ++view) {
         for (std::size_t cell = 0; cell < side * side; ++cell) {
@@ -192,12 +193,17 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
                 hit = probe.trace(hit->position + probe.spacing() * hit->normal, cosine_direction(hit->normal, random));
                 if (!hit) sky += weight;
             }
-            lit += own >= kNegligibleLight;
-            sky_lit += own < kNegligibleLight && sky >= kNegligibleLight;
+            for (const bool beside : {false, true}) {
+                const bool enough = own >= (beside ? kNegligibleBesideEmission : kNegligibleLight);
+                lit[beside] += enough;
+                sky_lit[beside] += !enough && sky >= kNegligibleLight;
+            }
         }
     }
     if (seen == emitting) return {.lit = 1};  // there is nothing that a sky could light
-    return {double(lit) / double(seen - emitting), double(sky_lit) / double(seen - emitting)};
+    const bool beside = emitting > 0;
+    const auto all = double(seen - emitting);
+    return {double(lit[beside]) / all, double(sky_lit[beside]) / all};
 }
 
 bool needs_sky(const Scene& scene) {

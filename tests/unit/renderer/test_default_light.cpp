@@ -68,6 +68,16 @@ TEST(NeutralSky, AddedWhereTextureBlackensTheEmission) {
     EXPECT_TRUE(needs_sky(scene));
 }
 
+TEST(NeutralSky, AddedWhereLabelsOutshineALamp) {
+    Scene scene = helmet();
+    add_light(scene, LightType::point, 1.5f, {0, 3, 3});
+    EXPECT_FALSE(needs_sky(scene)) << "the exposure can be raised";
+    add_led(scene, 0.5f, vec3(1));
+    EXPECT_TRUE(needs_sky(scene));
+    scene.lights[0].intensity *= 40;
+    EXPECT_FALSE(needs_sky(scene));
+}
+
 TEST(NeutralSky, AddedToLampsFarAway) {
     Scene scene = helmet();
     add_light(scene, LightType::point, 60, {0, 300, 300});
