@@ -117,7 +117,8 @@ std::optional<std::size_t> array_index(std::string_view text) {
 }
 
 /// Checks that the object is of the kind that has the field. Returns false where the field cannot be driven:
-/// glossiness that load_images() has turned into a texture of roughness, and an infinite index of refraction, written 0.
+/// glossiness that load_images() has turned into a texture of roughness, and an infinite index of refraction, written
+/// 0.
 bool check_kind(const GltfDocument& document, const Field& field, std::size_t index, const std::string& element) {
     const std::string_view rest = field.rest;
     const std::string_view name = rest.substr(rest.rfind('/') + 1);
