@@ -256,6 +256,17 @@ TEST_F(Pack, LampsAndTransparentSurfacesArePaged) {
     EXPECT_EQ(std::ranges::count(small.err, '\n'), 1) << small.err;
 }
 
+TEST_F(Pack, SurfacesSeenInMirrorsAreDenoisedAlike) {
+    const std::string scene = HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb";
+    ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
+    const auto render = [&](const std::string& output, const Strings& more) {
+        return Pack::render(scene, output, {"--width", "64", "--samples", "2", "--denoise"}, more);
+    };
+    ASSERT_EQ(render("core.exr", {}).status, 0);
+    ASSERT_EQ(render("paged.exr", {"--pages", file("a.pages"), "--page-pool", "1M"}).status, 0);
+    EXPECT_TRUE(read_text(file("paged.exr")) == read_text(file("core.exr")));
+}
+
 TEST_F(Pack, AnimatedScenesEqualThoseInMemory) {
     const std::string scene = write_animated_scene(std::filesystem::path(file("a")).parent_path());
     ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
