@@ -203,7 +203,7 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     if (seen == emitting) return {.lit = 1};  // there is nothing that a sky could light
     const bool beside = emitting > 0;
     const auto all = double(seen - emitting);
-    return {double(lit[beside]) / all, double(sky_lit[beside]) / all, beside};
+    return {double(lit[beside]) / all, double(sky_lit[beside]) / all};
 }
 
 bool needs_sky(const Scene& scene) {
@@ -213,7 +213,7 @@ bool needs_sky(const Scene& scene) {
     const std::vector<Camera> cameras =
         scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect, probe).camera} : scene.cameras;
     const LightShares shares = light_shares(scene, probe, cameras);
-    return shares.lit < (shares.emission ? kLitShareBesideEmission : kLitShare) && shares.sky_lit >= kSkyShare;
+    return shares.lit < kLitShare && shares.sky_lit >= kSkyShare;
 }
 
 }  // namespace halflight

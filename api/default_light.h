@@ -10,16 +10,15 @@ namespace halflight {
 
 /// Shares of the surface points that cameras see, [0,1], points that emit light themselves left out.
 struct LightShares {
-    double lit = 0;         // the scene's own light is not negligible
-    double sky_lit = 0;     // it is, and a sky of radiance 1 would give at least kNegligibleLight
-    bool emission = false;  // cameras see surfaces that emit light
+    double lit = 0;      // the scene's own light is not negligible
+    double sky_lit = 0;  // it gives less, and a sky of radiance 1 would give at least kNegligibleLight
 };
 
 /// Irradiance over pi below which a surface counts as dark: a hundredth of what a whole sky of radiance 1 gives. Where
 /// a camera sees surfaces that emit, such as labels or screens, they keep the exposure low, so more is dark.
 inline constexpr double kNegligibleLight = 0.01, kNegligibleBesideEmission = 0.05;
 /// A neutral sky is added where a smaller share is lit, and the sky would light a share of at least kSkyShare.
-inline constexpr double kLitShare = 0.1, kLitShareBesideEmission = 0.3;
+inline constexpr double kLitShare = 0.1;
 inline constexpr double kSkyShare = 0.25;
 
 /// Estimates the shares by paths on the CPU, a fixed number for each scene. Directional lights, points, spots, emissive
