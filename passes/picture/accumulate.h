@@ -32,8 +32,8 @@ struct Accumulated {
                                    // incidence), shading normal xyz (world); zero where there is no surface
     // kHalfSums doubles for the denoiser. 0 to 8: direct diffuse, indirect diffuse and glossy rgb of the first half of
     // the samples. 9 to 11: diffuse albedo of all samples. 12: ln(depth along the camera's axis) of all samples.
-    // With SampleInputs::chains, kChainSums doubles follow: sums of the differences that chains make. 13 to 15: albedo
-    // of glossy light. 16 to 18: normal. 19: ln(depth). 20: number of bounces of the chain.
+    // kChainSums doubles follow where SampleInputs::chains is set. They are sums of the differences that chains make.
+    // 13 to 15: albedo of glossy light. 16 to 18: normal. 19: ln(depth). 20: number of bounces of the chain.
     graph::BufferHandle halves;
     graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): values replaced by zero
 };
