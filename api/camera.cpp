@@ -72,6 +72,23 @@ ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
     return chosen;
 }
 
+Camera with_lens(Camera camera, const Lens& wanted) {
+    Lens& lens = camera.lens;
+    if (wanted.fstop > 0) lens.fstop = wanted.fstop, lens.aperture = 0;
+    if (wanted.aperture > 0) lens.aperture = wanted.aperture;
+    if (wanted.sensor > 0) lens.sensor = wanted.sensor;
+    if (wanted.blades > 0) lens.blades = wanted.blades;
+    if (wanted.rotation != 0) lens.rotation = wanted.rotation;
+    if (wanted.focus.kind != Focus::Kind::open) lens.focus = wanted.focus;
+    if (wanted.aperture > 0 && lens.focus.kind == Focus::Kind::open)
+        throw Error("aperture", "blurs nothing without a focus (--focus)");
+    if (lens.focus.chosen() && !lens.blurs())
+        throw Error("focus", "needs an f-number (--fstop) or an aperture (--aperture)");
+    if (const std::string problem = lens_problem(camera); !problem.empty()) throw Error("lens", problem);
+    if (!lens.blurs()) lens = {};
+    return camera;
+}
+
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera) {
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
     const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };

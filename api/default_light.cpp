@@ -16,6 +16,7 @@ constexpr std::size_t kCandidates = 1024;  // points on emitters, and as many pu
 constexpr int kVertices = 3;               // surface points of a path
 constexpr int kShadowRays = 4;             // shadow rays at a surface point
 constexpr double kAlbedo = 0.5;
+constexpr std::size_t kTurns = 17;  // parts of the camera rays, after each of which a lit scene ends the search
 
 /// A light as a point, or as a small piece of an emissive triangle.
 struct Candidate {
@@ -155,6 +156,21 @@ dvec3 cosine_direction(const dvec3& normal, Random& random) {
     return length > 1e-6 ? direction / length : normal;
 }
 
+/// Returns whether all light comes from emissive textures of at most 1.
+bool only_displays(const Scene& scene) {
+    return scene.lights.empty() && std::ranges::all_of(scene.materials, [](const Material& m) {
+               return !has_emission(m) ||
+                      (m.emission_texture && std::max({m.emission.r, m.emission.g, m.emission.b}) <= 1);
+           });
+}
+
+/// Returns whether more than kLitShare of all points are lit, judged with four standard errors by some of them.
+bool clearly_lit(std::size_t points, std::size_t lit) {
+    if (points == 0) return false;
+    const double share = double(lit) / double(points);
+    return share - 4 * std::sqrt(kLitShare / double(points)) > kLitShare;
+}
+
 /// Returns a ray through a point of the picture, x and y in [0,1].
 std::pair<dvec3, dvec3> camera_ray(const Camera& camera, double x, double y) {
     const dmat4& m = camera.camera_to_world;
@@ -165,6 +181,63 @@ std::pair<dvec3, dvec3> camera_ray(const Camera& camera, double x, double y) {
     return {dvec3(m[3]), glm::normalize(aside - dvec3(m[2]))};
 }
 
+/// Returns whether a camera may be enclosed by the scene. Scenes without cameras are not asked: most of them are
+/// objects, for which a probe would take time.
+bool may_be_inside(const Scene& scene) {
+    const WorldBounds bounds = world_bounds(scene);
+    if (scene.paged_bounds || bounds.empty()) return false;
+    return std::ranges::any_of(scene.cameras, [&](const Camera& camera) {
+        const dvec3 at(camera.camera_to_world[3]);
+        return glm::all(glm::greaterThan(at, bounds.lower)) && glm::all(glm::lessThan(at, bounds.upper));
+    });
+}
+
+double median(std::vector<double>& values) {
+    const auto middle = values.begin() + std::ssize(values) / 2;
+    std::ranges::nth_element(values, middle);
+    return *middle;
+}
+
+/// Returns a point light at each of the first cameras. All lamps together give the camera that sees most of their light
+/// a median irradiance of pi, as the neutral sky does. The intensity of a lamp follows from the median distance of what
+/// its camera sees.
+std::vector<PunctualLight> camera_lamps(const rays::SceneProbe& probe, const std::vector<Camera>& cameras) {
+    constexpr int kSide = 16;  // rays along both sides of a picture
+    Scene lit;
+    std::vector<std::vector<rays::ProbeHit>> seen;  // by lamp
+    for (std::size_t i = 0; i < std::min(cameras.size(), kMostCameras); ++i) {
+        std::vector<double> distances;
+        std::vector<rays::ProbeHit> hits;
+        for (int cell = 0; cell < kSide * kSide; ++cell) {
+            const auto [origin, direction] =
+                camera_ray(cameras[i], (cell % kSide + 0.5) / kSide, (cell / kSide + 0.5) / kSide);
+            const auto hit = probe.trace(origin, direction);
+            if (!hit) continue;
+            distances.push_back(glm::length(hit->position - origin));
+            hits.push_back(*hit);
+        }
+        if (distances.empty()) continue;
+        seen.push_back(std::move(hits));
+        PunctualLight& lamp = lit.lights.emplace_back();
+        lamp.name = "camera lamp";
+        lamp.position = dvec3(cameras[i].camera_to_world[3]);
+        const double distance = median(distances);
+        lamp.intensity = vec3(static_cast<float>(kPi * distance * distance));
+        lamp.of_environment = true;
+    }
+    const std::vector<Candidate> lamps = candidates_of(lit);
+    std::vector<double> sums;
+    Random random(1);
+    double most = 0;
+    for (const std::vector<rays::ProbeHit>& hits : seen) {
+        std::vector<double> irradiances;
+        for (const rays::ProbeHit& at : hits) irradiances.push_back(direct_light(lamps, probe, at, sums, random));
+        most = std::max(most, median(irradiances));
+    }
+    for (PunctualLight& lamp : lit.lights) lamp.intensity *= static_cast<float>(most > 0 ? kPi / most : 1);
+    return lit.lights;
+}
+
 }  // namespace
 
 LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, const std::vector<Camera>& cameras) {
@@ -172,10 +245,13 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     const std::size_t views = std::min(cameras.size(), kMostCameras);
     std::vector<double> sums;
     std::size_t seen = 0, emitting = 0;
-    std::size_t lit[2] = {}, sky_lit[2] = {};  // for kNegligibleLight and for kNegligibleBesideEmission
+    const double limits[] = {kNegligibleLight,
+                             only_displays(scene) ? kNegligibleBesideDisplays : kNegligibleBesideEmission};
+    std::size_t lit[2] = {}, sky_lit[2] = {};  // by limit: that without visible emission, and that beside it
     const auto side = static_cast<std::size_t>(std::sqrt(double(kRays) / double(std::max(views, std::size_t{1}))));
-    for (std::size_t view = 0; view < views; ++view) {
-        for (std::size_t cell = 0; cell < side * side; ++cell) {
+    for (std::size_t turn = 0; turn < kTurns && !clearly_lit(seen - emitting, std::min(lit[0], lit[1])); ++turn) {
+        for (std::size_t ray = turn; ray < views * side * side; ray += kTurns) {
+            const std::size_t view = ray % views, cell = ray / views;
             Random random(cell * kMostCameras + view + 2);
             const double x = (double(cell % side) + random.next()) / double(side);
             const double y = (double(cell / side) + random.next()) / double(side);
@@ -188,13 +264,14 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
                 continue;
             }
             double own = 0, sky = 0, weight = 1;
-            for (int vertex = 0; vertex < kVertices && hit; ++vertex, weight *= kAlbedo) {
+            const double most = std::max(limits[0], limits[1]);
+            for (int vertex = 0; vertex < kVertices && hit && own < most; ++vertex, weight *= kAlbedo) {
                 if (!hit->material->unlit) own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
                 hit = probe.trace(hit->position + probe.spacing() * hit->normal, cosine_direction(hit->normal, random));
                 if (!hit) sky += weight;
             }
             for (const bool beside : {false, true}) {
-                const bool enough = own >= (beside ? kNegligibleBesideEmission : kNegligibleLight);
+                const bool enough = own >= limits[beside];
                 lit[beside] += enough;
                 sky_lit[beside] += !enough && sky >= kNegligibleLight;
             }
@@ -206,14 +283,18 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     return {double(lit[beside]) / all, double(sky_lit[beside]) / all};
 }
 
-bool needs_sky(const Scene& scene) {
-    if (!scene.environment.black()) return false;
-    if (!has_light(scene)) return true;
+DefaultLight default_light(const Scene& scene) {
+    if (!scene.environment.black()) return {};
+    const bool dark = !has_light(scene);
+    if (dark && !may_be_inside(scene)) return {.sky = true};
     const rays::SceneProbe probe(scene);
     const std::vector<Camera> cameras =
         scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect, probe).camera} : scene.cameras;
     const LightShares shares = light_shares(scene, probe, cameras);
-    return shares.lit < kLitShare && shares.sky_lit >= kSkyShare;
+    if (!dark) return {.sky = shares.lit < kLitShare && shares.sky_lit >= kSkyShare};
+    std::vector<PunctualLight> lamps;
+    if (shares.sky_lit < kLeastSkyShare) lamps = camera_lamps(probe, cameras);
+    return {lamps.empty(), std::move(lamps)};
 }
 
 }  // namespace halflight

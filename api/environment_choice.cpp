@@ -73,6 +73,11 @@ EnvironmentChoice parse_environment(const std::string& subject, const std::strin
     }
     if (text.find_first_not_of("0123456789+-.,eE ") == std::string::npos)
         throw Error(subject, "expects the name of a file or R,G,B, not '{}'", text);
+    if (text.find_first_of("./") == std::string::npos) {
+        std::string presets;
+        for (const SkyPreset preset : sky_presets()) presets += fmt::format(", {}", name(preset));
+        throw Error(subject, "expects a file, a colour, none{}, not '{}'", presets, text);
+    }
     return std::filesystem::path(text);
 }
 

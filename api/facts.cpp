@@ -114,7 +114,7 @@ Json repaired(const SceneReport& report) {
 
 FrameOptions usual_options() {
     const RenderSettings usual;
-    return {.bounces = usual.bounces,
+    return {.bounces = bounces_of(usual),
             .group_size = static_cast<int>(usual.estimator.reuse),
             .camera_rays = static_cast<int>(usual.estimator.camera),
             .shadow_rays = static_cast<int>(usual.estimator.shadow)};

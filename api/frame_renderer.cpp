@@ -1,16 +1,17 @@
 #include "api/halflight/frame_renderer.h"
 
 #include <algorithm>
-#include <limits>
-#include <map>
+#include <span>
 #include <utility>
 
+#include "api/near_frames.h"
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/rays/batch_server.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
 #include "renderer/memory.h"
@@ -28,6 +29,10 @@ int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, 
     if (shutter.open == 0) return 1;
     const bool variance = std::ranges::find(aovs, "variance") != aovs.end();
     return shutter.times.value_or(std::clamp(variance ? samples / 2 : samples, 1, kDefaultTimes));
+}
+
+int default_bounces(const Scene& scene) {
+    return std::ranges::any_of(scene.materials, is_solid) ? kBouncesOfSolids : kBounces;
 }
 
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings) {
@@ -78,13 +83,7 @@ struct FrameRenderer::State {
     std::optional<Estimator> found;           // result of the pilot
     PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
-    /// A frame that waits for the frames near it, and serves as their neighbour.
-    struct Held {
-        RenderResult result;  // the noisy picture; empty once it was denoised
-        std::unique_ptr<NoisyFrame> noisy;
-    };
-    std::map<std::uint32_t, Held> held;  // by frame; frames near the one rendered last
-    std::uint64_t held_choice = 0;       // LoadedScene::choice_revision() of `held`
+    NearFrames near_frames;                   // noisy frames near the one rendered last
     double load_seconds = 0;
     double reference_seconds = 0;  // time to prepare the reference pose, counted with the next picture
     bool at_reference = false;     // `prepared` holds the reference pose
@@ -102,6 +101,8 @@ struct FrameRenderer::State {
                                                ? "texture-lod needs a scene that was loaded with mip levels"
                                                : "the scene was loaded with mip levels, which need texture-lod");
         context->make_current();
+        if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
+        take_lens();
         if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
         if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
             deformer.emplace(*context);
@@ -124,7 +125,7 @@ struct FrameRenderer::State {
         server.reset();
         prepared.reset();
         history.forget();
-        held.clear();
+        near_frames.clear();
     }
     /// Calls f(); where that throws, the next picture prepares the scene anew.
     template <class F>
@@ -136,11 +137,20 @@ struct FrameRenderer::State {
             throw;
         }
     }
+    /// Takes the lens of the scene's camera where the settings leave the focus open. An f-number then sets the blur,
+    /// not the exposure.
+    void take_lens() {
+        Lens& lens = settings.view.camera.lens;
+        const Camera& camera = scene.chosen_camera().camera;
+        if (lens.focus.kind == Focus::Kind::open && camera.lens.blurs()) lens = with_lens(camera, lens).lens;
+    }
+    /// Returns a camera with the lens of the settings.
+    Camera of_lens(const ChosenCamera& chosen) const { return with_lens(chosen.camera, settings.view.camera.lens); }
     RenderSettings renderer_settings(const FrameSettings& frame) const {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
-        s.camera = scene.chosen_camera().camera;  // camera of the pilot's pictures
-        s.previous_surfaces = nullptr;            // the pointer is valid for one picture
+        s.camera = of_lens(scene.chosen_camera());  // camera of the pilot's pictures
+        s.previous_surfaces = nullptr;              // the pointer is valid for one picture
         s.history = nullptr;
         s.radiance_cache = cache;
         s.want_view = s.want_view && shutter.open == 0;  // with motion blur, the view is made from the mean
@@ -275,84 +285,21 @@ struct FrameRenderer::State {
         moving.previous_surfaces = &surfaces;
         return picture(seconds, moving, progress);
     }
-    /// Returns the frames that the denoiser uses for a frame, itself included.
-    std::vector<std::uint32_t> frames_near(std::uint32_t frame) const {
-        std::vector<std::uint32_t> frames;
-        const std::int64_t reach = neighbour_frames(settings);
-        for (std::int64_t n = frame - reach; n <= frame + reach; ++n)
-            if (n >= 0 && n <= std::numeric_limits<std::uint32_t>::max())
-                frames.push_back(static_cast<std::uint32_t>(n));
-        return frames;
-    }
-    /// Returns the scene at a frame; none where it cannot be posed. Such a frame fails alone and is no neighbour.
-    std::optional<Scene> pose_of(std::uint32_t frame) {
-        try {
-            return scene.posed(scene.frame_rate().seconds(frame));
-        } catch (const BudgetError&) {
-            throw;
-        } catch (const Error&) {
-            return std::nullopt;
-        }
-    }
-    /// Renders a frame that waits for the frames near it. Interrupted frames are incomplete.
-    Held noisy(std::uint32_t frame, const ProgressCallback& progress) {
-        Held made{{}, std::make_unique<NoisyFrame>()};
-        set_frame(frame);
-        FrameSettings own = settings;
-        own.noisy = made.noisy.get();
-        made.result = still(frame, own, progress);
-        if (made.result.stats.interrupted) return made;
-        for (const std::uint32_t other : frames_near(frame)) {
-            if (other == frame) continue;
-            Stopwatch clock;
-            const double seconds = scene.frame_rate().seconds(other);
-            std::optional<PreviousSurfaces> surfaces;
-            if (scene.surfaces_move()) {
-                std::optional<Scene> there = pose_of(other);
-                if (!there) continue;
-                surfaces.emplace(scene.scene(), std::move(*there));
-            }
-            const auto offset = static_cast<int>(std::int64_t{other} - frame);
-            made.noisy->add_motion(offset, own.camera, scene.camera(seconds).camera, surfaces ? &*surfaces : nullptr);
-            load_seconds += clock.lap();
-        }
-        made.noisy->finish();
-        return made;
-    }
     /// Renders a frame and those near it that are not held yet, and denoises it with them.
     RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
-        const std::vector<std::uint32_t> frames = frames_near(frame);
-        if (held_choice != scene.choice_revision()) held.clear();
-        held_choice = scene.choice_revision();
-        std::erase_if(held, [&](const auto& h) {
-            const bool near = std::ranges::find(frames, h.first) != frames.end();
-            return !near || (h.first == frame && h.second.result.beauty.pixels.empty());
-        });
-        const auto missing = static_cast<int>(frames.size() - held.size());
-        int rendered = 0;
-        for (const std::uint32_t n : frames) {
-            if (held.contains(n)) continue;
-            const auto of_all = [&](RenderProgress p) {
-                p.samples_done += rendered * p.samples_total;
-                p.samples_total *= missing;
-                p.picture = {};
-                return !progress || progress(p);
-            };
-            if (n != frame && scene.surfaces_move() && !pose_of(n)) continue;
-            Held made = noisy(n, of_all);
-            if (made.result.stats.interrupted) return std::move(made.result);
-            held.emplace(n, std::move(made));
-            ++rendered;
-        }
-        set_frame(frame);
-        std::vector<NearFrame> near;
-        for (auto& [n, h] : held)
-            if (n != frame) near.push_back({static_cast<int>(std::int64_t{n} - frame), h.noisy.get()});
-        Held& own = held.at(frame);
-        RenderResult result = std::move(own.result);
-        own.result = {};
-        guarded([&] { renderer->denoise(*own.noisy, near, result); });
-        if (result.stats.neighbours) result.stats.neighbours->rendered = rendered;
+        const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
+            set_frame(n);
+            FrameSettings own = settings;
+            own.noisy = &noisy;
+            return still(n, own, of_all);
+        };
+        const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
+            set_frame(frame);
+            guarded([&] { renderer->denoise(noisy, others, result); });
+        };
+        RenderResult result =
+            near_frames.render(scene, frame, neighbour_frames(settings), {render_noisy, denoise}, progress);
+        load_seconds += near_frames.load_seconds();
         return result;
     }
     RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress) {
@@ -363,7 +310,7 @@ struct FrameRenderer::State {
         for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
             const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
             FrameSettings part = own;
-            part.camera = scene.camera(seconds).camera;
+            part.camera = of_lens(scene.camera(seconds));
             part.first_sample = time.first_sample;
             part.samples = time.samples;
             part.of_samples = own.samples;
@@ -395,7 +342,7 @@ struct FrameRenderer::State {
         scene.frame_for(double(settings.width) / settings.height);
         const FrameRate& rate = scene.frame_rate();
         settings.frame = frame;
-        settings.camera = scene.camera(rate.seconds(frame)).camera;
+        settings.camera = of_lens(scene.camera(rate.seconds(frame)));
         if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())
             settings.previous_camera = scene.camera(rate.seconds(static_cast<double>(frame) - 1)).camera;
     }
@@ -479,7 +426,7 @@ const RenderSettings& FrameRenderer::settings() const {
 void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
     const std::uint32_t frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
-    state_->held.clear();
+    state_->near_frames.clear();
     state_->set_frame(frame);
 }
 

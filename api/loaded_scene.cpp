@@ -105,11 +105,17 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         }
         scene.environment = load_environment(*file, scene.report, limits);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
-    } else if (needs_sky(scene)) {
+    } else {
+        DefaultLight light = default_light(scene);
         const bool lit = has_light(scene);
-        scene.environment = default_sky();
-        log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)",
-                 lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
+        if (light.sky) {
+            scene.environment = default_sky();
+            log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)",
+                     lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
+        }
+        if (!light.lamps.empty())
+            log.note("the scene has no light, and no sky can enter: each camera gets a lamp (--env none prevents it)");
+        std::ranges::move(light.lamps, std::back_inserter(scene.lights));
     }
 }
 
@@ -188,6 +194,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     load_whole_or_paged(
         choice_, [&] { lit_later = load_whole(log); }, [&] { lit_later = load_pages(log); });
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
+    if (scene_.instances.empty()) log.warn("the scene has no surfaces to show");
     const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
     if (pages_) lit_later = lit_later || has_light(scene_) || emits(pages_->index(), scene_);
     if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);

@@ -45,8 +45,11 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     if (!info.fingerprint.empty()) attributes.extra[kFingerprintName] = info.fingerprint;
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
-    const std::pair<const char*, const std::string&> extra[] = {
-        {"filter", info.filter}, {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
+    const std::pair<const char*, const std::string&> extra[] = {{"filter", info.filter},
+                                                                {"lens", info.lens},
+                                                                {"shutter", info.shutter},
+                                                                {"bias", info.bias},
+                                                                {"error", info.error}};
     for (const auto& [name, value] : extra)
         if (!value.empty()) attributes.extra[name] = value;
     write_exr_views(path, layers, attributes);
@@ -91,6 +94,7 @@ PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& resu
             .half = settings.half_color,
             .comments = settings_line(renderer, result.stats),
             .filter = text(settings.filter),
+            .lens = lens_text(settings.camera, result.stats.lens, double(settings.width) / settings.height),
             .shutter = shutter_text(renderer.shutter(), settings),
             .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
             .error = error,

@@ -112,7 +112,8 @@ void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const 
 }
 
 /// Returns the settings of frames of a sequence.
-RenderSettings of_sequence(RenderSettings settings) {
+RenderSettings of_sequence(RenderSettings settings, const LoadedScene& scene) {
+    if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
     if (!settings.denoise_frames) settings.denoise_frames = settings.denoise ? kDenoiseFrames : 0;
     return settings;
 }
@@ -269,7 +270,7 @@ void check_outputs(const SequenceOptions& o) {
 std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
                                              const Shutter& shutter, const ColorConfig& colors,
                                              const SequenceOptions& o) {
-    const std::string fingerprint = fingerprint_of(scene, of_sequence(settings), shutter, colors, o);
+    const std::string fingerprint = fingerprint_of(scene, of_sequence(settings, scene), shutter, colors, o);
     std::vector<std::uint32_t> bad;
     for (const std::uint32_t frame : part_of(o.frames, o.part)) {
         const auto is_whole = [&](const std::filesystem::path& path) {
@@ -285,7 +286,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     check_outputs(o);
     RendererOptions options = renderer;
     if (!options.colors) options.colors = ColorConfig::load();
-    RenderSettings settings = of_sequence(asked);
+    RenderSettings settings = of_sequence(asked, scene);
     settings.want_view = wants(o, "png") || o.movie;
     settings.measure = o.stats.has_value();
     working_space(*options.colors, o.output.working_space);  // throws for unknown names

@@ -159,8 +159,11 @@ void read_setting(const Element& e, const Setting& setting, SavedSettings& s) {
     std::string text;
     if (setting.type == Setting::Type::flag)
         text = e.truth() ? "yes" : "no";
+    else if (setting.type == Setting::Type::whole && e.is_string() && setting.get(RenderSettings()) == "auto")
+        text = e.text();
     else if (setting.type == Setting::Type::whole)
-        text = fmt::format("{}", e.whole(static_cast<int>(setting.lower), static_cast<int>(setting.upper)));
+        text = fmt::format(
+            "{}", e.whole(static_cast<int>(setting.zero ? 0 : setting.lower), static_cast<int>(setting.upper)));
     else if (setting.type == Setting::Type::number)
         text = e.is_string() && !setting.values.empty()
                    ? e.text()

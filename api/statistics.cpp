@@ -121,14 +121,27 @@ std::string environment_name(const Environment& environment) {
     return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
 }
 
+std::string lens_text(const Camera& camera, const Lens& lens, double aspect) {
+    if (!lens.blurs()) return "";
+    Camera with = camera;
+    with.lens = lens;
+    std::string words = lens.aperture > 0 ? "" : fmt::format("f/{:g}, ", lens.fstop);
+    words += fmt::format("aperture {:.4g} mm, focus at ", 2000 * aperture_radius(with, aspect));
+    words += std::isinf(lens.focus.distance) ? "infinity" : fmt::format("{:.6g} m", lens.focus.distance);
+    if (lens.blades > 0) words += fmt::format(", {} blades", lens.blades);
+    if (lens.blades > 0 && lens.rotation != 0) words += fmt::format(" turned by {:g} degrees", lens.rotation);
+    return words;
+}
+
 std::string settings_line(const FrameRenderer& renderer, const RenderStats& stats) {
     const RenderSettings& s = renderer.settings();
     const LoadedScene& scene = renderer.scene();
     std::string line = fmt::format(
         "scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, filter {}, environment {}, estimator {}, "
         "primary {}",
-        scene.choice().scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame,
+        scene.choice().scene.filename().string(), s.width, s.height, stats.samples, bounces_of(s), s.seed, s.frame,
         text(s.filter), environment_name(scene.scene().environment), text(stats.estimator), name(stats.primary));
+    if (s.adaptive) line += ", adaptive";
     if (s.denoise) line += ", denoised";
     if (neighbour_frames(s) > 0) line += fmt::format(" with {} frames before and after", neighbour_frames(s));
     if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
@@ -196,18 +209,20 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
          {{"width", s.width},
           {"height", s.height},
           {"camera", s.camera.name},
-          {"bounces", s.bounces},
+          {"bounces", bounces_of(s)},
           {"exposure", s.want_view ? Json(s.view.stops()) : Json()},
           {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
           {"shutter", shutter.open > 0
                           ? Json{{"open", shutter.open}, {"times", shutter_count(shutter, s.aovs, s.samples)}}
                           : Json()},
+          {"lens", !stats.lens.blurs() ? Json() : Json(lens_text(s.camera, stats.lens, double(s.width) / s.height))},
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
           {"primary", name(stats.primary)},
           {"kept", s.kept.text()},
           {"estimator", text(stats.estimator)},
           {"asked_estimator", text(s.estimator)},
+          {"adaptive", s.adaptive},
           {"denoise", s.denoise},
           {"denoise_frames", neighbour_frames(s)},
           {"preview", text(s.preview)},

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 #include "engine/core/image_tools.h"
@@ -13,6 +14,17 @@ namespace {
 
 constexpr const char* kBias = "denoised: noise of reflected light filtered by non-local means";
 
+/// Returns the circles of confusion (shaders/SHADING.md, Thin lens).
+DenoiserBlur blur_of(const Camera& camera, const gpu::TextureDesc& picture) {
+    const Lens& lens = camera.lens;
+    if (!lens.blurs()) return DenoiserBlur(0);
+    const double radius = aperture_radius(camera, double(picture.width) / picture.height);
+    const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
+    const double pixels = radius * picture.height / (2 * half), inverse = 1 / lens.focus.distance;
+    return DenoiserBlur(camera.orthographic ? dvec3(pixels, 0, -pixels * inverse)
+                                            : dvec3(pixels * inverse, -pixels, 0));
+}
+
 }  // namespace
 
 DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors,
@@ -20,15 +32,17 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
     : desc_{settings.width, settings.height, GL_RGBA32F}, executor_(programs) {
     executor_.measure(settings.measure);
     if (settings.want_view) view_ = colors.view(settings.view);
-    const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && settings.bounces > 1;
+    const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && bounces_of(settings) > 1;
     present_ = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
     chains_ = bool(needs.chains);
     if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
 }
 
-void DenoiseStage::begin(NoisyFrame* frame) {
+void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera) {
     has_halves_ = denoised_ = false;
     kept_ = frame;
+    blur_ = blur_of(camera, desc_);
+    if (kept_) kept_->blur = blur_;
     std::optional<DenoiserTextures>& pixels = kept_ ? kept_->pixels : own_;
     if (!pixels) pixels.emplace(desc_, present_, chains_);
     executor_.reset_times();
@@ -64,7 +78,7 @@ void DenoiseStage::apply(Film& film) {
     if (kept_) kept_->has_halves = has_halves_;
     if (kept_ || !has_halves_) return;
     graph::Graph graph;
-    std::optional<Made> made = make(graph, own_->import_pixels(graph), {});
+    std::optional<Made> made = make(graph, add_lens_blur(graph, own_->import_pixels(graph), blur_), {});
     denoised_ = made.has_value();
     if (!denoised_) return;
     film.replace_pictures(std::move(made->picture), view_ ? &*view_ : nullptr);
@@ -88,8 +102,8 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
         stats.gpu_bytes += other.frame->bytes();
         gpu::Texture *there = frame.motion(other.offset), *back = other.frame->motion(-other.offset);
         if (!other.frame->has_halves || !there || !back) continue;
-        neighbours.push_back({other.frame->pixels->import_pixels(graph), graph.import_texture("motion", *there),
-                              graph.import_texture("motion back", *back)});
+        neighbours.push_back({add_lens_blur(graph, other.frame->pixels->import_pixels(graph), other.frame->blur),
+                              graph.import_texture("motion", *there), graph.import_texture("motion back", *back)});
         gpu::Texture *mirrored = frame.glossy_motion(other.offset),
                      *mirrored_back = other.frame->glossy_motion(-other.offset);
         if (!mirrored || !mirrored_back) continue;
@@ -97,7 +111,8 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
         neighbours.back().glossy_motion_back = graph.import_texture("glossy motion back", *mirrored_back);
     }
     std::optional<Made> made;
-    if (frame.has_halves) made = make(graph, frame.pixels->import_pixels(graph), neighbours);
+    if (frame.has_halves)
+        made = make(graph, add_lens_blur(graph, frame.pixels->import_pixels(graph), frame.blur), neighbours);
     if (!made) return;
     result.beauty = std::move(made->picture);
     if (view_) result.view = view_->apply(result.beauty);

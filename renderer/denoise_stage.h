@@ -23,8 +23,8 @@ class DenoiseStage {
                  const FrameNeeds& needs, const SceneNeeds& scene);
 
     /// Begins another picture. frame: keeps the picture for denoise(), so that apply() leaves it noisy; null: apply()
-    /// denoises it.
-    void begin(NoisyFrame* frame);
+    /// denoises it. camera: its lens is focused at a distance.
+    void begin(NoisyFrame* frame, const Camera& camera);
     /// Adds a band's inputs to the graph that makes its beauty. sums: as Accumulated, with features and halves.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                   const SampleHalves& samples);
@@ -50,6 +50,7 @@ class DenoiseStage {
     DenoiserTextures::Present present_{};
     bool chains_ = false;  // specular chains are followed
     std::optional<DenoiserTextures> own_;
+    DenoiserBlur blur_{0};        // blur of the picture's camera
     NoisyFrame* kept_ = nullptr;  // frame that gets the picture; null: own_ gets it
     std::optional<ViewProcessor> view_;
     graph::Executor executor_;

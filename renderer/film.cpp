@@ -146,6 +146,13 @@ void Film::add_denoiser_weights(const std::vector<float>& weights) {
     if (Image* own = plane("denoiser")) *own = rgb(all);
 }
 
+void Film::add_sample_counts(const Band& band, std::span<const std::uint32_t> samples) {
+    Image* own = plane("samples");
+    if (!own) return;
+    for_each_pixel(band,
+                   [&](int x, int y, std::size_t path) { *own->at(x, y) = static_cast<float>(samples[path / 256]); });
+}
+
 void Film::add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage) {
     Image* ids = plane(aov);
     if (!ids) return;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,8 @@ class Film {
         double beauty(std::size_t path, std::size_t channel) const;
     };
     void add_sums(const Band& band, int samples, const Sums& sums);
+    /// Fills the layer "samples" of a band whose blocks of 256 paths have different numbers of samples.
+    void add_sample_counts(const Band& band, std::span<const std::uint32_t> samples);
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
     /// Replaces the colour, and the view if there is a processor.
     void replace_pictures(Image beauty, const ViewProcessor* view);

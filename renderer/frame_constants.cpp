@@ -1,6 +1,7 @@
 #include "renderer/frame_constants.h"
 
 #include <bit>
+#include <cassert>
 #include <cmath>
 
 #include "passes/surface/raster_window.h"
@@ -48,6 +49,16 @@ std::uint32_t blue_noise_count(const FrameSettings& frame) {
     const int samples = frame.of_samples > 0 ? frame.of_samples : whole;
     if (frame.time_limit > 0 || frame.error || samples > kMostBlueNoiseSamples) return 0;
     return samples > 0 ? std::bit_ceil(static_cast<std::uint32_t>(samples)) : 0;
+}
+
+void set_lens(const Camera& camera, const ivec2& image, shared::Frame& frame) {
+    const Lens& lens = camera.lens;
+    if (!lens.blurs()) return;
+    assert(lens.focus.kind == Focus::Kind::distance);
+    const double radius = aperture_radius(camera, double(image.x) / image.y), turn = glm::radians(lens.rotation);
+    const dvec3 right(camera.camera_to_world[0]), up(camera.camera_to_world[1]);
+    frame.lens_x = vec4(vec3(radius * (std::cos(turn) * right + std::sin(turn) * up)), 1 / lens.focus.distance);
+    frame.lens_y = vec4(vec3(radius * (std::cos(turn) * up - std::sin(turn) * right)), lens.blades);
 }
 
 }  // namespace
@@ -119,6 +130,7 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.begins = view.begins ? 1 : 0;
     frame.shared_count = view.shared_count;
     frame.first_half = view.first_half ? 1 : 0;
+    set_lens(camera, image, frame);
     return frame;
 }
 
@@ -141,6 +153,7 @@ SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32
 SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count) {
     SampleView view = sample;
     view.sample = sample.sample * static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(number);
+    view.shared_count *= static_cast<std::uint32_t>(count);
     view.jitter = jitter_of(view, filter);
     return view;
 }

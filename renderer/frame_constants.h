@@ -22,8 +22,9 @@ struct SampleView {
     bool begins = true;      // first sample of the picture, which overwrites the sums
 };
 
-/// Returns the constants of a sample. origin: TraceTables::origin. previous: camera of the previous frame. reach: world
-/// units, > 0; the scene lies within this distance of the camera. It decides the near plane where the camera has none.
+/// Returns the constants of a sample. A lens that blurs must focus at a distance. origin: TraceTables::origin.
+/// previous: camera of the previous frame. reach: world units, > 0; the scene lies within this distance of the camera.
+/// It decides the near plane where the camera has none.
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
 

@@ -5,11 +5,12 @@
 namespace halflight {
 
 FrameOptions frame_options(const RenderSettings& settings, const Estimator& asked) {
-    return {.bounces = settings.bounces,
-            .want_squares = asked_for(settings, {LayerSource::squares}) || settings.preview.of_picture(),
+    return {.bounces = bounces_of(settings),
+            .want_squares = asked_for(settings, {LayerSource::squares}) || settings.adaptive,
             .want_features =
                 asked_for(settings, {LayerSource::features}) || settings.preview.of_picture() || settings.denoise,
             .denoise = settings.denoise,
+            .adaptive = settings.adaptive,
             .want_hits = asked_for(settings, {LayerSource::objects, LayerSource::materials}),
             .culling = settings.culling,
             .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
@@ -20,6 +21,7 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
             .group_size_piloted = asked.reuse == Reuse::automatic,
             .camera_rays_piloted = asked.camera == CameraRays::automatic,
             .camera_rays = static_cast<int>(settings.estimator.camera),
+            .lens = settings.camera.lens.blurs(),
             .shadow_rays = static_cast<int>(settings.estimator.shadow),
             .preview = settings.preview};
 }

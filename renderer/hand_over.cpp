@@ -9,6 +9,8 @@ namespace {
 
 using graph::Access;
 
+constexpr std::size_t kMostGroups = 65535;  // work groups that every driver allows
+
 /// A mean with its weight.
 struct Part {
     const SumBuffers& sums;
@@ -27,7 +29,8 @@ void add_blend(graph::Graph& graph, gpu::Buffer& cached, float cached_weight, gp
         const gpu::Program& program = r.compute("shaders/hand_over.comp");
         program.set("weight_biased", cached_weight);
         program.set("weight_unbiased", weight);
-        program.dispatch(static_cast<std::uint32_t>(values / 64));
+        program.set("values", static_cast<std::uint32_t>(values));
+        program.dispatch(static_cast<std::uint32_t>(std::min<std::size_t>((values + 63) / 64, kMostGroups)));
     });
     graph.output(both);
 }
@@ -77,20 +80,23 @@ SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32
     own.seed = shared::hash_combine(shared::hash_u32(frame.seed), kCached);
     SampleView view = sample_view(own, band, first + index, points);
     view.begins = index == 0;
+    view.first_half = in_first_half(index);
     return view;
 }
 
 ShownSums HandOver::shown(graph::Executor& executor, const SumBuffers* cached, const SumBuffers& others, int done) {
     const int first = cached ? std::min(done, kCachedSamples) : 0, later = done - first;
-    if (first > 0 && later == 0) return {*cached, first, first};
-    if (first == 0 || cached_weight(done) == 0) return {others, later, later};
-    return {blend(executor, *cached, first, others, later), done, later};
+    if (first > 0 && later == 0) return {*cached, first, first, double(cached->first_half)};
+    const double weight = cached_weight(done);
+    if (first == 0 || weight == 0) return {others, later, later, double(others.first_half)};
+    const double half = done * (weight * cached->first_half / first + (1 - weight) * others.first_half / later);
+    return {blend(executor, *cached, first, others, later), done, later, half};
 }
 
 SumBuffers HandOver::blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples,
                            const SumBuffers& others, int samples) {
-    constexpr gpu::Buffer* SumBuffers::*kSums[] = {&SumBuffers::emission, &SumBuffers::direct, &SumBuffers::indirect,
-                                                   &SumBuffers::features, &SumBuffers::squares};
+    constexpr gpu::Buffer* SumBuffers::*kSums[] = {&SumBuffers::emission, &SumBuffers::direct,  &SumBuffers::indirect,
+                                                   &SumBuffers::features, &SumBuffers::squares, &SumBuffers::halves};
     const int all = cached_samples + samples;
     const double weight = cached_weight(all);
     graph::Graph graph;

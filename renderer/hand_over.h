@@ -31,13 +31,15 @@ SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32
 struct SumBuffers {
     gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr,
                 *halves = nullptr;
+    int first_half = 0;  // number of samples of the first half
 };
 
 /// Sums of a band's first samples, whose mean is the picture.
 struct ShownSums {
     SumBuffers sums;
-    int samples = 0;  // number of samples in the sums
-    int mattes = 0;   // number of samples in the mattes, which hold only the last kind of sample
+    int samples = 0;   // number of samples in the sums
+    int mattes = 0;    // number of samples in the mattes, which hold only the last kind of sample
+    double first = 0;  // number of samples of the first half; where kinds of samples are blended, by their weights
 };
 
 /// Blends the sums of cached and unbiased samples. Owns the blended buffers.
@@ -53,7 +55,7 @@ class HandOver {
     SumBuffers blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples, const SumBuffers& others,
                      int samples);
 
-    std::array<std::optional<gpu::Buffer>, 5> blended_;
+    std::array<std::optional<gpu::Buffer>, 6> blended_;
 };
 
 }  // namespace halflight

@@ -6,7 +6,6 @@
 #include "engine/paging/page_server.h"
 #include "engine/paging/row_gather.h"
 #include "passes/picture/denoiser.h"
-#include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
 #include "renderer/band_size.h"
 #include "renderer/film.h"
@@ -48,7 +47,7 @@ std::size_t mattes(const RenderSettings& s) {
 }
 
 bool wants_records(const RenderSettings& s) {
-    return asked_for(s, {Source::record}) || s.preview.of_picture() || neighbour_frames(s) > 0;
+    return asked_for(s, {Source::record}) || s.preview.temporal || neighbour_frames(s) > 0;
 }
 
 /// Replaces automatic choices by the most expensive choice of a pilot.
@@ -81,6 +80,8 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     if (scene.volume) bytes += sizeof(vec4);
     // Later vertices have records, which path reuse keeps in the memory of its rays.
     if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
+    // Runs of listed blocks trace camera rays.
+    if (s.adaptive) bytes += scene.surface_record_bytes() + sizeof(shared::Ray) + sizeof(shared::Hit);
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
     if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
@@ -117,9 +118,9 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
 /// Returns the bytes per pixel; see PreviewPicture.
 std::size_t preview_bytes(const Preview& p) {
     if (!p.of_picture()) return 0;
-    constexpr std::size_t kPixels = 5 + 2;       // textures light, guide, place, albedo, beauty; new beauty twice
-    constexpr std::size_t kEarlier = 2 * 3 + 3;  // pictures of light, guide and place; earlier places
-    return (kPixels + (p.temporal ? kEarlier : 0) + (p.filter ? kDenoiseLevels + 2 : 0)) * kTexel;
+    constexpr std::size_t kPixels = 5 + 2;           // halves, guide, albedo, beauty; new beauty twice
+    constexpr std::size_t kEarlier = 1 + 2 * 4 + 3;  // place; pictures of halves, guide and place; earlier places
+    return (kPixels + (p.temporal ? kEarlier : 0)) * kTexel + (p.filter ? kPreviewFilterBytes : 0);
 }
 
 /// Returns the bytes per pixel of the denoiser. A frame of a sequence waits with its layers for those after it. chains:
@@ -130,7 +131,8 @@ std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
     const auto frames = static_cast<std::size_t>(near);
     const std::size_t mirrored = chains ? kDenoiserChainBytes + frames * kTexel : 0;  // properties and motion
     const std::size_t places = NoisyFrame::kPlaceBytes + (chains ? NoisyFrame::kMirroredBytes : 0);
-    return kDenoiserPixelBytes + mirrored + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
+    const std::size_t blurred = s.camera.lens.blurs() ? (frames + 1) * kDenoiserLensBytes : 0;
+    return kDenoiserPixelBytes + mirrored + blurred + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
            frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s));
 }
 
@@ -191,7 +193,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                     std::max({std::size_t{1}, std::size_t(s.estimator.reuse), std::size_t(s.estimator.shadow)}) +
                 paging::RowGather::bytes_per_path(static_cast<std::uint32_t>(scene.vertex_stride()));
     }
-    s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height));
+    s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height), s.camera.lens.blurs());
     s.want_view = use.png;
     s.pictures = 0;
     const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));

@@ -7,7 +7,6 @@
 #include "engine/rays/choice.h"
 #include "engine/scene/material_properties.h"
 #include "passes/picture/denoiser.h"
-#include "passes/preview/denoise.h"
 #include "shaders/shared/albedo.h"
 #include "shaders/shared/denoise.h"
 #include "shaders/shared/light.h"
@@ -24,6 +23,7 @@ namespace {
 constexpr const char* kPiloted = "a pilot found that it does not pay";
 constexpr const char* kNoPreview = "its preview mode is off";
 constexpr const char* kNoDenoise = "no denoising was requested";
+constexpr const char* kNoAdaptive = "no adaptive sampling was requested";
 
 constexpr const char* kShadow = "shadow";
 constexpr const char* kDiffuse = "diffuse";
@@ -34,6 +34,7 @@ constexpr const char* kReuse = "path reuse";
 constexpr const char* kRadianceCache = "radiance cache";
 constexpr const char* kCameraRays = "camera rays";
 constexpr const char* kCameraHits = "hits of camera rays";
+constexpr const char* kLens = "lens";
 constexpr const char* kSeen = "camera rays for light alone";
 constexpr const char* kClamp = "clamp of indirect light";
 constexpr const char* kChains = "surfaces seen in mirrors";
@@ -60,8 +61,7 @@ constexpr std::size_t tile_bytes_of_path() {
     return (texels * sizeof(uvec4) + sizeof(shared::TileBlockers)) / (tiles.side * tiles.side) + sizeof(uvec2);
 }
 
-constexpr std::size_t kTemporalBytes = 2 * 3 * kRow;               // the new picture and the earlier one
-constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;  // variance, levels, despeckled
+constexpr std::size_t kTemporalBytes = (1 + 2 * 4) * kRow;  // places; the new picture and the earlier one
 
 /// Returns the bytes per path of chains: their ends, rays, hits, list and surface records.
 std::size_t chain_bytes(const SceneNeeds& scene) {
@@ -131,7 +131,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const char* no_chains = transport(kept(kChains), !options.denoise ? kNoDenoise
                                                      : scene.sharp    ? nullptr
                                                                       : fact_without(&SceneNeeds::sharp));
-    const bool halves = options.denoise || !no_chains;  // chains add to both sums
+    const bool halves = options.denoise || options.preview.of_picture() || !no_chains;  // chains add to both sums
     const bool features = options.want_features || !no_chains;
     const std::size_t half_sums = shared::kHalfSums + (no_chains ? 0 : shared::kChainSums);
     const bool traced = options.primary == PrimaryVisibility::traced;  // traced visibility needs rays and hits
@@ -157,6 +157,8 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),
                         asked(options.want_hits || traced, kCameraHits, "no mattes were requested")},
+        // A lens needs traced visibility, so it is not kept by its name, either.
+        .lens = {kLens, 0, options.lens ? nullptr : "no depth of field was requested"},
         // Additional camera rays are a different estimator, too, and are kept only where requested.
         .seen = {kSeen, sizeof(vec4),
                  options.camera_rays == 1
@@ -179,7 +181,8 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     for (const FramePart& part : frame_needs(needs, options).parts())
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
     if (!options.preview.temporal) all.push_back({"temporal accumulation", kNoPreview, kTemporalBytes * size.pixels});
-    if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kFilterBytes * size.pixels});
+    if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kPreviewFilterBytes * size.pixels});
+    if (!options.adaptive) all.push_back({"adaptive sampling", kNoAdaptive, 3 * sizeof(double) * size.paths});
     if (!options.denoise) all.push_back({"denoiser", kNoDenoise, kDenoiserPixelBytes * size.pixels});
     for (const SceneNeed& need : known_scene_needs())
         if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
@@ -189,7 +192,8 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
 std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
     for (const FramePart& part : frame_needs({}, {}).parts())
-        if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache) names.emplace_back(part.name);
+        if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache && part.name != kLens)
+            names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);
     return names;

@@ -44,6 +44,7 @@ class NoisyFrame {
   public:
     std::optional<DenoiserTextures> pixels;
     bool has_halves = false;  // a band has samples in both halves
+    DenoiserBlur blur{0};     // blur by the frame's camera
 
     /// Adds the surfaces at the centres of a band's pixels. chains: the ends of their specular chains; empty: none.
     void add_places(const Band& band, std::span<const shared::AovRecord> records,

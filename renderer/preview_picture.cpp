@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "engine/graph/compile.h"
-#include "passes/preview/denoise.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/preview.h"
 #include "shaders/shared/rays.h"
@@ -19,14 +18,16 @@ gpu::TextureDesc of_size(const ivec2& image) {
 }
 
 PreviewTexels output(graph::Graph& graph, const PreviewTexels& texels) {
-    for (const graph::TextureHandle handle : {texels.light, texels.guide, texels.place}) graph.output(handle);
+    for (const graph::TextureHandle handle : {texels.first, texels.second, texels.guide, texels.place})
+        graph.output(handle);
     return texels;
 }
 
 }  // namespace
 
 PictureHistory::Kept::Kept(const shared::Frame& f, const dvec3& o)
-    : light("earlier light", of_size(f.size)),
+    : first("earlier first half", of_size(f.size)),
+      second("earlier second half", of_size(f.size)),
       guide("earlier guide", of_size(f.size)),
       place("earlier place", of_size(f.size)),
       frame(f),
@@ -34,33 +35,40 @@ PictureHistory::Kept::Kept(const shared::Frame& f, const dvec3& o)
 
 PreviewPicture::PreviewPicture(gpu::ProgramCache& programs, const Preview& preview, const ivec2& image)
     : preview_(preview),
-      light_("preview light", of_size(image)),
+      first_("preview first half", of_size(image)),
+      second_("preview second half", of_size(image)),
       guide_("preview guide", of_size(image)),
-      place_("preview place", of_size(image)),
       albedo_("preview albedo", of_size(image)),
       beauty_("preview beauty", of_size(image)),
-      frame_constants_("preview frame constants", sizeof(shared::Frame)),
       refused_("refused texels", shared::kRefusedKinds * sizeof(std::uint32_t)),
-      executor_(programs) {}
+      executor_(programs) {
+    if (preview.temporal) place_.emplace("preview place", of_size(image));
+}
 
 void PreviewPicture::begin(PictureHistory* history) {
     history_ = preview_.temporal ? history : nullptr;
     moved_ = Image();
     executor_.reset_times();
-    if (!history_ || !history_->shown_ || !history_->shown_->filled) return;
-    std::swap(history_->earlier_, history_->shown_);
-    if (history_->shown_) history_->shown_->filled = false;
+    swapped_ = false;
+    if (!history_) return;
+    if (history_->shown_ && history_->shown_->filled) {
+        std::swap(history_->earlier_, history_->shown_);
+        if (history_->shown_) history_->shown_->filled = false;
+    }
+    swapped_ = history_->earlier_ && !history_->earlier_->swapped;
 }
 
 PreviewPixels PreviewPicture::import_pixels(graph::Graph& graph) {
     const auto import = [&](gpu::Texture& texture) { return graph.import_texture(texture.name(), texture); };
-    return {{import(light_), import(guide_), import(place_)}, import(albedo_), import(beauty_)};
+    PreviewPixels pixels{{import(first_), import(second_), import(guide_)}, import(albedo_), import(beauty_)};
+    if (place_) pixels.texels.place = import(*place_);
+    return pixels;
 }
 
 void PreviewPicture::add_motion(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables,
                                 const PreviousSurfaces& surfaces) {
     if (!history_ || !history_->earlier_) return;
-    const gpu::TextureDesc& desc = place_.desc();
+    const gpu::TextureDesc& desc = place_->desc();
     if (moved_.pixels.empty()) moved_ = Image(desc.width, desc.height, 4);
     for (int y = band.y; y < std::min(band.y + band.rows, desc.height); ++y) {
         for (int x = 0; x < desc.width; ++x) {
@@ -80,9 +88,9 @@ std::optional<EarlierPicture> PreviewPicture::import_earlier(graph::Graph& graph
     PictureHistory::Kept& kept = *history_->earlier_;
     const auto import = [&](gpu::Texture& texture) { return graph.import_texture(texture.name(), texture); };
     EarlierPicture earlier;
-    earlier.texels = {import(kept.light), import(kept.guide), import(kept.place)};
+    earlier.texels = {import(kept.first), import(kept.second), import(kept.guide), import(kept.place)};
     if (!moved_.pixels.empty()) {
-        if (!before_) before_.emplace("places before", place_.desc());
+        if (!before_) before_.emplace("places before", place_->desc());
         before_->upload(std::span<const float>(moved_.pixels));
         earlier.before = import(*before_);
     }
@@ -90,17 +98,17 @@ std::optional<EarlierPicture> PreviewPicture::import_earlier(graph::Graph& graph
     earlier.origin_shift = vec3(origin - kept.origin);
     const auto rows = static_cast<float>(kept.frame.size.y);
     earlier.pixel = 2 * glm::length(vec3(kept.frame.camera_up)) / rows;
-    earlier.share = std::min(rows / static_cast<float>(place_.desc().height), 1.0f);
+    earlier.share = std::min(rows / static_cast<float>(place_->desc().height), 1.0f);
     return earlier;
 }
 
 PreviewTexels PreviewPicture::import_shown(graph::Graph& graph, const shared::Frame& frame, const dvec3& origin) {
     std::optional<PictureHistory::Kept>& shown = history_->shown_;
-    if (!shown || shown->light.desc() != light_.desc()) shown.emplace(frame, origin);
+    if (!shown || shown->first.desc() != first_.desc()) shown.emplace(frame, origin);
     shown->filled = false;
-    shown->frame = frame, shown->origin = origin;
+    shown->frame = frame, shown->origin = origin, shown->swapped = swapped_;
     const auto import = [&](gpu::Texture& texture) { return graph.import_texture("new " + texture.name(), texture); };
-    return {import(shown->light), import(shown->guide), import(shown->place)};
+    return {import(shown->first), import(shown->second), import(shown->guide), import(shown->place)};
 }
 
 PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec3& origin, int samples) {
@@ -115,17 +123,17 @@ PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec
             made.biases.push_back(
                 fmt::format("preview: light of earlier pictures, until there are {:g} samples", shared::kTemporalEnds));
     }
-    graph::TextureHandle filtered;
+    std::optional<FilteredHalves> filtered;
     if (preview_.filter && static_cast<float>(samples) < shared::kFilterEnds) {
-        filtered = add_denoise(graph, texels, graph.import_buffer("frame constants", frame_constants_));
+        const LightHalves halves = add_preview_halves(graph, texels, pixels.albedo);
+        filtered = add_preview_filter(graph, halves, texels.guide, pixels.albedo);
         made.biases.push_back(
             fmt::format("preview: noise filtered out, until there are {:g} samples", shared::kFilterEnds));
     }
     graph::TextureHandle picture;
-    if (!made.biases.empty()) graph.output(picture = add_preview_output(graph, pixels, texels.light, filtered));
+    if (!made.biases.empty()) graph.output(picture = add_preview_output(graph, pixels, texels, filtered));
     if (!history_ && !picture) return made;
 
-    frame_constants_.write(0, sizeof(frame), &frame);
     refused_.clear();
     const graph::CompiledGraph compiled = graph::compile(graph);
     transient_bytes_ = compiled.slot_bytes;
@@ -135,18 +143,18 @@ PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec
     made.nans = counts[shared::kRefusedNan];
     made.infinities = counts[shared::kRefusedInfinite];
     if (picture) {
-        made.beauty = Image(light_.desc().width, light_.desc().height, 4);
+        made.beauty = Image(first_.desc().width, first_.desc().height, 4);
         made.beauty->pixels = executor_.texture(picture).read_float();
     }
     return made;
 }
 
 std::size_t PreviewPicture::bytes() const {
-    const std::size_t each = gpu::texture_bytes(light_.desc());
-    std::size_t sum = 5 * each + (before_ ? each : 0) + transient_bytes_;
+    const std::size_t each = gpu::texture_bytes(first_.desc());
+    std::size_t sum = 5 * each + (place_ ? each : 0) + (before_ ? each : 0) + transient_bytes_;
     if (!history_) return sum;
     for (const auto& kept : {&history_->earlier_, &history_->shown_})
-        if (*kept) sum += 3 * gpu::texture_bytes((*kept)->light.desc());
+        if (*kept) sum += 4 * gpu::texture_bytes((*kept)->first.desc());
     return sum;
 }
 

@@ -29,9 +29,10 @@ class PictureHistory {
     friend class PreviewPicture;
     struct Kept {
         Kept(const shared::Frame& frame, const dvec3& origin);
-        gpu::Texture light, guide, place;  // see PreviewTexels
-        shared::Frame frame;  // constants of the whole picture; the previous camera in them is the current one
-        dvec3 origin;         // TraceTables::origin
+        gpu::Texture first, second, guide, place;  // see PreviewTexels
+        shared::Frame frame;   // constants of the whole picture; the previous camera in them is the current one
+        dvec3 origin;          // TraceTables::origin
+        bool swapped = false;  // PreviewPicture::swaps_halves()
         bool filled = false;
     };
     std::optional<Kept> earlier_;  // picture before the current one, which the current one reads
@@ -48,6 +49,9 @@ class PreviewPicture {
     void begin(PictureHistory* history);
     /// Imports the textures that add_preview_input() fills, band by band.
     PreviewPixels import_pixels(graph::Graph& graph);
+    /// Returns whether the first half of the samples belongs into the texture of the second one. Pictures take turns,
+    /// so that pictures of one sample each give a history of both halves.
+    bool swaps_halves() const { return swapped_; }
     /// Adds the earlier positions of a band's surfaces if there is an earlier picture. Call it for all bands or none.
     void add_motion(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables,
                     const PreviousSurfaces& surfaces);
@@ -72,12 +76,13 @@ class PreviewPicture {
     PreviewTexels import_shown(graph::Graph& graph, const shared::Frame& frame, const dvec3& origin);
 
     Preview preview_;
-    gpu::Texture light_, guide_, place_, albedo_, beauty_;  // see PreviewPixels
-    gpu::Buffer frame_constants_;
+    gpu::Texture first_, second_, guide_, albedo_, beauty_;  // see PreviewPixels
+    std::optional<gpu::Texture> place_;                      // with Preview::temporal
     gpu::Buffer refused_;
     std::optional<gpu::Texture> before_;  // see EarlierPicture::before
     Image moved_;                         // contents of before_; empty: only the camera has moved
     PictureHistory* history_ = nullptr;
+    bool swapped_ = false;
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;
 };

@@ -18,11 +18,13 @@ void PreviewStage::begin(PictureHistory* history) {
 }
 
 void PreviewStage::add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::BufferHandle records,
-                            graph::TextureHandle beauty, int samples) {
-    const PreviewPixels filled =
-        add_preview_input(graph, band, sums, records, beauty, samples, picture_.import_pixels(graph));
+                            graph::TextureHandle beauty, const PreviewSamples& samples) {
+    PreviewPixels to = picture_.import_pixels(graph);
+    if (picture_.swaps_halves()) std::swap(to.texels.first, to.texels.second);
+    const PreviewPixels filled = add_preview_input(graph, band, sums, records, beauty, samples, to);
     const PreviewTexels& t = filled.texels;
-    for (const graph::TextureHandle h : {t.light, t.guide, t.place, filled.albedo, filled.beauty}) graph.output(h);
+    for (const graph::TextureHandle h : {t.first, t.second, t.guide, filled.albedo, filled.beauty}) graph.output(h);
+    if (t.place) graph.output(t.place);
 }
 
 void PreviewStage::apply(const FrameSettings& frame, const TraceTables& tables, int samples, Film& film) {

@@ -20,10 +20,10 @@ class PreviewStage {
 
     /// Begins another picture (PreviewPicture::begin()).
     void begin(PictureHistory* history);
-    /// Adds a band's inputs to the graph that makes its beauty. sums: need squares and features. records: buffer of
-    /// AovRecord. samples: number of samples in the sums.
+    /// Adds a band's inputs to the graph that makes its beauty. sums: need features and halves. records: buffer of
+    /// AovRecord, empty without Preview::temporal.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::BufferHandle records,
-                  graph::TextureHandle beauty, int samples);
+                  graph::TextureHandle beauty, const PreviewSamples& samples);
     /// Calls PreviewPicture::add_motion().
     void add_motion(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables,
                     const PreviousSurfaces& surfaces) {

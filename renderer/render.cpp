@@ -6,6 +6,7 @@
 
 #include "engine/core/error.h"
 
+#include "renderer/focus.h"
 #include "renderer/render_state.h"
 #include "renderer/settings_check.h"
 
@@ -75,11 +76,27 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
     return render(state().settings, progress);
 }
 
-RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
-    State& s = state();
-    s.scene.check_usable();
-    check_settings(s.settings, frame);
+void Renderer::follow_lens(const Camera& camera) {
+    if (state().lens == camera.lens.blurs()) return;
+    // Throws for a method that shows no depth of field, as long as the state is whole.
+    resolved(state().asked.primary, 0, ivec2(1), camera.lens.blurs());
+    std::unique_ptr<State> last = std::move(state_);  // destroyed if this function throws
+    RenderSettings asked = last->asked;
+    asked.camera = camera;
+    PreparedScene& prepared = last->scene;
+    state_ = std::make_unique<State>(std::move(last->own), prepared, last->colors, std::move(last->view_kernel), asked,
+                                     last->given_server);
+}
+
+RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallback& progress) {
+    state().scene.check_usable();
+    check_settings(state().settings, wanted);
     const Stopwatch watch;
+    follow_lens(wanted.camera);
+    State& s = state();
+    FrameSettings frame = wanted;
+    if (Focus& focus = frame.camera.lens.focus; s.lens && focus.kind == Focus::Kind::point)
+        focus = {.kind = Focus::Kind::distance, .distance = find_focus(s.scene, s.colors, s.settings, frame.camera)};
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
@@ -87,7 +104,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     if (s.scene.buffers().tiles()) s.scene.buffers().tiles()->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
-    if (s.denoiser) s.denoiser->begin(frame.noisy);
+    if (s.denoiser) s.denoiser->begin(frame.noisy, frame.camera);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;
@@ -95,8 +112,8 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     Film film(s.settings, s.scene.tables(), s.pages());
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
-    const bool in_turns = s.settings.in_turns && !frame.error;
-    const bool sums_are_there = !frame.error && (in_turns || s.bands == 1);
+    const bool in_turns = s.settings.in_turns && !frame.error && !s.settings.adaptive;
+    const bool sums_are_there = !frame.error && !s.settings.adaptive && (in_turns || s.bands == 1);
     /// Calls the callback. all: expected number of samples of all bands.
     const auto go_on = [&](std::int64_t all) {
         if (!progress) return true;
@@ -120,10 +137,20 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         s.render_in_turns(frame, frame.time_limit, done, [&] { return go_on(std::int64_t{frame.samples} * s.bands); });
         s.develop(frame, done, film);
     } else {
+        std::vector<std::uint32_t> plan;  // empty: a picture that ends in the pilot gets one sample
+        if (s.settings.adaptive) {
+            bool stopped = false;
+            plan = s.plan_samples(frame, [&] {
+                stopped = stopped || (progress && !progress({0, frame.samples, watch.seconds(), {}}));
+                return !stopped;
+            });
+        }
         std::int64_t samples_before = 0;
         for (int b = 0; b < s.bands && !stats.interrupted; ++b) {
             CompiledBand& with = s.compiled(b);
             with.mattes->clear();
+            with.first_samples = 0;
+            with.samples.clear();
             const Band where = s.band_at(b);
             const double time_left =
                 frame.time_limit > 0 ? std::max((frame.time_limit - watch.seconds()) / (s.bands - b), 1e-9) : 0.0;
@@ -132,8 +159,9 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 of_band = samples;
                 return go_on(samples_before + std::int64_t{total} * (s.bands - b));
             };
-            of_band = frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
-                                  : s.render_band(frame, where, with, time_left, after_sample);
+            of_band = !plan.empty() ? s.render_band_adaptively(frame, where, with, plan, after_sample)
+                      : frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
+                                    : s.render_band(frame, where, with, time_left, after_sample);
             samples_before += of_band;
             s.develop(frame, where, with, of_band, film);
         }

@@ -8,7 +8,7 @@ namespace halflight {
 void Renderer::State::develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done,
                               Film& film) {
     in_flight->drain();
-    const auto [sums, samples, mattes] =
+    const auto [sums, samples, mattes, first_half] =
         hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
     Film::Sums all;
     using Source = LayerSource;
@@ -16,10 +16,12 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (film.wants({Source::squares})) all.squares = read(sums.squares);
     if (film.wants({Source::features})) all.features = read(sums.features);
     film.add_sums(where, samples, all);
+    if (!with.samples.empty()) film.add_sample_counts(where, with.samples);
     for (const Mattes::Layer& layer : with.mattes->layers())
-        film.add_ids(where, mattes, layer.aov->name, layer.coverage);
+        film.add_ids(where, with.first_samples > 0 ? with.first_samples : mattes, layer.aov->name, layer.coverage);
 
-    const bool data = with.aov && (preview || frame.noisy || film.wants({Source::record}));
+    const bool reprojects = settings.preview.temporal;
+    const bool data = with.aov && (reprojects || frame.noisy || film.wants({Source::record}));
     const bool debug = with.debug && film.wants({Source::debug});
     if (data || debug) {
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
@@ -39,21 +41,22 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     graph.output(composite.beauty);
     if (composite.view) graph.output(composite.view);
     if (preview) {
-        imported.squares = import(sums.squares);
         imported.features = import(sums.features);
-        preview->add_band(graph, where, imported, graph.import_buffer("aov records", executor.buffer(with.aov)),
-                          composite.beauty, samples);
+        imported.halves = import(sums.halves);
+        const graph::BufferHandle records =
+            reprojects ? graph.import_buffer("aov records", executor.buffer(with.aov)) : graph::BufferHandle{};
+        preview->add_band(graph, where, imported, records, composite.beauty, {double(samples), first_half});
     }
     if (denoiser) {
         imported.features = import(sums.features);
         imported.halves = import(sums.halves);
-        denoiser->add_band(graph, where, imported, composite.beauty, {samples, with.sample.first_half});
+        denoiser->add_band(graph, where, imported, composite.beauty, {samples, sums.first_half});
     }
     composer.run(graph::compile(graph));
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-    if (with.aov && (film.wants({Source::record}) || frame.noisy || (preview && frame.previous_surfaces))) {
+    if (with.aov && (film.wants({Source::record}) || frame.noisy || (reprojects && frame.previous_surfaces))) {
         const auto records = executor.read<shared::AovRecord>(with.aov);
         film.add_data(where, records);
         if (frame.noisy) {
@@ -64,7 +67,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         if (frame.previous_surfaces)
             film.add_surface_motion(where, records, *frame.previous_surfaces,
                                     frame.previous_camera.value_or(frame.camera));
-        if (frame.previous_surfaces && preview)
+        if (frame.previous_surfaces && reprojects)
             preview->add_motion(where, records, scene.tables(), *frame.previous_surfaces);
     }
     if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
@@ -103,11 +106,13 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
     if (!needs().reuse) stats.estimator.reuse = Reuse::off;
     stats.primary = settings.primary;
+    if (lens) stats.lens = frame.camera.lens;
     if (cache && settings.measure) stats.radiance_cache = cache->statistics();
     const std::size_t pictures =
         (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);
     stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures + (cache ? cache->bytes() : 0) +
                       std::max({first.sample.compiled.slot_bytes, first.data.slot_bytes,
+                                first.listed ? first.listed->compiled.slot_bytes : 0,
                                 first.cached ? first.cached->compiled.slot_bytes : 0});
     const TraceTables& tables = scene.tables();
     stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options() : frame_options(),
@@ -123,7 +128,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     if (denoiser) denoiser->fill_stats(stats);
     if (scene.buffers().needs().texture_levels)
         stats.layer_biases.emplace_back("textures: mip levels by ray footprint");
-    if (settings.clamp > 0 && settings.bounces > 1)
+    if (settings.clamp > 0 && bounces_of(settings) > 1)
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
     if (const double weight = cache ? cached_weight(stats.samples) : 0; weight > 0)

@@ -9,6 +9,7 @@
 #include "renderer/frame_options.h"
 #include "renderer/render_state.h"
 #include "shaders/shared/path.h"
+#include "shaders/shared/sampled_block.h"
 
 namespace halflight {
 
@@ -19,6 +20,8 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
       colors(c),
       asked(std::move(r)),
       settings(asked),
+      lens(settings.camera.lens.blurs()),
+      given_server(callers_server),
       server(callers_server),
       view_kernel(std::move(view)),
       executor(scene.programs()),
@@ -49,7 +52,8 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         tracer.emplace(scene.trace(), settings.culling);
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
-    settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
+    settings.primary =
+        resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height), lens);
     if (needs().seen)
         for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
             seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
@@ -70,6 +74,10 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
     in_flight.emplace(band.paths());
+    if (settings.adaptive) {
+        settings.in_turns = false;
+        sampled_blocks.emplace("sampled blocks", band.paths() / 256 * sizeof(shared::SampledBlock));
+    }
     const FrameOptions options = frame_options();
     if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
     if (settings.measure) tracer->count();
@@ -103,6 +111,13 @@ FrameOptions Renderer::State::cached_options() const {
     return options;
 }
 
+FrameOptions Renderer::State::listed_options() const {
+    FrameOptions options = frame_options();
+    options.group_size = 1, options.group_size_piloted = false, options.camera_rays = 1, options.want_hits = false;
+    options.primary = PrimaryVisibility::traced;
+    return options;
+}
+
 FrameNeeds Renderer::State::needs() const {
     return frame_needs(scene.buffers().needs(), frame_options());
 }
@@ -128,6 +143,11 @@ std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
                                           band.paths(), pages());
     auto made = std::make_unique<CompiledBand>(std::move(mattes));
     compile(made->sample, place, 0, frame_options());
+    if (settings.adaptive) {
+        made->listed = std::make_unique<CompiledSample>();
+        compile(*made->listed, place, 0, listed_options(), true);
+        made->listed->adds_mattes = false;
+    }
     if (cache) {
         made->cached = std::make_unique<CompiledSample>();
         compile(*made->cached, place, settings.in_turns ? static_cast<std::uint32_t>(bands) : 1, cached_options());
@@ -137,10 +157,12 @@ std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
 }
 
 void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums,
-                              const FrameOptions& options) {
+                              const FrameOptions& options, bool listed) {
     SceneView own_view = view(sample.graph, place);
+    if (listed) own_view.sampled_blocks = sample.graph.import_buffer("sampled blocks", *sampled_blocks);
     own_view.sums += further_sums;
     own_view.radiance_cache = cache.get();
+    own_view.lens = lens;  // layers at the pixels' centres are those of a pinhole
     std::vector<graph::BufferHandle> constants;
     for (gpu::Buffer& of_seen : seen_constants)
         constants.push_back(sample.graph.import_buffer("constants of light seen", of_seen));
@@ -150,7 +172,7 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
 
 void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
     const bool aov =
-        asked_for(settings, {LayerSource::record}) || settings.preview.of_picture() || neighbour_frames(settings) > 0;
+        asked_for(settings, {LayerSource::record}) || settings.preview.temporal || neighbour_frames(settings) > 0;
     const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling"),
                              asked_for(settings, "residency")};
     if (!aov && !debug.any()) return;
@@ -162,7 +184,7 @@ void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
     if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
     if (needs().chains && neighbour_frames(settings) > 0) {
         to.chains =
-            add_specular_chains(to.data_graph, seen, gbuffer, {.bounces = settings.bounces, .places = true}).places;
+            add_specular_chains(to.data_graph, seen, gbuffer, {.bounces = bounces_of(settings), .places = true}).places;
         to.data_graph.output(to.chains);
     }
     if (debug.any()) to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));

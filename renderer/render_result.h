@@ -49,6 +49,7 @@ struct RenderStats {
     std::size_t gpu_bytes = 0;                      // size of the buffers and textures of scene and frame
     Estimator estimator;                            // estimator with all automatic choices resolved
     PrimaryVisibility primary{};                    // method used; never `automatic`
+    Lens lens{};                                    // lens of the camera, focused at a distance; unset: a pinhole
     std::optional<CacheStatistics> radiance_cache;  // statistics, if used and settings.measure is set
     std::vector<PassTime> passes;                   // times of passes; empty without settings.measure
     std::vector<LeftOut> left_out;                  // parts that scene or settings did not need, with the reason

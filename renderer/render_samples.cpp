@@ -28,7 +28,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
 
 void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with,
                                  CompiledSample& sample) {
-    sample.first_half = (at.begins ? 0 : sample.first_half) + (at.first_half ? 1 : 0);
+    const int first_half = (at.begins ? 0 : sample.sums.first_half) + (at.first_half ? 1 : 0);
     upload_constants(frame, at);
     const int seen = static_cast<int>(seen_constants.size());
     for (int i = 0; i < seen; ++i) {
@@ -38,9 +38,10 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     executor.run(sample.compiled);
     const Accumulated& a = sample.frame.sums;
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
-    sample.sums = {buffer(a.emission), buffer(a.direct),   buffer(a.indirect),
-                   buffer(a.squares),  buffer(a.features), buffer(a.halves)};
-    in_flight->push(with.mattes->empty() ? nullptr : &executor.buffer(sample.frame.gbuffer.hits), with.mattes.get());
+    sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares),
+                   buffer(a.features), buffer(a.halves), first_half};
+    const bool matte = sample.adds_mattes && !with.mattes->empty();
+    in_flight->push(matte ? &executor.buffer(sample.frame.gbuffer.hits) : nullptr, with.mattes.get());
     // The sample's time decides about the next sample, or about the next picture that a viewer asks for.
     if (frame.time_limit > 0 || settings.in_turns) in_flight->wait();
     scene.context().check("rendering");

@@ -37,8 +37,8 @@ struct CompiledSample {
     graph::Graph graph;
     Frame frame;
     graph::CompiledGraph compiled;
-    SumBuffers sums;     // sums; set by the first sample
-    int first_half = 0;  // number of samples of the first half
+    SumBuffers sums;  // sums; set by the first sample
+    bool adds_mattes = true;
 };
 
 /// The graphs of a band, or of several bands that are rendered one after the other.
@@ -46,6 +46,9 @@ struct CompiledBand {
     explicit CompiledBand(std::shared_ptr<Mattes> m) : mattes(std::move(m)) {}
     std::shared_ptr<Mattes> mattes;  // shared by bands that are rendered one after the other
     CompiledSample sample;
+    std::unique_ptr<CompiledSample> listed;  // adaptive sampling: samples of listed blocks; null: not used
+    int first_samples = 0;                   // number of samples that all pixels have, and that the mattes hold; 0: all
+    std::vector<std::uint32_t> samples;      // number of samples of each block of paths; empty: all have the same
     std::unique_ptr<CompiledSample> cached;  // sample with the radiance cache; null: none
     // Graph of layers at the pixels' centres; empty unless requested
     graph::Graph data_graph;
@@ -61,6 +64,8 @@ struct Renderer::State {
     const ColorConfig colors;
     const RenderSettings asked;
     RenderSettings settings;                          // settings with all automatic choices resolved
+    const bool lens;                                  // camera rays start on a lens
+    rays::BatchServer* const given_server;            // server of the caller; null: none
     std::unique_ptr<rays::BatchServer> own_server;    // server of the culling method; null: none
     std::unique_ptr<paging::PageServer> page_server;  // server of scenes that are loaded in pages
     std::unique_ptr<paging::RowGather> page_rows;     // table rows of such scenes
@@ -69,6 +74,7 @@ struct Renderer::State {
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
     std::optional<DenoiseStage> denoiser;
+    std::optional<gpu::Buffer> sampled_blocks;  // SampledBlock of listed samples; none: not adaptive
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for directly visible light
     std::shared_ptr<RadianceCache> cache;     // radiance cache; null: not used
@@ -99,8 +105,11 @@ struct Renderer::State {
     CompiledBand& compiled(int index);
     /// Compiles the graphs for an element of `places`.
     std::unique_ptr<CompiledBand> compile(std::uint32_t place);
-    /// Compiles the graph of a sample. further_sums: offset to the number of its sums.
-    void compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums, const FrameOptions& options);
+    /// Compiles the graph of a sample. further_sums: offset to the number of its sums. listed: it samples the blocks of
+    /// sampled_blocks.
+    void compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums, const FrameOptions& options,
+                 bool listed = false);
+    FrameOptions listed_options() const;  ///< Returns options of samples of listed blocks.
     /// Adds the graph of layers at the pixels' centres, where requested.
     void add_data(CompiledBand& to, std::uint32_t place);
     SceneView view(graph::Graph& graph, std::uint32_t place);
@@ -121,6 +130,14 @@ struct Renderer::State {
     /// are below it, so is the picture. Adds the error of the band to that of the picture.
     int render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
                              const AfterSample& after_sample, PictureError& picture_error);
+    /// Renders the pilot of adaptive sampling and returns the numbers of samples of all blocks of the picture
+    /// (adaptive_counts()). Returns an empty vector where the callback returned false. Defined in adaptive_band.cpp.
+    std::vector<std::uint32_t> plan_samples(const FrameSettings& frame, const std::function<bool()>& after_sample);
+    /// Adds samples to a band as planned, and scales its sums as if all pixels had as many. Returns that number. Where
+    /// the callback stops it among the first samples, which all pixels take, returns their number. Defined in
+    /// adaptive_band.cpp.
+    int render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
+                               const std::vector<std::uint32_t>& plan, const AfterSample& after_sample);
     /// Adds samples to all bands in turns, until there are enough, time is up, or the callback returns false. It is
     /// called for each band. done: number of samples of each band.
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,

@@ -8,6 +8,7 @@
 #include "engine/core/error.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/settings_table.h"
+#include "passes/picture/adaptive.h"
 #include "renderer/needs.h"
 #include "renderer/replicates.h"
 
@@ -30,7 +31,19 @@ void check_settings(const RenderSettings& s) {
     require(
         s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
         "the camera's field of view must be between 0 and 180 degrees, or its height positive");
+    if (const std::string problem = lens_problem(s.camera); !problem.empty()) throw Error("lens", problem);
+    require(
+        !s.camera.lens.blurs() || !s.preview.temporal,
+        "the preview mode temporal cannot be combined with depth of field: blurred surfaces have no single place in "
+        "the last frame");
     require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
+    if (s.adaptive) {
+        require(s.samples >= kLeastAdaptiveSamples, "adaptive sampling takes at least 16 samples");
+        require(s.first_sample == 0, "a picture with adaptive sampling must begin with the first sample");
+        require(!s.error && !(s.time_limit > 0) && !s.preview.any(),
+                "adaptive sampling cannot be combined with an error target, a time limit or a preview mode");
+        require(s.estimator.sampler == SamplePoints::sobol, "adaptive sampling needs the sampler sobol");
+    }
     if (!s.error) return;
     require(s.first_sample == 0, "a picture with an error target must begin with the first sample");
     require(s.samples >= kFirstLook * kReplicates, "an error target takes at least 16 samples");

@@ -61,9 +61,11 @@ uniform samplerBuffer light_seen;  // RGBA32F: emission seen by camera rays
 uniform float most_luminance;  // highest luminance of a sample's indirect light
 #endif
 
+#include "shaders/lib/camera.glsl"
 #include "shaders/lib/half_sums.glsl"
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/path_pixel.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
 
@@ -95,16 +97,16 @@ void add_sample(int ray, uint answer, inout dvec3 diffuse, inout dvec3 glossy) {
 }
 #endif
 
-void main() {
-    uint path = gl_GlobalInvocationID.x;
+// Adds the sample of a path to the sums at index `to`.
+void add(uint path, uint to) {
     SurfacePoint point = load_surface_point(path);
 #ifdef HALFLIGHT_SEEN
     point.emission = texelFetch(light_seen, int(path)).rgb;
 #endif
     vec3 emission = guarded(point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // no sum of doubles overflows for finite floats
-    for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[path * 4u + i], emission[i]);
-    ADD(emission_sums[path * 4u + 3u], point.is_surface ? 1.0 : 0.0);
+    for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[to * 4u + i], emission[i]);
+    ADD(emission_sums[to * 4u + 3u], point.is_surface ? 1.0 : 0.0);
 
 #ifdef HALFLIGHT_DIRECT
     dvec3 diffuse = dvec3(0.0);
@@ -131,8 +133,8 @@ void main() {
 #endif
     beauty += diffuse + glossy;
     for (uint i = 0u; i < 3u; ++i) {
-        ADD(direct_sums[path * 6u + i], diffuse[i]);
-        ADD(direct_sums[path * 6u + 3u + i], glossy[i]);
+        ADD(direct_sums[to * 6u + i], diffuse[i]);
+        ADD(direct_sums[to * 6u + 3u + i], glossy[i]);
     }
 #endif
 
@@ -165,8 +167,8 @@ void main() {
 #endif
     beauty += later_diffuse + later_glossy;
     for (uint i = 0u; i < 3u; ++i) {
-        ADD(indirect_sums[path * 6u + i], later_diffuse[i]);
-        ADD(indirect_sums[path * 6u + 3u + i], later_glossy[i]);
+        ADD(indirect_sums[to * 6u + i], later_diffuse[i]);
+        ADD(indirect_sums[to * 6u + 3u + i], later_glossy[i]);
     }
 #endif
 
@@ -174,15 +176,14 @@ void main() {
     Bsdf b = load_bsdf(path);
 #endif
 #ifdef HALFLIGHT_FEATURES
-    bool perspective = frame.camera_position.w != 0.0;
-    vec3 wo = perspective ? normalize(frame.camera_position.xyz - seen_position(path, point)) : -frame.camera_forward.xyz;
+    vec3 wo = -camera_direction(frame, path, seen_position(path, point));
     vec3 albedo = guarded(point.is_surface ? reflectance(b, wo) : vec3(0.0), kCountGBuffer);
     // Samples of one colour channel have three times its light, and the albedo of the mean sample.
     albedo = b.disperses ? albedo : min(albedo, vec3(1.0));
     vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), -kLargestFloat, kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
-        ADD(feature_sums[path * 6u + i], albedo[i]);
-        ADD(feature_sums[path * 6u + 3u + i], normal[i]);
+        ADD(feature_sums[to * 6u + i], albedo[i]);
+        ADD(feature_sums[to * 6u + 3u + i], normal[i]);
     }
 #endif
 
@@ -196,9 +197,9 @@ void main() {
 #else
     dvec3 later_diffuse = dvec3(0.0);
 #endif
-    double counts = frame.first_half != 0u ? 1.0lf : 0.0lf;
+    double counts = frame_of_path(frame, path).first_half != 0u ? 1.0lf : 0.0lf;
     vec3 diffuse_albedo = guarded(point.is_surface ? b.diffuse + b.diffuse_through : vec3(0.0), kCountGBuffer);
-    uint first = path * kHalfStride;
+    uint first = to * kHalfStride;
     for (uint i = 0u; i < 3u; ++i) {
         ADD(half_sums[first + i], counts * diffuse[i]);
         ADD(half_sums[first + 3u + i], counts * later_diffuse[i]);
@@ -227,6 +228,21 @@ void main() {
 
 #ifdef HALFLIGHT_SQUARES
     for (uint i = 0u; i < 3u; ++i)
-        ADD(square_sums[path * 3u + i], beauty[i] * beauty[i]);
+        ADD(square_sums[to * 3u + i], beauty[i] * beauty[i]);
+#endif
+}
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+#ifdef HALFLIGHT_SAMPLED_BLOCKS
+    // Entries of one block follow each other. The paths of the first entry add the samples of all.
+    uint block = sampled_block(path).block;
+    bool first = path < 256u || sampled_block(path - 256u).block != block;
+    if (!first || block == kNoBlock) return;
+    uint to = path_in_band(path);
+    for (uint end = gl_NumWorkGroups.x * 64u; path < end && sampled_block(path).block == block; path += 256u)
+        add(path, to);
+#else
+    add(path, path);
 #endif
 }

@@ -1,6 +1,5 @@
 // Makes camera rays in path order, for a tracer. Rays beyond the picture's edge are dead.
 #include "shaders/shared/frame.h"
-#include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
 
 layout(local_size_x = 64) in;
@@ -9,11 +8,12 @@ layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) writeonly buffer Rays { Ray rays[]; };
 
 #include "shaders/lib/camera.glsl"
+#include "shaders/lib/path_pixel.glsl"
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
-    Ray ray = camera_ray(frame, pixel + ivec2(0, frame.band_y));
+    ivec2 pixel = ivec2(pixel_in_band(frame, path));
+    Ray ray = camera_ray(frame_of_path(frame, path), pixel + ivec2(0, frame.band_y));
     ray.t_max = pixel.x < frame.size.x && pixel.y < frame.band_rows ? ray.t_max : -1.0;
     rays[path] = ray;
 }

@@ -9,7 +9,12 @@ layout(rgba32f) writeonly uniform image2D outliers;  // rg: share of the excess 
 
 #include "shaders/lib/halves.glsl"
 
-const float kMostOfMean = 10.0;  // an outlier's luminance over that of the mean around it
+// An outlier's luminance over that of the mean around it.
+#ifdef HALFLIGHT_PREVIEW
+const float kMostOfMean = 5.0;
+#else
+const float kMostOfMean = 10.0;
+#endif
 
 // Returns the share of a value that exceeds `most`.
 float excess(vec3 value, float most) {

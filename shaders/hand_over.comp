@@ -5,10 +5,12 @@ layout(std430) readonly buffer Biased { double biased[]; };
 layout(std430) readonly buffer Unbiased { double unbiased[]; };
 layout(std430) writeonly buffer Both { double both[]; };
 
+uniform uint values;
 uniform float weight_biased;
 uniform float weight_unbiased;
 
 void main() {
-    uint i = gl_GlobalInvocationID.x;
-    both[i] = double(weight_biased) * biased[i] + double(weight_unbiased) * unbiased[i];
+    // Bands have more values than drivers allow invocations.
+    for (uint i = gl_GlobalInvocationID.x; i < values; i += gl_NumWorkGroups.x * 64u)
+        both[i] = double(weight_biased) * biased[i] + double(weight_unbiased) * unbiased[i];
 }

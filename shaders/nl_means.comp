@@ -5,8 +5,15 @@
 // A work group filters a tile. For each offset within the window it compares all pixels of the tile with those at the
 // offset, and sums the differences over patches by columns and rows.
 const int kTile = 32;     // width and height of the tile, pixels
-const int kPatch = 3;     // radius of patches, pixels
-const int kWindow = 7;    // radius of the window, pixels
+#ifdef HALFLIGHT_PREVIEW
+const int kPatch = 1;     // radius of patches, pixels
+const int kWindow = 2;    // radius of the window, multiples of `stride`
+uniform int stride;       // distance of the offsets, pixels
+#else
+const int kPatch = 3;
+const int kWindow = 7;
+const int stride = 1;
+#endif
 const int kOwn = 4;       // number of pixels in a row that an invocation filters
 const int kWide = kTile + 2 * kPatch;
 const float kStrength = 0.4;   // k of equation 2; larger values blur more
@@ -42,14 +49,18 @@ vec2 difference(ivec2 p, ivec2 q, ivec2 size) {
     return both ? min((between * between - noise) / scale, vec2(kMostApart)) : vec2(0.0);
 }
 
-// Returns the weight that normals, albedos and depths allow.
-float likeness(vec4 guide_p, vec4 albedo_p, vec4 guide_q, vec4 albedo_q) {
-    vec3 normals = guide_p.xyz - guide_q.xyz;
-    vec3 albedos = albedo_p.rgb - albedo_q.rgb;
-    float mirrors = albedo_p.a - albedo_q.a;
-    float depths = guide_p.w - guide_q.w;
-    return exp(-dot(normals, normals) / 0.09 - dot(albedos, albedos) / 0.25 - depths * depths / 0.04 -
-               mirrors * mirrors / 0.25);
+#include "shaders/lib/surface_likeness.glsl"
+
+// Returns the sums over the patches of the pixels that an invocation filters, along rows or columns.
+vec2[kOwn] patch_sums(vec2 v[kOwn + 2 * kPatch]) {
+#ifdef HALFLIGHT_PREVIEW
+    return vec2[](v[0] + v[1] + v[2], v[1] + v[2] + v[3], v[2] + v[3] + v[4], v[3] + v[4] + v[5]);
+#else
+    // The sums start with what they share.
+    vec2 middle = v[3] + v[4] + v[5] + v[6];
+    return vec2[](v[0] + v[1] + v[2] + middle, v[1] + v[2] + middle + v[7], v[2] + middle + v[7] + v[8],
+                  middle + v[7] + v[8] + v[9]);
+#endif
 }
 
 void main() {
@@ -74,7 +85,7 @@ void main() {
     }
     for (int oy = -kWindow; oy <= kWindow; ++oy) {
         for (int ox = -kWindow; ox <= kWindow; ++ox) {
-            ivec2 offset = ivec2(ox, oy);
+            ivec2 offset = stride * ivec2(ox, oy);
             for (int y = local.y; y < kWide; y += kTile) {
                 for (int x = local.x; x < kWide; x += kTile / kOwn) {
                     ivec2 p = corner + ivec2(x, y) - kPatch;
@@ -82,26 +93,19 @@ void main() {
                 }
             }
             barrier();
-            // An eighth of the invocations sum four rows each, so that a sum starts with ten values instead of seven
-            // for each row.
+            // A quarter of the invocations sum four rows each, so that these share values.
             for (int y = kOwn * local.y; y < kTile; y += kOwn * kTile) {
                 for (int x = local.x; x < kWide; x += kTile / kOwn) {
                     vec2 below[kOwn + 2 * kPatch];
                     for (int i = 0; i < kOwn + 2 * kPatch; ++i) below[i] = apart[(y + i) * kWide + x];
-                    vec2 shared_rows = below[3] + below[4] + below[5] + below[6];
-                    columns[y * kWide + x] = below[0] + below[1] + below[2] + shared_rows;
-                    columns[(y + 1) * kWide + x] = below[1] + below[2] + shared_rows + below[7];
-                    columns[(y + 2) * kWide + x] = below[2] + shared_rows + below[7] + below[8];
-                    columns[(y + 3) * kWide + x] = shared_rows + below[7] + below[8] + below[9];
+                    vec2 sums[kOwn] = patch_sums(below);
+                    for (int k = 0; k < kOwn; ++k) columns[(y + k) * kWide + x] = sums[k];
                 }
             }
             barrier();
             vec2 beside[kOwn + 2 * kPatch];
             for (int i = 0; i < kOwn + 2 * kPatch; ++i) beside[i] = columns[local.y * kWide + kOwn * local.x + i];
-            vec2 middle = beside[3] + beside[4] + beside[5] + beside[6];
-            vec2 patches[kOwn] =
-                vec2[](beside[0] + beside[1] + beside[2] + middle, beside[1] + beside[2] + middle + beside[7],
-                       beside[2] + middle + beside[7] + beside[8], middle + beside[7] + beside[8] + beside[9]);
+            vec2 patches[kOwn] = patch_sums(beside);
             for (int k = 0; k < kOwn; ++k) {
                 ivec2 q = from + ivec2(k, 0) + offset;
                 bool inside = all(greaterThanEqual(q, ivec2(0))) && all(lessThan(q, size));
@@ -123,7 +127,8 @@ void main() {
         ivec2 pixel = from + ivec2(k, 0);
         if (any(greaterThanEqual(pixel, size))) continue;
         vec2 scale = 1.0 / max(weights[k], vec2(1e-20));
-        imageStore(filtered_first, pixel, vec4(own_first[k] + scale.x * sum_first[k], 1.0));
-        imageStore(filtered_second, pixel, vec4(own_second[k] + scale.y * sum_second[k], 1.0));
+        float share = texelFetch(first, pixel, 0).a;
+        imageStore(filtered_first, pixel, vec4(own_first[k] + scale.x * sum_first[k], share));
+        imageStore(filtered_second, pixel, vec4(own_second[k] + scale.y * sum_second[k], share));
     }
 }

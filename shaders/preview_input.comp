@@ -1,5 +1,6 @@
 // Converts the sums of a band to texels of the whole picture, for preview passes.
 #include "shaders/shared/aov.h"
+#include "shaders/shared/denoise.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/preview.h"
 #include "shaders/shared/rays.h"
@@ -13,61 +14,67 @@ layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glo
 #ifdef HALFLIGHT_INDIRECT
 layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
 #endif
-layout(std430) readonly buffer Squares { double squares[]; };    // squares of the beauty
-layout(std430) readonly buffer Features { double features[]; };  // albedo, normal
-layout(std430) readonly buffer Records { AovRecord records[]; };
-uniform sampler2D mean;  // beauty of the band
+layout(std430) readonly buffer Features { double features[]; };   // albedo, normal
+layout(std430) readonly buffer HalfSums { double half_sums[]; };  // Accumulated::halves
+uniform sampler2D mean;                                           // beauty of the band
 
 // Images of the whole picture; passes/preview/preview_texels.h describes their content.
-layout(rgba32f) writeonly uniform image2D light;
+layout(rgba32f) writeonly uniform image2D first;
+layout(rgba32f) writeonly uniform image2D second;
 layout(rgba32f) writeonly uniform image2D guide;
-layout(rgba32f) writeonly uniform image2D place;
 layout(rgba32f) writeonly uniform image2D albedo;
 layout(rgba32f) writeonly uniform image2D beauty;
+#ifdef HALFLIGHT_PLACES
+layout(std430) readonly buffer Records { AovRecord records[]; };
+layout(rgba32f) writeonly uniform image2D place;
+#endif
 
-uniform uint samples;
-uniform ivec2 size;     // size of the band within the picture, pixels
-uniform int first_row;  // first row of the band
-uniform uvec2 tiles;    // size of the band, tiles
+uniform float samples;
+uniform float first_samples;  // number of samples of the first half
+uniform uint stride;          // number of doubles per path in `half_sums`
+uniform ivec2 size;           // size of the band within the picture, pixels
+uniform int first_row;        // first row of the band
+uniform uvec2 tiles;          // size of the band, tiles
 
 #include "shaders/lib/finite.glsl"
-#include "shaders/lib/luminance.glsl"
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
     ivec2 pixel = ivec2(pixel_of_path(path, tiles));
-    double share = 1.0LF / double(samples);
-    vec3 reflectance, normal, reflected_light;
-    float luminance = 0.0;
-    float deviation = 0.0;
+    double covered = emission[path * 4u + 3u];
+    double of_covered = covered > 0.0LF ? 1.0LF / covered : 0.0LF;
+    float second_samples = samples - first_samples;
+    vec3 reflectance, normal, of_first, of_second;
     for (uint i = 0u; i < 3u; ++i) {
-        double reflected = 0.0LF;
+        double whole = 0.0LF;
 #ifdef HALFLIGHT_DIRECT
-        reflected += direct[path * 6u + i] + direct[path * 6u + 3u + i];
+        whole += direct[path * 6u + i] + direct[path * 6u + 3u + i];
 #endif
 #ifdef HALFLIGHT_INDIRECT
-        reflected += indirect[path * 6u + i] + indirect[path * 6u + 3u + i];
+        whole += indirect[path * 6u + i] + indirect[path * 6u + 3u + i];
 #endif
-        double whole = (reflected + emission[path * 4u + i]) * share;
-        reflectance[i] = max(float(features[path * 6u + i] * share), kLeastAlbedo);
-        normal[i] = float(features[path * 6u + 3u + i] * share);
-        reflected_light[i] = float(reflected * share) / reflectance[i];
-        luminance += kToLuminance[i] * reflected_light[i];
-        // Except at edges, emission is equal for all samples of a pixel. The noise of the channels is correlated.
-        double variance = max(squares[path * 3u + i] * share - whole * whole, 0.0LF);
-        deviation += kToLuminance[i] * sqrt(float(variance)) / reflectance[i];
+        uint at = path * stride + i;
+        double own = half_sums[at] + half_sums[at + 3u] + half_sums[at + 6u];
+        double rest = max(whole - own, 0.0LF);
+        reflectance[i] = max(float(features[path * 6u + i] / double(samples)), kLeastAlbedo);
+        normal[i] = float(features[path * 6u + 3u + i] * of_covered);
+        double most = double(kMostFilteredLight);
+        of_first[i] = first_samples > 0.0 ? float(min(own / (double(first_samples) * reflectance[i]), most)) : 0.0;
+        of_second[i] = second_samples > 0.0 ? float(min(rest / (double(second_samples) * reflectance[i]), most)) : 0.0;
     }
-    AovRecord record = records[path];
-    float square = luminance * luminance + deviation * deviation;
-    float length_of_normal = length(normal);
-    bool seen = record.triangle != kMiss && length_of_normal > 0.0 && finite(length_of_normal) && finite(square) &&
-                all_finite(reflected_light) && all_finite(reflectance) && record.depth > 0.0;
+    float depth = float(half_sums[path * stride + 12u] * of_covered);
+    bool seen = covered > 0.0LF && all_finite(normal) && all_finite(of_first) && all_finite(of_second) &&
+                all_finite(reflectance) && finite(depth);
     if (pixel.x < size.x && pixel.y < size.y) {
         ivec2 to = pixel + ivec2(0, first_row);
-        imageStore(light, to, seen ? vec4(reflected_light, square) : vec4(0.0, 0.0, 0.0, -1.0));
-        imageStore(guide, to, seen ? vec4(normal / length_of_normal, record.depth) : vec4(0.0));
-        imageStore(place, to, vec4(seen ? record.position : vec3(0.0), float(samples)));
-        imageStore(albedo, to, vec4(reflectance, 1.0));
+        imageStore(first, to, seen ? vec4(of_first, first_samples) : vec4(0.0, 0.0, 0.0, -1.0));
+        imageStore(second, to, seen ? vec4(of_second, second_samples) : vec4(0.0, 0.0, 0.0, -1.0));
+        imageStore(guide, to, seen ? vec4(normal, depth) : vec4(0.0));
+        imageStore(albedo, to, seen ? vec4(reflectance, 1.0) : vec4(0.0));
         imageStore(beauty, to, texelFetch(mean, pixel, 0));
+#ifdef HALFLIGHT_PLACES
+        AovRecord record = records[path];
+        imageStore(place, to, seen && record.triangle != kMiss ? vec4(record.position, 1.0) : vec4(0.0));
+#endif
     }
 }

@@ -15,7 +15,6 @@
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
 //   HALFLIGHT_REUSE_POINTS   the point for path reuse is stored, too, without its light
 #include "shaders/shared/frame.h"
-#include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
 #include "shaders/geometry_tables.glsl"
@@ -78,6 +77,9 @@ uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib
 #include "shaders/lib/primary_search.glsl"
 #endif
 #include "shaders/lib/finite.glsl"
+#ifndef HALFLIGHT_LIST
+#include "shaders/lib/path_pixel.glsl"
+#endif
 #ifdef HALFLIGHT_DISPERSION
 #include "shaders/lib/dimensions.glsl"
 #endif
@@ -148,7 +150,7 @@ void main() {
 #else
     bool listed = runs;
     uint path = invocation;
-    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
+    ivec2 pixel = ivec2(pixel_in_band(frame, path));
     bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
 #endif
 #ifdef HALFLIGHT_TRACED

@@ -34,6 +34,7 @@ layout(std430) buffer Media { vec4 media[]; };
 
 uniform uint depth;  // number of this vertex, 0: the first surface
 
+#include "shaders/lib/camera.glsl"
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/offset.glsl"
@@ -44,12 +45,6 @@ uniform uint depth;  // number of this vertex, 0: the first surface
 #ifndef HALFLIGHT_LAST_VERTEX
 DEFINE_APPEND(append_leaving, leaving_header)
 #endif
-
-// Returns the direction of the camera ray to a point.
-vec3 camera_direction(vec3 point) {
-    bool perspective = frame.camera_position.w != 0.0;
-    return perspective ? normalize(point - frame.camera_position.xyz) : frame.camera_forward.xyz;
-}
 
 // Returns the reflectance of the surface at which a chain ends. Light sources count as white up to a radiance of 1.
 vec3 end_albedo(SurfacePoint at, Bsdf b, vec3 wo) {
@@ -73,7 +68,7 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 position = seen_position(path, at);
 #ifdef HALFLIGHT_CHAIN_BEGINS
-    vec3 wo = -camera_direction(position);
+    vec3 wo = -camera_direction(frame, path, position);
     SpecularChain chain = SpecularChain(vec3(1.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0);
     vec3 others = vec3(0.0);  // the denoiser filters glossy light apart
 #else
@@ -92,7 +87,7 @@ void main() {
                                   vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0);
 #else
     ChainPlace place = places[path];
-    place.seen += way * camera_direction(place.seen);
+    place.seen += way * camera_direction(frame, path, place.seen);
 #endif
 #endif
     bool goes_on = false;

@@ -359,6 +359,25 @@ def use_our_materials(*_):
 
 
 @bpy.app.handlers.persistent
+def use_our_lens(*_):
+    """Takes the lens of a camera from the extras of the glTF file, which the importer stores as custom properties."""
+    scene = bpy.context.scene
+    camera = scene.camera.data
+    if "aperture_fstop" not in camera or "focus_distance" not in camera:
+        return
+    # The importer sets the angle along the vertical sides. The sensor lies along the longer sides of the picture.
+    aspect = scene.render.resolution_x / scene.render.resolution_y
+    half = math.tan(camera.angle_y / 2) * max(aspect, 1)
+    camera.sensor_fit, camera.lens_unit = "AUTO", "MILLIMETERS"
+    camera.sensor_width = camera.get("sensor_width", 36)
+    camera.lens = camera.sensor_width / (2 * half)
+    camera.dof.use_dof, camera.dof.focus_object = True, None
+    camera.dof.focus_distance, camera.dof.aperture_fstop = camera["focus_distance"], camera["aperture_fstop"]
+    camera.dof.aperture_blades = camera.get("aperture_blades", 0)
+    camera.dof.aperture_rotation = camera.get("aperture_rotation", 0)
+
+
+@bpy.app.handlers.persistent
 def begin(*_):
     global begun
     begun = time.process_time()
@@ -370,5 +389,6 @@ def tell_cpu_time(*_):
 
 
 bpy.app.handlers.render_init.append(use_our_materials)
+bpy.app.handlers.render_init.append(use_our_lens)
 bpy.app.handlers.render_init.append(begin)
 bpy.app.handlers.render_complete.append(tell_cpu_time)

@@ -35,6 +35,10 @@ struct ChosenCamera {
 /// Returns the camera of `choice`. Throws Error that lists the scene's cameras where there is none of that name.
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice);
 
+/// Returns a camera whose lens follows `wanted`; members that are not set there remain those of the camera. Throws
+/// Error where a focus lacks an aperture, or an aperture lacks a focus.
+Camera with_lens(Camera camera, const Lens& wanted);
+
 /// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 where it has
 /// none); `default_width` applies where both are missing. Each side is within [1, kMaxSide].
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera);

@@ -32,6 +32,9 @@ struct Shutter {
 /// "variance" (`aovs`) takes two samples at each time.
 int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples);
 
+/// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.
+int default_bounces(const Scene& scene);
+
 /// Returns "open for 0.5 of a frame, 8 times", the text in files; empty without motion blur.
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings);
 
@@ -98,7 +101,7 @@ class FrameRenderer {
     /// Renders the frame of the settings.
     RenderResult render(const ProgressCallback& progress = {}) { return render(settings().frame, progress); }
 
-    /// Returns the settings of the frame rendered last, with its number and its camera.
+    /// Returns the settings of the frame rendered last, with its number, its camera and its number of bounces.
     const RenderSettings& settings() const;
     /// Changes samples, seed, error target, time limit or filter of later pictures.
     void set_frame_settings(const FrameSettings& settings);

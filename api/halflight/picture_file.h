@@ -29,6 +29,7 @@ struct PictureInfo {
     bool half = false;          // stores beauty as half floats; other layers have their own types
     std::string comments;
     std::string filter;         // name of the pixel filter
+    std::string lens{};         // lens_text(); empty for a pinhole
     std::string shutter;        // shutter_text(); empty without motion blur
     std::string bias;           // reason why the picture would not converge to the scene's light; empty where it would
     std::string error;          // estimated error, in words; empty where it is not known

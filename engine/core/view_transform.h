@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "engine/core/lens.h"
+
 namespace halflight {
 
 /// Exposure of a display image: fixed, or found by metering (renderer/metering.h).
@@ -19,13 +21,15 @@ struct ExposureTime {
     bool operator==(const ExposureTime&) const = default;
 };
 
-/// Settings of a camera that decide the exposure. Members that are 0 have the usual value if another one is set.
+/// Settings of a camera that decide exposure and depth of field. Members that are 0 have the usual value if another one
+/// is set.
 struct PhysicalCamera {
     float iso = 0;                 // sensitivity; usual 100
     ExposureTime shutter_speed{};  // exposure time; usual 1/125 s
-    float fstop = 0;               // f-number, focal length over aperture diameter; usual 16
+    Lens lens{};                   // lens, with its f-number; usual 16
 
-    bool given() const { return iso > 0 || shutter_speed.seconds > 0 || fstop > 0; }
+    /// Returns whether the exposure is that of the camera. An f-number beside a focus only sets the depth of field.
+    bool exposes() const { return iso > 0 || shutter_speed.seconds > 0 || (lens.fstop > 0 && !lens.focus.chosen()); }
     /// Returns the exposure in stops: -log2(1.2 x 2^EV100) with EV100 = log2(fstop^2 / shutter_speed x 100 / iso). A
     /// luminance of 1.2 x 2^EV100 nits saturates the sensor (ISO 12232) and becomes a radiance of 1 (Lagarde, de
     /// Rousiers 2014, Moving Frostbite to Physically Based Rendering, section 5.1).
@@ -40,12 +44,12 @@ struct ViewTransform {
     std::string view;     // name of the view; empty: the display's default
     std::string look;     // looks; empty: the view's own; otherwise replaces them ("a, -b": a, then the inverse of b)
     Exposure exposure{};
-    PhysicalCamera camera{};  // where it is given, `exposure` corrects its exposure and is not found by metering
+    PhysicalCamera camera{};  // where it exposes, `exposure` corrects its exposure and is not found by metering
 
     /// Returns whether the exposure is to be found by metering.
-    bool metered() const { return exposure.automatic && !camera.given(); }
+    bool metered() const { return exposure.automatic && !camera.exposes(); }
     /// Returns the whole exposure, stops.
-    float stops() const { return camera.given() ? camera.stops() + exposure.stops : exposure.stops; }
+    float stops() const { return camera.exposes() ? camera.stops() + exposure.stops : exposure.stops; }
     bool operator==(const ViewTransform&) const = default;
 };
 

@@ -2,8 +2,24 @@
 
 namespace halflight {
 
-gpu::Defines SceneView::shading_defines() const {
+gpu::Defines SceneView::camera_defines(gpu::Defines others) const {
+    if (lens) others.set("HALFLIGHT_LENS");
+    return others;
+}
+
+void SceneView::read_frame(graph::Pass& pass) const {
+    pass.read(frame_constants, graph::Access::uniform_read, "FrameBlock");
+    if (sampled_blocks) pass.read(sampled_blocks, graph::Access::texture_read, {"sampled_blocks", GL_RGBA32UI});
+}
+
+gpu::Defines SceneView::path_defines() const {
     gpu::Defines defines = scene.defines();
+    if (sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
+    return defines;
+}
+
+gpu::Defines SceneView::shading_defines() const {
+    gpu::Defines defines = path_defines();
     if (scene.tiles()) defines.set("HALFLIGHT_TILE_REQUESTS");
     return defines;
 }

@@ -42,7 +42,15 @@ struct SceneView {
     paging::RowGather* rows = nullptr;        // table rows of hits, for scenes that are loaded in pages; else null
     std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
+    bool lens = false;                        // camera rays start on the lens of the frame constants
+    graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
 
+    /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
+    void read_frame(graph::Pass& pass) const;
+    /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl.
+    gpu::Defines path_defines() const;
+    /// Returns the defines of kernels that use camera rays.
+    gpu::Defines camera_defines(gpu::Defines others = {}) const;
     /// Returns the defines of kernels that look up the textures of hits, shaders/resolve.comp.
     gpu::Defines shading_defines() const;
     /// Runs such a kernel. `all` dispatches it for its whole batch, one invocation per path at most. Where textures are

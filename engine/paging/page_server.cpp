@@ -121,7 +121,7 @@ class PageServer::Run {
     /// Traces rays and puts those that wait into list `to`.
     void trace(Source from, std::uint32_t to, std::uint32_t stride = 1) {
         ++server_.sums_.rounds;
-        gpu::Defines defines = pool_.scene().defines();
+        gpu::Defines defines = rays::batch_defines(pool_.scene(), batch_);
         if (any_hit_) defines.set("HALFLIGHT_ANY_HIT");
         if (from.again || batch_.list) defines.set("HALFLIGHT_LIST");
         if (touches_) defines.set("HALFLIGHT_TOUCH");

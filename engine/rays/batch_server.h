@@ -33,6 +33,8 @@ class BatchServer {
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch,
                 graph::Access rays = graph::Access::texture_read);
 graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results);
+/// Returns the defines of programs that include shaders/lib/batch_rays.glsl.
+gpu::Defines batch_defines(const TraceScene& scene, const RayBatch& batch);
 /// Binds the scene, the rays, the list (blocks List and Header) and the keys of alpha tests to a program that includes
 /// shaders/lib/batch_rays.glsl.
 void bind_batch(graph::Resources& resources, const gpu::Program& program, const TraceScene& scene,

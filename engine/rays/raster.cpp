@@ -168,7 +168,7 @@ class RasterRun final : public CullDevice {
           targets_(targets),
           any_hit_(any_hit),
           survey_(survey) {
-        gpu::Defines defines = scene.defines();
+        gpu::Defines defines = batch_defines(scene, batch);
         if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
         if (batch.list) defines.set("HALFLIGHT_LIST");
         gpu::ProgramCache& cache = r.programs();

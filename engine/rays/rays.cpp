@@ -149,12 +149,21 @@ void TraceScene::bind() const {
 
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch, Access rays) {
     pass.read(batch.rays, rays);
-    if (scene.alpha_tested()) pass.read(batch.frame_constants, Access::uniform_read);
+    if (scene.alpha_tested()) {
+        pass.read(batch.frame_constants, Access::uniform_read);
+        if (batch.sampled_blocks) pass.read(batch.sampled_blocks, Access::texture_read);
+    }
     if (batch.list) {
         pass.read(batch.list, Access::storage_read);
         pass.read(batch.list_header, Access::storage_read);
         pass.read(batch.list_header, Access::indirect_read);
     }
+}
+
+gpu::Defines batch_defines(const TraceScene& scene, const RayBatch& batch) {
+    gpu::Defines defines = scene.defines();
+    if (scene.alpha_tested() && batch.sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
+    return defines;
 }
 
 graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results) {
@@ -172,6 +181,7 @@ void bind_batch(graph::Resources& r, const gpu::Program& program, const TraceSce
     assert(!batch.list || batch.rays_of_path == 1);
     if (!scene.alpha_tested()) return;
     program.bind_uniform("FrameBlock", r.buffer(batch.frame_constants));
+    if (batch.sampled_blocks) program.bind_texture("sampled_blocks", r.buffer(batch.sampled_blocks), GL_RGBA32UI);
     program.set("alpha_salt", batch.alpha_salt);
     program.set("rays_of_path", batch.rays_of_path);
     program.set("paths", batch.paths > 0 ? batch.paths : std::max(batch.capacity, 1u));
@@ -189,7 +199,7 @@ graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const 
 
 void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
                  bool any_hit) {
-    gpu::Defines defines = scene.defines();
+    gpu::Defines defines = batch_defines(scene, batch);
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     if (batch.list) defines.set("HALFLIGHT_LIST");
     const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);

@@ -36,6 +36,7 @@ struct RayBatch {
     // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h) and a salt. The frame's seed
     // and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
+    graph::BufferHandle sampled_blocks{};  // buffer of SampledBlock, which places the paths; null: one per pixel
     std::uint32_t alpha_salt = 0;
 };
 

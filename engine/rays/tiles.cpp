@@ -75,7 +75,7 @@ std::size_t rest_bytes(const RayBatch& batch, const TileSettings& settings) {
 }
 
 gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings) {
-    gpu::Defines defines = scene.defines();
+    gpu::Defines defines = batch_defines(scene, batch);
     defines.set("HALFLIGHT_TILE_RAYS", tile_rays(batch, settings));
     defines.set("HALFLIGHT_TILE_ENTRIES", settings.capacity);
     return defines;

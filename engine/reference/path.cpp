@@ -6,15 +6,42 @@
 namespace halflight::reference {
 namespace {
 
+/// Samples the aperture of a lens by rejection from a square, in the plane of the camera's x and y axes, world units.
+dvec2 point_on_lens(const Lens& lens, double focal_length, Random& random) {
+    const double diameter = lens.aperture > 0 ? lens.aperture / 1000 : focal_length / lens.fstop;
+    for (;;) {
+        const dvec2 p(2 * random.uniform() - 1, 2 * random.uniform() - 1);
+        if (glm::length(p) > 1) continue;
+        // A polygon is the intersection of the half-planes of its edges. The first edge faces `rotation`.
+        bool inside = true;
+        for (int blade = 0; blade < lens.blades; ++blade) {
+            const double angle = glm::radians(lens.rotation) + 2 * kPi * blade / lens.blades;
+            inside = inside && dot(p, dvec2(std::cos(angle), std::sin(angle))) <= std::cos(kPi / lens.blades);
+        }
+        if (inside) return diameter / 2 * p;
+    }
+}
+
 /// Returns the ray through point (px, py) of the image, pixels from its top left corner, relative to Tracer::origin().
-ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, double px, double py) {
+/// It starts at a point of the lens where there are random numbers, and otherwise at its centre.
+ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, double px, double py,
+                        Random* random = nullptr) {
     const Camera& camera = settings.camera;
     const double aspect = static_cast<double>(settings.width) / settings.height;
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
     const double x = (2 * px / settings.width - 1) * half * aspect;
     const double y = (1 - 2 * py / settings.height) * half;
-    const dvec3 from = camera.orthographic ? dvec3(x, y, 0) : dvec3(0);
-    const dvec3 along = camera.orthographic ? dvec3(0, 0, -1) : dvec3(x, y, -1);  // t is depth along -Z
+    dvec3 from = camera.orthographic ? dvec3(x, y, 0) : dvec3(0);
+    dvec3 along = camera.orthographic ? dvec3(0, 0, -1) : dvec3(x, y, -1);  // t is depth along -Z
+    const Lens& lens = camera.lens;
+    if (random && lens.focus.kind == Focus::Kind::distance && (lens.fstop > 0 || lens.aperture > 0)) {
+        const double sensor = lens.sensor > 0 ? lens.sensor / 1000 : 0.036;
+        const double focal_length = sensor / (2 * half * std::max(aspect, 1.0));
+        const dvec3 start(point_on_lens(lens, focal_length, *random), 0);
+        // The ray from the centre of the lens meets the ray from `start` at the distance of the focus.
+        from += start;
+        along -= start / lens.focus.distance;
+    }
 
     ReferenceRay ray;
     const dmat4& m = camera.camera_to_world;
@@ -187,7 +214,7 @@ Radiance& Radiance::operator+=(const Radiance& other) {
 
 PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random) {
     const double dx = filtered(settings.filter, random), dy = filtered(settings.filter, random);
-    return Path(scene, settings, random).trace(camera_ray(scene, settings, x + 0.5 + dx, y + 0.5 + dy));
+    return Path(scene, settings, random).trace(camera_ray(scene, settings, x + 0.5 + dx, y + 0.5 + dy, &random));
 }
 
 std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y) {

@@ -50,6 +50,7 @@ void check(const ReferenceSettings& s) {
     require(s.bounces >= 0, "bounces", s.bounces);
     require(s.threads >= 0, "threads", s.threads);
     require(s.filter.radius > 0, "filter.radius", s.filter.radius);
+    require(s.camera.lens.focus.kind != Focus::Kind::point, "lens.focus", "a point of the picture");
 }
 
 ReferenceResult make_result(const ReferenceSettings& s) {

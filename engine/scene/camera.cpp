@@ -40,6 +40,30 @@ Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, doubl
     return camera;
 }
 
+std::string lens_problem(const Camera& camera) {
+    const Lens& lens = camera.lens;
+    const auto good = [](double value) { return value >= 0 && std::isfinite(value); };
+    if (!good(double{lens.fstop}) || !good(lens.aperture) || !good(lens.sensor) || !std::isfinite(lens.rotation))
+        return "f-number, aperture, sensor and rotation must be finite and not negative";
+    if (lens.blades < 0 || lens.blades == 1 || lens.blades == 2) return "an aperture has no blades, or at least three";
+    if (lens.focus.kind == Focus::Kind::distance && !(lens.focus.distance > 0))
+        return "the focus must be at a positive distance";
+    const dvec2& p = lens.focus.point;
+    if (!(p.x >= 0 && p.x <= 1 && p.y >= 0 && p.y <= 1)) return "the focus must be at a point of the picture";
+    if (camera.orthographic && lens.blurs() && lens.aperture == 0)
+        return "an orthographic camera has no focal length, so its lens needs an aperture instead of an f-number";
+    return "";
+}
+
+double aperture_radius(const Camera& camera, double aspect) {
+    constexpr double kMillimetre = 1e-3;
+    const Lens& lens = camera.lens;
+    const double sensor = lens.sensor > 0 ? lens.sensor : Lens::kUsualSensor;
+    const double half_side = std::tan(camera.vertical_fov / 2) * std::max(aspect, 1.0);  // longer side at distance 1
+    const double focal_length = sensor / (2 * half_side);
+    return 0.5 * kMillimetre * (lens.aperture > 0 ? lens.aperture : focal_length / double{lens.fstop});
+}
+
 Camera framing_camera(const Scene& scene, double aspect, bool turns) {
     constexpr double kFov = kPi / 4;
     WorldBounds bounds = world_bounds(scene);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/core/image.h"
+#include "engine/core/lens.h"
 #include "engine/core/math.h"
 #include "engine/scene/material.h"
 
@@ -54,7 +55,7 @@ struct PunctualLight {
     vec3 direction{0, 0, -1};          // unit, direction of travel of the light (spot, directional)
     float inner_cone = 0;              // radians, 0 <= inner_cone < outer_cone
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
-    bool of_environment = false;       // sun of a generated sky: turns, dims and is replaced with the environment
+    bool of_environment = false;       // sun of a generated sky, or default lamp: changes with the environment
 };
 
 /// Lights and choices of lights that a scene needs. Shaders leave out all others (engine/tables/needs.h).
@@ -81,6 +82,7 @@ struct Camera {
     double aspect = 0;      // width / height that the camera was made for; 0: the image's. The vertical extent is kept.
     double near_plane = 0;  // distance, world units; 0: derived from the scene
     double far_plane = 0;   // distance, world units; 0: infinite
+    Lens lens{};            // lens; a pinhole unless it blurs
 };
 
 /// Radiance from infinite distance: `color`, times the map where there is one.
@@ -150,6 +152,14 @@ Environment default_sky();
 /// that aspect, width / height, with a margin of a tenth. With `turns`, they stay in it while the camera turns about
 /// the vertical axis through their centre. Its vertical field of view is 45 degrees.
 Camera framing_camera(const Scene& scene, double aspect = 1, bool turns = false);
+/// Returns what is wrong with the lens of a camera, or "" where it can be used.
+std::string lens_problem(const Camera& camera);
+/// Returns the radius of the aperture of a lens that blurs, world units (metres). aspect: width / height of the
+/// picture.
+///
+/// The focal length of an f-number is that of a lens focused at infinity with this sensor and field of view. The field
+/// of view does not change with the focus.
+double aperture_radius(const Camera& camera, double aspect);
 /// Returns a camera at `from` that looks at `at`. `vertical_fov` is in radians. Throws Error if they define no view.
 Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, double vertical_fov);
 

@@ -149,6 +149,7 @@ void check(const Camera& camera, const Element& e) {
     }
     if (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)
         throw Error(e.at("far_plane"), "not beyond the near plane");
+    if (const std::string problem = lens_problem(camera); !problem.empty()) throw Error(e.at("lens"), problem);
 }
 
 void check(const Environment& environment) {

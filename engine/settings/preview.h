@@ -1,5 +1,5 @@
-// Preview modes, which improve pictures of few samples at the price of a bias. They are off by default and named in
-// every file of such a picture.
+// Preview modes, which improve pictures of few samples at the price of a bias. They are off by default, except in the
+// viewer, and named in every file of such a picture.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace halflight {
 struct Preview {
     bool cache = false;     // first samples end their paths in a radiance cache (passes/light/radiance_cache.h)
     bool temporal = false;  // reuses light of earlier pictures in a PictureHistory (passes/preview/temporal.h)
-    bool filter = false;    // denoises reflected light (passes/preview/denoise.h)
+    bool filter = false;    // denoises reflected light (add_preview_filter() of passes/picture/denoiser.h)
     bool any() const { return cache || of_picture(); }
     bool of_picture() const { return temporal || filter; }  ///< Returns whether whole pictures are changed.
     bool operator==(const Preview&) const = default;

@@ -23,6 +23,9 @@ class RadianceCache;
 
 inline constexpr int kMaxSide = 65536;  ///< pixels; drivers may allow less
 inline constexpr int kMaxBounces = 1024;
+/// PictureSettings::bounces that are left open, in scenes without and with solid glass. A solid takes two to be
+/// crossed.
+inline constexpr int kBounces = 8, kBouncesOfSolids = 32;
 inline constexpr int kMaxDenoiseFrames = 4;
 inline constexpr int kDenoiseFrames = 2;  ///< PictureSettings::denoise_frames of a sequence that leaves them open
 
@@ -30,7 +33,9 @@ inline constexpr int kDenoiseFrames = 2;  ///< PictureSettings::denoise_frames o
 struct PictureSettings {
     int width = 1280;  // pixels, > 0
     int height = 720;  // pixels, > 0
-    int bounces = 8;   // reflections along a path, >= 0; 0: emission only, 1: direct light
+    // Reflections and refractions along a path, >= 0; 0: emission only, 1: direct light; none: default_bounces() where
+    // a FrameRenderer renders, else kBounces.
+    std::optional<int> bounces{};
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
     // are scaled down. Clamping is a bias, which RenderStats names.
     float clamp = 0;
@@ -43,6 +48,10 @@ struct PictureSettings {
     // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
     // single pictures.
     std::optional<int> denoise_frames{};
+    // Gives blocks of pixels samples by their noise (passes/picture/adaptive.h). FrameSettings::samples is then the mean
+    // number. It changes no expectation. It needs at least 16 samples, and excludes error targets, time limits and
+    // preview modes.
+    bool adaptive = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // true: the picture through `view` is made, too
@@ -84,6 +93,10 @@ struct ScheduleSettings {
 };
 
 struct RenderSettings : FrameSettings, PictureSettings, ScheduleSettings {};
+
+inline int bounces_of(const PictureSettings& settings) {
+    return settings.bounces.value_or(kBounces);
+}
 
 /// Returns the number of frames before and after each frame that the denoiser uses.
 inline int neighbour_frames(const RenderSettings& settings) {

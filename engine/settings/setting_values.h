@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -82,6 +84,50 @@ struct Value<Exposure> {
             return fmt::format("expects auto or a number from {} to {}, not '{}'", s.lower, s.upper, text);
         exposure = stops;
         return problem;
+    }
+};
+
+/// A focus: "auto", "none", a distance, or a point of the picture.
+template <>
+struct Value<Focus> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static constexpr const char* kInfinity = "infinity";
+    static std::string names() { return "auto, none, infinity, a number, or X,Y"; }
+    static std::string text(const Focus& focus) {
+        switch (focus.kind) {
+            case Focus::Kind::open:
+                return kAuto;
+            case Focus::Kind::none:
+                return kNone;
+            case Focus::Kind::distance:
+                return std::isinf(focus.distance) ? kInfinity : fmt::format("{}", focus.distance);
+            case Focus::Kind::point:
+                break;
+        }
+        return fmt::format("{},{}", focus.point.x, focus.point.y);
+    }
+    static std::string parse(const Setting& s, const std::string& text, Focus& focus) {
+        using Kind = Focus::Kind;
+        if (text == kAuto) return focus = {}, "";
+        if (text == kNone) return focus = {.kind = Kind::none}, "";
+        constexpr double kFar = std::numeric_limits<double>::infinity();
+        if (text == kInfinity) return focus = {.kind = Kind::distance, .distance = kFar}, "";
+        const auto number = [](std::string_view part, double lower, double upper, double& value) {
+            const auto [at, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+            return error == std::errc() && at == part.data() + part.size() && value >= lower && value <= upper;
+        };
+        const std::size_t comma = std::min(text.find(','), text.size());
+        const std::string_view first = std::string_view(text).substr(0, comma);
+        if (comma == text.size()) {
+            Focus at{.kind = Kind::distance};
+            if (number(first, s.lower, s.upper, at.distance)) return focus = at, "";
+        } else {
+            Focus at{.kind = Kind::point};
+            const std::string_view second = std::string_view(text).substr(comma + 1);
+            if (number(first, 0, 1, at.point.x) && number(second, 0, 1, at.point.y)) return focus = at, "";
+        }
+        return fmt::format("expects {}, {}, {}, a distance from {} to {}, or X,Y from 0 to 1, not '{}'", kAuto, kNone,
+                           kInfinity, s.lower, s.upper, text);
     }
 };
 

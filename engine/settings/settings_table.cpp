@@ -29,7 +29,8 @@ Setting row(Member member, Setting s) {
 }
 
 std::vector<Setting> make_table() {
-    constexpr const char *kPicture = "Picture", *kLight = "Light", *kColour = "Colour", *kRun = "Run";
+    constexpr const char *kCamera = "Camera", *kPicture = "Picture", *kLight = "Light", *kColour = "Colour",
+                         *kRun = "Run";
     constexpr double kMaxUint = 4294967295;
     static const std::string radius_help = [] {
         std::vector<std::string> radii;
@@ -57,6 +58,80 @@ std::vector<Setting> make_table() {
                 .lower = 1,
                 .upper = kMaxSide,
                 .memory = true,
+            }),
+        row([](auto& s) -> auto& { return s.view.camera.lens.focus; },
+            {
+                .name = "focus",
+                .group = kCamera,
+                .metavar = "DISTANCE|X,Y",
+                .help =
+                    "distance that is sharp, or point of the picture (0,0 to 1,1) whose surface is sharp, for depth "
+                    "of field. By default the scene's camera decides",
+                .lower = 1e-6,
+                .upper = 1e9,
+                .saved = true,
+                .memory = true,
+            }),
+        row([](auto& s) -> auto& { return s.view.camera.lens.fstop; },
+            {
+                .name = "fstop",
+                .group = kCamera,
+                .metavar = "N",
+                .help = "f-number: blur with --focus, else exposure of a physical camera (16 if 0 and another is "
+                        "given)",
+                .lower = 0.1,
+                .upper = 1000,
+                .zero = true,
+                .saved = true,
+                .memory = true,
+                .slider_from = 0.5,
+                .slider_to = 64,
+            }),
+        row([](auto& s) -> auto& { return s.view.camera.lens.aperture; },
+            {
+                .name = "aperture",
+                .group = kCamera,
+                .metavar = "MM",
+                .help = "diameter of the aperture, which replaces that of --fstop for depth of field; 0 leaves it to "
+                        "--fstop",
+                .lower = 1e-6,
+                .upper = 1e6,
+                .zero = true,
+                .saved = true,
+                .memory = true,
+            }),
+        row([](auto& s) -> auto& { return s.view.camera.lens.sensor; },
+            {
+                .name = "sensor",
+                .group = kCamera,
+                .metavar = "MM",
+                .help = "length of the sensor along the longer side of the picture, which decides the focal length of "
+                        "--fstop; 0 is that of the scene's camera, or 36",
+                .lower = 0.1,
+                .upper = 1000,
+                .zero = true,
+                .saved = true,
+            }),
+        row([](auto& s) -> auto& { return s.view.camera.lens.blades; },
+            {
+                .name = "blades",
+                .group = kCamera,
+                .metavar = "N",
+                .help = "blades of the aperture; 0 leaves them to the scene's camera, or makes it round",
+                .lower = 3,
+                .upper = 64,
+                .zero = true,
+                .saved = true,
+            }),
+        row([](auto& s) -> auto& { return s.view.camera.lens.rotation; },
+            {
+                .name = "blade-rotation",
+                .group = kCamera,
+                .metavar = "DEGREES",
+                .help = "turn of the blades, counterclockwise as seen from behind the camera",
+                .lower = -360,
+                .upper = 360,
+                .saved = true,
             }),
         row([](auto& s) -> auto& { return s.filter; },
             {
@@ -164,6 +239,15 @@ std::vector<Setting> make_table() {
                 .upper = kMaxDenoiseFrames,
                 .memory = true,
             }),
+        row([](auto& s) -> auto& { return s.adaptive; },
+            {
+                .name = "adaptive",
+                .group = kPicture,
+                .help =
+                    "gives noisy parts of the picture more samples and others fewer, without bias; --samples is then "
+                    "the mean number, at least 16",
+                .memory = true,
+            }),
         row([](auto& s) -> auto& { return s.aovs; },
             {
                 .name = "aov",
@@ -184,11 +268,13 @@ std::vector<Setting> make_table() {
                 .name = "bounces",
                 .group = kLight,
                 .metavar = "N",
-                .help = "reflections along a path; 0 shows light sources only, 1 direct light",
+                .help =
+                    "reflections and refractions along a path; 0 shows light sources only, 1 direct light; auto is 8, "
+                    "and 32 in scenes with solid glass",
                 .upper = kMaxBounces,
                 .saved = true,
                 .memory = true,
-                .slider_to = 16,
+                .slider_to = 32,
             }),
         row([](auto& s) -> auto& { return s.view.display; },
             {
@@ -246,17 +332,6 @@ std::vector<Setting> make_table() {
                 .help = "exposure time of a physical camera, such as 1/250 (1/125 if 0 and another is given)",
                 .lower = 1e-6,
                 .upper = 1e5,
-                .zero = true,
-                .saved = true,
-            }),
-        row([](auto& s) -> auto& { return s.view.camera.fstop; },
-            {
-                .name = "fstop",
-                .group = kColour,
-                .metavar = "N",
-                .help = "f-number of a physical camera (16 if 0 and another is given)",
-                .lower = 0.1,
-                .upper = 1000,
                 .zero = true,
                 .saved = true,
             }),

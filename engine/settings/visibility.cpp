@@ -1,5 +1,7 @@
 #include "engine/settings/visibility.h"
 
+#include "engine/core/error.h"
+
 namespace halflight {
 
 const char* name(PrimaryVisibility primary) {
@@ -14,7 +16,10 @@ const char* name(PrimaryVisibility primary) {
     return "";
 }
 
-PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image) {
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image, bool lens) {
+    if (lens && primary == PrimaryVisibility::raster)
+        throw Error("render settings", "primary raster shows no depth of field, for which every ray is traced");
+    if (lens) return PrimaryVisibility::traced;
     if (primary != PrimaryVisibility::automatic) return primary;
     const double pixels = double(image.x) * double(image.y);
     return double(triangles) > kTracedTrianglesPerPixel * pixels ? PrimaryVisibility::traced

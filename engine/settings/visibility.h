@@ -21,7 +21,8 @@ const char* name(PrimaryVisibility primary);
 /// pixel (city of 10^6), 0.82 at 1.7 (atrium at 320x180), 0.19 at 100 (40x24).
 inline constexpr double kTracedTrianglesPerPixel = 2;
 /// Resolves `automatic` from the triangle count (each instance counts) and the image size in pixels. The choice can
-/// change pictures, so it depends on scene and picture alone.
-PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image);
+/// change pictures, so it depends on scene, camera and picture alone. lens: the camera's lens blurs, which only tracing
+/// can show. Throws Error for `raster` then.
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image, bool lens = false);
 
 }  // namespace halflight

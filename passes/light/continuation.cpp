@@ -29,7 +29,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     const graph::BufferHandle surfaces =
         add_resolve(graph, view, "continuation: resolve", arriving, paths, {last, reuse && depth == 1 && !last});
     graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    view.read_frame(pass);
     pass.read(arriving.list, Access::texture_read, {"arriving", GL_R32UI});
     pass.read(arriving.header, Access::indirect_read);
     pass.read(arriving.header, Access::texture_read, {"arriving_header", GL_RGBA32UI});
@@ -70,7 +70,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         lit->list = pass.write(lit->list, Access::storage_read_write, "Lit");
         lit->header = pass.write(lit->header, Access::storage_read_write, "LitHeader");
     }
-    gpu::Defines defines = view.scene.defines();
+    gpu::Defines defines = view.path_defines();
     if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
     if (pending) defines.set("HALFLIGHT_PENDING");
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");

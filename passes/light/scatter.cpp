@@ -54,13 +54,14 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
             .list = list.list,
             .list_header = list.header,
             .frame_constants = view.frame_constants,
+            .sampled_blocks = view.sampled_blocks,
             .alpha_salt = salt};
 }
 
 graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,
                                 PathBuffers& paths, const ResolveOptions& options) {
     graph::Pass pass = graph.add_pass(name);
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    view.read_frame(pass);
     pass.read(list.list, Access::texture_read, {"list", GL_R32UI});
     pass.read(list.header, Access::indirect_read);
     pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
@@ -91,7 +92,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
                            PathBuffers& paths) {
     PathList list = create_path_list(graph, view, what.name);
     graph::Pass pass = graph.add_pass(std::string(what.name) + ": sample");
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    view.read_frame(pass);
     pass.read(g.rays, Access::storage_read, "PrimaryRays");
     pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     const bool first = paths.states.version == 0;
@@ -104,7 +105,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     list.header = pass.write(list.header, Access::storage_read_write, "Header");
     pass.execute([=](graph::Resources& r) {
         view.scene.bind();
-        gpu::Defines defines = view.scene.defines();
+        gpu::Defines defines = view.path_defines();
         if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
         r.compute(what.kernel, defines).dispatch(view.band.paths() / 64);
     });

@@ -19,7 +19,7 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     const bool sun = kind == rays::RayKind::sun;
     const std::uint32_t count = (sun ? 1 : view.shadow_rays) * view.band.paths();
     graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    view.read_frame(pass);
     pass.read(g.rays, Access::storage_read, "PrimaryRays");
     pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     const graph::BufferHandle shadow_rays =
@@ -28,7 +28,7 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     light = pass.write(light, partial_write(light), "Light");
     pass.execute([=](graph::Resources& r) {
         view.scene.bind();
-        gpu::Defines defines = view.scene.defines();
+        gpu::Defines defines = view.path_defines();
         defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
         if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
         r.compute("shaders/shadow.comp", defines).dispatch(count / 64);

@@ -31,11 +31,11 @@ SpecularChains add_specular_chains(graph::Graph& graph, const SceneView& view, c
         const graph::BufferHandle surfaces =
             begins ? gbuffer.surfaces : add_resolve(graph, view, "specular chain: resolve", arriving, paths);
         graph::Pass pass = graph.add_pass("specular chain: vertex");
-        gpu::Defines defines = view.scene.defines();
+        gpu::Defines defines = view.camera_defines(view.path_defines());
         const auto update = [&](graph::BufferHandle& buffer, const char* block) {
             buffer = pass.write(buffer, partial_write(buffer), block);
         };
-        pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+        view.read_frame(pass);
         pass.read(surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
         update(out.chains, "Chains");
         update(paths.rays, "PathRays");

@@ -15,8 +15,8 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
                            const AccumulateOptions& options, gpu::Buffer& bad_values) {
     const std::size_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("accumulate");
-    gpu::Defines defines = view.scene.defines();
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    gpu::Defines defines = view.camera_defines(view.path_defines());
+    view.read_frame(pass);
     pass.read(sample.gbuffer.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     if (sample.direct) {
         pass.read(sample.direct->light, Access::texture_read, {"light", GL_RGBA32F});

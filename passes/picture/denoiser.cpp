@@ -13,6 +13,8 @@ using graph::TextureHandle;
 constexpr int kTile = 32;  // width and height of the tile of a work group of shaders/nl_means.comp, pixels
 // Radii of triangle filters, pixels: two boxes of 2 r + 1 pixels are a triangle of radius 2 r.
 constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4;
+const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
+constexpr std::array kPreviewStrides = {1, 2, 4};  // distances of the pixels that the preview's filters read, pixels
 
 void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int tile = 8) {
     program.dispatch(static_cast<std::uint32_t>((picture.width + tile - 1) / tile),
@@ -20,12 +22,13 @@ void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int 
 }
 
 /// Declares a pass that runs a kernel once per pixel. `reads` and `writes` have the kernel's names; the textures that
-/// are written are new. Returns them in this order. set: sets uniforms.
+/// are written are new. Returns them in this order. set: sets uniforms. defines: of the kernel.
 template <std::size_t N>
 std::array<TextureHandle, N> add_kernel(graph::Graph& graph, const char* pass_name, const char* kernel,
                                         std::initializer_list<std::pair<const char*, TextureHandle>> reads,
                                         const std::array<const char*, N>& writes, int tile = 8,
-                                        std::function<void(const gpu::Program&)> set = {}) {
+                                        std::function<void(const gpu::Program&)> set = {},
+                                        const gpu::Defines& defines = {}) {
     const gpu::TextureDesc desc = graph.desc(reads.begin()->second);
     graph::Pass pass = graph.add_pass(pass_name);
     for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
@@ -33,7 +36,7 @@ std::array<TextureHandle, N> add_kernel(graph::Graph& graph, const char* pass_na
     for (std::size_t i = 0; i < N; ++i)
         out[i] = pass.write(graph.create_texture(writes[i], desc), Access::image_write, writes[i]);
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute(kernel);
+        const gpu::Program& program = r.compute(kernel, defines);
         if (set) set(program);
         dispatch(program, desc, tile);
     });
@@ -97,13 +100,14 @@ Albedo add_albedo(graph::Graph& graph, const LightHalves& own, TextureHandle alb
     return {albedo, add_triangle(graph, reflected, kSpreadRadius)};
 }
 
-CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& albedo) {
+CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& albedo,
+                   const gpu::Defines& defines = {}) {
     const auto [mean] = add_kernel<1>(graph, "denoiser mean", "shaders/half_mean.comp",
                                       {{"first", own.first}, {"second", own.second}}, {"mean"});
     const TextureHandle around = add_triangle(graph, mean, kAroundRadius);
     const auto [outliers] =
         add_kernel<1>(graph, "denoiser outliers", "shaders/half_outliers.comp",
-                      {{"first", own.first}, {"second", own.second}, {"around", around}}, {"outliers"});
+                      {{"first", own.first}, {"second", own.second}, {"around", around}}, {"outliers"}, 8, {}, defines);
     const auto [first, second, excess] = add_kernel<3>(graph, "denoiser fireflies", "shaders/half_fireflies.comp",
                                                        {{"first", own.first},
                                                         {"second", own.second},
@@ -113,6 +117,31 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& al
                                                         {"reach", albedo.reach}},
                                                        {"calm_first", "calm_second", "excess"});
     return {first, second, add_triangle(graph, excess, kSpreadRadius)};
+}
+
+/// Returns the halves, filtered. preview_stride: distance of the pixels of the preview's window; 0: the window of final
+/// pictures.
+CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const Guides& guides,
+                              int preview_stride = 0) {
+    const auto [noise] = add_kernel<1>(graph, "denoiser noise", "shaders/half_noise.comp",
+                                       {{"first", calm.first}, {"second", calm.second}}, {"noise"});
+    const auto [light] = add_kernel<1>(
+        graph, "denoiser variance", "shaders/half_variance.comp",
+        {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
+        {"light"});
+    const auto [first, second] = add_kernel<2>(
+        graph, "non-local means", "shaders/nl_means.comp",
+        {{"light", light},
+         {"first", calm.first},
+         {"second", calm.second},
+         {"guide", guides.guide},
+         {"reflectance", guides.reflectance}},
+        {"filtered_first", "filtered_second"}, kTile,
+        [preview_stride](const gpu::Program& program) {
+            if (preview_stride > 0) program.set("stride", preview_stride);
+        },
+        preview_stride > 0 ? kOfPreview : gpu::Defines());
+    return {first, second, calm.spread};
 }
 
 /// Returns the terms of the best share of new halves (change_terms() of shaders/lib/halves.glsl), averaged.
@@ -192,23 +221,10 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                               std::span<const DenoiserNeighbour> neighbours, const DenoisedPicture& before) {
     const auto index = static_cast<std::size_t>(component);
     const LightHalves& own = pixels.light[index];
-    const Guides guides = guides_of(pixels, component);
     const CalmLight calm =
         add_neighbours(graph, pixels, component, neighbours, surroundings, add_calm(graph, own, albedo));
-    const auto [noise] = add_kernel<1>(graph, "denoiser noise", "shaders/half_noise.comp",
-                                       {{"first", calm.first}, {"second", calm.second}}, {"noise"});
-    const auto [light] = add_kernel<1>(
-        graph, "denoiser variance", "shaders/half_variance.comp",
-        {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
-        {"light"});
-    const auto [filtered_first, filtered_second] = add_kernel<2>(graph, "non-local means", "shaders/nl_means.comp",
-                                                                 {{"light", light},
-                                                                  {"first", calm.first},
-                                                                  {"second", calm.second},
-                                                                  {"guide", guides.guide},
-                                                                  {"reflectance", guides.reflectance}},
-                                                                 {"filtered_first", "filtered_second"}, kTile);
-    const TextureHandle errors = add_errors(graph, calm, filtered_first, filtered_second, albedo.albedo, surroundings);
+    const CalmLight filtered = add_non_local_means(graph, calm, guides_of(pixels, component));
+    const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo.albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
     graph::Pass pass = graph.add_pass("denoiser blend");
@@ -216,8 +232,8 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                                            {"second", own.second},
                                                            {"calm_first", calm.first},
                                                            {"calm_second", calm.second},
-                                                           {"filtered_first", filtered_first},
-                                                           {"filtered_second", filtered_second},
+                                                           {"filtered_first", filtered.first},
+                                                           {"filtered_second", filtered.second},
                                                            {"spread", calm.spread},
                                                            {"errors", errors},
                                                            {"albedo", albedo.albedo},
@@ -287,6 +303,39 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
         });
     }
     return out;
+}
+
+DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, const DenoiserBlur& blur) {
+    if (blur == DenoiserBlur(0)) return pixels;
+    const auto smoothed = [&](TextureHandle before, TextureHandle guide) {
+        if (!before) return before;
+        return add_kernel<1>(graph, "denoiser lens", "shaders/half_lens.comp", {{"before", before}, {"guide", guide}},
+                             {"after"}, 8, [blur](const gpu::Program& program) { program.set("blur", blur); })[0];
+    };
+    DenoiserPixels out = pixels;
+    for (TextureHandle* of : {&out.guide, &out.reflectance, &out.diffuse_albedo, &out.glossy_albedo, &out.glossy_guide,
+                              &out.glossy_reflectance})
+        *of = smoothed(*of, pixels.guide);
+    for (const FilteredLight component : kFilteredLights) {
+        LightHalves& light = out.light[static_cast<std::size_t>(component)];
+        if (!light.first) continue;
+        gpu::Defines defines;
+        defines.set("HALFLIGHT_LIGHT");
+        for (TextureHandle* half : {&light.first, &light.second})
+            *half = add_kernel<1>(graph, "denoiser lens", "shaders/half_lens.comp",
+                                  {{"half_before", *half},
+                                   {"albedo_before", albedo_of(pixels, component)},
+                                   {"albedo_after", albedo_of(out, component)}},
+                                  {"after"}, 8, {}, defines)[0];
+    }
+    return out;
+}
+
+FilteredHalves add_preview_filter(graph::Graph& graph, const LightHalves& own, TextureHandle guide,
+                                  TextureHandle albedo) {
+    CalmLight light = add_calm(graph, own, add_albedo(graph, own, albedo), kOfPreview);
+    for (const int stride : kPreviewStrides) light = add_non_local_means(graph, light, {guide, albedo}, stride);
+    return {light.first, light.second, light.spread};
 }
 
 DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels,

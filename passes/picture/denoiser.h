@@ -1,5 +1,5 @@
-// Joint non-local means with two half buffers, for final pictures (Rousselle, Manzi, Zwicker 2013, Robust Denoising
-// using Feature and Color Information).
+// Joint non-local means with two half buffers (Rousselle, Manzi, Zwicker 2013, Robust Denoising using Feature and Color
+// Information): for final pictures, and in a cheap form for previews.
 //
 // Direct diffuse, indirect diffuse and glossy light are filtered apart, each divided by its albedo. The weights of one
 // half of the samples filter the other half. Fireflies are spread over their neighbourhood instead of clamped. Where
@@ -31,6 +31,8 @@ inline constexpr std::size_t kDenoiserPixelBytes = (5 + 2 * kFilteredLights.size
 inline constexpr std::size_t kDenoiserNeighbourBytes = (8 + 12) * sizeof(vec4);
 /// Bytes per pixel of the textures that specular chains add to DenoiserPixels.
 inline constexpr std::size_t kDenoiserChainBytes = 2 * sizeof(vec4);
+/// Peak number of bytes per pixel and frame that depth of field takes on top: properties and halves of add_lens_blur().
+inline constexpr std::size_t kDenoiserLensBytes = (6 + 2 * kFilteredLights.size()) * sizeof(vec4);
 /// Returns the bytes per pixel of a neighbour's textures: DenoiserPixels, and motion to `frames` other frames.
 constexpr std::size_t denoiser_frame_bytes(int frames) {
     return (5 + 2 * kFilteredLights.size() + std::size_t(frames)) * sizeof(vec4);
@@ -55,6 +57,10 @@ struct DenoiserPixels {
     graph::TextureHandle glossy_guide{}, glossy_reflectance{};
 };
 
+/// Circles of confusion of a camera with depth of field. The radius at a depth is |x + y / depth + z depth| pixels; 0:
+/// a pinhole.
+using DenoiserBlur = vec3;
+
 /// Number of a band's samples.
 struct SampleHalves {
     int all = 0;
@@ -77,6 +83,10 @@ struct DenoiserNeighbour {
     graph::TextureHandle glossy_motion{}, glossy_motion_back{};
 };
 
+/// Returns the pixels of a picture with depth of field as add_denoiser() needs them: properties of blurred surfaces are
+/// smoothed (shaders/half_lens.comp). Those of a pinhole are returned as they are.
+DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, const DenoiserBlur& blur);
+
 struct DenoisedPicture {
     graph::TextureHandle picture;  // RGBA32F
     graph::TextureHandle weights;  // rgb: share of the filtered light, [0,1], by FilteredLight; the rest is the mean
@@ -84,5 +94,17 @@ struct DenoisedPicture {
 /// Returns the denoised picture. Pixels without reflected light equal the mean, bit for bit.
 DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels,
                              std::span<const DenoiserNeighbour> neighbours = {});
+
+/// Light filtered by the cheap form, see LightHalves. Its mean plus rgb of `spread` is the light over albedo.
+struct FilteredHalves {
+    graph::TextureHandle first, second;
+    graph::TextureHandle spread;  // light of fireflies over albedo
+};
+/// Peak number of bytes per pixel of the transients of add_preview_filter().
+inline constexpr std::size_t kPreviewFilterBytes = 8 * sizeof(vec4);
+/// Filters light over albedo for a preview, with patches of 3x3 pixels. Three filters of 5x5 pixels follow each other,
+/// 1, 2 and 4 pixels apart, which reaches 14 pixels. guide, albedo: as in DenoiserPixels, with alpha 1 on surfaces.
+FilteredHalves add_preview_filter(graph::Graph& graph, const LightHalves& own, graph::TextureHandle guide,
+                                  graph::TextureHandle albedo);
 
 }  // namespace halflight

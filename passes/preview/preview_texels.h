@@ -2,37 +2,50 @@
 // to a picture.
 #pragma once
 
+#include <optional>
+
 #include "passes/picture/accumulate.h"
+#include "passes/picture/denoiser.h"
 
 namespace halflight {
 
 /// RGBA32F textures with a texel for each pixel of the whole picture. Where no surface is visible, or its light is not
-/// finite, light.a is -1 and all else is 0.
+/// finite, the alpha of both halves is -1 and all else is 0.
 struct PreviewTexels {
-    // rgb: reflected light over albedo (at least kLeastAlbedo); a: mean square of this quantity's luminance over single
-    // samples.
-    graph::TextureHandle light;
-    graph::TextureHandle guide;  // xyz: unit shading normal; w: depth along the camera's axis, world units, > 0
-    graph::TextureHandle
-        place;  // xyz: world, relative to TraceTables::origin; w: samples that the light is the mean of
+    // Halves of the samples. rgb: reflected light over albedo (at least kLeastAlbedo); a: number of samples, >= 0.
+    graph::TextureHandle first, second;
+    graph::TextureHandle guide;    // xyz: mean of shading normals; w: mean of ln(depth along the camera's axis)
+    graph::TextureHandle place{};  // surface at the centre; xyz: world, relative to TraceTables::origin; w: 1, or 0
+                                   // where there is none. Empty: nothing is reprojected
 };
 
 struct PreviewPixels {
     PreviewTexels texels;
-    graph::TextureHandle albedo;  // RGBA32F: albedo by which `light` was divided
+    graph::TextureHandle albedo;  // RGBA32F: albedo by which light was divided
     graph::TextureHandle beauty;  // RGBA32F: mean of the picture
 };
 
-/// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has squares
-/// and features, `records` are those of add_aov(), and `beauty` is the band's mean over `samples` samples.
+/// Number of samples in the sums of a band. Sums of several kinds of samples are weighted.
+struct PreviewSamples {
+    double all = 0;
+    double first = 0;  // number of samples of the first half
+};
+
+/// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has features
+/// and halves, `records` are those of add_aov() where `to` has places, and `beauty` is the band's mean.
 PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
-                                graph::BufferHandle records, graph::TextureHandle beauty, int samples,
+                                graph::BufferHandle records, graph::TextureHandle beauty, const PreviewSamples& samples,
                                 const PreviewPixels& to);
 
-/// Returns the picture, RGBA32F: the mean with its reflected light replaced by `accumulated` (as PreviewTexels::light).
-/// Pixels with few samples (kFilterWeakens, kFilterEnds) are blended towards `filtered`, which may be empty. The mean
-/// is kept, bit for bit, where the light is unchanged and where the new light is not finite.
+/// Returns the halves of the light as the filter expects them. Where all samples are in one half, neighbours serve as
+/// the other one. albedo: that of PreviewPixels.
+LightHalves add_preview_halves(graph::Graph& graph, const PreviewTexels& texels, graph::TextureHandle albedo);
+
+/// Returns the picture, RGBA32F: the mean with its reflected light replaced by that of `accumulated`. Pixels with few
+/// samples (kFilterWeakens, kFilterEnds) are blended towards `filtered`. The mean is kept, bit for bit, where the light
+/// is unchanged and where the new light is not finite.
 graph::TextureHandle add_preview_output(graph::Graph& graph, const PreviewPixels& from,
-                                        graph::TextureHandle accumulated, graph::TextureHandle filtered);
+                                        const PreviewTexels& accumulated,
+                                        const std::optional<FilteredHalves>& filtered);
 
 }  // namespace halflight

@@ -10,11 +10,13 @@ PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const 
                            const PreviewTexels& to, gpu::Buffer& refused) {
     graph::Pass pass = graph.add_pass("temporal accumulation");
     gpu::Defines defines;
-    pass.read(now.light, Access::texture_read, "light");
+    pass.read(now.first, Access::texture_read, "first");
+    pass.read(now.second, Access::texture_read, "second");
     pass.read(now.guide, Access::texture_read, "guide");
     pass.read(now.place, Access::texture_read, "place");
     if (earlier) {
-        pass.read(earlier->texels.light, Access::texture_read, "earlier_light");
+        pass.read(earlier->texels.first, Access::texture_read, "earlier_first");
+        pass.read(earlier->texels.second, Access::texture_read, "earlier_second");
         pass.read(earlier->texels.guide, Access::texture_read, "earlier_guide");
         pass.read(earlier->texels.place, Access::texture_read, "earlier_place");
         std::ignore = pass.write(graph.import_buffer("refused texels", refused), Access::storage_read_write, "Refused");
@@ -24,10 +26,10 @@ PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const 
             defines.set("HALFLIGHT_MOVED");
         }
     }
-    const PreviewTexels out{pass.write(to.light, Access::image_write, "to_light"),
-                            pass.write(to.guide, Access::image_write, "to_guide"),
-                            pass.write(to.place, Access::image_write, "to_place")};
-    const gpu::TextureDesc desc = graph.desc(now.light);
+    const PreviewTexels out{
+        pass.write(to.first, Access::image_write, "to_first"), pass.write(to.second, Access::image_write, "to_second"),
+        pass.write(to.guide, Access::image_write, "to_guide"), pass.write(to.place, Access::image_write, "to_place")};
+    const gpu::TextureDesc desc = graph.desc(now.first);
     pass.execute([=](graph::Resources& r) {
         const gpu::Program& program = r.compute("shaders/temporal.comp", defines);
         if (earlier) {

@@ -25,9 +25,9 @@ struct EarlierPicture {
     float share = 1;              // weight of the earlier samples, (0,1]; < 1 where earlier pixels are larger
 };
 
-/// Fills `to`, textures of the new picture's size, and returns their next versions. Where there is no valid history,
-/// light and samples are those of the new picture. `refused` are kRefusedKinds uints that outlive the graph. They count
-/// the reads of earlier texels that are not finite, which are ignored.
+/// Fills `to`, textures of the new picture's size, and returns their next versions. Halves are accumulated apart. Where
+/// there is no valid history, light and samples are those of the new picture. `refused` are kRefusedKinds uints that
+/// outlive the graph. They count the reads of earlier texels that are not finite, which are ignored.
 PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const std::optional<EarlierPicture>& earlier,
                            const PreviewTexels& to, gpu::Buffer& refused);
 

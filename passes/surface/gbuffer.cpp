@@ -1,6 +1,7 @@
 #include "passes/surface/gbuffer.h"
 
 #include <algorithm>
+#include <cassert>
 #include <optional>
 
 #include "engine/paging/row_gather.h"
@@ -64,12 +65,14 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
 void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t number) {
     const std::uint32_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("gbuffer: camera rays");
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    view.read_frame(pass);
     g.rays =
         pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write, "Rays");
-    pass.execute([view, paths](graph::Resources& r) {
+    gpu::Defines defines = view.camera_defines();
+    if (view.sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
+    pass.execute([view, paths, defines](graph::Resources& r) {
         view.scene.bind();  // tables of the tracer's alpha tests; another scene may be bound
-        r.compute("shaders/camera_rays.comp").dispatch(paths / 64);
+        r.compute("shaders/camera_rays.comp", defines).dispatch(paths / 64);
     });
     const rays::RayBatch batch{.kind = rays::RayKind::primary,
                                .depth = number,
@@ -78,13 +81,15 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
                                .rays = g.rays,
                                .list = {},
                                .list_header = {},
-                               .frame_constants = view.frame_constants};
+                               .frame_constants = view.frame_constants,
+                               .sampled_blocks = view.sampled_blocks};
     g.hits = rays::closest_hit(graph, view.tracer, batch,
                                graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
 }
 
 /// Adds the passes that find hits, without the passes that use them.
 GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary, std::uint32_t number) {
+    assert(!view.lens || primary == PrimaryVisibility::traced);
     GBuffer g;
     if (primary == PrimaryVisibility::traced)
         trace(view, g, graph, number);
@@ -116,7 +121,7 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     const std::size_t paths = view.band.paths();
     const bool traced = !g.visibility;
     graph::Pass pass = graph.add_pass("gbuffer: resolve");
-    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    view.read_frame(pass);
     gpu::Defines defines = view.shading_defines();
     read_hits(pass, view, g, defines);
     if (outputs.rays && !traced) {

@@ -1,7 +1,6 @@
 // Keys of the alpha tests of a sample's rays. They depend on the pixel of the picture, and therefore not on the bands.
 #include "shaders/lib/hash.glsl"
-#include "shaders/shared/frame.h"
-#include "shaders/shared/pixel_order.h"
+#include "shaders/lib/path_pixel.glsl"
 
 // Returns the key of a pixel of the whole image. `salt` distinguishes the batches of a sample; 0 for camera rays.
 uint alpha_key_of_pixel(Frame frame, ivec2 pixel, uint salt) {
@@ -9,6 +8,6 @@ uint alpha_key_of_pixel(Frame frame, ivec2 pixel, uint salt) {
 }
 
 uint alpha_key_of_path(Frame frame, uint path, uint salt) {
-    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
-    return alpha_key_of_pixel(frame, pixel + ivec2(0, frame.band_y), salt);
+    ivec2 pixel = ivec2(pixel_in_band(frame, path)) + ivec2(0, frame.band_y);
+    return alpha_key_of_pixel(frame_of_path(frame, path), pixel, salt);
 }

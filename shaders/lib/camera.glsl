@@ -1,6 +1,30 @@
 // Camera rays (SHADING.md, Camera). Needs shaders/shared/{frame,rays}.h.
+//
+// HALFLIGHT_LENS: rays start on the lens.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
+
+#ifdef HALFLIGHT_LENS
+#include "shaders/lib/dimensions.glsl"
+#include "shaders/lib/sampling.glsl"
+
+// Samples the aperture uniformly: the unit disk, or the regular polygon inscribed in it. An edge crosses the x axis.
+vec2 sample_aperture(vec2 xi, float blades) {
+    if (blades == 0.0) return sample_disk(xi).xy;
+    float at = xi.x * blades;
+    float triangle = min(floor(at), blades - 1.0);
+    vec2 weights = sample_triangle(vec2(at - triangle, xi.y));
+    float angle = 6.283185307180 / blades;
+    float first = (triangle - 0.5) * angle, second = (triangle + 0.5) * angle;
+    return weights.x * vec2(cos(first), sin(first)) + weights.y * vec2(cos(second), sin(second));
+}
+
+// Returns the point of the lens at which the ray through a pixel of the whole image starts, from the lens's centre.
+vec3 lens_offset(Frame frame, ivec2 pixel) {
+    vec2 p = sample_aperture(sample_2d(pixel_sampler(frame, uvec2(pixel)), kDimensionLens), frame.lens_y.w);
+    return p.x * frame.lens_x.xyz + p.y * frame.lens_y.xyz;
+}
+#endif
 
 // Returns the ray through sample point `pixel + frame.jitter` of the whole image; unit direction, clipped to near and
 // far.
@@ -11,9 +35,27 @@ Ray camera_ray(Frame frame, ivec2 pixel) {
     Ray ray;
     ray.origin = frame.camera_position.xyz + (perspective ? vec3(0.0) : offset);
     vec3 along = perspective ? frame.camera_forward.xyz + offset : frame.camera_forward.xyz;
+#ifdef HALFLIGHT_LENS
+    // All rays of a sample point meet in the plane of focus.
+    vec3 lens = lens_offset(frame, pixel);
+    ray.origin += lens;
+    along -= lens * frame.lens_x.w;
+#endif
     float scale = length(along);  // distance along the ray per distance along the camera's axis
     ray.direction = along / scale;
     ray.t_min = frame.clip.x * scale;
     ray.t_max = frame.clip.y * scale;
     return ray;
+}
+
+// Returns the direction of the camera ray of a path that meets a point.
+vec3 camera_direction(Frame frame, uint path, vec3 point) {
+    vec3 origin = frame.camera_position.xyz;
+    vec3 along = frame.camera_forward.xyz;
+#ifdef HALFLIGHT_LENS
+    vec3 lens = lens_offset(frame_of_path(frame, path), ivec2(pixel_in_band(frame, path)) + ivec2(0, frame.band_y));
+    origin += lens;
+    along = normalize(along - lens * frame.lens_x.w);
+#endif
+    return frame.camera_position.w != 0.0 ? normalize(point - origin) : along;
 }

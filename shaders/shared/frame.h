@@ -28,11 +28,13 @@ struct Frame {
     uint tiles_y;         // number of 16x16 blocks down the band
     int window_y;         // row of the image that is rasterized into row 0 of the visibility texture
     uint begins;          // 1: sums begin with this sample; else 0
-    uint
-        shared_count;  // 0: one sequence per pixel; > 0: all pixels share one, with as many samples of each in a row
-    uint first_half;  // 1: the sample belongs to the first of the two halves that the denoiser compares; else 0
+    uint shared_count;    // 0: one sequence per pixel; > 0: all pixels share one, with as many samples of each in a row
+    uint first_half;      // 1: the sample belongs to the first of the two halves that the denoiser compares; else 0
+    // Lens of cameras with depth of field (HALFLIGHT_LENS).
+    vec4 lens_x;  // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
+    vec4 lens_y;  // xyz: y axis of the aperture; w: number of blades, 0: round
 };
-HALFLIGHT_SHARED_SIZE(Frame, 256)
+HALFLIGHT_SHARED_SIZE(Frame, 288)
 
 HALFLIGHT_SHARED_END
 

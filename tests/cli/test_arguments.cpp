@@ -56,6 +56,21 @@ TEST_F(Refusal, InvalidCommands) {
     expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: needs a .png output or a movie");
 }
 
+TEST_F(Refusal, Lenses) {
+    for (const char* value : {"0", "-1", "nan", "1.2,0.5", "0.5,0.5,0.5", "near", ""})
+        expect_render({"--fstop", "2", "--focus", value}, 2, "--focus: expects auto, none, infinity, a distance .*");
+    for (const char* value : {"1", "2", "-3", "2.5"})
+        expect_render({"--fstop", "2", "--focus", "2", "--blades", value}, 2, "--blades: expects 0 or a whole .*");
+    expect_render({"--focus", "2", "--aperture", "-1"}, 2, "--aperture: expects 0 or a number .*");
+    expect_render({"--fstop", "2"}, 2, "--fstop: needs a .png output, a movie or --focus");
+    expect_render({"--focus", "2"}, 1, "focus: needs an f-number \\(--fstop\\) or an aperture \\(--aperture\\)");
+    expect_render({"--aperture", "5"}, 1, "aperture: blurs nothing without a focus \\(--focus\\)");
+    expect_render({"--fstop", "2", "--focus", "2", "--primary", "raster", "--quiet"}, 1,
+                  ".*primary raster shows no depth .*");
+    expect({"converge", scene, "-o", folder / "report", "--fstop", "2", "--focus", "0.5,0.5"}, 1,
+           "focus: the reference needs a distance, not a point of the picture");
+}
+
 TEST_F(Refusal, StrictCommandsNeedEveryImage) {
     const std::string gltf = folder / "missing.gltf";
     std::ofstream(gltf) << R"({"asset": {"version": "2.0"}, "images": [{"uri": "a.webp"}],
@@ -85,7 +100,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--error-metric", "mse"}, 2, "--error-metric: needs --error");
     expect_render({"--best-effort"}, 2, "--best-effort: needs --error");
     expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
-    expect_render({"--bounces", "-1"}, 2, "--bounces: expects a whole number from 0 to .*");
+    expect_render({"--bounces", "-1"}, 2, "--bounces: expects auto or a whole number from 0 to .*");
     expect_render({"--filter", "sinc"}, 2, "--filter: expects one of box, blackman-harris, not 'sinc'");
     for (const char* radius : {"0", "-1", "17", "nan"})
         expect_render({"--filter-radius", radius}, 2, "--filter-radius: expects a number from 0.01 to 16, not '.*'");
@@ -112,6 +127,8 @@ TEST_F(Refusal, OptionsOutOfRange) {
                   "--camera: cannot be given together with --look-from");
     for (const char* env : {"1,2", "0.5", "1, 2, 3"})
         expect_render({"--env", env}, 2, "--env: expects the name of a file or R,G,B, not '" + std::string(env) + "'");
+    expect_render({"--env", "Studio"}, 2,
+                  "--env: expects a file, a colour, none, studio, sky, overcast, not 'Studio'");
     expect_render({"--env", "#12345"}, 2, "--env: expects #rgb or #rrggbb, not '#12345'");
     expect_render({"--sky", "91,0"}, 2, "--sky: expects an elevation from 0 to 90, not '91,0'");
     expect_render({"--sky", "45"}, 2, "--sky: expects ELEVATION,AZIMUTH or ELEVATION,AZIMUTH,TURBIDITY, not '45'");

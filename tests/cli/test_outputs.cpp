@@ -48,6 +48,22 @@ TEST_F(Output, ExrAndPngInOneRun) {
     EXPECT_NEAR(top.y / top.w, 1, 1e-6);
 }
 
+TEST_F(Output, DepthOfField) {
+    render({file("sharp.exr"), "--width", "40"});
+    render({file("point.exr"), "--width", "40", "--focus", "0.5,0.7", "--fstop", "0.5", "--blades", "6"});
+    const ExrFile sharp = read_exr(file("sharp.exr")), point = read_exr(file("point.exr"));
+    EXPECT_FALSE(sharp.attributes.extra.contains("lens"));
+    const std::string lens = point.attributes.extra.at("lens");
+    std::smatch found;
+    ASSERT_TRUE(
+        std::regex_match(lens, found, std::regex("f/0.5, aperture ([0-9.]+) mm, focus at ([0-9.]+) m, 6 blades")))
+        << lens;
+    EXPECT_NE(point.find("R")->values, sharp.find("R")->values);
+    // The diameter and the distance define an equal lens, apart from the rounding of the text.
+    render({file("distance.exr"), "--width", "40", "--focus", found[2], "--aperture", found[1], "--blades", "6"});
+    EXPECT_EQ(read_exr(file("distance.exr")).attributes.extra.at("lens"), lens.substr(lens.find("aperture")));
+}
+
 TEST_F(Output, RequestedLayersAreWritten) {
     render({file("all.exr"), "--aov", "all", "--half"});
     const ExrFile all = read_exr(file("all.exr"));

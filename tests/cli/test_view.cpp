@@ -41,12 +41,16 @@ class View : public testing::Test {
         options.most_seconds = kMostSeconds;
         return options;
     }
-    /// Runs `halflight view` with a script, in which @ stands for the test's folder.
-    Outcome view(std::string script, const std::vector<std::string>& more = {}) {
+    /// Runs `halflight view` without preview modes, with a script in which @ stands for the test's folder.
+    Outcome view(const std::string& script, std::vector<std::string> more = {}) {
+        more.insert(more.end(), {"--preview", "none"});
+        return view_by_default(script, more);
+    }
+    Outcome view_by_default(std::string script, const std::vector<std::string>& more = {}) {
         for (std::size_t at = 0; (at = script.find('@')) != std::string::npos;)
             script.replace(at, 1, folder.path.string() + "/");
         write_text(folder / "script.txt", script);
-        std::vector<std::string> arguments = {"view", scene, "--size", "320x240", "--script", file("script.txt")};
+        std::vector<std::string> arguments = {"view", scene, "--size", size, "--script", file("script.txt")};
         arguments.insert(arguments.end(), more.begin(), more.end());
         return run_program(arguments, on_display(display->name()));
     }
@@ -92,6 +96,7 @@ class View : public testing::Test {
 
     TemporaryFolder folder;
     std::string scene = copy_room(folder.path);
+    std::string size = "320x240";
     static VirtualDisplay* display;
 };
 VirtualDisplay* View::display = nullptr;
@@ -252,6 +257,55 @@ TEST_F(View, PreviewModesAreNamedAndHandOverToTheMean) {
     EXPECT_EQ(difference(png("late-window.png"), png("late.png")), 0);
     render({file("mean.exr"), "--settings", scene + ".halflight.json", "--samples", "32"});
     EXPECT_TRUE(same_bits(exr("late.exr"), exr("mean.exr")));
+}
+
+TEST_F(View, PreviewsAreTheDefaultAndBecomeTheMean) {
+    const auto seen = [&](const std::vector<std::string>& options) {
+        expect_done(view_by_default(R"(
+            wait samples 2
+            screenshot @early.png
+            screenshot @early.exr
+            window @early-window.png
+            wait samples 256
+            screenshot @late.png
+            screenshot @late.exr
+            window @late-window.png
+            save)",
+                                    options));
+        return nlohmann::json::parse(read_text(scene + ".halflight.json"))["preview"];
+    };
+    const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
+    size = "48x32";
+    EXPECT_EQ(seen({}), "cache,filter");
+    EXPECT_EQ(bias("early.exr"),
+              "preview: noise filtered out, until there are 256 samples; "
+              "preview: 100 % of light by radiance cache, none from 32 samples on");
+    EXPECT_GT(difference(png("early-window.png"), png("early.png")), 20) << "the window does not name the modes";
+    EXPECT_EQ(bias("late.exr"), "");
+    EXPECT_EQ(difference(png("late-window.png"), png("late.png")), 0);
+    const Image with_modes = exr("late.exr");
+
+    EXPECT_EQ(seen({"--preview", "none"}), "none") << "the option goes before the file";
+    EXPECT_EQ(bias("early.exr"), "");
+    EXPECT_EQ(difference(png("early-window.png"), png("early.png")), 0);
+    // The picture with modes lacks the 4 cached samples, and is the mean of the others.
+    const Outcome mean = run_program(
+        {"render", scene, file("mean.exr"), "--width", "48", "--height", "32", "--samples", "252", "--quiet"});
+    ASSERT_EQ(mean.status, 0) << mean.err;
+    EXPECT_TRUE(same_bits(with_modes, exr("mean.exr")));
+}
+
+TEST_F(View, ErrorsAreMeasuredAgainstAReference) {
+    render({file("reference.exr"), "--samples", "2"});
+    expect_done(view("reference @reference.exr\nwait samples 2\nwait error 1e-8\ntimings @timings.json\n"));
+    const auto last = nlohmann::json::parse(read_text(file("timings.json")))["last_picture"];
+    EXPECT_EQ(last["relmse"], 0);
+    EXPECT_EQ(last["samples"], 2);
+    size = "40x30";
+    const Outcome outcome = view("wait first\nreference @reference.exr\nwait samples 1\n");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("reference: has 320x240 pixels, and the picture has 40x30"), std::string::npos)
+        << outcome.err;
 }
 
 TEST_F(View, SizeAndModesAreSaved) {

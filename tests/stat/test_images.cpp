@@ -398,5 +398,32 @@ TEST_F(ImageTest, OrthographicFarFromTheOrigin) {
     expect_agreement(scene, {.name = "orthographic", .camera = scene.cameras[1], .bounces = 2});
 }
 
+/// Returns the scene's camera, focused at a distance through an aperture of so many millimetres.
+Camera focused(Camera camera, double distance, const Lens& lens) {
+    camera.lens = lens;
+    camera.lens.focus = {.kind = Focus::Kind::distance, .distance = distance};
+    return camera;
+}
+
+TEST_F(ImageTest, DepthOfField) {
+    const Scene scene = load("cornell");
+    expect_agreement(scene, {.name = "lens", .camera = focused(scene.cameras[0], 0.8, {.fstop = 0.5f})});
+}
+
+TEST_F(ImageTest, DepthOfFieldOfBlades) {
+    Scene scene = load("still-life");
+    expect_agreement(scene, {.name = "blades",
+                             .camera = focused(scene.cameras[0], 1, {.aperture = 60, .blades = 5, .rotation = 25}),
+                             .samples = 512,
+                             .oracle_samples = 512});
+}
+
+TEST_F(ImageTest, DepthOfFieldOfAnOrthographicCamera) {
+    const Scene scene = instanced_scene();
+    expect_agreement(scene, {.name = "orthographic-lens",
+                             .camera = focused(scene.cameras[1], 4, {.aperture = 400, .blades = 3}),
+                             .bounces = 2});
+}
+
 }  // namespace
 }  // namespace halflight::test

@@ -115,5 +115,56 @@ TEST_F(View, Orthographic) {
            "pixels", kInside);
 }
 
+TEST_F(View, Lenses) {
+    const auto with_lens = [](Camera camera, double focus, double millimetres) {
+        camera.lens = {.aperture = millimetres, .focus = {.kind = Focus::Kind::distance, .distance = focus}};
+        return camera;
+    };
+    const Camera middle = look_at_camera({0, 0.05, 0}, {-0.4, 0.1, -1}, {0, 1, 0}, 1);
+    for (const double focus : {1e-6, 0.3, 1e9, double(INFINITY)}) {
+        const Camera camera = with_lens(middle, focus, 1800);
+        expect(fmt::format("aperture of 1.8 m in a room of 2 m, focus at {} m", focus),
+               pixels_other_than(emission(room(), camera, 32, 32).beauty, 1), 0, "pixels", kInside);
+        expect_mean(fmt::format("light of 3 bounces through it, focus at {} m", focus),
+                    mean_of(picture(room(), camera, 24, 64, 3)), 1.875);
+    }
+    expect_mean("light of 3 bounces through it, oracle",
+                mean_of(render_oracle(room(), with_lens(middle, 0.3, 1800), 16, 64, 3)), 1.875);
+    // The wall is nearer than the plane of focus, and the lens touches it.
+    const Camera close = with_lens(look_at_camera({-1 + 1e-3, 0.1, 0.2}, {-2, 0.1, 0.2}, {0, 1, 0}, 1), 5, 100);
+    expect("lens of 100 mm, 1 mm from a wall", pixels_other_than(emission(room(), close, 32, 32).beauty, 1), 0,
+           "pixels", kInside);
+
+    // Two cards: a near one over the left half of a far one.
+    Scene cards;
+    add_quad(cards, add_material(cards, light_material(vec3(2))), {-1, -1, -1}, {1, 0, 0}, {0, 2, 0});
+    add_quad(cards, add_material(cards, light_material(vec3(1))), {-9, -9, -4}, {18, 0, 0}, {0, 18, 0});
+    const Camera camera = look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 0.5);
+    RenderSettings settings = small_settings(camera, 32, 32, 64, 0);
+    settings.primary = PrimaryVisibility::traced;
+    const Image sharp = picture(cards, settings).beauty;
+    settings.camera = with_lens(camera, 2, 1e-6);
+    expect("aperture of 1 nm: pixels unlike those of a pinhole",
+           share_beyond(picture(cards, settings).beauty, sharp, 1e-6), 0, "of the pixels",
+           "the blur is 10^-8 pixels wide");
+    settings.camera = with_lens(camera, 2, 40);
+    const Image blurred = picture(cards, settings).beauty;
+    for (const double scale : {1e-6, 1e6}) {
+        Scene whole = cards;
+        whole.cameras = {camera};
+        whole = scaled(whole, scale);
+        settings.camera = with_lens(whole.cameras[0], 2 * scale, 40 * scale);
+        expect(fmt::format("blurred cards, scaled by {}", scale),
+               share_beyond(picture(whole, settings).beauty, blurred, 1e-6), 0.005, "of the pixels",
+               "rounding moves few samples across the edge");
+    }
+    Scene far = cards;
+    far.cameras = {camera};
+    far = moved(far, {0x1p20, -0x1p19, 0x1p21});
+    settings.camera = with_lens(far.cameras[0], 2, 40);
+    expect("blurred cards, 2^21 m from the origin", share_beyond(picture(far, settings).beauty, blurred, 1e-6), 0.005,
+           "of the pixels", "geometry is relative to the middle of the scene");
+}
+
 }  // namespace
 }  // namespace halflight::test

@@ -30,8 +30,10 @@ void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
 void add_preview_options(CLI::App& app, PreviewArguments& a) {
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     a.width = 1280, a.height = 720;
+    a.settings.preview = {.cache = true, .filter = true};
     Options options(app);
     add_camera_options(options, a);
+    options.settings(a.settings, &Setting::saved);
     options.group("Picture");
     options.value("--size", "WxH", fmt::format("size of the window in pixels (default {}x{})", *a.width, *a.height),
                   [&](const auto& name, const auto& text) { size(a, name, text); });

@@ -40,7 +40,11 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
         if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.pose = *pose;
     }
     for (const Setting& setting : known_settings()) {
-        const auto overrides = [&](const Override& o) { return o.setting == setting.name && given(o.option); };
+        const auto overrides = [&](const Override& o) {
+            // An f-number beside a focus sets no exposure. The table has the focus before the exposure.
+            const bool blurs = o.option == std::string_view("--fstop") && a.settings.view.camera.lens.focus.chosen();
+            return o.setting == setting.name && given(o.option) && !blurs;
+        };
         if (s.given.contains(setting.name) && !given(fmt::format("--{}", setting.name).c_str()) &&
             std::ranges::none_of(kOverrides, overrides))
             copy_setting(setting, s.settings, a.settings);

@@ -123,6 +123,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_preview_options(app, a);
     exclude(app, "--denoise", "--preview");
     exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
+    for (const char* other : {"--error", "--time", "--preview", "--shutter"}) exclude(app, "--adaptive", other);
     if (given("--denoise-frames") && !a.settings.denoise) throw UsageError("--denoise-frames", "needs --denoise");
     check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
@@ -139,8 +140,10 @@ void check(const RenderArguments& a, const CLI::App& app) {
     for (const char* option : {"--aov", "--half", "--working-space"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
     const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
-    for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed", "--fstop"})
+    for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed"})
         if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
+    if (given("--fstop") && !given("--focus") && !png && !a.movie)
+        throw UsageError("--fstop", "needs a .png output, a movie or --focus");
 }
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
@@ -156,6 +159,7 @@ std::vector<std::string> memory_options() {
 void add_memory_options(Options& options, InfoArguments& a) {
     add_settings_option(options, a.picture);
     add_camera_options(options, a.picture);
+    options.settings(a.picture.settings, &Setting::memory);
     options.group("Picture");
     options.settings(a.picture.settings, &Setting::memory);
     options.flag("--png", a.png, "includes a .png output in the memory estimate");
@@ -218,6 +222,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     Options options(render_app);
     add_settings_option(options, render);
     add_camera_options(options, render);
+    options.settings(render.settings);
     add_picture_options(options, render);
     add_sequence_options(options, render);
     add_light_options(options, render);

@@ -92,16 +92,19 @@ void run_converge(const ConvergeArguments& a) {
     CameraChoice choice = a;
     if (a.width && a.height) choice.aspect = double(*a.width) / *a.height;
     const ChosenCamera chosen = choose_camera(scene, choice);
-    const Camera& camera = chosen.camera;
+    const Camera camera = with_lens(chosen.camera, a.settings.view.camera.lens);
+    if (camera.lens.focus.kind == Focus::Kind::point)
+        throw Error("focus", "the reference needs a distance, not a point of the picture");
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
-    Subject subject{.program = "halflight " HALFLIGHT_VERSION,
-                    .scene = a.scene.string(),
-                    .camera = chosen.origin,
-                    .environment = environment_name(scene.environment),
-                    .device = {},
-                    .view = {size.x, size.y, camera, a.settings.bounces, a.settings.filter},
-                    .plan = a.plan,
-                    .clock = a.clock};
+    Subject subject{
+        .program = "halflight " HALFLIGHT_VERSION,
+        .scene = a.scene.string(),
+        .camera = chosen.origin,
+        .environment = environment_name(scene.environment),
+        .device = {},
+        .view = {size.x, size.y, camera, a.settings.bounces.value_or(default_bounces(scene)), a.settings.filter},
+        .plan = a.plan,
+        .clock = a.clock};
     ReferenceOrder order = a.reference;
     if (order.samples == 0) order.samples = usual_reference_samples(a.plan);
     if (order.folder.empty()) order.folder = default_reference_folder();

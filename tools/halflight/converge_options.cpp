@@ -154,6 +154,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                       a.reference.folder = text;
                   });
     add_camera_options(options, a);
+    options.settings(a.settings, [](const Setting& s) { return s.group == "Camera"; });
     options.group("Picture");
     for (const char* name : {"width", "height", "filter", "filter-radius"}) options.setting(setting(name), a.settings);
     options.group("Light");

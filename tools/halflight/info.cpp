@@ -134,7 +134,8 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene, const TraceTable
 Json facts_of(const InfoArguments& a, Scene& scene, const TraceTables& tables, bool moves) {
     Environment own = scene.environment;
     set_environment(scene, a.picture.environment, Log());  // the facts contain its warnings
-    const RenderSettings settings = make_settings(a.picture, choose_camera(scene, a.picture).camera);
+    const RenderSettings settings = make_settings(
+        a.picture, with_lens(choose_camera(scene, a.picture).camera, a.picture.settings.view.camera.lens));
     const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0};
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) scene.environment = std::move(own);

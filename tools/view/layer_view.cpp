@@ -212,6 +212,20 @@ const std::vector<std::string>& biases_of(const LayerView& layer_view, const Ren
     return of_picture ? stats.biases : stats.layer_biases;
 }
 
+std::vector<std::string> bias_lines(const std::vector<std::string>& biases) {
+    constexpr std::string_view kPreview = "preview: ";
+    std::vector<std::string> lines;
+    std::string of_previews;
+    for (const std::string& bias : biases) {
+        if (!bias.starts_with(kPreview))
+            lines.push_back("biased: " + bias);
+        else
+            of_previews += (of_previews.empty() ? bias : "; " + bias.substr(kPreview.size()));
+    }
+    if (!of_previews.empty()) lines.insert(lines.begin(), std::move(of_previews));
+    return lines;
+}
+
 std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
     if (result.stats.samples < kMinSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
     const Image& variance = layer("variance", aovs, result);

@@ -62,6 +62,8 @@ DisplayImage display_image(const LayerView& layer_view, const std::vector<std::s
 /// Returns the biases of the displayed layer. Biases of preview modes that change the whole picture do not apply to its
 /// components and to other layers.
 const std::vector<std::string>& biases_of(const LayerView& layer_view, const RenderStats& stats);
+/// Returns the lines that name biases on the picture. Those of preview modes share the first line.
+std::vector<std::string> bias_lines(const std::vector<std::string>& biases);
 
 /// Estimates the picture's relMSE (engine/core/metrics.h) from the variance of its samples, taken as independent.
 /// Errors are relative to the median of the 3x3 pixels around each pixel, because a rare bright sample would make its

@@ -101,6 +101,38 @@ void camera_panel(Session& session, Navigation& navigation, PanelRequests& reque
     }
 }
 
+void lens_panel(Session& session) {
+    Lens& lens = session.transform.camera.lens;
+    bool blurs = lens.blurs();
+    if (ImGui::Checkbox("Depth of field", &blurs)) {
+        if (blurs)
+            session.focus_lens(dvec2(0.5), ivec2(1));
+        else
+            lens.focus = {.kind = Focus::Kind::none};
+    }
+    text("L focuses on the surface under the mouse.");
+    if (!lens.blurs()) return;
+    auto distance = static_cast<float>(lens.focus.distance);
+    if (lens.focus.kind == Focus::Kind::point)
+        text(fmt::format("Focus at {:.3f}, {:.3f} of the picture", lens.focus.point.x, lens.focus.point.y));
+    else if (std::isinf(distance))
+        text("Focus at infinity");
+    else if (ImGui::SliderFloat("Focus", &distance, 0.01f, 1000, "%.3f m", kLogarithmic))
+        lens.focus.distance = double{distance};
+    auto diameter = static_cast<float>(lens.aperture);
+    if (lens.aperture == 0)
+        slider("F-number", "fstop", lens.fstop, "f/%.1f", kLogarithmic);
+    else if (ImGui::SliderFloat("Aperture", &diameter, 0.1f, 1000, "%.1f mm", kLogarithmic))
+        lens.aperture = double{diameter};
+    // An aperture has no blades or at least three.
+    int corners = std::max(lens.blades, 2);
+    if (ImGui::SliderInt("Blades", &corners, 2, 16, corners == 2 ? "round" : "%d", kClamp))
+        lens.blades = corners == 2 ? 0 : corners;
+    auto degrees = static_cast<float>(lens.rotation);
+    if (lens.blades > 0 && ImGui::SliderFloat("Rotation", &degrees, -180, 180, "%.0f deg", kClamp))
+        lens.rotation = double{degrees};
+}
+
 /// Shows the combo box even if no animation is chosen, so that one can be chosen.
 void animation_panel(const Timeline& t, const PanelState& now, PanelRequests& requests) {
     std::vector<std::string> all = {"none", "all"};
@@ -270,6 +302,7 @@ PanelRequests panels(Session& session, const ColorConfig& colors, Navigation& na
         return ImGui::CollapsingHeader(section, first || size.y > kTall ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     };
     if (open("Camera", false)) camera_panel(session, navigation, requests);
+    if (open("Lens", false)) lens_panel(session);
     if (session.timeline().file && open("Animation", true)) animation_panel(session.timeline(), now, requests);
     if (open("Layer", true)) view_panel(session, now, requests);
     if (open("Light paths", true)) passes_panel(session);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/core/image_tools.h"
+#include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/settings/settings_table.h"
 #include "tools/view/clock.h"
@@ -46,14 +48,14 @@ void Viewer::step_script() {
 
 /// Returns whether the window shows what the command waits for.
 bool Viewer::wait_done(const Command& command) {
-    if (command.words[0] == "error") session_.estimate_error = true;
+    if (command.words[0] == "error") session_.estimate_error = !reference_;
     request_picture();
     const RenderThread::Status status = thread_.status();
     if (status.ended || status.failed == request_) throw Error("", status.error);
     if (command.numbers.empty()) return drawn_request_ == request_;
     if (command.words[0] == "error") {
         thread_.limit(kMostSamples);
-        const bool enough = drawn_request_ == request_ && picture_->relmse && *picture_->relmse < command.numbers[0];
+        const bool enough = drawn_request_ == request_ && relmse_ && *relmse_ < command.numbers[0];
         if (enough) thread_.limit(drawn_samples_);
         return enough;
     }
@@ -108,12 +110,18 @@ void Viewer::execute(const Command& c) {
     if (c.name == "fly") session_.move(fly(pose, {n(0), n(1), n(2)}));
     if (c.name == "walk") session_.move(walk(pose, {n(0), n(1), n(2)}));
     if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is no surface at this pixel");
+    if (c.name == "lens") session_.focus_lens(point, size);
+    if (c.name == "fstop") session_.transform.camera.lens.fstop = static_cast<float>(n(0));
     if (c.name == "key") key(c.words[0][0], point);
     if (c.name == "view") {
         const std::vector<std::string> all = layer_view_names();
         if (std::ranges::find(all, c.words[0]) == all.end())
             throw Error("view", "unknown layer '{}'; valid are {}", c.words[0], fmt::join(all, ", "));
         session_.layer_view.layer = c.words[0];
+    }
+    if (c.name == "reference") {
+        reference_ = rgb(read_exr(c.words[0]).image({"R", "G", "B", "A"}));
+        if (picture_) update_error();
     }
     if (c.name == "component") {
         const auto known = std::ranges::find(kComponents, c.words[0]);

@@ -24,7 +24,7 @@ constexpr auto kWatch = std::chrono::milliseconds(500);   // time between checks
 bool same(const Camera& a, const Camera& b) {
     const auto members = [](const Camera& c) {
         return std::tie(c.name, c.camera_to_world, c.orthographic, c.vertical_fov, c.ortho_height, c.aspect,
-                        c.near_plane, c.far_plane);
+                        c.near_plane, c.far_plane, c.lens);
     };
     return members(a) == members(b);
 }

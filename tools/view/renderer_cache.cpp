@@ -118,6 +118,8 @@ Renderer& RendererCache::renderer(int divisor) {
     s.aovs = gathered(request_);
     s.clamp = request_.modes.clamp;
     s.preview = request_.modes.preview;
+    // The time for filtering a coarse picture is better spent on its resolution.
+    s.preview.filter = s.preview.filter && (divisor == 1 || s.preview.temporal);
     s.radiance_cache = radiance_cache_;
     s.culling = request_.culling;
     s.measure = request_.measure;

@@ -28,6 +28,7 @@ constexpr std::array kForms = {
     Form{"wait", "t"},
     Form{"wait", "ti", 1, kWhole},
     Form{"wait", "tn", 1e-9, 1e9},
+    Form{"reference", "t"},
     Form{"camera", "t"},
     Form{"animation", "t"},
     Form{"frame", "i", 0, 4294967295.0},
@@ -39,6 +40,8 @@ constexpr std::array kForms = {
     Form{"fly", "nnn", -kWorld, kWorld},
     Form{"walk", "nnn", -kWorld, kWorld},
     Form{"focus", "nn", -kPixels, kPixels},
+    Form{"lens", "nn", -kPixels, kPixels},
+    Form{"fstop", "n", 0.1, 1000},
     Form{"key", "t"},
     Form{"view", "t"},
     Form{"component", "to"},
@@ -147,8 +150,8 @@ class Parser {
         if (c.name == "wait" && !until)
             fail("unknown 'wait {}'; valid are 'wait first', 'wait samples N' and 'wait error E'", c.words[0]);
         if (c.name == "key" &&
-            (c.words[0].size() != 1 || std::string_view("FHR123456789").find(c.words[0][0]) == std::string_view::npos))
-            fail("unknown key '{}'; valid are F, H, R and 1 to 9", c.words[0]);
+            (c.words[0].size() != 1 || std::string_view("FHLR123456789").find(c.words[0][0]) == std::string_view::npos))
+            fail("unknown key '{}'; valid are F, H, L, R and 1 to 9", c.words[0]);
         const auto ends_in = [&](std::string_view end) { return c.words[0].ends_with(end); };
         if (c.name == "screenshot" && !ends_in(".png") && !ends_in(".exr"))
             fail("a screenshot must be a .png or an .exr");

@@ -2,7 +2,10 @@
 //
 //     wait first               waits until a picture of the current view is shown, at any resolution
 //     wait samples N           waits until the picture has N samples, and pauses it until the next `wait`
-//     wait error E             waits until the estimated relMSE of the picture is below E (layer_view.h)
+//     wait error E             waits until the relMSE of the picture is below E: against the picture of `reference`,
+//     else
+//                              estimated (layer_view.h)
+//     reference FILE.exr       measures errors against a picture of the same size and view
 //     camera NAME              a camera of the scene, by name or number
 //     animation NAME           animation to play, as for --animation; starts at frame 0
 //     frame N                  frame of the animation
@@ -14,7 +17,9 @@
 //     fly X Y Z                moves to the right, up and ahead, world units
 //     walk X Y Z               moves to the right, up and ahead, world units; X and Z are horizontal
 //     focus X Y                aims at the surface at that pixel
-//     key K                    a key: F H R 1 to 9
+//     lens X Y                 focuses the lens on the surface at that pixel: depth of field
+//     fstop N                  f-number of the lens
+//     key K                    a key: F H L R 1 to 9
 //     view NAME                layer: final, error, or one of --aov; give `wait first` before saving it
 //     component NAME on|off    component of the final picture, such as direct_diffuse; needs no new samples
 //     compare on|off           keeps the current picture as B, shown to the right of the live picture

@@ -213,14 +213,35 @@ void Session::open(Opened opened) {
     scene_camera_ = first_camera_ = opened.start->camera;
     transform = arguments_.settings.view;
     edits = arguments_.edits;
-    bounces = arguments_.settings.bounces;
+    bounces = arguments_.settings.bounces.value_or(default_bounces(*scene_));
     samples = arguments_.settings.samples;
     modes = {arguments_.settings.preview, arguments_.settings.clamp};
     bookmarks = arguments_.bookmarks;
+    if (scene_camera_) take_lens(camera());
+    with_lens(camera(), transform.camera.lens);  // throws for a lens that cannot be used
+}
+
+void Session::take_lens(const Camera& camera) {
+    Lens& lens = transform.camera.lens;
+    if (taken_lens_ && lens == *taken_lens_) lens = asked_lens_;  // nobody has edited that of another camera
+    taken_lens_.reset();
+    if (lens.focus.kind != Focus::Kind::open || !camera.lens.blurs()) return;
+    asked_lens_ = lens;
+    taken_lens_ = lens = with_lens(camera, lens).lens;
 }
 
 Camera Session::camera() const {
     return scene_camera_ ? timeline_.cameras[*scene_camera_] : camera_of(pose_);
+}
+
+Camera Session::camera_with_lens() const {
+    try {
+        return with_lens(camera(), transform.camera.lens);
+    } catch (const Error&) {
+        Camera pinhole = camera();  // the lens was made for another camera
+        pinhole.lens = {};
+        return pinhole;
+    }
 }
 
 void Session::follow_camera() {
@@ -236,6 +257,7 @@ void Session::move(const CameraPose& pose) {
 
 void Session::take_camera(std::size_t index) {
     scene_camera_ = index;
+    take_lens(camera());
     pose_ = pose_of(camera(), distance_ahead(camera(), *picker_, *scene_));
 }
 
@@ -257,6 +279,23 @@ bool Session::focus(const dvec2& point, const ivec2& size) {
     const auto picked = pick(point, size);
     if (picked) move(look_at(pose_, picked->position));
     return picked.has_value();
+}
+
+void Session::focus_lens(const dvec2& point, const ivec2& size) {
+    constexpr float kUsualFstop = 2.8f;
+    constexpr double kUsualAperture = 10;  // mm, where there is no focal length
+    Lens& lens = transform.camera.lens;
+    Focus& focus = lens.focus;
+    if (pages_) {
+        focus = {.kind = Focus::Kind::point, .point = glm::clamp(point / dvec2(size), 0.0, 1.0)};
+    } else {
+        const auto picked = pick(point, size);
+        const dmat4& m = camera().camera_to_world;
+        focus = {.kind = Focus::Kind::distance, .distance = std::numeric_limits<double>::infinity()};
+        if (picked) focus.distance = -glm::dot(picked->position - dvec3(m[3]), dvec3(m[2]));
+    }
+    if (camera().orthographic && lens.aperture == 0) lens.aperture = kUsualAperture;
+    if (lens.fstop == 0 && lens.aperture == 0) lens.fstop = kUsualFstop;
 }
 
 bool Session::frame_object(const dvec2& point, const ivec2& size) {
@@ -289,8 +328,18 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{reference_, scene_, pages_,  arguments_.settings.pool_bytes, edits, timeline_.frame,
-              camera(),   size,   bounces, required_aovs(layer_view),      modes, culling,
+    Request r{reference_,
+              scene_,
+              pages_,
+              arguments_.settings.pool_bytes,
+              edits,
+              timeline_.frame,
+              camera_with_lens(),
+              size,
+              bounces,
+              required_aovs(layer_view),
+              modes,
+              culling,
               measure};
     if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
     return r;

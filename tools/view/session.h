@@ -82,14 +82,19 @@ class Session {
     const CameraPose& pose() const { return pose_; }
     /// Returns the index of the scene's camera in use; none if the camera was moved.
     std::optional<std::size_t> scene_camera() const { return scene_camera_; }
-    /// Returns the camera; it equals that of `halflight render` bit for bit.
+    /// Returns the camera; it equals that of `halflight render` bit for bit, apart from the lens.
     Camera camera() const;
+    /// Returns the camera with the lens of `transform`; a pinhole where that lens cannot be used.
+    Camera camera_with_lens() const;
     void move(const CameraPose& pose);  ///< Throws Error for an invalid pose and keeps the earlier one.
     void take_camera(std::size_t index);
     void take_camera(const std::string& name_or_number);  ///< Throws Error that lists the scene's cameras.
     void reset_camera();                                  ///< Restores the camera of the start.
     /// Looks at the surface visible at a pixel; returns false if there is none. Throws what move() throws.
     bool focus(const dvec2& point, const ivec2& size);
+    /// Focuses the lens on the surface visible at a pixel, or at infinity; the lens stays there when the camera moves.
+    /// Scenes in pages keep the point of the picture instead. A lens without an aperture gets a usual f-number.
+    void focus_lens(const dvec2& point, const ivec2& size);
     /// Looks at the object visible at a pixel from a distance that shows the whole object; otherwise like focus().
     bool frame_object(const dvec2& point, const ivec2& size);
     void bookmark(const std::string& name);  ///< Saves the pose; replaces a bookmark of this name.
@@ -109,6 +114,8 @@ class Session {
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
     Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
+    /// Takes the lens of a camera of the scene as that of the session, unless the user has chosen one.
+    void take_lens(const Camera& camera);
     /// Sets pose_ to that of the scene's camera at this frame.
     void follow_camera();
 
@@ -125,6 +132,8 @@ class Session {
     CameraPose pose_;
     CameraPose first_pose_;
     std::optional<std::size_t> scene_camera_, first_camera_;
+    std::optional<Lens> taken_lens_;  // lens in use, taken from a camera of the scene; none: not taken
+    Lens asked_lens_;                 // lens in use before it was taken
 };
 
 }  // namespace halflight::view

@@ -24,7 +24,7 @@ void picture_lines(const Picture& picture) {
     const RenderStats& s = picture.result.stats;
     const Image& image = picture.result.beauty;
     text(fmt::format("{} x {}, {} sample{}", image.width, image.height, s.samples, s.samples == 1 ? "" : "s"));
-    if (picture.relmse) text(fmt::format("Estimated relMSE {:.3g}", *picture.relmse));
+    if (picture.relmse) text(fmt::format("Estimated relMSE of the mean {:.3g}", *picture.relmse));
     text(fmt::format("{:.3f} s/sample, {:.2f} Mpaths/s", s.render_seconds / std::max(s.samples, 1),
                      1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
     text(fmt::format("Prepared in {:.2f} s", s.prepare_seconds));

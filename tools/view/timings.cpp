@@ -39,6 +39,7 @@ nlohmann::ordered_json Timings::json() const {
     const double span = last_ - first_;
     nlohmann::ordered_json last{{"samples", samples_}, {"seconds", age_}};
     if (relmse_) last["estimated_relmse"] = *relmse_;
+    if (true_relmse_) last["relmse"] = *true_relmse_;
     return {{"views", latencies_.size()},
             {"seconds_to_first_picture",
              {{"median", quantile(latencies_, 0.5)},

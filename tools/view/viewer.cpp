@@ -12,6 +12,9 @@
 #include <utility>
 
 #include "api/halflight/picture_file.h"
+#include "api/halflight/statistics.h"
+#include "engine/core/image_tools.h"
+#include "engine/core/metrics.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
@@ -100,12 +103,23 @@ void Viewer::update_picture() {
     if (!std::ranges::all_of(required_aovs(session_.layer_view), there)) return;
     if (newest != picture_) history_.add(*newest);
     picture_ = newest;
+    update_error();
     if (session_.transform.metered()) session_.transform.exposure = metered_exposure(picture_->result.beauty);
     layer_view_ = session_.layer_view;
     const DisplayImage shown = display_image(layer_view_, picture_->aovs, picture_->result);
     scale_ = shown.scale;
     display_.set_picture(shown);
     frames_due_ = std::max(frames_due_, 1);
+}
+
+void Viewer::update_error() {
+    relmse_ = picture_->relmse;
+    if (!reference_ || picture_->divisor > 1) return;
+    const Image shown = rgb(picture_->result.beauty);
+    if (shown.width != reference_->width || shown.height != reference_->height)
+        throw Error("reference", "has {}x{} pixels, and the picture has {}x{}", reference_->width, reference_->height,
+                    shown.width, shown.height);
+    relmse_ = mean_of(relative_squared_error_map(shown, *reference_));
 }
 
 void Viewer::open_dropped_files() {
@@ -240,6 +254,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
         pose_pending_ = pose_pending_ && drawn_request_ != request_;
         drawn_samples_ = picture_->divisor == 1 ? picture_->result.stats.samples : 0;
         timings_.record_shown(*picture_, now());
+        if (reference_ && relmse_) timings_.record_error(*relmse_);
     }
     perform(requests);
 }
@@ -251,9 +266,7 @@ std::uint32_t Viewer::next_frame() const {
 /// Returns the lines that must be visible, with or without panels.
 std::vector<std::string> Viewer::notices(const RenderThread::Status& status) const {
     std::vector<std::string> lines;
-    if (picture_)
-        for (const std::string& bias : biases_of(layer_view_, picture_->result.stats))
-            lines.push_back("biased: " + bias);
+    if (picture_) lines = bias_lines(biases_of(layer_view_, picture_->result.stats));
     if (panels_shown_) return lines;  // panels show errors themselves
     for (const std::string& error : {status.error, status.shader_error})
         if (!error.empty()) lines.push_back(error);
@@ -300,6 +313,8 @@ void Viewer::screenshot(const std::filesystem::path& path) {
              .comments = fmt::format("scene {}, shown by halflight view, {} samples, {}",
                                      session_.file().filename().string(), stats.samples, session_.description()),
              .filter = text(PixelFilter{}),
+             .lens = lens_text(picture_->camera, stats.lens,
+                               double(picture_->result.beauty.width) / picture_->result.beauty.height),
              .shutter = "",
              .bias = fmt::format("{}", fmt::join(layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
              .error = ""});
@@ -313,7 +328,7 @@ void Viewer::keys() {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantTextInput) return;
     const dvec2 point(io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y);
-    for (const char k : {'F', 'H', 'R', '1', '2', '3', '4', '5', '6', '7', '8', '9'})
+    for (const char k : {'F', 'H', 'L', 'R', '1', '2', '3', '4', '5', '6', '7', '8', '9'})
         if (ImGui::IsKeyPressed(k, false)) attempt([&] { key(k, point); });  // GLFW's key codes are ASCII
     if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) perform({.save = true});
     if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) perform({.screenshot = true});
@@ -323,6 +338,7 @@ void Viewer::keys() {
 void Viewer::key(char key, const dvec2& point) {
     if (key == 'F') session_.frame_object(point, window_.framebuffer_size());
     if (key == 'H') panels_shown_ = !panels_shown_;
+    if (key == 'L') session_.focus_lens(point, window_.framebuffer_size());
     if (key == 'R') session_.reset_camera();
     const auto number = static_cast<std::size_t>(key - '1');
     if (key >= '1' && key <= '9' && number < session_.bookmarks.size()) session_.move(session_.bookmarks[number].pose);

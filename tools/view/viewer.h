@@ -33,6 +33,7 @@ class Viewer {
     void key(char key, const dvec2& point);
     void request_picture();
     void update_picture();
+    void update_error();
     void open_dropped_files();
     void start_opening(const std::string& activity, std::function<Session::Opened()> opening);
     void open_next();       // Starts the next waiting file or frame on the render thread.
@@ -97,6 +98,8 @@ class Viewer {
     LayerView layer_view_;                    // layer view of the displayed picture
     std::optional<Scale> scale_;              // colour scale of the displayed picture
     std::shared_ptr<const Picture> picture_;  // displayed picture
+    std::optional<Image> reference_;          // RGB; a script's `reference`
+    std::optional<double> relmse_;            // relMSE of the displayed picture against it, else Picture::relmse
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     RenderThread thread_;                     // last member, so that it ends first

@@ -74,6 +74,7 @@ struct GltfDocument {
     std::vector<std::string> variants;                   // names of the material variants
     std::vector<float> stroke_radii;                     // radius of points and lines, by mesh; empty: left out
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
+    std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked
     nlohmann::json animations;                           // animations of the file, unchecked; null: none
     std::vector<std::filesystem::path> files;            // files read so far, the scene's own first

@@ -1,5 +1,6 @@
 #include "engine/io/gltf/extras.h"
 
+#include <cmath>
 #include <string>
 
 #include "engine/core/error.h"
@@ -38,6 +39,46 @@ std::optional<FrameRate> frame_rate_in_extras(const Json& root, GltfWarnings& wa
         }
     }
     return std::nullopt;
+}
+
+std::vector<Lens> lenses_in_extras(const Json& root, GltfWarnings& warnings) {
+    constexpr double kMost = 1e9;
+    struct Member {
+        const char* key;
+        double lower, upper;  // values that are accepted; 0 is, too
+        void (*set)(Lens& lens, double value);
+    };
+    static constexpr Member kMembers[] = {
+        {"aperture_fstop", 0.1, 1000, [](Lens& l, double v) { l.fstop = static_cast<float>(v); }},
+        {"focus_distance", 1e-6, kMost,
+         [](Lens& l, double v) {
+             l.focus = {.kind = v > 0 ? Focus::Kind::distance : Focus::Kind::open, .distance = v};
+         }},
+        {"aperture_blades", 3, 64, [](Lens& l, double v) { l.blades = static_cast<int>(v); }},
+        {"aperture_rotation", -kMost, kMost, [](Lens& l, double v) { l.rotation = glm::degrees(v); }},
+        {"sensor_width", 0.1, 1000, [](Lens& l, double v) { l.sensor = v; }},
+    };
+    std::vector<Lens> lenses;
+    const auto cameras = root.find("cameras");
+    if (cameras == root.end() || !cameras->is_array()) return lenses;
+    for (const Json& camera : *cameras) {
+        Lens& lens = lenses.emplace_back();
+        const auto extras = camera.is_object() ? camera.find("extras") : camera.end();
+        if (extras == camera.end() || !extras->is_object()) continue;
+        for (const Member& member : kMembers) {
+            const auto found = extras->find(member.key);
+            if (found == extras->end()) continue;
+            const double value = found->is_number() ? found->get<double>() : NAN;
+            if (value == 0 || (value >= member.lower && value <= member.upper))
+                member.set(lens, value);
+            else
+                warnings.add(fmt::format("{} is neither 0 nor a number from {} to {}; it is ignored", member.key,
+                                         member.lower, member.upper),
+                             fmt::format("cameras[{}].extras", lenses.size() - 1));
+        }
+        if (!lens.blurs()) lens = {};
+    }
+    return lenses;
 }
 
 }  // namespace halflight

@@ -3,8 +3,10 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <vector>
 
 #include "engine/core/frames.h"
+#include "engine/core/lens.h"
 
 namespace halflight {
 
@@ -14,5 +16,11 @@ class GltfWarnings;
 /// else of the asset. Blender stores custom properties of a scene there. Values other than numbers from 0.001 to
 /// 1000000 are ignored with a warning. `root` is an object, otherwise unchecked.
 std::optional<FrameRate> frame_rate_in_extras(const nlohmann::json& root, GltfWarnings& warnings);
+
+/// Returns the lens of each camera, from numbers in its extras with the names of Blender's camera properties:
+/// "aperture_fstop", "focus_distance" (metres), "aperture_blades", "aperture_rotation" (radians) and "sensor_width"
+/// (mm). A lens blurs where it has the first two. Other values are ignored with a warning. `root` is an object,
+/// otherwise unchecked.
+std::vector<Lens> lenses_in_extras(const nlohmann::json& root, GltfWarnings& warnings);
 
 }  // namespace halflight

@@ -106,6 +106,8 @@ Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
 void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
     const DroppedTriangles dropped = drop_bad_triangles(part);
     report_.non_finite_triangles_dropped += dropped.non_finite;
+    if (dropped.non_finite > 0)
+        document_.warnings.add("has positions that are not finite, their triangles are left out", part.name);
     report_.degenerate_triangles_dropped += dropped.degenerate;
     report_.normals_generated += part.normals.empty() ? generate_flat_normals(part) : repair_normals(part);
 

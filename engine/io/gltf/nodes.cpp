@@ -147,6 +147,13 @@ Camera convert_camera(GltfDocument& document, std::size_t index) {
         camera.near_plane = p.znear;
         camera.far_plane = p.zfar;
     }
+    if (index < document.lenses.size() && document.lenses[index].blurs()) {
+        camera.lens = document.lenses[index];
+        if (const std::string problem = lens_problem(camera); !problem.empty()) {
+            document.warnings.add(fmt::format("{}; the lens is ignored", problem), element + ".extras");
+            camera.lens = {};
+        }
+    }
     if (camera.near_plane < 0 || camera.far_plane < 0 ||
         (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)) {
         document.warnings.add("znear and zfar are not 0 <= znear < zfar, they are ignored", element);

@@ -1,5 +1,6 @@
 #include "tests/pass/picture/preview_scene.h"
 
+#include <cmath>
 #include <cstring>
 
 namespace halflight::test {
@@ -23,7 +24,7 @@ Camera camera_at(const dvec3& from) {
 
 TexelData seen_planes(const shared::Frame& frame, const std::function<Plane(int, int)>& at,
                       const std::function<vec3(int, int, const vec3&)>& light, float samples) {
-    TexelData data{frame.size, {}, {}, {}};
+    TexelData data{frame.size, {}, {}, {}, {}};
     const vec3 eye(frame.camera_position), forward(frame.camera_forward);
     for (int y = 0; y < frame.size.y; ++y) {
         for (int x = 0; x < frame.size.x; ++x) {
@@ -32,31 +33,38 @@ TexelData seen_planes(const shared::Frame& frame, const std::function<Plane(int,
             const Plane plane = at(x, y);
             const float depth = (plane.distance - glm::dot(plane.normal, eye)) / glm::dot(plane.normal, along);
             const vec3 place = eye + depth * along;
-            const vec3 seen = light(x, y, place);
-            const float luminance = glm::dot(seen, vec3(0.2126f, 0.7152f, 0.0722f));
-            data.light.emplace_back(seen, luminance * luminance);
-            data.guide.emplace_back(plane.normal, depth);
-            data.place.emplace_back(place, samples);
+            data.first.emplace_back(light(x, y, place), samples);
+            data.second.emplace_back(0);
+            data.guide.emplace_back(plane.normal, std::log(depth));
+            data.place.emplace_back(place, 1);
         }
     }
     return data;
 }
 
 TexelTextures::TexelTextures(const TexelData& data)
-    : light_(texture_of(data.light, data.size)),
+    : first_(texture_of(data.first, data.size)),
+      second_(texture_of(data.second, data.size)),
       guide_(texture_of(data.guide, data.size)),
       place_(texture_of(data.place, data.size)) {}
 
 TexelTextures::TexelTextures(const ivec2& size)
-    : light_("light", of_size(size)), guide_("guide", of_size(size)), place_("place", of_size(size)) {}
+    : first_("first", of_size(size)),
+      second_("second", of_size(size)),
+      guide_("guide", of_size(size)),
+      place_("place", of_size(size)) {}
 
 PreviewTexels TexelTextures::import(graph::Graph& graph) {
-    return {graph.import_texture("light", light_), graph.import_texture("guide", guide_),
-            graph.import_texture("place", place_)};
+    return {graph.import_texture("first", first_), graph.import_texture("second", second_),
+            graph.import_texture("guide", guide_), graph.import_texture("place", place_)};
 }
 
 TexelData TexelTextures::read() const {
-    return {{light_.desc().width, light_.desc().height}, texels_of(light_), texels_of(guide_), texels_of(place_)};
+    return {{first_.desc().width, first_.desc().height},
+            texels_of(first_),
+            texels_of(second_),
+            texels_of(guide_),
+            texels_of(place_)};
 }
 
 std::vector<vec4> texels_of(const gpu::Texture& texture) {

@@ -12,9 +12,9 @@ namespace halflight::test {
 /// Contents of PreviewTexels, row by row.
 struct TexelData {
     ivec2 size{0};
-    std::vector<vec4> light, guide, place;
+    std::vector<vec4> first, second, guide, place;
 
-    vec4& light_at(int x, int y) { return light[std::size_t(y) * std::size_t(size.x) + std::size_t(x)]; }
+    vec4& light_at(int x, int y) { return first[std::size_t(y) * std::size_t(size.x) + std::size_t(x)]; }
     const vec4& light_at(int x, int y) const { return const_cast<TexelData*>(this)->light_at(x, y); }
     const vec4& place_at(int x, int y) const { return place[std::size_t(y) * std::size_t(size.x) + std::size_t(x)]; }
 };
@@ -31,8 +31,8 @@ shared::Frame constants_of(const Camera& camera, const ivec2& size);
 /// Returns a camera at `from` that looks along -z.
 Camera camera_at(const dvec3& from);
 
-/// Returns the texels of a camera that sees the plane at(x, y) in each pixel. light(x, y, place) is the radiance there,
-/// equal in all samples.
+/// Returns the texels of a camera that sees the plane at(x, y) in each pixel. light(x, y, place) is the radiance there.
+/// All samples are in the first half.
 TexelData seen_planes(const shared::Frame& frame, const std::function<Plane(int, int)>& at,
                       const std::function<vec3(int, int, const vec3&)>& light, float samples);
 
@@ -45,7 +45,7 @@ class TexelTextures {
     TexelData read() const;
 
   private:
-    gpu::Texture light_, guide_, place_;
+    gpu::Texture first_, second_, guide_, place_;
 };
 
 std::vector<vec4> texels_of(const gpu::Texture& texture);

@@ -73,6 +73,28 @@ Scene striped_cornell(bool mirror) {
     return scene;
 }
 
+TEST_F(DenoisedPictureTest, BlurredTexturesKeepNoNoise) {
+    // The stripes are far out of focus, and a pixel's samples meet both colours. Light has little noise of its own.
+    Scene scene;
+    scene.environment.color = vec3(1);
+    for (int i = 0; i < 64; ++i) {
+        const int stripe = add_material(scene, diffuse_material(vec3(i % 2 == 0 ? 0.8f : 0.1f)));
+        add_quad(scene, stripe, {-4 + static_cast<float>(i) / 8, 0, -8}, {0, 0, 16}, {1.0f / 8, 0, 0});
+    }
+    scene.cameras = {look_at_camera({0, 2, 3}, {0, 0, 0}, {0, 1, 0}, 0.5)};
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = settings_of(scene, 64, 64, 8);
+    settings.camera.lens = {.aperture = 600, .focus = {.kind = Focus::Kind::distance, .distance = 1.5}};
+    const RenderResult plain = render(prepared, settings, false), denoised = render(prepared, settings);
+    settings.samples = 1024, settings.seed = 5;
+    const Image reference = render(prepared, settings, false).beauty;
+    const double gain = relative_error(plain.beauty, reference) / relative_error(denoised.beauty, reference);
+    std::printf("relMSE %.1f times lower\n", gain);
+    EXPECT_GT(gain, 10) << "where albedos are not smoothed, it is about 1";
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(mean_of_pixels(denoised.beauty, c).value / mean_of_pixels(plain.beauty, c).value, 1, 0.02);
+}
+
 TEST_F(DenoisedPictureTest, MirrorImagesStaySharp) {
     const Scene scene = striped_cornell(true);
     PreparedScene prepared(context, scene);

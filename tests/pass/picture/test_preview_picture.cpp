@@ -104,6 +104,23 @@ TEST_F(PreviewPictureTest, FiltersPicturesOfTheRadianceCache) {
     EXPECT_TRUE(same_bits(render(both, 32).beauty, render(filter, 28).beauty));
 }
 
+TEST_F(PreviewPictureTest, TheFilterLowersTheErrorAndKeepsTheLight) {
+    const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
+    const RenderSettings settings = small_settings(scene.cameras[0], 64, 48, 1, 3);
+    const auto render = [&](const Preview& preview, int samples, std::uint32_t seed) {
+        RenderSettings s = settings;
+        s.samples = samples, s.seed = seed;
+        return rgb(renderer(prepared, s, preview).render().beauty);
+    };
+    const Image reference = render({}, 512, 5);
+    for (const auto& [samples, most] : {std::pair(1, 0.5), std::pair(2, 0.4), std::pair(8, 0.4)}) {
+        const Image noisy = render({}, samples, 0), filtered = render({.filter = true}, samples, 0);
+        EXPECT_LT(relative_error(filtered, reference), most * relative_error(noisy, reference)) << samples;
+        EXPECT_NEAR(mean_of(filtered) / mean_of(noisy), 1, 0.03) << samples;
+    }
+}
+
 TEST_F(PreviewPictureTest, ReusesThePreviousPictureAndNotItself) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);

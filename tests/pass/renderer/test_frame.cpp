@@ -331,7 +331,7 @@ TEST_F(FrameTest, SettingsOutOfRangeAreErrors) {
     EXPECT_EQ(message([](RenderSettings& s) { s.samples = 0; }),
               "render settings: samples expects a whole number from 1 to 16777216, not '0'");
     EXPECT_EQ(message([](RenderSettings& s) { s.bounces = -1; }),
-              "render settings: bounces expects a whole number from 0 to 1024, not '-1'");
+              "render settings: bounces expects auto or a whole number from 0 to 1024, not '-1'");
     EXPECT_NE(message([](RenderSettings& s) { s.time_limit = NAN; }), "");
     EXPECT_EQ(message([](RenderSettings& s) { s.width = 65536; }),
               "render settings: 65536 pixels wide: the driver allows 16384");

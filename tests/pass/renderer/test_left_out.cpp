@@ -36,6 +36,8 @@ class LeftOutTest : public GpuTest {
             "culling by tiles is off",
             "no variance was requested",
             "no denoising was requested",
+            "no adaptive sampling was requested",
+            "no depth of field was requested",
             "neither albedo nor normal was requested",
             "there is no directional light beside others, or another choice was asked for"};
         for (const LeftOut& part : kept.stats.left_out)

@@ -327,6 +327,9 @@ TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {
     EXPECT_EQ(scene.meshes[0].positions, kTriangle);
     EXPECT_EQ(scene.report.degenerate_triangles_dropped, 2u);
     EXPECT_EQ(scene.report.non_finite_triangles_dropped, 1u);
+    ASSERT_EQ(scene.report.warnings.size(), 1u);
+    EXPECT_TRUE(scene.report.warnings[0].ends_with("has positions that are not finite, their triangles are left out"))
+        << scene.report.warnings[0];
 }
 
 TEST_F(GltfPrimitive, NormalsAreGeneratedOrRepaired) {

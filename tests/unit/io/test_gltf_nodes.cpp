@@ -243,5 +243,42 @@ TEST_F(GltfDeformed, InconsistentSkinsAreRefused) {
     EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: is skinned, but has no JOINTS_0 and WEIGHTS_0");
 }
 
+TEST_F(GltfNode, LensesAreFoundInExtrasOfCameras) {
+    const auto found = [&](const Json& extras, const char* type = "perspective") {
+        GltfBuilder b;
+        b.add_triangle();
+        Json camera{{"type", type}, {"extras", extras}};
+        camera[type] = type == std::string("perspective") ? Json{{"yfov", 1}, {"znear", 1}}
+                                                          : Json{{"xmag", 1}, {"ymag", 1}, {"znear", 1}, {"zfar", 2}};
+        b.push("cameras", camera);
+        b.push("nodes", {{"camera", 0}});
+        const Scene scene = load(b);
+        return std::pair(scene.cameras.at(0).lens, scene.report.warnings);
+    };
+    using Warnings = std::vector<std::string>;
+    const Focus at_2{.kind = Focus::Kind::distance, .distance = 2};
+    EXPECT_EQ(found({{"aperture_fstop", 1.5}, {"focus_distance", 2}}),
+              std::pair(Lens({.fstop = 1.5f, .focus = at_2}), Warnings()));
+    EXPECT_EQ(found({{"aperture_fstop", 1.5},
+                     {"focus_distance", 2},
+                     {"aperture_blades", 6},
+                     {"aperture_rotation", kPi},
+                     {"sensor_width", 24},
+                     {"mood", "grey"}}),
+              std::pair(Lens({.fstop = 1.5f, .sensor = 24, .focus = at_2, .blades = 6, .rotation = 180}), Warnings()));
+    for (const Json& other : {Json(), Json(3), Json{{"focus_distance", 2}}, Json{{"aperture_fstop", 2}},
+                              Json{{"aperture_fstop", 2}, {"focus_distance", 0}}})
+        EXPECT_EQ(found(other), std::pair(Lens(), Warnings())) << other.dump();
+    for (const Json& bad : {Json("2"), Json(-2), Json(1e300), Json(true), Json(), Json::array()})
+        EXPECT_EQ(
+            found({{"aperture_fstop", 2}, {"focus_distance", bad}}),
+            std::pair(Lens(), Warnings{"cameras[0].extras: focus_distance is neither 0 nor a number from 1e-06 to "
+                                       "1000000000; it is ignored"}))
+            << bad.dump();
+    const auto [lens, warnings] = found({{"aperture_fstop", 2}, {"focus_distance", 2}}, "orthographic");
+    EXPECT_EQ(lens, Lens());
+    EXPECT_EQ(warnings.size(), 1u);
+}
+
 }  // namespace
 }  // namespace halflight

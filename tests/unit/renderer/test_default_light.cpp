@@ -5,6 +5,7 @@
 
 #include "api/default_light.h"
 #include "api/halflight/environment_choice.h"
+#include "api/halflight/frame_renderer.h"
 #include "api/halflight/loaded_scene.h"
 #include "tests/support/error_message.h"
 #include "tests/support/scenes.h"
@@ -44,6 +45,12 @@ Scene closed_room() {
     return scene;
 }
 
+bool needs_sky(const Scene& scene) {
+    const DefaultLight light = default_light(scene);
+    EXPECT_TRUE(light.lamps.empty());
+    return light.sky;
+}
+
 TEST(NeutralSky, AddedWhereThereIsNoLight) {
     EXPECT_TRUE(needs_sky(helmet()));
     Scene scene = helmet();
@@ -76,6 +83,31 @@ TEST(NeutralSky, AddedWhereLabelsOutshineALamp) {
     EXPECT_TRUE(needs_sky(scene));
     scene.lights[0].intensity *= 40;
     EXPECT_FALSE(needs_sky(scene));
+}
+
+TEST(NeutralSky, AddedWhereOnlyDisplaysGlow) {
+    // A label on a wall lights a quarter of the floor in front of it by a tenth of its radiance.
+    Scene scene;
+    add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-1, 0, 0}, {0, 0, 2}, {2, 0, 0});
+    const int label = add_material(scene, light_material(vec3(1)));
+    add_quad(scene, label, {-1, 0, 0}, {2, 0, 0}, {0, 1, 0});
+    scene.cameras.push_back(look_at_camera({0, 2, 4}, {0, 0.5, 1}, {0, 1, 0}, 0.8));
+    EXPECT_FALSE(needs_sky(scene)) << "a lamp without a texture";
+    scene.images.push_back({"label", 1, 1, {255, 255, 255, 255}});
+    const auto glow = static_cast<std::size_t>(label);
+    scene.materials[glow].emission_texture.image = 0;
+    scene.meshes.back().uvs[0].resize(4);
+    EXPECT_FALSE(needs_sky(scene)) << "it lights most of the floor";
+    scene.meshes.back().positions[2].y = scene.meshes.back().positions[3].y = 0.35f;
+    EXPECT_TRUE(needs_sky(scene));
+    scene.materials[glow].emission = vec3(1.01f);
+    EXPECT_FALSE(needs_sky(scene)) << "a strength makes it a lamp";
+    scene.materials[glow].emission = vec3(1);
+    scene.materials[glow].emission_texture.image = kNone;
+    EXPECT_FALSE(needs_sky(scene)) << "a lamp without a texture";
+    scene.materials[glow].emission_texture.image = 0;
+    add_light(scene, LightType::point, 1e-6f, {0, 3, 3});
+    EXPECT_FALSE(needs_sky(scene)) << "the file has a lamp";
 }
 
 TEST(NeutralSky, AddedToLampsFarAway) {
@@ -113,6 +145,39 @@ TEST(NeutralSky, NotAddedToRoomsWithALamp) {
         EXPECT_FALSE(needs_sky(scene)) << candela << " cd: no sky can enter";
     }
     EXPECT_FALSE(needs_sky(cornell_box()));
+}
+
+TEST(CameraLamps, AddedToClosedScenesWithoutLight) {
+    Scene scene = closed_room();
+    scene.cameras.push_back(look_at_camera({0, 0, -1.9}, {0, 0, 0}, {0, 1, 0}, 1));
+    const DefaultLight light = default_light(scene);
+    EXPECT_FALSE(light.sky) << "it cannot enter";
+    ASSERT_EQ(light.lamps.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(light.lamps[i].position, dvec3(scene.cameras[i].camera_to_world[3]));
+        EXPECT_TRUE(light.lamps[i].of_environment) << "another environment replaces it";
+        EXPECT_NEAR(light.lamps[i].intensity.x, light.lamps[0].intensity.x, 1) << "the room is symmetric";
+    }
+    scene.lights = light.lamps;
+    const LightShares shares = light_shares(scene, rays::SceneProbe(scene), scene.cameras);
+    EXPECT_EQ(shares.lit, 1);
+    // The walls are 2 m to 4.5 m away from both lamps.
+    EXPECT_GT(light.lamps[0].intensity.x, 4);
+    EXPECT_LT(light.lamps[0].intensity.x, kPi * 4.5 * 4.5);
+    scene.lights.clear();
+    scene.cameras.clear();
+    EXPECT_TRUE(needs_sky(scene)) << "there is no camera inside";
+    scene.cameras.push_back(look_at_camera({0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 1));
+    EXPECT_TRUE(needs_sky(scene)) << "the room is seen from outside";
+    Scene open = closed_room();
+    std::erase_if(open.meshes[0].triangles, [&](const uvec3& t) {
+        return glm::all(glm::greaterThan(open.meshes[0].positions[t.x], vec3(-3, 1, -3))) &&
+               glm::all(glm::greaterThan(open.meshes[0].positions[t.y], vec3(-3, 1, -3))) &&
+               glm::all(glm::greaterThan(open.meshes[0].positions[t.z], vec3(-3, 1, -3)));
+    });
+    ASSERT_LT(open.meshes[0].triangles.size(), 12U);
+    open.meshes[0].triangle_material.resize(open.meshes[0].triangles.size());
+    EXPECT_TRUE(needs_sky(open)) << "the room has no ceiling";
 }
 
 TEST(NeutralSky, NotAddedUnderASunOrASpot) {
@@ -158,6 +223,18 @@ TEST(NeutralSky, EmptyAndFlatScenes) {
     scene.instances[0].object_to_world[3].w = 1;
     add_light(scene, LightType::point, 1, {});
     EXPECT_NO_THROW(needs_sky(scene));
+}
+
+TEST(DefaultBounces, MoreWhereSomeMaterialIsSolid) {
+    Scene scene = helmet();
+    Material& material = scene.materials[0];
+    EXPECT_EQ(default_bounces(scene), kBounces);
+    material.transmission = 1;
+    EXPECT_EQ(default_bounces(scene), kBounces) << "a thin wall";
+    material.thickness = 0.1f;
+    EXPECT_EQ(default_bounces(scene), kBouncesOfSolids);
+    material.metallic = 1;
+    EXPECT_EQ(default_bounces(scene), kBounces) << "metal transmits no light";
 }
 
 TEST(Environment, TheSunBelongsToTheSky) {

@@ -81,11 +81,11 @@ TEST(Metering, KeepsHighlights) {
 TEST(PhysicalCamera, FollowsTheEquations) {
     ViewTransform view;
     EXPECT_TRUE(view.metered());
-    view.camera.fstop = 16;
+    view.camera.lens.fstop = 16;
     EXPECT_FALSE(view.metered()) << "it replaces metering";
-    view.camera = {.iso = 100, .shutter_speed = {1}, .fstop = 1};
+    view.camera = {.iso = 100, .shutter_speed = {1}, .lens = {.fstop = 1}};
     EXPECT_NEAR(view.stops(), -std::log2(1.2), 1e-6) << "EV100 is 0";
-    view.camera.fstop = 2;
+    view.camera.lens.fstop = 2;
     EXPECT_NEAR(view.stops(), -std::log2(1.2) - 2, 1e-6);
     view.camera.shutter_speed.seconds = 1.0f / 128;
     EXPECT_NEAR(view.stops(), -std::log2(1.2) - 9, 1e-5);

@@ -112,10 +112,12 @@ TEST(FrameNeeds, ChainsNeedMirrorsAndTheDenoiser) {
 
 TEST(FrameNeeds, EverythingCanBeKept) {
     const FrameOptions all{.denoise = true,
+                           .adaptive = true,
                            .runs = 1,
                            .kept = Kept::everything(),
                            .group_size = 16,
                            .camera_rays = 4,
+                           .lens = true,
                            .preview = {.temporal = true, .filter = true}};
     for (const FramePart& part : frame_needs({}, all).parts())
         EXPECT_NE(bool(part), part.name == std::string("radiance cache")) << part.name;
@@ -163,9 +165,9 @@ TEST(LeftOut, ItemsAreKeptIndependently) {
 TEST(LeftOut, ListsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
-    for (const char* never :
-         {"environment map", "light tree", "sun apart", "double precision for slivers", "mip levels", "path reuse",
-          "radiance cache", "camera rays for light alone", "temporal accumulation", "filter of noise", "denoiser"})
+    for (const char* never : {"environment map", "light tree", "sun apart", "double precision for slivers",
+                              "mip levels", "path reuse", "radiance cache", "camera rays for light alone", "lens",
+                              "temporal accumulation", "filter of noise", "adaptive sampling", "denoiser"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
@@ -196,10 +198,12 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_EQ(bytes("texture coordinates"), 10u * 16);
     EXPECT_EQ(bytes("sums of squares"), 256u * 24);
     EXPECT_EQ(bytes("clearcoat"), 256u * 16);
-    EXPECT_EQ(bytes("temporal accumulation"), 200u * 96);
+    EXPECT_EQ(bytes("temporal accumulation"), 200u * 9 * 16);
     EXPECT_FALSE(facts(plain_scene(), {.preview = {.temporal = true}}).contains("temporal accumulation"));
     EXPECT_EQ(facts(plain_scene(), {.preview = {.temporal = true}})["filter of noise"], "its preview mode is off");
-    EXPECT_FALSE(facts(plain_scene(), {.preview = {.filter = true}}).contains("filter of noise"));
+    const auto filtered = facts(plain_scene(), {.preview = {.filter = true}});
+    EXPECT_FALSE(filtered.contains("filter of noise") || filtered.contains("sums of half the samples"));
+    EXPECT_TRUE(filtered.contains("sums of squares") && filtered.contains("surfaces seen in mirrors"));
     EXPECT_EQ(plain.at("sums of squares"), "no variance was requested");
     EXPECT_EQ(plain.at("sums of albedo and normal"), "neither albedo nor normal was requested");
     EXPECT_EQ(plain.at("hits of camera rays"), "no mattes were requested");

@@ -42,6 +42,16 @@ double error_after(int samples, double worth) {
     return weight * weight / (cached * worth) + (others > 0 ? (1 - weight) * (1 - weight) / others : 0);
 }
 
+TEST(HandOver, CachedSamplesOfEachPictureFormTwoHalves) {
+    for (std::uint32_t picture = 0; picture < 20; ++picture) {
+        int first = 0;
+        for (std::uint32_t i = 0; i < kCachedSamples; ++i)
+            first += cached_view({}, {}, picture * kCachedSamples, i, SamplePoints::sobol).first_half ? 1 : 0;
+        EXPECT_EQ(first, kCachedSamples / 2) << picture;
+        EXPECT_TRUE(cached_view({}, {}, picture * kCachedSamples, 0, SamplePoints::sobol).first_half);
+    }
+}
+
 TEST(HandOver, FadesWithoutIncreasingTheError) {
     for (int samples = 1; samples <= kCachedSamples; ++samples) EXPECT_EQ(cached_weight(samples), 1);
     for (int samples = kCachedSamples; samples < kHandedOver; ++samples)

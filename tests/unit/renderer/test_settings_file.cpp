@@ -70,9 +70,12 @@ TEST(SettingsFile, RoundTrips) {
         EXPECT_EQ(r.bookmarks, s.bookmarks);
     }
     EXPECT_EQ(folder.entries(), std::vector<std::string>{"a.json"}) << "no temporary file stays";
+    s.settings.bounces.reset();
+    s.given.insert("bounces");
     s.camera = std::string("nave");
     write_settings(folder / "a.json", s);
     EXPECT_EQ(read_settings(folder / "a.json").camera, s.camera);
+    EXPECT_EQ(read_settings(folder / "a.json").settings.bounces, std::nullopt) << "auto";
 }
 
 TEST(SettingsFile, MapsMoveWithTheirFolder) {
@@ -118,6 +121,8 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"sample\": 1"), "there is no setting 'sample'");
     EXPECT_EQ(with("\"samples\": 0"), "samples: is no number from 1 to 16777216");
     EXPECT_EQ(with("\"samples\": 1.5"), "samples: is no whole number");
+    EXPECT_EQ(with("\"samples\": \"auto\""), "samples: is no number from 1 to 16777216");
+    EXPECT_EQ(with("\"bounces\": \"many\""), "bounces: expects auto or a whole number from 0 to 1024, not 'many'");
     EXPECT_EQ(with("\"size\": [640]"), "size: is no list of two numbers");
     EXPECT_EQ(with("\"size\": [640, 65537]"), "size[1]: is no number from 1 to 65536");
     EXPECT_EQ(with("\"preview\": \"cache,blur\""),

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "engine/core/error.h"
@@ -25,12 +26,14 @@ RenderSettings unusual() {
     s.error = ErrorTarget{ErrorMetric::mse, 0.1};
     s.seed = 4294967295u;
     s.frame = 12;
+    s.adaptive = true;
     s.denoise = true;
     s.denoise_frames = 3;
     s.aovs = {"albedo", "nodes"};
     s.half_color = true;
     s.bounces = 0;
-    s.view = {"a display", "a view", "a look, -another", -0.7f, {200, {0.01f}, 2.8f}};
+    s.view = {"a display", "a view", "a look, -another", -0.7f, {200, {0.01f}, {}}};
+    s.view.camera.lens = {2.8f, 5, 24, {.kind = Focus::Kind::distance, .distance = 0.1}, 7, -30};
     s.culling = rays::Culling::raster;
     s.primary = PrimaryVisibility::traced;
     s.estimator = {.lights = LightChoice::tree, .sampler = SamplePoints::blue_noise};
@@ -80,6 +83,27 @@ TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
         EXPECT_EQ(problem("shutter-speed", text),
                   std::string("expects 0, a number from 1e-06 to 100000 or 1/N, not '") + text + "'");
     EXPECT_EQ(problem("fstop", "0.01"), "expects 0 or a number from 0.1 to 1000, not '0.01'");
+    using Kind = Focus::Kind;
+    const Focus& focus = s.view.camera.lens.focus;
+    EXPECT_EQ(problem("focus", "0.25,1"), "");
+    EXPECT_EQ(focus, (Focus{.kind = Kind::point, .point = {0.25, 1}}));
+    EXPECT_EQ(setting("focus").get(s), "0.25,1");
+    EXPECT_EQ(problem("focus", "infinity"), "");
+    EXPECT_TRUE(std::isinf(focus.distance));
+    EXPECT_EQ(setting("focus").get(s), "infinity");
+    EXPECT_EQ(problem("focus", "none"), "");
+    EXPECT_EQ(setting("focus").get(s), "none");
+    EXPECT_EQ(problem("focus", "2.5"), "");
+    for (const char* text :
+         {"0", "-1", "nan", "inf", "1e10", "1.5,0.5", "0.5,-0.1", "0.5,", ",0.5", "nan,0", "1,1,1", ""})
+        EXPECT_EQ(problem("focus", text), fmt::format("expects auto, none, infinity, a distance from 1e-06 to "
+                                                      "1000000000, or X,Y from 0 to 1, not '{}'",
+                                                      text));
+    EXPECT_EQ(focus, (Focus{.kind = Kind::distance, .distance = 2.5})) << "unchanged";
+    for (const char* text : {"1", "2", "65"})
+        EXPECT_EQ(problem("blades", text), fmt::format("expects 0 or a whole number from 3 to 64, not '{}'", text));
+    EXPECT_EQ(problem("blades", "0"), "");
+    EXPECT_EQ(problem("aperture", "-1"), "expects 0 or a number from 1e-06 to 1000000, not '-1'");
     EXPECT_EQ(problem("error", "0.5 mse"), "");
     EXPECT_EQ(problem("error", "0.5 psnr"), "expects one of relmse, mse, not 'psnr'");
     EXPECT_EQ(problem("filter", "blackman-harris"), "");

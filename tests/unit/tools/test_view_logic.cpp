@@ -117,7 +117,7 @@ TEST(Script, InvalidLinesAreNamed) {
     EXPECT_EQ(message("light 0.5 2"), "s.txt:2: 'light' needs a whole number, not '0.5'");
     EXPECT_EQ(message("light 12 0.5 0.5 2"), "s.txt:2: 'light' needs a number from 0 to 1, not 2");
     EXPECT_EQ(message("clay perhaps"), "s.txt:2: 'clay' takes on or off");
-    EXPECT_EQ(message("key X"), "s.txt:2: unknown key 'X'; valid are F, H, R and 1 to 9");
+    EXPECT_EQ(message("key X"), "s.txt:2: unknown key 'X'; valid are F, H, L, R and 1 to 9");
     EXPECT_EQ(message("screenshot a.jpg"), "s.txt:2: a screenshot must be a .png or an .exr");
     EXPECT_EQ(message("camera \"main"), "s.txt:2: a quotation mark is not closed");
 }
@@ -366,6 +366,16 @@ TEST(Timings, MeasureFirstPictures) {
     EXPECT_EQ(json["last_picture"]["samples"], 12);
     EXPECT_EQ(json["last_picture"]["seconds"], 7.0);
     EXPECT_EQ(json["last_picture"]["estimated_relmse"], 0.25);
+    EXPECT_FALSE(json["last_picture"].contains("relmse"));
+    timings.record_error(0.125);
+    EXPECT_EQ(timings.json()["last_picture"]["relmse"], 0.125);
+}
+
+TEST(LayerView, PreviewsShareALine) {
+    using Lines = std::vector<std::string>;
+    EXPECT_EQ(bias_lines({}), Lines{});
+    EXPECT_EQ(bias_lines({"clamped", "preview: filtered", "preview: 60 % cached", "mip levels"}),
+              (Lines{"preview: filtered; 60 % cached", "biased: clamped", "biased: mip levels"}));
 }
 
 }  // namespace

@@ -58,6 +58,37 @@ TEST_F(ViewSession, OrbitsAroundTheSurfaceInTheMiddle) {
     EXPECT_LT(glm::length(session.pose().at - picked->position), 1e-6);
 }
 
+TEST_F(ViewSession, TheLensFocusesOnThePickedSurface) {
+    const Camera pinhole = session.camera_with_lens();
+    EXPECT_FALSE(pinhole.lens.blurs());
+    const auto picked =
+        Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {100, 300}, kSize));
+    ASSERT_TRUE(picked);
+    session.focus_lens({100, 300}, kSize);
+    const Lens lens = session.request(kSize).camera.lens;
+    const dmat4& m = pinhole.camera_to_world;
+    EXPECT_EQ(lens.fstop, 2.8f);
+    EXPECT_DOUBLE_EQ(lens.focus.distance, -glm::dot(picked->position - dvec3(m[3]), dvec3(m[2])));
+    EXPECT_TRUE(session.transform.metered()) << "depth of field leaves the exposure alone";
+    // The lens stays when the camera moves, and the settings file holds it.
+    steer({.drag = {0.1, 0}, .left = true});
+    EXPECT_EQ(session.request(kSize).camera.lens, lens);
+    EXPECT_EQ(session.saved(kSize).settings.view.camera.lens.focus, lens.focus);
+    EXPECT_TRUE(session.saved(kSize).given.contains("focus"));
+    // Beside the box is nothing.
+    CameraPose away = session.pose();
+    away.at = away.from + (away.from - away.at);
+    session.move(away);
+    session.focus_lens({256, 256}, kSize);
+    EXPECT_TRUE(std::isinf(session.request(kSize).camera.lens.focus.distance));
+    // An orthographic camera has no focal length, so it shows a pinhole until it gets an aperture.
+    away.orthographic = true;
+    session.move(away);
+    EXPECT_FALSE(session.request(kSize).camera.lens.blurs());
+    session.focus_lens({256, 256}, kSize);
+    EXPECT_TRUE(session.request(kSize).camera.lens.blurs());
+}
+
 TEST_F(ViewSession, ScenesInPages) {
     const TemporaryFolder folder;
     std::filesystem::copy_file(cornell().scene, folder / "cornell.glb");
@@ -75,6 +106,9 @@ TEST_F(ViewSession, ScenesInPages) {
     EXPECT_DOUBLE_EQ(paged.diagonal(), session.diagonal());
     paged.move(session.pose());
     EXPECT_FALSE(paged.focus({256, 256}, kSize)) << "nothing can be picked";
+    paged.focus_lens({128, 256}, kSize);
+    EXPECT_EQ(paged.request(kSize).camera.lens.focus,
+              (Focus{.kind = Focus::Kind::point, .point = dvec2(128, 256) / dvec2(kSize)}));
     a.edits.transforms[0] = dmat4(2);
     EXPECT_NE(error_message([&] { Session(a, ColorConfig::load()); }).find("transforms"), std::string::npos);
 }

@@ -1,0 +1,33 @@
+// Pixel and sample of a path. In most samples, each path has a pixel of its own. In adaptive runs, a list names the block
+// of pixels and the sample of 256 paths each.
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+
+#ifdef HALFLIGHT_SAMPLED_BLOCKS
+#include "shaders/shared/sampled_block.h"
+uniform usamplerBuffer sampled_blocks;  // RGBA32UI: SampledBlock
+
+SampledBlock sampled_block(uint path) {
+    uvec4 texel = texelFetch(sampled_blocks, int(path >> 8));
+    return SampledBlock(texel.x, texel.y, uintBitsToFloat(texel.zw));
+}
+// Returns the path of the band's own order that has the same pixel.
+uint path_in_band(uint path) { return (sampled_block(path).block << 8) | (path & 255u); }
+// Returns the constants of the path's own sample.
+Frame frame_of_path(Frame frame, uint path) {
+    SampledBlock block = sampled_block(path);
+    frame.sample_index = block.sample_index;
+    frame.jitter = block.jitter;
+    // in_first_half() of renderer/frame_constants.h; listed samples have numbers from 4 on
+    frame.first_half = (block.sample_index & (1u << (findMSB(block.sample_index) - 1))) == 0u ? 1u : 0u;
+    return frame;
+}
+#else
+uint path_in_band(uint path) { return path; }
+Frame frame_of_path(Frame frame, uint path) { return frame; }
+#endif
+
+// Returns the pixel relative to the band's first row; it may be outside the picture.
+uvec2 pixel_in_band(Frame frame, uint path) {
+    return pixel_of_path(path_in_band(path), uvec2(frame.tiles_x, frame.tiles_y));
+}

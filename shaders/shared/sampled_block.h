@@ -1,0 +1,21 @@
+// Blocks of pixels that an adaptive run samples.
+#ifndef HALFLIGHT_SHARED_SAMPLED_BLOCK_H
+#define HALFLIGHT_SHARED_SAMPLED_BLOCK_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+HALFLIGHT_SHARED_CONST uint kNoBlock = 0xffffffu;  // SampledBlock::block of paths without pixels
+
+// The sample that 256 consecutive paths take: one sample of each pixel of a 16x16 block.
+struct SampledBlock {
+    uint block;         // number of the block in the order of shaders/shared/pixel_order.h, or kNoBlock
+    uint sample_index;  // index in the sequences of the block's pixels
+    vec2 jitter;        // Frame::jitter of this sample
+};
+HALFLIGHT_SHARED_SIZE(SampledBlock, 16)
+
+HALFLIGHT_SHARED_END
+
+#endif

@@ -1,0 +1,58 @@
+// Tests adaptive sampling where errors are extreme: none at all, infinite, or in one block alone.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/metrics.h"
+#include "tests/stiff/stiff.h"
+
+namespace halflight::test {
+namespace {
+
+class Samples : public StiffTest {
+  protected:
+    RenderResult adaptive(const Scene& scene, const Camera& camera, int size, int samples) {
+        RenderSettings settings = small_settings(camera, size, size, samples, 4);
+        settings.aovs.emplace_back("samples");
+        settings.adaptive = true;
+        return picture(scene, settings);
+    }
+    /// Expects that the numbers of samples have about the mean `samples`.
+    static void expect_all(const std::string& name, const RenderResult& result, int samples) {
+        const double mean = halflight::mean_of(layer(result, "samples.Y"));
+        expect(name + ", number of samples", std::abs(std::log2(mean / samples)), 0.5, "doublings",
+               "a block has a power of two");
+    }
+};
+
+TEST_F(Samples, NothingIsNoisy) {
+    Scene scene;
+    scene.environment.color = vec3(3);
+    scene.cameras = {spot_camera(dvec3(0), {0, 0, -1}, 1)};
+    const RenderResult result = adaptive(scene, scene.cameras[0], 32, 21);
+    expect("even sky", pixels_other_than(result.beauty, 3), 0, "pixels", "all samples are equal");
+    expect_all("even sky", result, 21);
+}
+
+TEST_F(Samples, LampsOfAnyRadiance) {
+    for (const float radiance : {1e-12f, 1.0f, 1e30f}) {
+        Scene scene = cornell_box();
+        for (Material& material : scene.materials)
+            if (material.emission != vec3(0)) material.emission = vec3(radiance);
+        const RenderResult result = adaptive(scene, scene.cameras[0], 48, 32);
+        const RenderResult even = picture(scene, small_settings(scene.cameras[0], 48, 48, 32, 4));
+        const double difference = std::abs(mean_of(result).value - mean_of(even).value);
+        const double error = std::hypot(mean_of(result).error, mean_of(even).error);
+        const std::string name = fmt::format("lamp of radiance {:g}", radiance);
+        expect(name, difference / error, 4, "standard errors", "adaptive and even samples have the same mean");
+        expect_all(name, result, 32);
+    }
+}
+
+TEST_F(Samples, OnePixel) {
+    const Scene scene = cornell_box();
+    const RenderResult result = adaptive(scene, scene.cameras[0], 1, 64);
+    expect_all("one pixel", result, 64);
+}
+
+}  // namespace
+}  // namespace halflight::test
