@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "engine/core/error.h"
 #include "engine/scene/scene.h"
@@ -18,6 +19,39 @@ dvec3 of_moderate_length(const dvec3& v) {
     int exponent = 0;
     std::frexp(std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}), &exponent);
     return {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
+}
+
+constexpr int kTurns = 90;  // positions of a turning scene that its framing looks at
+
+/// Returns how far the scene reaches from a point along directions of any length: the largest dot product with each of
+/// them. Beyond kMost vertices, the corners of the scene's bounds stand for it.
+std::array<double, 4> reach_of(const Scene& scene, const WorldBounds& bounds, const dvec3& from,
+                               const std::array<dvec3, 4>& directions) {
+    constexpr std::size_t kMost = std::size_t{1} << 24;
+    std::array<double, 4> reach;
+    reach.fill(-std::numeric_limits<double>::infinity());
+    const auto extend = [&](const dmat4& to_world, const auto& points) {
+        for (std::size_t i = 0; i < reach.size(); ++i) {
+            const dvec3 direction = glm::transpose(dmat3(to_world)) * directions[i];
+            double most = -std::numeric_limits<double>::infinity();
+            for (const auto& p : points) most = std::max(most, glm::dot(direction, dvec3(p)));
+            reach[i] = std::max(reach[i], most + glm::dot(directions[i], dvec3(to_world[3]) - from));
+        }
+    };
+    std::size_t vertices = 0;
+    for (const Instance& instance : scene.instances)
+        vertices += scene.meshes[static_cast<std::size_t>(instance.mesh)].positions.size();
+    if (vertices > 0 && vertices <= kMost && !scene.paged_bounds) {
+        for (const Instance& instance : scene.instances)
+            extend(instance.object_to_world, scene.meshes[static_cast<std::size_t>(instance.mesh)].positions);
+    } else {
+        std::array<dvec3, 8> corners;
+        for (int i = 0; i < 8; ++i)
+            corners[static_cast<std::size_t>(i)] =
+                glm::mix(bounds.lower, bounds.upper, dvec3(i & 1 ? 1 : 0, i & 2 ? 1 : 0, i & 4 ? 1 : 0));
+        extend(dmat4(1), corners);
+    }
+    return reach;
 }
 
 }  // namespace
@@ -68,27 +102,34 @@ Camera framing_camera(const Scene& scene, double aspect, bool turns) {
     constexpr double kFov = kPi / 4;
     WorldBounds bounds = world_bounds(scene);
     if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
-    const dvec3 centre = 0.5 * bounds.lower + 0.5 * bounds.upper;
-    const dvec3 half = 0.5 * (bounds.upper - bounds.lower);
     // An azimuth of 30 degrees and an elevation of 20 show three sides of a box, most of all the front.
     const double azimuth = kPi / 6, elevation = kPi / 9;
     const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                      std::cos(azimuth) * std::cos(elevation));
     Camera camera = look_at_camera(back, dvec3(0), dvec3(0, 1, 0), kFov);
-    // Finds the nearest position from which all corners lie within the view pyramid, with a margin of a tenth.
-    const double slope = 0.9 * std::tan(kFov / 2);
-    double distance = 0;
-    const int angles = turns ? 90 : 1;
-    for (int i = 0; i < 8 * angles; ++i) {
-        const dvec3 corner = half * dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
-        const double angle = 2 * kPi * (i / 8) / angles, c = std::cos(angle), s = std::sin(angle);
-        const dvec3 p = glm::transpose(dmat3(camera.camera_to_world)) *
-                        dvec3(c * corner.x + s * corner.z, corner.y, c * corner.z - s * corner.x);
-        distance = std::max(distance, p.z + std::max(std::abs(p.x) / aspect, std::abs(p.y)) / slope);
-    }
-    if (distance == 0) distance = 1;  // the scene is a single point
     camera.name = "framing";
-    camera.camera_to_world[3] = dvec4(centre + distance * back, 1);
+    const dvec3 centre = 0.5 * bounds.lower + 0.5 * bounds.upper, half = 0.5 * (bounds.upper - bounds.lower);
+    const dmat3 axes(camera.camera_to_world);
+    const double slope_y = 0.9 * std::tan(kFov / 2), slope_x = slope_y * aspect;  // with a margin of a tenth
+    dvec3 from(0, 0, 0);  // in axes of the camera, from the centre
+    if (turns) {
+        for (int i = 0; i < 8 * kTurns; ++i) {
+            const dvec3 corner = half * dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+            const double angle = 2 * kPi * (i / 8) / kTurns, c = std::cos(angle), s = std::sin(angle);
+            const dvec3 p =
+                glm::transpose(axes) * dvec3(c * corner.x + s * corner.z, corner.y, c * corner.z - s * corner.x);
+            from.z = std::max(from.z, p.z + std::max(std::abs(p.x) / slope_x, std::abs(p.y) / slope_y));
+        }
+    } else {
+        // Every side of the view pyramid touches the scene where the camera is nearest; the narrower pair decides.
+        const std::array<double, 4> reach = reach_of(
+            scene, bounds, centre,
+            {axes[0] + slope_x * back, -axes[0] + slope_x * back, axes[1] + slope_y * back, -axes[1] + slope_y * back});
+        from = {0.5 * (reach[0] - reach[1]), 0.5 * (reach[2] - reach[3]),
+                std::max((reach[0] + reach[1]) / (2 * slope_x), (reach[2] + reach[3]) / (2 * slope_y))};
+    }
+    if (bounds.lower == bounds.upper) from = {0, 0, 1};  // the scene is a single point
+    camera.camera_to_world[3] = dvec4(centre + axes * from, 1);
     return camera;
 }
 

@@ -148,9 +148,9 @@ bool has_light(const Scene& scene);
 /// white floor has radiance 1. Below the horizon it has the horizon's radiance, 3/7.
 Environment default_sky();
 
-/// Returns a camera that frames world_bounds() from the front, right and above (+Z, +X, +Y). They fit into a picture of
-/// that aspect, width / height, with a margin of a tenth. With `turns`, they stay in it while the camera turns about
-/// the vertical axis through their centre. Its vertical field of view is 45 degrees.
+/// Returns a camera that frames the scene from the front, right and above (+Z, +X, +Y). All vertices fit into a picture
+/// of that aspect, width / height, with a margin of a tenth at two opposite sides. With `turns`, world_bounds() stay in
+/// it while the camera turns about the vertical axis through their centre. Its vertical field of view is 45 degrees.
 Camera framing_camera(const Scene& scene, double aspect = 1, bool turns = false);
 /// Returns what is wrong with the lens of a camera, or "" where it can be used.
 std::string lens_problem(const Camera& camera);

@@ -183,17 +183,18 @@ TEST(SceneCamera, FramesTheWholeScene) {
     EXPECT_GT(camera.camera_to_world[2].y, 0);
     EXPECT_GT(camera.camera_to_world[2].z, 0);
     const dmat4 world_to_camera = glm::inverse(camera.camera_to_world);
-    double widest = 0;
-    const WorldBounds bounds = world_bounds(scene);
-    for (int corner = 0; corner < 8; ++corner) {
-        const dvec3 p(corner & 1 ? bounds.upper.x : bounds.lower.x, corner & 2 ? bounds.upper.y : bounds.lower.y,
-                      corner & 4 ? bounds.upper.z : bounds.lower.z);
-        const dvec3 q(world_to_camera * dvec4(p, 1));
-        ASSERT_LT(q.z, 0);
-        const double slope = std::tan(camera.vertical_fov / 2) * -q.z;
-        widest = std::max({widest, std::abs(q.x) / slope, std::abs(q.y) / slope});
-    }
-    EXPECT_NEAR(widest, 0.9, 1e-9) << "the whole scene with a margin, and not farther away than necessary";
+    dvec2 lower(0), upper(0);  // of the scene in the picture, whose edges are at -1 and 1
+    for (const Instance& instance : scene.instances)
+        for (const vec3& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].positions) {
+            const dvec3 q(world_to_camera * instance.object_to_world * dvec4(p, 1));
+            ASSERT_LT(q.z, 0);
+            const dvec2 seen = dvec2(q) / (std::tan(camera.vertical_fov / 2) * -q.z);
+            lower = glm::min(lower, seen), upper = glm::max(upper, seen);
+        }
+    const int axis = upper.x > upper.y ? 0 : 1;
+    EXPECT_NEAR(upper[axis], 0.9, 1e-9) << "a margin of a tenth, and not farther away than necessary";
+    EXPECT_NEAR(lower[axis], -0.9, 1e-9) << "the scene is in the middle";
+    EXPECT_TRUE(lower[1 - axis] >= -0.9 && upper[1 - axis] <= 0.9);
     EXPECT_NO_THROW(framing_camera(Scene()));
 }
 
