@@ -1,7 +1,7 @@
 // Vectors of floats with operators, compiled once per instruction set. Include after hwy/highway.h.
 //
-// Functions on lanes exist for float, too, so that code may be written once for single values and for vectors. min()
-// and max() are those of SSE, which equal the driver's for numbers; no NaN gets here (in_range()).
+// Functions on lanes exist for float, too, so that single values and vectors share code. least() and most() equal the
+// driver's min() and max() for numbers. They get no NaN, because in_range() excludes such rays.
 #if defined(HALFLIGHT_NATIVE_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HALFLIGHT_NATIVE_LANES_INL
 #undef HALFLIGHT_NATIVE_LANES_INL

@@ -131,8 +131,8 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
     }
 }
 
-/// Which triangles of a pair the ray's line hits, by the signs of `ring` and `across`: bit 0 the first, bit 1 the
-/// second. Arguments have a bit per corner; `across` has its sign in bit 0.
+/// Returns which triangles of a pair the ray's line hits, by the signs of `ring` and `across`. Bit 0 is the first
+/// triangle, bit 1 the second. Arguments have a bit per corner; `across` has its sign in bit 0.
 HWY_INLINE Bits inside(Bits positive, Bits negative, Bits across_positive, Bits across_negative) {
     const Bits first = ((positive & 3) == 3 && (across_negative & 1)) || ((negative & 3) == 3 && (across_positive & 1));
     const Bits second =
@@ -140,7 +140,7 @@ HWY_INLINE Bits inside(Bits positive, Bits negative, Bits across_positive, Bits 
     return first | second << 1;
 }
 
-/// both_may_contain_zero(): corners 0 to 2 are the first triangle's, and 2, 3, 0 the second's.
+/// Returns both_may_contain_zero() as bits. Corners 0 to 2 are the first triangle's, and 2, 3, 0 the second's.
 HWY_INLINE Bits contain_zero(Bits at_most, Bits at_least, Bits off) {
     const Bits first = (at_most & 7) && (at_least & 7) && (off & 7),
                second = (at_most & 13) && (at_least & 13) && (off & 13);
