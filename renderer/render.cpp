@@ -63,6 +63,7 @@ void Renderer::follow_scene() {
     State& s = state();
     if (s.cache) s.cache->clear();
     if (s.server) s.server->follow(s.served());
+    if (s.offered_server) s.offered_server->follow(s.served());
     s.hierarchies_reported = false;
 }
 

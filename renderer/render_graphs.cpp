@@ -50,6 +50,10 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         tracer.emplace(scene.trace(), *server);
     else
         tracer.emplace(scene.trace(), settings.culling);
+    if (settings.culling == rays::Culling::automatic && !server) {
+        offered_server = rays::offered_native_server(served());
+        if (offered_server) tracer->offer(*offered_server);
+    }
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
     settings.primary =

@@ -15,6 +15,7 @@
 #include "engine/graph/execute.h"
 #include "engine/paging/page_server.h"
 #include "engine/paging/row_gather.h"
+#include "engine/rays/native.h"
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "passes/light/radiance_cache.h"
@@ -63,13 +64,14 @@ struct Renderer::State {
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
-    RenderSettings settings;                          // settings with all automatic choices resolved
-    const bool lens;                                  // camera rays start on a lens
-    rays::BatchServer* const given_server;            // server of the caller; null: none
-    std::unique_ptr<rays::BatchServer> own_server;    // server of the culling method; null: none
-    std::unique_ptr<paging::PageServer> page_server;  // server of scenes that are loaded in pages
-    std::unique_ptr<paging::RowGather> page_rows;     // table rows of such scenes
-    rays::BatchServer* server;                        // server in use: the caller's, or own_server.get()
+    RenderSettings settings;                             // settings with all automatic choices resolved
+    const bool lens;                                     // camera rays start on a lens
+    rays::BatchServer* const given_server;               // server of the caller; null: none
+    std::unique_ptr<rays::BatchServer> own_server;       // server of the culling method; null: none
+    std::unique_ptr<rays::NativeServer> offered_server;  // candidate of Culling::automatic; null: none
+    std::unique_ptr<paging::PageServer> page_server;     // server of scenes that are loaded in pages
+    std::unique_ptr<paging::RowGather> page_rows;        // table rows of such scenes
+    rays::BatchServer* server;                           // server in use: the caller's, or own_server.get()
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;

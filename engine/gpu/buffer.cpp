@@ -1,6 +1,7 @@
 #include "engine/gpu/buffer.h"
 
 #include "engine/core/error.h"
+#include "engine/gpu/context.h"
 #include "engine/gpu/texture.h"
 
 namespace halflight::gpu {
@@ -10,6 +11,13 @@ constexpr std::size_t kRounding = 16;  // bytes: the largest texel and vector, a
 
 std::size_t backing(std::size_t bytes) {
     return std::max(kRounding, (bytes + kRounding - 1) / kRounding * kRounding);
+}
+
+/// Returns the flags of a buffer's storage. Drivers that render on the processor can map it at no cost (mapping.h).
+GLbitfield storage_flags() {
+    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    const bool maps = renderer != nullptr && is_software_renderer(renderer);
+    return GL_DYNAMIC_STORAGE_BIT | (maps ? GL_MAP_READ_BIT | GL_MAP_WRITE_BIT : 0);
 }
 
 void fill_range(GLuint id, std::size_t offset, std::size_t bytes, std::uint32_t word) {
@@ -26,7 +34,7 @@ Buffer::Buffer(std::string name, std::size_t bytes, const void* data) : name_(st
     label(GL_BUFFER, id, name_);
     const std::size_t size = backing(bytes);
     const bool whole = data != nullptr && size == bytes;
-    glNamedBufferStorage(id, static_cast<GLsizeiptr>(size), whole ? data : nullptr, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(id, static_cast<GLsizeiptr>(size), whole ? data : nullptr, storage_flags());
     GLint64 got = 0;
     glGetNamedBufferParameteri64v(id, GL_BUFFER_SIZE, &got);
     if (static_cast<std::size_t>(got) != size) {

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "engine/core/names.h"
+#include "engine/rays/native.h"
 #include "engine/rays/raster.h"
 
 namespace halflight::rays {
@@ -14,6 +15,7 @@ constexpr std::array kMethods = {
     CullingMethod{"compute"},
     CullingMethod{"raster", make_raster_server, true},
     CullingMethod{"off"},
+    CullingMethod{"native", make_native_server},
 };
 
 }  // namespace

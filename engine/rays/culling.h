@@ -23,6 +23,7 @@ enum class Culling : std::uint8_t {
     compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
     raster,     // occlusion queries of the rasterizer (engine/rays/raster.h)
     off,        // plain traversal of the scene's hierarchy
+    native,     // vector code of the processor, where it is the renderer, too (engine/rays/native.h)
 };
 
 /// A pose of a scene, as ray servers take it up.

@@ -18,6 +18,8 @@ const char* name(TraceMethod method) {
             return "tiles";
         case TraceMethod::raster:
             return "raster";
+        case TraceMethod::native:
+            return "native";
         case TraceMethod::other:
             return "other";
     }

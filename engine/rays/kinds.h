@@ -28,9 +28,10 @@ enum class TraceMethod : std::uint8_t {
     plain,   // whole hierarchy per ray (rays.h)
     tiles,   // compute culling per tile of rays (tiles.h)
     raster,  // raster culling by occlusion queries (raster.h)
+    native,  // code of the processor on the driver's memory (native.h)
     other,   // method of another BatchServer
 };
-inline constexpr std::size_t kTraceMethods = 4;
+inline constexpr std::size_t kTraceMethods = 5;
 const char* name(TraceMethod method);
 
 }  // namespace halflight::rays

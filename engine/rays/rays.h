@@ -107,6 +107,13 @@ class TraceScene {
     void set_shading(const gpu::Defines& shading);
 
     gpu::Buffer& nodes() { return nodes_; }  ///< Returns the buffer of nodes, which pages are written to.
+    const gpu::Buffer& nodes() const { return nodes_; }
+    /// Returns the buffer of pairs of triangles (shaders/shared/bvh.h), which is empty in scenes that are loaded in
+    /// pages.
+    const gpu::Buffer& pairs() const { return triangles_; }
+    /// Returns the buffer of node indices of the heads of the instances' blocks.
+    const gpu::Buffer& heads() const { return heads_; }
+    bool slivers() const { return slivers_; }  ///< Returns whether kernels test triangles in double.
 
     /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
     void bind() const;

@@ -4,6 +4,7 @@
 
 #include "engine/core/error.h"
 #include "engine/graph/execute.h"
+#include "engine/rays/native.h"
 #include "engine/rays/tracer_batch.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
@@ -72,6 +73,12 @@ std::vector<BatchStatistics> Tracer::statistics() const {
         }
         last = key;
     }
+    const auto* const native = native_ != nullptr ? native_ : dynamic_cast<const NativeServer*>(server_);
+    if (native != nullptr && native->counts().disabled) {
+        for (BatchStatistics& batch : all) {
+            if (batch.method == TraceMethod::native) batch.reason = native->counts().note;
+        }
+    }
     return all;
 }
 
@@ -104,7 +111,7 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
             methods = {TraceMethod::tiles};
             reason = "compute culling was asked for";
         } else {
-            methods = {TraceMethod::plain};
+            methods = {native_ != nullptr ? TraceMethod::native : TraceMethod::plain};
             if (culling_ == Culling::off) {
                 reason = "culling is off";
             } else if (short_) {
@@ -151,6 +158,7 @@ class BatchRun {
             state_->set_state_bytes(tracer_.server_->state_bytes(batch_));
             return tracer_.server_->add(graph_, scene_, batch_, results, any_hit_);
         }
+        if (tracer_.native_ != nullptr) return tracer_.native_->add(graph_, scene_, batch_, results, any_hit_);
         return any_hit_ ? any_hit(graph_, scene_, batch_, results) : closest_hit(graph_, scene_, batch_, results);
     }
 
@@ -222,8 +230,10 @@ class BatchRun {
         tiles_.rest = pass.write(tiles_.rest, Access::storage_write);
         results = write_results(pass, batch_, results);
         const auto search = [&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
-                             batch = state_](graph::Resources& r) {
-            if (batch->method() == TraceMethod::plain) {
+                             native = tracer_.native_, batch = state_](graph::Resources& r) {
+            if (batch->method() == TraceMethod::native) {
+                native->trace(r, scene, rays, results, any);
+            } else if (batch->method() == TraceMethod::plain) {
                 trace_plain(r, scene, rays, results, any);
             } else {
                 search_tiles(r, scene, rays, tiles, results, any);
@@ -248,7 +258,7 @@ class BatchRun {
         pass.execute([batch = state_, count = tile_count(batch_, tiles_.settings),
                       step = timed(&BatchStatistics::Seconds::rest, rest)](graph::Resources& r) {
             step(r);
-            batch->end(batch->method() == TraceMethod::plain ? 0 : count);
+            batch->end(batch->method() == TraceMethod::tiles ? count : 0);
         });
         return results;
     }

@@ -18,6 +18,8 @@
 
 namespace halflight::rays {
 
+class NativeServer;
+
 /// A scene and the methods that serve its batches. State affects time only. It is kept per place, because the fastest
 /// method may differ between parts of the picture.
 class Tracer {
@@ -33,6 +35,9 @@ class Tracer {
 
     const TraceScene& scene() const { return scene_; }
     const TileSettings& tile_settings() const { return tiles_; }
+    /// Lets `automatic` choose a server of TraceMethod::native, too. The server must outlive the tracer. Call it before
+    /// graphs are made.
+    void offer(NativeServer& native) { native_ = &native; }
     /// Announces the maximum number of runs of each batch per place; call it before graphs are made. If `automatic`
     /// would have no trial in these runs, only the plain tracer is used, and no buffers are made for other methods.
     void expect(std::uint64_t runs);
@@ -58,6 +63,7 @@ class Tracer {
     const TraceScene& scene_;
     Culling culling_;
     BatchServer* server_ = nullptr;
+    NativeServer* native_ = nullptr;  // candidate of `automatic`; null: none
     TileSettings tiles_;
     bool counts_ = false;
     bool short_ = false;  // true: the runs are too few for a trial

@@ -151,6 +151,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
 #define HALFLIGHT_STACK_MORE 0
 #endif
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
+// Any hits need no entries, but llvmpipe searches for them half as fast where entries are not kept.
 int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // entry of the ray; bits of a float >= 0, like all `near`
 
 // Pushes the met children, from place `first` of their order on.
@@ -158,7 +159,7 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
     for (int i = 3; i >= first; --i) {
         if (s.near[i] < kBvhFar) {
             stack[entries] = s.reference[i];
-            if (!any_hit) stack_near[entries] = s.near[i];
+            stack_near[entries] = s.near[i];
             ++entries;
         }
     }
@@ -206,7 +207,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     if (entries > 0) {
         --entries;
         node = stack[entries];
-        if (!any_hit) near = stack_near[entries];
+        near = stack_near[entries];
     }
 
     BvhHead head = bvh_head(TRAVERSAL_HEAD);
@@ -242,7 +243,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                         if (entries > 0) {
                             --entries;
                             node = stack[entries];
-                            if (!any_hit) near = stack_near[entries];
+                            near = stack_near[entries];
                         }
                     }
                 }
@@ -298,10 +299,8 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                     if (entries > 0) {
                         --entries;
                         node = stack[entries];
-                        if (!any_hit) {
-                            near = stack_near[entries];
-                            popped = near > floatBitsToInt(nearest.t);
-                        }
+                        near = stack_near[entries];
+                        popped = near > floatBitsToInt(nearest.t);
                     }
                 }
             } while (popped);
@@ -336,7 +335,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             uint start = stack[max(entries, 0)];
             if (enters) {
                 stack[entries] = kStackLeaveBlock;
-                if (!any_hit) stack_near[entries] = 0;
+                stack_near[entries] = 0;
                 ++entries;
                 node = at_node ? start : BLOCK_ROOT(index);
             } else {
@@ -344,7 +343,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 if (entries > 0) {
                     --entries;
                     node = stack[entries];
-                    if (!any_hit) near = stack_near[entries];
+                    near = stack_near[entries];
                 }
             }
         }

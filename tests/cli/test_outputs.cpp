@@ -203,7 +203,7 @@ TEST_F(Output, CullingChangesNoPicture) {
         return read_text(output);
     };
     const std::string off = with("off");
-    for (const char* culling : {"compute", "raster", "auto"}) EXPECT_TRUE(with(culling) == off) << culling;
+    for (const char* culling : {"compute", "raster", "native", "auto"}) EXPECT_TRUE(with(culling) == off) << culling;
 }
 
 TEST_F(Output, ViewChangesThePngOnly) {

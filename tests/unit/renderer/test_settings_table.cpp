@@ -108,7 +108,7 @@ TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
     EXPECT_EQ(problem("error", "0.5 psnr"), "expects one of relmse, mse, not 'psnr'");
     EXPECT_EQ(problem("filter", "blackman-harris"), "");
     EXPECT_EQ(s.filter.radius, 1.5) << "the usual one of the shape";
-    EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, not 'cpu'");
+    EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, native, not 'cpu'");
     EXPECT_EQ(problem("denoise-frames", "5"), "expects auto or a whole number from 0 to 4, not '5'");
     EXPECT_EQ(problem("denoise-frames", "0"), "");
     EXPECT_EQ(s.denoise_frames, 0);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/rays/native.h"
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "tools/measure/bench/graph_run.h"
@@ -168,6 +169,16 @@ Method raster_method(const Bench& bench) {
                 return {.run = [run, culling] { run->run(); },
                         .answers = answers_of(set, run),
                         .figures = [&set, bench] { return look_at_raster(bench, set); }};
+            }};
+}
+
+Method native_method(const Bench& bench) {
+    const auto native = std::make_shared<rays::NativeServer>(bench.tables, bench.trace);
+    return {"native", true, [bench, native](const RaySet& set) -> Prepared {
+                const auto run = std::make_shared<GraphRun>(bench.programs, set, add_served(bench, *native));
+                return {.run = [run, native] { run->run(); },
+                        .answers = answers_of(set, run),
+                        .note = native->counts().note};
             }};
 }
 

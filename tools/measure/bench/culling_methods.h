@@ -10,5 +10,6 @@ Method compute_method(const Bench& bench);
 Method kept_method(const Bench& bench);
 Method automatic_method(const Bench& bench);
 Method raster_method(const Bench& bench);
+Method native_method(const Bench& bench);
 
 }  // namespace halflight::bench

@@ -164,19 +164,13 @@ struct Entry {
     const char* name;
     Method (*make)(const Bench&);
 };
-constexpr std::array kMethods{Entry{"naive", naive_method},
-                              Entry{"plain", plain_method},
-                              Entry{"compute", compute_method},
-                              Entry{"kept", kept_method},
-                              Entry{"auto", automatic_method},
-                              Entry{"raster", raster_method},
-                              Entry{"embree", embree_method},
-                              Entry{"packets", packets_method},
-                              Entry{"ceiling", ceiling_method},
-                              Entry{"paged", paged_method},
-                              Entry{"paged-cold", paged_cold_method},
-                              Entry{"paged-half", paged_half_method},
-                              Entry{"paged-quarter", paged_quarter_method}};
+constexpr std::array kMethods{Entry{"naive", naive_method},           Entry{"plain", plain_method},
+                              Entry{"compute", compute_method},       Entry{"kept", kept_method},
+                              Entry{"auto", automatic_method},        Entry{"raster", raster_method},
+                              Entry{"native", native_method},         Entry{"embree", embree_method},
+                              Entry{"packets", packets_method},       Entry{"ceiling", ceiling_method},
+                              Entry{"paged", paged_method},           Entry{"paged-cold", paged_cold_method},
+                              Entry{"paged-half", paged_half_method}, Entry{"paged-quarter", paged_quarter_method}};
 
 }  // namespace
 

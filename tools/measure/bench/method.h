@@ -59,6 +59,7 @@ struct Bench {
 ///   kept     culling by the tile lists of the run before: an upper bound of their saving, since the rays are the same
 ///   auto     the choice of Culling::automatic after its trials, with the lists of the run before
 ///   raster   culling by occlusion queries, with the state of the runs before over the same set
+///   native   vector code of the processor, where it is the renderer, too
 ///   embree   Embree, ray by ray
 ///   packets  Embree, the fastest of its packet and stream modes for that set
 ///   paged    the scene's page file (--pages), with the pool of the run before

@@ -1,0 +1,268 @@
+// Bundles of rays, a ray per lane: their constants, and their tests against boxes and pairs of triangles, with the
+// arithmetic of the plain tracer. Compiled once per instruction set.
+#if defined(HALFLIGHT_NATIVE_BUNDLE_RAYS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HALFLIGHT_NATIVE_BUNDLE_RAYS_INL
+#undef HALFLIGHT_NATIVE_BUNDLE_RAYS_INL
+#else
+#define HALFLIGHT_NATIVE_BUNDLE_RAYS_INL
+#endif
+
+#include "engine/rays/native_pairs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace halflight::rays::HWY_NAMESPACE {
+
+inline constexpr std::size_t kBundle = 64;
+
+using FN = Lanes<hn::CappedTag<float, 16>>;
+using DN = hn::CappedTag<float, 16>;
+using IN = hn::Vec<hn::CappedTag<std::int32_t, 16>>;
+using MN = hn::Mask<DN>;
+inline constexpr std::size_t kLanes = FN::kCount;
+inline constexpr std::size_t kVectors = kBundle / kLanes;
+
+/// Up to 64 rays, an array element each. The last vector is padded with dead rays.
+struct alignas(64) Bundle {
+    template <class T>
+    using Row = std::array<T, kBundle>;
+    Row<float> world_origin[3], direction[3], t_min;
+    // RayConstants
+    Row<float> near_origin[3], near_inverse[3], far_origin[3], far_inverse[3];
+    Row<float> origin[3], shear[3], entry_inverse[2], entry_error[2], error;
+    Row<std::int32_t> exit;     // bits of the end of the search; less than t_min: the ray is done
+    Row<float> t, u, v, asked;  // Search
+    Row<std::int32_t> triangle, instance;
+    Row<float> end;  // T: parameter of the ray's end, > 0, for the shaft
+    Row<std::uint32_t> path;
+    std::array<std::uint8_t, kBundle> axis;               // main_axis()
+    std::array<int, kVectors> common_axis;                // main axis of all rays of a vector; -1: they differ
+    std::size_t count = 0;                                // rays
+    std::uint64_t found = 0, out_of_range = 0, live = 0;  // a bit per ray
+};
+
+HWY_INLINE std::uint64_t bits_at(std::size_t vector, Bits bits) {
+    return std::uint64_t{bits} << (vector * kLanes);
+}
+
+/// Sets the constants of all rays, and which of them live.
+HWY_INLINE void set_rays(Bundle& b, const NativeJob& job, const NativeSpace& space, const std::uint32_t* paths,
+                         std::size_t count) {
+    b.count = count;
+    for (std::size_t i = 0; i < kBundle; ++i) {
+        const std::uint32_t path = paths[std::min(i, count - 1)];
+        const shared::Ray& ray = job.rays[path];
+        b.path[i] = path;
+        for (int a = 0; a < 3; ++a) b.world_origin[a][i] = ray.origin[a], b.direction[a][i] = ray.direction[a];
+        b.t_min[i] = ray.t_min;
+        b.t[i] = ray.t_max;
+        b.axis[i] = static_cast<std::uint8_t>(main_axis(ray.direction.x, ray.direction.y, ray.direction.z));
+    }
+    const DN d;
+    const hn::RebindToSigned<DN> di;
+    const bool on_grid = job.tree->format == NodeFormat::grid;
+    b.found = b.out_of_range = b.live = 0;
+    for (std::size_t k = 0, at = 0; k < kVectors; ++k, at += kLanes) {
+        FN origin[3], direction[3];
+        for (int a = 0; a < 3; ++a)
+            origin[a] = FN::load(&b.world_origin[a][at]), direction[a] = FN::load(&b.direction[a][at]);
+        RayConstants<FN> c;
+        set_constants(c, origin, direction, space, on_grid);
+        for (int a = 0; a < 3; ++a) {
+            c.near_origin[a].store(&b.near_origin[a][at]), c.near_inverse[a].store(&b.near_inverse[a][at]);
+            c.far_origin[a].store(&b.far_origin[a][at]), c.far_inverse[a].store(&b.far_inverse[a][at]);
+            c.origin[a].store(&b.origin[a][at]), c.shear[a].store(&b.shear[a][at]);
+        }
+        for (int a = 0; a < 2; ++a)
+            c.entry_inverse[a].store(&b.entry_inverse[a][at]), c.entry_error[a].store(&b.entry_error[a][at]);
+        c.error.store(&b.error[at]);
+        const FN t_min = FN::load(&b.t_min[at]), t_max = FN::load(&b.t[at]), zero(0);
+        FN(kInfinity).store(&b.asked[at]);
+        zero.store(&b.u[at]), zero.store(&b.v[at]);
+        hn::Store(hn::Zero(di), di, &b.triangle[at]);
+        hn::Store(hn::Zero(di), di, &b.instance[at]);
+        // in_range()
+        const FN size = most(most(magnitude(direction[0]), magnitude(direction[1])), magnitude(direction[2]));
+        const MN good = hn::And(hn::And(hn::Ge(size.v, hn::Set(d, 0x1p-40f)), hn::Le(size.v, hn::Set(d, 0x1p40f))),
+                                hn::And(hn::Le(c.error.v, hn::Set(d, space.slack * 0x1p40f)), hn::Ge(t_min.v, zero.v)));
+        const Bits lives = bits_of(d, hn::Ge(t_max.v, t_min.v)), ranged = bits_of(d, good);
+        b.live |= bits_at(k, lives & ranged);
+        b.out_of_range |= bits_at(k, lives & ~ranged);
+        IN exit = hn::BitCast(di, t_max.v);
+        if (job.any_hit) exit = hn::Sub(exit, hn::Set(di, 1));
+        hn::Store(hn::IfThenElse(hn::RebindMask(di, hn::And(good, hn::Ge(t_max.v, t_min.v))), exit, hn::Set(di, -1)),
+                  di, &b.exit[at]);
+        int axis = b.axis[at];
+        for (std::size_t i = 1; i < kLanes; ++i)
+            if (b.axis[at + i] != axis) axis = -1;
+        b.common_axis[k] = axis;
+    }
+    const std::uint64_t all = count == kBundle ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+    b.live &= all, b.out_of_range &= all;
+    for (std::size_t i = count; i < kBundle; ++i) b.exit[i] = -1;
+}
+
+/// Tests a vector of rays against one box of a node. Returns the rays that meet it, and where they enter it.
+HWY_INLINE Bits meet_box(const Bundle& b, std::size_t at, const float* bounds, FN& entry) {
+    const DN d;
+    const hn::RebindToSigned<DN> di;
+    IN near = hn::BitCast(di, hn::Load(d, &b.t_min[at])), far = hn::Load(di, &b.exit[at]);
+    for (int a = 0; a < 3; ++a) {
+        const MN backward = below(FN::load(&b.direction[a][at]), FN(0.0f));
+        const FN lower(bounds[2 * a]), upper(bounds[2 * a + 1]);
+        const FN enter = select(backward, upper, lower), leave = select(backward, lower, upper);
+        near = hn::Max(
+            near, hn::BitCast(di, ((enter - FN::load(&b.near_origin[a][at])) * FN::load(&b.near_inverse[a][at])).v));
+        far = hn::Min(far,
+                      hn::BitCast(di, ((leave - FN::load(&b.far_origin[a][at])) * FN::load(&b.far_inverse[a][at])).v));
+    }
+    entry = FN(hn::BitCast(d, near));
+    return bits_of(di, hn::Gt(near, far)) ^ ((1u << kLanes) - 1);
+}
+
+HWY_INLINE MN mask_of(Bits bits) {
+    const hn::RebindToUnsigned<DN> du;
+    const auto lane = hn::Iota(hn::RebindToSigned<DN>(), 0);
+    const auto one = hn::Shl(hn::Set(du, 1u), hn::BitCast(du, lane));
+    return hn::RebindMask(DN(), hn::TestBit(hn::Set(du, bits), one));
+}
+
+/// A row of a pair along one of the ray's axes.
+struct RowOf {
+    FN corner[4];
+};
+
+HWY_INLINE RowOf row_of(const Bundle& b, std::size_t k, const vec4* pair, int which) {
+    RowOf row;
+    const int axis = b.common_axis[k];
+    if (axis >= 0) {
+        const vec4& r = pair[(axis + 1 + which) % 3];
+        for (int c = 0; c < 4; ++c) row.corner[c] = FN(r[c]);
+        return row;
+    }
+    alignas(64) float choice[kLanes];
+    for (std::size_t i = 0; i < kLanes; ++i) choice[i] = b.axis[k * kLanes + i];
+    const FN axes = FN::load(choice);
+    const MN x = hn::Eq(axes.v, FN(0.0f).v), y = hn::Eq(axes.v, FN(1.0f).v);
+    for (int c = 0; c < 4; ++c)
+        row.corner[c] =
+            select(x, FN(pair[(1 + which) % 3][c]), select(y, FN(pair[(2 + which) % 3][c]), FN(pair[which][c])));
+    return row;
+}
+
+HWY_INLINE MN may_contain_zero(FN a, FN b, FN c) {
+    const FN low = least(least(a, b), c), high = most(most(a, b), c), zero(0);
+    // For numbers the same as both_may_contain_zero(): some corner is not zero where low or high is not.
+    return hn::And(hn::And(hn::Le(low.v, zero.v), hn::Ge(high.v, zero.v)),
+                   hn::Or(hn::Ne(low.v, zero.v), hn::Ne(high.v, zero.v)));
+}
+
+/// Takes up hits on a triangle of a pair (take()).
+template <bool kAny>
+HWY_INLINE void take_lanes(const NativeJob& job, Bundle& b, std::size_t k, TriangleOf<FN> triangle, const RowOf& x,
+                           const RowOf& y, const vec4* pair, bool second, FN leaf_near, MN met) {
+    const DN d;
+    const hn::RebindToSigned<DN> di;
+    const std::size_t at = k * kLanes;
+    const FN zero(0), one(1), inverse_z = FN::load(&b.shear[2][at]);
+    const MN flat = hn::And(hn::And(hn::Eq(triangle.edge[0].v, zero.v), hn::Eq(triangle.edge[1].v, zero.v)),
+                            hn::Eq(triangle.edge[2].v, zero.v));
+    for (FN& edge : triangle.edge) edge = select(flat, one, edge);
+    FN near(0.0f);
+    for (int i = 0; i < 2; ++i) {
+        const RowOf& row = i == 0 ? x : y;
+        const FN o = FN::load(&b.origin[i][at]), inverse = FN::load(&b.entry_inverse[i][at]);
+        const FN t0 = (row.corner[0] - o) * inverse, t1 = (row.corner[2] - o) * inverse,
+                 t2 = (row.corner[second ? 3 : 1] - o) * inverse;
+        const FN entry = least(least(t0, t1), t2) - FN::load(&b.entry_error[i][at]);
+        near = i == 0 ? entry : most(near, entry);
+    }
+    PairWords words;
+    std::memcpy(&words, &pair[3], sizeof(words));
+    const std::uint32_t flags = second ? words.orders >> shared::kBvhAlphaShift : words.orders;
+    const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
+    const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
+    const FN t_min = FN::load(&b.t_min[at]), asked = FN::load(&b.asked[at]), end = FN::load(&b.t[at]);
+    if constexpr (kAny) {
+        const FN t = pair_t(triangle, inverse_z);
+        const FN after = job.alpha_tested ? point_of(triangle, order, inverse_z).t : t;
+        const MN nearer = hn::And(met, hn::And(hn::Gt(after.v, t_min.v), hn::Lt(most(t, near).v, end.v)));
+        if (asks) {
+            select(nearer, zero, asked).store(&b.asked[at]);
+            return;
+        }
+        b.found |= bits_at(k, bits_of(d, nearer));
+        hn::Store(hn::IfThenElse(hn::RebindMask(di, nearer), hn::Set(di, -1), hn::Load(di, &b.exit[at])), di,
+                  &b.exit[at]);
+    } else {
+        const PointOf<FN> p = point_of(triangle, order, inverse_z);
+        const FN t = most(p.t, most(near, leaf_near));
+        const IN id = hn::Set(di, static_cast<std::int32_t>(words.id[second ? 1 : 0] & shared::kBvhTriangleMask));
+        const IN nearest = hn::Load(di, &b.triangle[at]);
+        const MN wins_tie = hn::And(hn::Eq(t.v, end.v), hn::RebindMask(d, hn::Lt(id, nearest)));
+        const MN nearer = hn::And(met, hn::And(hn::Gt(p.t.v, t_min.v), hn::Or(hn::Lt(t.v, end.v), wins_tie)));
+        if (asks) {
+            select(nearer, least(asked, t), asked).store(&b.asked[at]);
+            return;
+        }
+        const Bits hit = bits_of(d, nearer);
+        if (hit == 0) return;
+        b.found |= bits_at(k, hit);
+        const FN now = select(nearer, t, end);
+        now.store(&b.t[at]);
+        select(nearer, p.u, FN::load(&b.u[at])).store(&b.u[at]);
+        select(nearer, p.v, FN::load(&b.v[at])).store(&b.v[at]);
+        hn::Store(hn::IfThenElse(hn::RebindMask(di, nearer), id, nearest), di, &b.triangle[at]);
+        hn::Store(hn::IfThenElse(hn::RebindMask(di, nearer), hn::BitCast(di, t.v), hn::Load(di, &b.exit[at])), di,
+                  &b.exit[at]);
+    }
+}
+
+/// Tests a vector of rays against the pairs of a leaf (test_leaf()).
+template <bool kAny>
+HWY_INLINE void test_leaf_lanes(const NativeJob& job, Bundle& b, std::size_t k, Bits rays, std::uint32_t leaf,
+                                FN leaf_near) {
+    const DN d;
+    const std::size_t at = k * kLanes;
+    const std::uint32_t count = (leaf >> shared::kBvhCountShift) & 7u;
+    const vec4* pair = job.pairs + std::size_t{leaf & shared::kBvhIndexMask} * shared::kBvhPairTexels;
+    const FN ox = FN::load(&b.origin[0][at]), oy = FN::load(&b.origin[1][at]), oz = FN::load(&b.origin[2][at]);
+    const FN sx = FN::load(&b.shear[0][at]), sy = FN::load(&b.shear[1][at]), zero(0);
+    const MN asks = mask_of(rays);
+    for (std::uint32_t i = 0; i < count; ++i, pair += shared::kBvhPairTexels) {
+        const RowOf row_x = row_of(b, k, pair, 0), row_y = row_of(b, k, pair, 1), row_z = row_of(b, k, pair, 2);
+        FN x[4], y[4];
+        Edges<FN> e;
+        for (int c = 0; c < 4; ++c) {
+            e.z[c] = row_z.corner[c] - oz;
+            x[c] = (row_x.corner[c] - ox) - sx * e.z[c];
+            y[c] = (row_y.corner[c] - oy) - sy * e.z[c];
+        }
+        MN positive[4], negative[4];
+        for (int c = 0; c < 4; ++c) {
+            const int n = (c + 1) % 4;
+            e.ring[c] = x[c] * y[n] - y[c] * x[n];
+            positive[c] = hn::Ge(e.ring[c].v, zero.v), negative[c] = hn::Le(e.ring[c].v, zero.v);
+        }
+        e.across = x[0] * y[2] - y[0] * x[2];
+        const MN across_positive = hn::Ge(e.across.v, zero.v), across_negative = hn::Le(e.across.v, zero.v);
+        MN first = hn::And(asks, hn::Or(hn::And(hn::And(positive[0], positive[1]), across_negative),
+                                        hn::And(hn::And(negative[0], negative[1]), across_positive)));
+        MN second = hn::And(asks, hn::Or(hn::And(hn::And(positive[2], positive[3]), across_positive),
+                                         hn::And(hn::And(negative[2], negative[3]), across_negative)));
+        if (!hn::AllFalse(d, first)) {
+            first = hn::And(first, hn::And(may_contain_zero(x[0], x[1], x[2]), may_contain_zero(y[0], y[1], y[2])));
+            if (!hn::AllFalse(d, first))
+                take_lanes<kAny>(job, b, k, triangle_of(e, false), row_x, row_y, pair, false, leaf_near, first);
+        }
+        if (!hn::AllFalse(d, second)) {
+            second = hn::And(second, hn::And(may_contain_zero(x[2], x[3], x[0]), may_contain_zero(y[2], y[3], y[0])));
+            if (!hn::AllFalse(d, second))
+                take_lanes<kAny>(job, b, k, triangle_of(e, true), row_x, row_y, pair, true, leaf_near, second);
+        }
+    }
+}
+
+}  // namespace halflight::rays::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,272 @@
+// Intersection of a ray with pairs of triangles, as in shaders/lib/intersect.glsl and intersect_place() of
+// traverse.glsl: equal operations in equal order. Compiled once per instruction set.
+#if defined(HALFLIGHT_NATIVE_PAIRS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HALFLIGHT_NATIVE_PAIRS_INL
+#undef HALFLIGHT_NATIVE_PAIRS_INL
+#else
+#define HALFLIGHT_NATIVE_PAIRS_INL
+#endif
+
+#include "engine/rays/native_ray-inl.h"
+#include "engine/rays/native_trace.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace halflight::rays::HWY_NAMESPACE {
+
+using shared::Hit;
+
+/// Edge functions and z of the corners of a pair (PairEdges).
+template <class F>
+struct Edges {
+    F ring[4], z[4];
+    F across;
+};
+
+/// A sum whose bits do not depend on the order of the terms.
+template <class F>
+HWY_INLINE F sum_of(F x, F y, F z) {
+    const F smallest = least(least(x, y), z), largest = most(most(x, y), z);
+    const F middle = most(least(x, y), least(most(x, y), z));
+    return (smallest + largest) + middle;
+}
+
+/// Triangle of a pair with its corners in the order of the pair: edges and z of the ring's corners 0 and 2, and of its
+/// third corner.
+template <class F>
+struct TriangleOf {
+    F edge[3], z[3];
+};
+
+template <class F>
+HWY_INLINE TriangleOf<F> triangle_of(const Edges<F>& e, bool second) {
+    if (second) return {{e.ring[2], e.ring[3], e.across}, {e.z[0], e.z[2], e.z[3]}};
+    return {{e.ring[1], e.ring[0], negated(e.across)}, {e.z[0], e.z[2], e.z[1]}};
+}
+
+/// t and the weights of the second and third corner, in the order of the file.
+template <class R>
+struct PointOf {
+    R t, u, v;
+};
+
+/// `order` holds the places of the file's second and third corner.
+template <class F>
+HWY_INLINE PointOf<F> point_of(const TriangleOf<F>& triangle, std::uint32_t order, F inverse_z) {
+    const std::uint32_t second = order & 3u, third = (order >> 2) & 3u, first = 3u - second - third;
+    const F *const e = triangle.edge, *const z = triangle.z;
+    const F inverse = F(1) / (e[first] + e[second] + e[third]);
+    return {(e[first] * z[first] + e[second] * z[second] + e[third] * z[third]) * inverse_z * inverse,
+            e[second] * inverse, e[third] * inverse};
+}
+
+template <class F>
+HWY_INLINE F pair_t(const TriangleOf<F>& triangle, F inverse_z) {
+    const F *const e = triangle.edge, *const z = triangle.z;
+    const F inverse = F(1) / sum_of(e[0], e[1], e[2]);
+    return sum_of(e[0] * z[0], e[1] * z[1], e[2] * z[2]) * inverse_z * inverse;
+}
+
+/// Result of the search of one ray so far.
+struct Search {
+    Hit nearest;  // closest hit; t: end of the search
+    bool found = false;
+    bool out_of_range = false;  // the plain kernel must trace the ray
+    // t of the nearest alpha-tested triangle that was met; 0 for any hits; +inf: none
+    float asked = kInfinity;
+
+    /// Returns whether the plain kernel must trace the ray.
+    HWY_INLINE bool delegated(bool any_hit) const {
+        return out_of_range || (any_hit ? asked == 0 && !found : asked <= nearest.t && asked < kInfinity);
+    }
+};
+
+/// Words of a pair: ids, orders and flags.
+struct PairWords {
+    std::uint32_t id[2], orders, unused;
+};
+
+/// Takes up a hit on a triangle of a pair if it counts. Returns true where the search of the ray ends.
+template <bool kAny, Real R>
+HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, TriangleOf<R> triangle, const vec4* pair,
+                     bool second, std::uint32_t instance, float leaf_near, Search& search) {
+    if (triangle.edge[0] == 0 && triangle.edge[1] == 0 && triangle.edge[2] == 0)
+        triangle.edge[0] = triangle.edge[1] = triangle.edge[2] = R(1);
+    // triangle_near()
+    float near = 0;
+    for (int k = 0; k < 2; ++k) {
+        const vec4& row = pair[ray.axes[k]];
+        const float o = ray.at.origin[k], inverse = ray.at.entry_inverse[k];
+        const float t0 = (row.x - o) * inverse, t1 = (row.z - o) * inverse,
+                    t2 = ((second ? row.w : row.y) - o) * inverse;
+        const float entry = least(least(t0, t1), t2) - ray.at.entry_error[k];
+        near = k == 0 ? entry : most(near, entry);
+    }
+    PairWords words;
+    std::memcpy(&words, &pair[3], sizeof(words));
+    const std::uint32_t flags = second ? words.orders >> shared::kBvhAlphaShift : words.orders;
+    const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
+    const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
+    if constexpr (kAny) {
+        const auto t = static_cast<float>(pair_t(triangle, inverse_z));
+        const float after = job.alpha_tested ? static_cast<float>(point_of(triangle, order, inverse_z).t) : t;
+        if (!(after > ray.t_min && most(t, near) < search.nearest.t)) return false;
+        if (asks) search.asked = 0;
+        search.found = !asks;
+        return search.found;
+    } else {
+        const PointOf<R> p = point_of(triangle, order, inverse_z);
+        const auto point = static_cast<float>(p.t);
+        const float t = most(point, most(near, leaf_near));
+        const std::uint32_t id = words.id[second ? 1 : 0] & shared::kBvhTriangleMask;
+        Hit& n = search.nearest;
+        const bool wins_tie = instance < n.instance || (instance == n.instance && id < n.triangle);
+        if (!(point > ray.t_min && (t < n.t || (t == n.t && wins_tie)))) return false;
+        if (asks) {
+            search.asked = std::min(search.asked, t);
+            return false;
+        }
+        n = {t, static_cast<float>(p.u), static_cast<float>(p.v), id, instance};
+        search.found = true;
+        return false;
+    }
+}
+
+/// Returns which triangles of a pair the ray's line hits, by the signs of `ring` and `across`. Bit 0 is the first
+/// triangle, bit 1 the second. Arguments have a bit per corner; `across` has its sign in bit 0.
+HWY_INLINE Bits inside(Bits positive, Bits negative, Bits across_positive, Bits across_negative) {
+    const Bits first = ((positive & 3) == 3 && (across_negative & 1)) || ((negative & 3) == 3 && (across_positive & 1));
+    const Bits second =
+        ((positive & 12) == 12 && (across_positive & 1)) || ((negative & 12) == 12 && (across_negative & 1));
+    return first | second << 1;
+}
+
+/// Returns both_may_contain_zero() as bits. Corners 0 to 2 are the first triangle's, and 2, 3, 0 the second's.
+HWY_INLINE Bits contain_zero(Bits at_most, Bits at_least, Bits off) {
+    const Bits first = (at_most & 7) && (at_least & 7) && (off & 7),
+               second = (at_most & 13) && (at_least & 13) && (off & 13);
+    return first | second << 1;
+}
+
+using F8 = Lanes<hn::FixedTag<float, 8>>;
+using F4 = Lanes<hn::FixedTag<float, 4>>;
+using D4 = Lanes<hn::FixedTag<double, 4>>;
+
+HWY_INLINE F8 two_rows(const vec4* first, const vec4* second, int axis) {
+    const hn::FixedTag<float, 4> d;
+    return hn::Combine(hn::FixedTag<float, 8>(), hn::LoadU(d, &second[axis].x), hn::LoadU(d, &first[axis].x));
+}
+HWY_INLINE F8 next_corner(F8 v) {
+    return hn::Shuffle0321(v.v);
+}
+HWY_INLINE F8 opposite_corner(F8 v) {
+    return hn::Shuffle1032(v.v);
+}
+HWY_INLINE D4 next_corner(D4 v) {
+    alignas(32) static constexpr std::int64_t kPlaces[4] = {1, 2, 3, 0};
+    return hn::TableLookupLanes(v.v, hn::SetTableIndices(hn::FixedTag<double, 4>(), kPlaces));
+}
+HWY_INLINE D4 opposite_corner(D4 v) {
+    alignas(32) static constexpr std::int64_t kPlaces[4] = {2, 3, 0, 1};
+    return hn::TableLookupLanes(v.v, hn::SetTableIndices(hn::FixedTag<double, 4>(), kPlaces));
+}
+
+/// Corners of pairs relative to the ray, four lanes each, and what follows from them (intersect_pair()).
+template <class F>
+struct Corners4 {
+    F x, y, z, ring, across;
+    HWY_INLINE Corners4(F row_x, F row_y, F row_z, const F* origin, const F* shear) {
+        z = row_z - origin[2];
+        x = (row_x - origin[0]) - shear[0] * z;
+        y = (row_y - origin[1]) - shear[1] * z;
+        ring = x * next_corner(y) - y * next_corner(x);
+        across = x * opposite_corner(y) - y * opposite_corner(x);
+    }
+    /// Returns two bits for each pair, at bit 4 * pair.
+    template <class D>
+    HWY_INLINE Bits met(D d, Bits pairs) const {
+        const F zero(0);
+        const Bits p = bits_of(d, hn::Ge(ring.v, zero.v)), n = bits_of(d, hn::Le(ring.v, zero.v));
+        const Bits ap = bits_of(d, hn::Ge(across.v, zero.v)), an = bits_of(d, hn::Le(across.v, zero.v));
+        Bits met = 0;
+        for (Bits at = 0; at < 4 * pairs; at += 4) met |= inside(p >> at, n >> at, ap >> at, an >> at) << at;
+        if (met == 0) return 0;
+        const Bits xl = bits_of(d, hn::Le(x.v, zero.v)), xg = bits_of(d, hn::Ge(x.v, zero.v)),
+                   xo = bits_of(d, hn::Ne(x.v, zero.v)), yl = bits_of(d, hn::Le(y.v, zero.v)),
+                   yg = bits_of(d, hn::Ge(y.v, zero.v)), yo = bits_of(d, hn::Ne(y.v, zero.v));
+        for (Bits at = 0; at < 4 * pairs; at += 4) {
+            met &= ~((~contain_zero(xl >> at, xg >> at, xo >> at) & 3u) << at);
+            met &= ~((~contain_zero(yl >> at, yg >> at, yo >> at) & 3u) << at);
+        }
+        return met;
+    }
+};
+
+/// Tests the pairs of a leaf. Returns true where the search of the ray ends.
+template <bool kAny>
+HWY_INLINE bool test_leaf(const NativeJob& job, const SingleRay& ray, std::uint32_t leaf, std::uint32_t instance,
+                          float leaf_near, Search& search) {
+    const std::uint32_t count = (leaf >> shared::kBvhCountShift) & 7u;
+    const vec4* const pairs = job.pairs + std::size_t{leaf & shared::kBvhIndexMask} * shared::kBvhPairTexels;
+    const F8 origin[3] = {F8(ray.at.origin[0]), F8(ray.at.origin[1]), F8(ray.at.origin[2])};
+    const F8 shear[2] = {F8(ray.at.shear[0]), F8(ray.at.shear[1])};
+    for (std::uint32_t i = 0; i < count; i += 2) {
+        const vec4* const pair[2] = {pairs + i * shared::kBvhPairTexels,
+                                     pairs + std::min(i + 1, count - 1) * shared::kBvhPairTexels};
+        const Corners4<F8> c(two_rows(pair[0], pair[1], ray.axes[0]), two_rows(pair[0], pair[1], ray.axes[1]),
+                             two_rows(pair[0], pair[1], ray.axes[2]), origin, shear);
+        Bits met = c.met(hn::FixedTag<float, 8>(), std::min(count - i, 2u));
+        if (met == 0) continue;
+        alignas(32) float ring[8], z[8], across[8];
+        c.ring.store(ring), c.z.store(z), c.across.store(across);
+        for (; met != 0; met &= met - 1) {
+            const auto bit = static_cast<Bits>(std::countr_zero(met)), p = bit >> 2;
+            const bool second = (bit & 1) != 0;
+            Edges<float> e;
+            for (Bits k = 0; k < 4; ++k) e.ring[k] = ring[4 * p + k], e.z[k] = z[4 * p + k];
+            e.across = across[4 * p];
+            if (take<kAny, float>(job, ray, ray.at.shear[2], triangle_of(e, second), pair[p], second, instance,
+                                  leaf_near, search))
+                return true;
+        }
+    }
+    return false;
+}
+
+/// Does the same for scenes with slivers, with corners and edges in doubles.
+template <bool kAny>
+HWY_NOINLINE bool test_leaf_in_doubles(const NativeJob& job, const SingleRay& ray, std::uint32_t leaf,
+                                       std::uint32_t instance, float leaf_near, Search& search) {
+    const std::uint32_t count = (leaf >> shared::kBvhCountShift) & 7u;
+    const vec4* pair = job.pairs + std::size_t{leaf & shared::kBvhIndexMask} * shared::kBvhPairTexels;
+    const hn::FixedTag<double, 4> d;
+    const hn::FixedTag<float, 4> f;
+    const double inverse = 1.0 / double{ray.at.direction[ray.axes[2]]};
+    const D4 origin[3] = {D4(ray.at.origin[0]), D4(ray.at.origin[1]), D4(ray.at.origin[2])};
+    const D4 shear[2] = {D4(double{ray.at.direction[ray.axes[0]]} * inverse),
+                         D4(double{ray.at.direction[ray.axes[1]]} * inverse)};
+    for (std::uint32_t i = 0; i < count; ++i, pair += shared::kBvhPairTexels) {
+        const Corners4<D4> c(hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[0]].x)),
+                             hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[1]].x)),
+                             hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[2]].x)), origin, shear);
+        Bits met = c.met(d, 1);
+        if (met == 0) continue;
+        alignas(32) double across[4];
+        Edges<double> e;
+        alignas(32) double ring[4], z[4];
+        c.ring.store(ring), c.z.store(z), c.across.store(across);
+        for (Bits k = 0; k < 4; ++k) e.ring[k] = ring[k], e.z[k] = z[k];
+        e.across = across[0];
+        for (; met != 0; met &= met - 1) {
+            const bool second = (met & 1) == 0;
+            if (take<kAny, double>(job, ray, inverse, triangle_of(e, second), pair, second, instance, leaf_near,
+                                   search))
+                return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace halflight::rays::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,172 @@
+// Traversal of the eight-wide hierarchy by one ray. Compiled once per instruction set.
+#if defined(HALFLIGHT_NATIVE_SINGLE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HALFLIGHT_NATIVE_SINGLE_INL
+#undef HALFLIGHT_NATIVE_SINGLE_INL
+#else
+#define HALFLIGHT_NATIVE_SINGLE_INL
+#endif
+
+#include "engine/rays/native_pairs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace halflight::rays::HWY_NAMESPACE {
+
+using I8 = hn::Vec<hn::FixedTag<std::int32_t, 8>>;
+
+/// An entry of the stack: bits of the ray's entry (a float >= 0) above, and the reference. So entries compare by entry.
+using StackEntry = std::uint64_t;
+HWY_INLINE StackEntry stack_entry(std::int32_t near, std::uint32_t reference) {
+    return static_cast<StackEntry>(static_cast<std::uint32_t>(near)) << 32 | reference;
+}
+
+HWY_INLINE F8 planes(const std::array<std::uint16_t, 8>& cells) {
+    const hn::FixedTag<std::int32_t, 8> d;
+    return hn::ConvertTo(hn::FixedTag<float, 8>(),
+                         hn::PromoteTo(d, hn::Load(hn::FixedTag<std::uint16_t, 8>(), cells.data())));
+}
+HWY_INLINE F8 planes(const std::array<float, 8>& bounds) {
+    return F8::load(bounds.data());
+}
+
+/// Constants of a ray for tests against eight boxes.
+struct BoxTest {
+    F8 near_origin[3], near_inverse[3], far_origin[3], far_inverse[3];
+    HWY_INLINE explicit BoxTest(const RayConstants<float>& ray) {
+        for (int a = 0; a < 3; ++a) {
+            near_origin[a] = F8(ray.near_origin[a]), near_inverse[a] = F8(ray.near_inverse[a]);
+            far_origin[a] = F8(ray.far_origin[a]), far_inverse[a] = F8(ray.far_inverse[a]);
+        }
+    }
+};
+
+HWY_INLINE I8 int_bits(F8 v) {
+    return hn::BitCast(hn::FixedTag<std::int32_t, 8>(), v.v);
+}
+
+/// Tests the children of a node against [t_min, t_exit] (hits_between()). Returns a bit for each child that is met.
+template <class Bound>
+HWY_INLINE Bits meet(const NativeNode<Bound>& node, const SingleRay& ray, const BoxTest& box, I8 t_min, I8 t_exit,
+                     std::int32_t* near_out) {
+    const hn::FixedTag<std::int32_t, 8> d;
+    I8 near[3], far[3];
+    for (int a = 0; a < 3; ++a) {
+        near[a] = int_bits((planes(node.bounds[static_cast<std::size_t>(ray.enter[a])]) - box.near_origin[a]) *
+                           box.near_inverse[a]);
+        far[a] = int_bits((planes(node.bounds[static_cast<std::size_t>(ray.leave[a])]) - box.far_origin[a]) *
+                          box.far_inverse[a]);
+    }
+    const I8 enter = hn::Max(hn::Max(near[0], near[1]), hn::Max(near[2], t_min));
+    const I8 leave = hn::Min(hn::Min(far[0], far[1]), hn::Min(far[2], t_exit));
+    hn::Store(enter, d, near_out);
+    return bits_of(d, hn::Gt(enter, leave)) ^ 0xffu;
+}
+
+template <class Bound>
+HWY_INLINE const NativeNode<Bound>* nodes_of(const NativeTree& tree) {
+    if constexpr (std::same_as<Bound, float>)
+        return tree.float_nodes.data();
+    else
+        return tree.grid_nodes.data();
+}
+
+/// Sets the constants of a ray in the block of an instance (ray_in_block()). Returns false if it is out of range.
+HWY_INLINE bool enter_block(const NativeTree& tree, const shared::Ray& ray, std::uint32_t instance, SingleRay& inside) {
+    const std::array<vec4, 3>& rows = tree.world_to_block[instance];
+    float origin[3], direction[3];
+    for (std::size_t i = 0; i < 3; ++i) {
+        const vec4& m = rows[i];
+        origin[i] = m.x * ray.origin.x + m.y * ray.origin.y + m.z * ray.origin.z + m.w;
+        direction[i] = m.x * ray.direction.x + m.y * ray.direction.y + m.z * ray.direction.z;
+    }
+    const NativeSpace& space = tree.spaces[tree.instance_space[instance]];
+    set_constants(inside.at, origin, direction, space, tree.format == NodeFormat::grid);
+    inside.finish(ray.t_min);
+    return in_range(direction, inside.at.error, space.slack, ray.t_min);
+}
+
+/// Searches a space for the ray. The stack grows from `stack`. Returns true where the search of the ray ends.
+template <class Bound, bool kAny>
+bool search_space(const NativeJob& job, const shared::Ray& world_ray, const SingleRay& ray, std::uint32_t root,
+                  std::int32_t root_near, std::uint32_t instance, std::int32_t instance_near, StackEntry* stack,
+                  Search& search) {
+    const NativeNode<Bound>* const nodes = nodes_of<Bound>(*job.tree);
+    const hn::FixedTag<std::int32_t, 8> d;
+    const BoxTest box(ray.at);
+    const I8 t_min = hn::Set(d, std::bit_cast<std::int32_t>(ray.t_min));
+    std::int32_t exit = std::bit_cast<std::int32_t>(search.nearest.t);
+    if (kAny) exit = static_cast<std::int32_t>(static_cast<std::uint32_t>(exit) - 1u);
+    StackEntry* top = stack;
+    *top++ = stack_entry(root_near, root);
+    alignas(32) std::int32_t near[8];
+    while (top != stack) {
+        StackEntry entry = *--top;
+        if (!kAny && static_cast<std::int32_t>(entry >> 32) > exit) continue;
+        while (shared::is_inner_node(static_cast<std::uint32_t>(entry))) {
+            const NativeNode<Bound>& node = nodes[entry & shared::kBvhIndexMask];
+            Bits met = meet(node, ray, box, t_min, hn::Set(d, exit), near);
+            entry = 0;
+            if (met == 0) break;
+            const auto next = [&]() HWY_ATTR {
+                const auto i = static_cast<std::size_t>(std::countr_zero(met));
+                met &= met - 1;
+                return stack_entry(near[i], node.reference[i]);
+            };
+            if constexpr (kAny) {
+                // Children are in the order of any hits. The first one is next.
+                const auto first = static_cast<std::size_t>(std::countr_zero(met));
+                met &= met - 1;
+                while (met != 0) {
+                    const auto i = static_cast<std::size_t>(31 - std::countl_zero(met));
+                    met ^= 1u << i;
+                    *top++ = stack_entry(near[i], node.reference[i]);
+                }
+                entry = stack_entry(near[first], node.reference[first]);
+                continue;
+            }
+            entry = next();
+            if (met == 0) continue;
+            StackEntry other = next();
+            if (other < entry) std::swap(entry, other);
+            if (met == 0) {
+                *top++ = other;
+                continue;
+            }
+            // Entries are sorted, the nearest one at the top.
+            StackEntry* const first = top;
+            *top++ = other;
+            *top++ = entry;
+            do {
+                const StackEntry added = next();
+                StackEntry* at = top++;
+                for (; at != first && at[-1] < added; --at) at[0] = at[-1];
+                *at = added;
+            } while (met != 0);
+            entry = *--top;
+        }
+        const auto reference = static_cast<std::uint32_t>(entry);
+        if (reference == 0) continue;
+        const auto entered = static_cast<std::int32_t>(entry >> 32);
+        if (reference < (shared::kBvhTag | shared::kBvhInstance)) {
+            const float leaf_near = std::bit_cast<float>(std::max(entered, instance_near));
+            if (job.slivers ? test_leaf_in_doubles<kAny>(job, ray, reference, instance, leaf_near, search)
+                            : test_leaf<kAny>(job, ray, reference, instance, leaf_near, search))
+                return true;
+        } else {
+            const std::uint32_t entered_instance = reference & shared::kBvhIndexMask;
+            SingleRay inside;
+            search.out_of_range = !enter_block(*job.tree, world_ray, entered_instance, inside);
+            if (search.out_of_range) return true;
+            const NativeSpace& space = job.tree->spaces[job.tree->instance_space[entered_instance]];
+            if (search_space<Bound, kAny>(job, world_ray, inside, space.root, entered, entered_instance, entered, top,
+                                          search))
+                return true;
+        }
+        if (!kAny) exit = std::bit_cast<std::int32_t>(search.nearest.t);
+    }
+    return false;
+}
+
+}  // namespace halflight::rays::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

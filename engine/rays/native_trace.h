@@ -1,0 +1,32 @@
+// Traces rays by vector code of the processor (native.h). No OpenGL is used; the code may run in several threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "engine/rays/native_tree.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight::rays {
+
+/// A batch of rays in memory.
+struct NativeJob {
+    const NativeTree* tree = nullptr;
+    const vec4* pairs = nullptr;  // kBvhPairTexels per pair, as in shaders/shared/bvh.h
+    bool alpha_tested = false;    // TraceTables::alpha_tested
+    bool slivers = false;         // TraceTables::slivers
+    bool any_hit = false;
+    bool bundles = false;                 // traces 64 consecutive rays together; affects time only
+    const shared::Ray* rays = nullptr;    // rays by path
+    const std::uint32_t* list = nullptr;  // paths to trace; null: all
+    void* results = nullptr;              // shared::Hit, or std::uint32_t with any_hit, by path
+};
+
+/// Returns whether the processor has the vectors that trace_native() needs.
+bool can_trace_natively();
+/// Traces the entries [begin, end) of the list, or the paths. Appends to `delegated` the paths whose results have not
+/// been written: their rays need an alpha test, or are out of range. Threads may call it for disjoint entries.
+void trace_native(const NativeJob& job, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& delegated);
+
+}  // namespace halflight::rays
