@@ -206,8 +206,8 @@ void main() {
 #endif
 
 #ifdef HALFLIGHT_LIGHT_SAMPLES
-    NextEvent e = sample_next_event(at.position, at.offset, b, wo, before,
-                                    sample_2d_bits(random, vertex_dimension(depth, kDimensionLight)), 1u);
+    NextEvent e = sample_next_event(at.position, at.offset, b, wo, before, random,
+                                    vertex_dimension(depth, kDimensionLight), 1u);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_pending = has_point ? e.diffuse : vec3(0.0);
     e.diffuse = is_apart ? vec3(0.0) : e.diffuse;

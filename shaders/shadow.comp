@@ -36,8 +36,8 @@ void main() {
 #else
     Sampler random = path_sampler(frame, path);
     random.index = random.index * rays + ray / paths;
-    NextEvent e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0),
-                                    sample_2d_bits(random, vertex_dimension(0u, kDimensionLight)), rays);
+    NextEvent e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0), random,
+                                    vertex_dimension(0u, kDimensionLight), rays);
     e.diffuse /= float(rays);
     e.glossy /= float(rays);
 #endif

@@ -270,6 +270,8 @@ class Builder {
         tables_.choice = tree                              ? LightChoice::tree
                          : choice_ == LightChoice::uniform ? LightChoice::uniform
                                                            : LightChoice::power;
+        const bool every = samples_all();
+        if (every) tables_.choice = LightChoice::all;
         const double equal = 0.125 / shining;
         std::vector<double> weights(power_.size());
         for (std::size_t i = 0; i < power_.size(); ++i) {
@@ -283,6 +285,7 @@ class Builder {
         for (const AliasEntry& entry : table.entries)
             tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
         for (double& probability : table.probabilities) probability *= 1 - tables_.tree_share;
+        if (every) std::fill(table.probabilities.begin(), table.probabilities.end(), 1.0);
         if (tree) {
             shared::LightTreeHeader header = light_tree_header(tables_.tree);
             header.gain = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
@@ -313,15 +316,29 @@ class Builder {
         needs.light_tree = !tables_.tree.empty();
     }
 
+    /// Returns whether every light is sampled.
+    bool samples_all() const {
+        if (power_.size() < 2 || lone_pair()) return false;
+        return choice_ == LightChoice::all ? power_.size() <= kMostLightsOfAll
+                                           : choice_ == LightChoice::automatic && power_.size() <= kFewLights;
+    }
+
+    /// Returns whether the only lights are the two triangles of a square, and a choice that knows better may treat them
+    /// as one.
+    bool lone_pair() const {
+        return choice_ != LightChoice::tree && power_.size() == 2 && in_tree_.size() == 2 &&
+               act_as_one(bounds_[0], bounds_[1]);
+    }
+
     bool has_environment() const { return kind_.back() == kEnvironment; }
 
     /// Returns the light tree, or none where another choice is requested or there is nothing to choose from.
     std::optional<LightTree> tree_for_choice() {
-        const bool wanted = choice_ == LightChoice::tree || choice_ == LightChoice::automatic;
+        const bool wanted =
+            choice_ == LightChoice::tree || choice_ == LightChoice::automatic || choice_ == LightChoice::all;
         if (!wanted || in_tree_.size() + (has_environment() ? 1 : 0) < 2 || in_tree_.empty()) return {};
         if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
-        const bool alone = in_tree_.size() == 2 && act_as_one(bounds_[0], bounds_[1]);
-        if (alone && !has_environment() && choice_ == LightChoice::automatic) return {};
+        if (samples_all() || lone_pair()) return {};
         return build_light_tree(bounds_, in_tree_);
     }
 
@@ -364,7 +381,7 @@ class Builder {
 }  // namespace
 
 const char* name(LightChoice choice) {
-    return name_among(kLightChoices, {"auto", "power", "tree", "uniform"}, choice);
+    return name_among(kLightChoices, {"auto", "power", "tree", "uniform", "all"}, choice);
 }
 
 const char* name(SunChoice choice) {

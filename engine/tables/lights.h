@@ -10,11 +10,16 @@
 // equal parts to the kinds that are present (triangles, points and spots, directional, environment). A dim light may be
 // the only one in its room. So an eighth goes in equal parts to all lights.
 //
-// With two lights or more, triangles, points and spots have a light tree (light_tree.h). The tree gets their share and
-// that of the environment, without that eighth. Shaders distribute it anew for each receiver, first between the
-// environment and the tree. The two triangles of a square count as one light here.
+// Few lights are not chosen beforehand: a vertex samples all of them, and keeps one of the samples (next_event.glsl).
+// Each light then has the probability 1. A single square is chosen by power, because sampling both of its triangles
+// brings nothing.
+//
+// With more lights, triangles, points and spots have a light tree (light_tree.h). The tree gets their share and that of
+// the environment, without that eighth. Shaders distribute it anew for each receiver, first between the environment and
+// the tree. The two triangles of a square count as one light here.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -24,14 +29,17 @@
 namespace halflight {
 
 enum class LightChoice : std::uint8_t {
-    automatic,  // tree where there are two lights to choose from, power otherwise
+    automatic,  // all where there are few lights, otherwise tree; power where there is nothing to choose from
     power,
     tree,     // power where no light fits into a tree, or one that is alone
     uniform,  // equal probabilities, as a baseline for comparisons
+    all,      // every light is sampled, and one of the samples is kept; tree where there are too many lights
 };
+inline constexpr std::size_t kFewLights = 8;         ///< largest number of lights of which `automatic` samples all
+inline constexpr std::size_t kMostLightsOfAll = 64;  ///< largest number of lights of which `all` samples all
 inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightChoice::power, LightChoice::tree,
-                                                LightChoice::uniform};
-const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree" or "uniform".
+                                                LightChoice::uniform, LightChoice::all};
+const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree", "uniform" or "all".
 
 struct LightTables {
     // UNIT_LIGHTS: triangles, punctual lights, the environment, the separate sun
@@ -45,7 +53,7 @@ struct LightTables {
     std::vector<uvec4> tree;                  // UNIT_LIGHT_TREE: light tree; empty without one
     LightChoice choice = LightChoice::power;  // the choice in use, never `automatic`
     double tree_share = 0;                    // share of the choices that the tree makes
-    std::vector<double> probabilities;        // probability of each light without the tree; the sun has none
+    std::vector<double> probabilities;  // probability of each light without the tree; 1 with `all`; the sun has none
     std::size_t triangle_count = 0;
     std::size_t punctual_count = 0;  // number of punctual lights without the separate sun
     LightNeeds needs;                // `sun`: the last row is a separate sun

@@ -21,6 +21,11 @@ constexpr std::array kGeometry = {
               "no triangle is more than 2000 times as long as high"},
 };
 
+constexpr std::array kLightSampling = {
+    SceneNeed{"every light", &N::every_light, "EVERY_LIGHT",
+              "there is one light or there are too many, or another choice was asked for"},
+};
+
 constexpr std::array kLookups = {
     SceneNeed{"texture coordinates", &N::texture_coordinates, "TEXTURES", "there are no textures"},
     SceneNeed{"tangents", &N::normal_maps, "NORMAL_MAPS", "there is no normal map and no anisotropy to go with them"},
@@ -41,6 +46,7 @@ SceneNeeds completed(SceneNeeds n) {
     for (const MaterialLobe& lobe : material_lobes()) n.normal_maps |= n.*lobe.need && lobe.tangents;
     n.texture_coordinates |= n.normal_maps;  // tangents have their handedness beside texture coordinates
     n.emission |= n.area_lights;
+    n.light_choice |= n.every_light;
     complete(static_cast<MaterialNeeds&>(n));
     complete(static_cast<LightNeeds&>(n));
     return n;
@@ -53,6 +59,7 @@ std::span<const SceneNeed> known_scene_needs() {
         std::vector<SceneNeed> all(kGeometry.begin(), kGeometry.end());
         for (const MaterialLobe& l : material_lobes()) all.push_back({l.label, l.need, l.define, l.fact});
         for (const LightFeature& l : light_features()) all.push_back({l.label, l.need, l.define, l.fact});
+        all.insert(all.end(), kLightSampling.begin(), kLightSampling.end());
         for (const MaterialTexture& t : material_textures()) all.push_back({t.label, t.need, t.define, t.fact});
         all.insert(all.end(), kLookups.begin(), kLookups.end());
         return all;
@@ -79,8 +86,8 @@ std::string Kept::text() const {
 }
 
 bool can_be_kept(const SceneNeed& need) {
-    return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::sun &&
-           need.flag != &N::slivers && need.flag != &N::texture_levels;
+    return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::every_light &&
+           need.flag != &N::sun && need.flag != &N::slivers && need.flag != &N::texture_levels;
 }
 
 SceneNeeds kept_needs(const Kept& kept) {

@@ -22,6 +22,7 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool normal_maps = false;    // some normal map or anisotropic lobe needs the tangents of a mesh
     bool alpha = false;          // alpha decides some hit
     bool slivers = false;        // some triangle is a sliver (is_sliver)
+    bool every_light = false;    // every light is sampled, and one of the samples is kept (LightChoice::all)
 
     bool texture_coordinates = false;  // some texture is looked up
     bool texture_transforms = false;

@@ -144,6 +144,7 @@ class Builder {
                                           tables_.needs.transmission || tables_.needs.diffuse_transmission);
         SceneNeeds& needs = tables_.needs;
         static_cast<LightNeeds&>(needs) = lights.needs;
+        needs.every_light = lights.choice == LightChoice::all;
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);

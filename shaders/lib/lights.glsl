@@ -139,18 +139,64 @@ float environment_pdf(Receiver from, vec3 d) {
 #endif
 }
 
-// Samples a light by a point of the unit square. Its first coordinate selects the light; the rest of it, and the second
-// one, select the point on the light. Points that are stratified in the square are stratified on each light.
-LightSample sample_light(Receiver at, SampleBits bits) {
-    vec3 position = at.position;
+// Returns a sample that carries no light.
+LightSample no_light_sample(vec3 position) {
     LightSample s;
     s.direction = vec3(0.0, 0.0, 1.0);
     s.pdf = 0.0;
     s.weight = vec3(0.0);
     s.at_infinity = false;
     s.end = position;
+    return s;
+}
+
+#ifdef HALFLIGHT_LIGHTS
+// Samples a point on a light by a point of the unit square. The row has the light's probability or density; `gain`
+// multiplies it, and 0 stands for no light. `more` is added to the probability of the environment.
+LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float more) {
+    LightSample s = no_light_sample(at.position);
+    int row = int(light) * kLightStride;
+    vec4 head = texelFetch(scene_lights, row);
+    vec4 last = texelFetch(scene_lights, row + 3);
+    uint kind = light_kind(word_of_float(head.w));
+#ifdef HALFLIGHT_LIGHT_TREE
+    last.w *= gain;
+    if (gain == 0.0) kind = kLightNone;
+#endif
+#ifdef HALFLIGHT_AREA_LIGHTS
+    if (kind == kLightTriangle) sample_triangle_light(at.position, row, head, last, xi, s);
+#endif
+#ifdef HALFLIGHT_PUNCTUAL_LIGHTS
+    if (kind >= kLightPoint && kind <= kLightDirectional) sample_punctual_light(at.position, row, kind, head, last, s);
+#endif
+#ifdef HALFLIGHT_ENVIRONMENT
+    if (kind == kLightEnvironment) {
+        EnvironmentSample e = sample_environment(at.normal, xi);
+        float probability = texelFetch(environment_warp, 0).z;
+#ifdef HALFLIGHT_LIGHT_TREE
+        probability += more;
+#endif
+        s.direction = e.direction;
+        s.pdf = probability * e.density;
+        s.weight = s.pdf > 0.0 ? e.radiance / s.pdf : vec3(0.0);
+        s.at_infinity = true;
+    }
+#endif
+    return s;
+}
+#endif
+
+#ifdef HALFLIGHT_EVERY_LIGHT
+// Returns the number of lights of the selection.
+uint light_count() { return uint(textureSize(scene_lights) / kLightStride) - kSuns; }
+#endif
+
+// Samples a light by a point of the unit square. Its first coordinate selects the light; the rest of it, and the second
+// one, select the point on the light. Points that are stratified in the square are stratified on each light.
+LightSample sample_light(Receiver at, SampleBits bits) {
 #ifdef HALFLIGHT_LIGHTS
     uint choice = bits.x;
+    float gain = 1.0, more = 0.0;
 #ifdef HALFLIGHT_LIGHT_TREE
     float share = light_tree_header().share;
     float sky = environment_share(at);
@@ -185,37 +231,13 @@ LightSample sample_light(Receiver at, SampleBits bits) {
     bool leads_nowhere = by_tree && way.probability == 0.0;
     light = is_sky ? count - 1u : by_tree && !leads_nowhere ? way.light : light;
     rest = is_sky ? choice : by_tree ? way.rest : rest;
+    gain = leads_nowhere ? 0.0 : light_tree_gain(way, sky);
+    more = share - tree_share;
 #endif
-    vec2 xi = vec2(unit_float(rest), unit_float(bits.y));
-    int row = int(light) * kLightStride;
-    vec4 head = texelFetch(scene_lights, row);
-    vec4 last = texelFetch(scene_lights, row + 3);
-    uint kind = light_kind(word_of_float(head.w));
-#ifdef HALFLIGHT_LIGHT_TREE
-    last.w *= light_tree_gain(way, sky);
-    if (leads_nowhere) kind = kLightNone;
+    return sample_of_light(at, light, vec2(unit_float(rest), unit_float(bits.y)), gain, more);
+#else
+    return no_light_sample(at.position);
 #endif
-#ifdef HALFLIGHT_AREA_LIGHTS
-    if (kind == kLightTriangle) sample_triangle_light(position, row, head, last, xi, s);
-#endif
-#ifdef HALFLIGHT_PUNCTUAL_LIGHTS
-    if (kind >= kLightPoint && kind <= kLightDirectional) sample_punctual_light(position, row, kind, head, last, s);
-#endif
-#ifdef HALFLIGHT_ENVIRONMENT
-    if (kind == kLightEnvironment) {
-        EnvironmentSample e = sample_environment(at.normal, xi);
-        float probability = texelFetch(environment_warp, 0).z;
-#ifdef HALFLIGHT_LIGHT_TREE
-        probability += share - tree_share;
-#endif
-        s.direction = e.direction;
-        s.pdf = probability * e.density;
-        s.weight = s.pdf > 0.0 ? e.radiance / s.pdf : vec3(0.0);
-        s.at_infinity = true;
-    }
-#endif
-#endif
-    return s;
 }
 
 #ifdef HALFLIGHT_AREA_LIGHTS

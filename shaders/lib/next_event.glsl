@@ -29,11 +29,47 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     return e;
 }
 
+#ifdef HALFLIGHT_EVERY_LIGHT
+// Distance of the dimensions of one light's points from those of the next one; no vertex reaches it.
+const uint kDimensionsPerLight = 0x10000u;
+
+// Samples every light, and keeps one of the samples in proportion to the light that it would give if nothing were in
+// between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination: one candidate per light). Its weight
+// is the sum of all samples over its own one, so that only shadows make it depend on which sample is kept.
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
+                            uint count) {
+    Receiver at = receiver_at(position, b.geometric_normal);
+    uint lights = light_count();
+    float u = sample_1d(random, dimension + lights * kDimensionsPerLight);
+    float sum = 0.0, own = 0.0;
+    NextEvent kept;
+    for (uint light = 0u; light < lights; ++light) {
+        vec2 xi = sample_2d(random, dimension + light * kDimensionsPerLight);
+        NextEvent e = event_of(sample_of_light(at, light, xi, 1.0, 0.0), position, offset, b, wo, before, count);
+        vec3 both = e.diffuse + e.glossy;
+        float value = max(both.r, max(both.g, both.b));
+        sum += value;
+        float share = sum > 0.0 ? value / sum : 1.0;
+        bool left = u >= share;  // false for NaN, which is kept and counted, and for the first light
+        u = left ? (u - share) / (1.0 - share) : u / share;
+        if (!left) {
+            kept = e;
+            own = value;
+        }
+    }
+    float scale = own > 0.0 ? sum / own : 1.0;
+    kept.diffuse *= scale;
+    kept.glossy *= scale;
+    return kept;
+}
+#else
 // Samples one of the lights of the selection.
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, SampleBits bits, uint count) {
-    LightSample light = sample_light(receiver_at(position, b.geometric_normal), bits);
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
+                            uint count) {
+    LightSample light = sample_light(receiver_at(position, b.geometric_normal), sample_2d_bits(random, dimension));
     return event_of(light, position, offset, b, wo, before, count);
 }
+#endif
 
 #ifdef HALFLIGHT_SUN
 // Samples the sun that is not part of the selection.

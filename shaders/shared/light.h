@@ -16,7 +16,7 @@
 // entry in the alias table.
 //
 // Alias table (UNIT_LIGHT_ALIAS, RG32F; Walker 1977), one entry per light: keep this light if a uniform number is below
-// x, else take light y (a word).
+// x, else take light y (a word). Unused with HALFLIGHT_EVERY_LIGHT, where every probability is 1.
 //
 // Light of a triangle (UNIT_LIGHT_OF_TRIANGLE, R32UI): entry t of the first triangle_count is the rank of triangle t
 // among the emissive triangles of its block, or kNoLight. With HALFLIGHT_INSTANCES, entry triangle_count + i is the

@@ -142,7 +142,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--primary", "trace"}, 2, "--primary: expects one of auto, raster, traced, not 'trace'");
     expect_render({"--estimator", "light=tree"}, 2,
                   "--estimator: light=tree: 'light=tree' is no technique; there are: "
-                  "auto,lights=auto.power.tree.uniform,sun=.*");
+                  "auto,lights=auto.power.tree.uniform.all,sun=.*");
     expect_render({"--estimator", "lights=bush"}, 2, "--estimator: lights=bush: there is no lights=bush; .*power, .*");
     expect_render({"--estimator", "lights=tree", "--estimator", "lights=tree"}, 2,
                   "--estimator: expects exactly one value");

@@ -241,7 +241,7 @@ TEST_F(Pack, LampsAndTransparentSurfacesArePaged) {
                              "--look-at", "30,0,30", "--aov", "direct_diffuse,indirect_diffuse,emission,ids"},
                             more);
     };
-    for (const char* choice : {"power", "tree"}) {
+    for (const char* choice : {"power", "tree", "all"}) {
         ASSERT_EQ(render("core.exr", {"--estimator", std::string("lights=") + choice}).status, 0);
         const std::string core = read_text(file("core.exr"));
         for (const char* pool : {"1M", "64M"}) {

@@ -21,7 +21,7 @@ namespace halflight {
 /// Owns the tables of a scene, bound to their units, without passes and tracer.
 class ShadingScene {
   public:
-    explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::automatic)
+    explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::tree)
         : trace(build_trace_tables(scene)), tables(build_shading_tables(scene, trace, {}, choice)) {
         for (const auto& [name, value] : shader_defines(tables.needs)) defines.set(name, value);
         add(UNIT_INSTANCES, GL_RGBA32F, instance_rows(trace));

@@ -47,7 +47,7 @@ Scene lit_by_many() {
 TEST_F(LightChoiceTest, PicturesAreTheOracles) {
     const Scene scene = lit_by_many();
     const ReferenceResult oracle = render_oracle(scene, scene.cameras.front(), 32, 128, 4);
-    for (const LightChoice choice : {LightChoice::tree, LightChoice::power, LightChoice::uniform}) {
+    for (const LightChoice choice : {LightChoice::tree, LightChoice::power, LightChoice::uniform, LightChoice::all}) {
         SCOPED_TRACE(name(choice));
         const RenderResult result = picture(scene, choice, 128, 4);
         EXPECT_EQ(result.stats.estimator.lights, choice);
@@ -74,11 +74,10 @@ TEST_F(LightChoiceTest, FewLightsBesideAMapAreTheOracles) {
     for (int k = 0; k < 3; ++k) scene.environment.map.at(20, 4)[k] = 60;
     scene.cameras = {spot_camera(dvec3(0, 0.2, 0), {0.3, 1.5, 2.5}, 3)};
     const ReferenceResult oracle = render_oracle(scene, scene.cameras.front(), 32, 512, 3);
-    for (const LightChoice choice : {LightChoice::automatic, LightChoice::power}) {
+    for (const LightChoice choice : {LightChoice::automatic, LightChoice::tree, LightChoice::power}) {
         SCOPED_TRACE(name(choice));
         const RenderResult result = picture(scene, choice, 128, 3);
-        EXPECT_EQ(result.stats.estimator.lights,
-                  choice == LightChoice::automatic ? LightChoice::tree : LightChoice::power);
+        EXPECT_EQ(result.stats.estimator.lights, choice == LightChoice::automatic ? LightChoice::all : choice);
         for (int channel = 0; channel < 3; ++channel) {
             const MeanValue found = mean_radiance(result, channel);
             const MeanRadiance expected = mean_radiance(oracle, channel);
@@ -86,6 +85,33 @@ TEST_F(LightChoiceTest, FewLightsBesideAMapAreTheOracles) {
             EXPECT_LT(std::hypot(found.error, expected.error), 0.025 * found.value) << "and reports it";
         }
     }
+}
+
+/// Nothing occludes one of several lamps, so the samples of all of them give the exact light of a point.
+TEST_F(LightChoiceTest, SamplesOfAllLampsHaveNoNoiseWithoutShadows) {
+    Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
+    for (int i = 0; i < 4; ++i) {
+        PunctualLight& lamp = scene.lights.emplace_back();
+        lamp.position = dvec3(1.5 * i - 2, 0.5 + i, 0.3);
+        lamp.intensity = vec3(1, 2, 0.5f * static_cast<float>(i));
+    }
+    scene.cameras = {spot_camera(dvec3(0), {0.1, 2, 0.2}, 6)};
+    // The place of samples in a pixel is the same in both pictures.
+    const RenderResult one = picture(scene, LightChoice::automatic, 1, 1);
+    EXPECT_EQ(one.stats.estimator.lights, LightChoice::all);
+    RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 1, 1);
+    settings.estimator.shadow = ShadowRays::eight;
+    const RenderResult eight = render(context, scene, settings);
+    settings.estimator.lights = LightChoice::tree;
+    const RenderResult tree = render(context, scene, settings);
+    double apart = 0, apart_tree = 0, sum = 0;
+    for (std::size_t i = 0; i < one.beauty.pixels.size(); ++i) {
+        apart += std::abs(double(one.beauty.pixels[i]) - double(eight.beauty.pixels[i]));
+        apart_tree += std::abs(double(tree.beauty.pixels[i]) - double(eight.beauty.pixels[i]));
+        sum += double(eight.beauty.pixels[i]);
+    }
+    EXPECT_LT(apart, 1e-5 * sum);
+    EXPECT_GT(apart_tree, 0.01 * sum) << "the lamps are no choice at all";
 }
 
 /// Pairs of spot lights point away from each other, above a floor. If bounds let opposite cones cancel, samples would

@@ -41,7 +41,7 @@ class LeftOutTest : public GpuTest {
             "neither albedo nor normal was requested",
             "there is no directional light beside others, or another choice was asked for"};
         for (const LeftOut& part : kept.stats.left_out)
-            EXPECT_TRUE(part.what == "environment map" || part.what == "light tree" ||
+            EXPECT_TRUE(part.what == "environment map" || part.what == "light tree" || part.what == "every light" ||
                         part.what == "double precision for slivers" || part.what == "mip levels" ||
                         not_requested.contains(part.fact))
                 << part.what << ": " << part.fact;
@@ -130,6 +130,16 @@ TEST_F(LeftOutTest, ChangesNothingOfManyLights) {
     settings.estimator.lights = LightChoice::power;
     EXPECT_EQ(render(context, scene, settings).stats.estimator.lights, LightChoice::power);
     check(scene, settings);
+}
+
+TEST_F(LeftOutTest, ChangesNothingOfFewLights) {
+    Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
+    PunctualLight& lamp = scene.lights.emplace_back();
+    lamp.position = {0.2, 0.5, -0.1};
+    lamp.intensity = vec3(0.5f);
+    check(scene);
+    const RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 2, 4);
+    EXPECT_EQ(render(context, scene, settings).stats.estimator.lights, LightChoice::all);
 }
 
 TEST_F(LeftOutTest, ChangesNothingOfSlivers) {

@@ -124,6 +124,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
     EXPECT_EQ(facts({}, all),
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
+                  {"every light", "there is one light or there are too many, or another choice was asked for"},
                   {"light tree", "there are no two lights for it, or another choice was asked for"},
                   {"radiance cache", "its preview mode is off"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
@@ -165,9 +166,10 @@ TEST(LeftOut, ItemsAreKeptIndependently) {
 TEST(LeftOut, ListsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
-    for (const char* never : {"environment map", "light tree", "sun apart", "double precision for slivers",
-                              "mip levels", "path reuse", "radiance cache", "camera rays for light alone", "lens",
-                              "temporal accumulation", "filter of noise", "adaptive sampling", "denoiser"})
+    for (const char* never :
+         {"environment map", "light tree", "every light", "sun apart", "double precision for slivers", "mip levels",
+          "path reuse", "radiance cache", "camera rays for light alone", "lens", "temporal accumulation",
+          "filter of noise", "adaptive sampling", "denoiser"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);

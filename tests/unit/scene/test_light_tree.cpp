@@ -7,6 +7,7 @@
 #include <functional>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 #include "engine/tables/lights.h"
 #include "shaders/shared/word.h"
@@ -328,14 +329,34 @@ LightTables lights_of(const Scene& scene, LightChoice choice = LightChoice::auto
     return build_lights(scene, build_trace_tables(scene), choice);
 }
 
-TEST(LightChoice, TreeIsUsedWhereThereIsAChoice) {
+TEST(LightChoice, TreeIsUsedWhereThereIsAChoiceAmongMany) {
     EXPECT_EQ(lights_of(bulbs(1, false)).choice, LightChoice::power);
-    EXPECT_EQ(lights_of(bulbs(1, true)).choice, LightChoice::tree);
-    EXPECT_EQ(lights_of(bulbs(2, false)).choice, LightChoice::tree);
+    EXPECT_EQ(lights_of(bulbs(8, true)).choice, LightChoice::tree);
+    EXPECT_EQ(lights_of(bulbs(9, false)).choice, LightChoice::tree);
+    EXPECT_EQ(lights_of(bulbs(65, false), LightChoice::all).choice, LightChoice::tree);
     EXPECT_EQ(lights_of(bulbs(16, true), LightChoice::power).choice, LightChoice::power);
     EXPECT_TRUE(lights_of(bulbs(16, true), LightChoice::power).tree.empty());
     EXPECT_EQ(lights_of(bulbs(2, true), LightChoice::tree).choice, LightChoice::tree);
     EXPECT_EQ(lights_of(bulbs(1, false), LightChoice::tree).choice, LightChoice::power) << "nothing to choose among";
+}
+
+TEST(LightChoice, FewLightsAreAllSampled) {
+    for (const auto& [count, sky, choice] :
+         {std::tuple(1, true, LightChoice::automatic), std::tuple(2, false, LightChoice::automatic),
+          std::tuple(8, false, LightChoice::automatic), std::tuple(7, true, LightChoice::automatic),
+          std::tuple(64, false, LightChoice::all), std::tuple(2, true, LightChoice::all)}) {
+        SCOPED_TRACE(count);
+        const LightTables lights = lights_of(bulbs(count, sky), choice);
+        EXPECT_EQ(lights.choice, LightChoice::all);
+        EXPECT_TRUE(!lights.needs.light_tree && lights.tree.empty());
+        EXPECT_EQ(lights.probabilities, std::vector<double>(static_cast<std::size_t>(count + (sky ? 1 : 0)), 1.0));
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+            EXPECT_EQ(lights.rows[i * shared::kLightStride + 3].w, 1);
+        if (sky) {
+            EXPECT_EQ(lights.environment_warp[0].z, 1);
+        }
+    }
+    EXPECT_EQ(lights_of(bulbs(1, false), LightChoice::all).choice, LightChoice::power) << "nothing to choose among";
 }
 
 TEST(LightChoice, UniformIsUniform) {

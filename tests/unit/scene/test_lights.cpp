@@ -219,7 +219,7 @@ TEST(EnvironmentWarp, LobesHaveTheIlluminanceOfTheirNormals) {
     }
 }
 
-TEST(Lights, TwoLightsHaveATreeAndSquaresAreOne) {
+TEST(Lights, TwoLightsAreAChoiceAndSquaresAreOne) {
     const auto choice_of = [](int points, bool square, bool sky) {
         Scene scene = triangles(1);
         if (square)
@@ -235,10 +235,11 @@ TEST(Lights, TwoLightsHaveATreeAndSquaresAreOne) {
     EXPECT_EQ(choice_of(1, false, false), LightChoice::power);
     EXPECT_EQ(choice_of(0, true, false), LightChoice::power);
     EXPECT_EQ(choice_of(0, false, true), LightChoice::power);
-    EXPECT_EQ(choice_of(2, false, false), LightChoice::tree);
-    EXPECT_EQ(choice_of(1, true, false), LightChoice::tree);
-    EXPECT_EQ(choice_of(1, false, true), LightChoice::tree);
-    EXPECT_EQ(choice_of(0, true, true), LightChoice::tree);
+    EXPECT_EQ(choice_of(7, true, false), LightChoice::tree);
+    EXPECT_EQ(choice_of(2, false, false), LightChoice::all);
+    EXPECT_EQ(choice_of(1, true, false), LightChoice::all);
+    EXPECT_EQ(choice_of(1, false, true), LightChoice::all);
+    EXPECT_EQ(choice_of(0, true, true), LightChoice::all);
 }
 
 TEST(EnvironmentWarp, LevelsAddUpToTheWeightsOfTheirCells) {
