@@ -183,7 +183,7 @@ TEST(SceneCamera, FramesTheWholeScene) {
     EXPECT_GT(camera.camera_to_world[2].y, 0);
     EXPECT_GT(camera.camera_to_world[2].z, 0);
     const dmat4 world_to_camera = glm::inverse(camera.camera_to_world);
-    dvec2 lower(0), upper(0);  // of the scene in the picture, whose edges are at -1 and 1
+    dvec2 lower(0), upper(0);  // bounds of the scene in the picture, whose edges are at -1 and 1
     for (const Instance& instance : scene.instances)
         for (const vec3& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].positions) {
             const dvec3 q(world_to_camera * instance.object_to_world * dvec4(p, 1));
