@@ -127,8 +127,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
                   "--camera: cannot be given together with --look-from");
     for (const char* env : {"1,2", "0.5", "1, 2, 3"})
         expect_render({"--env", env}, 2, "--env: expects the name of a file or R,G,B, not '" + std::string(env) + "'");
-    expect_render({"--env", "Studio"}, 2,
-                  "--env: expects a file, a colour, none, studio, sky, overcast, not 'Studio'");
+    expect_render({"--env", "Studio"}, 2, "--env: expects a file, a colour, none, studio, sky, overcast, not 'Studio'");
     expect_render({"--env", "#12345"}, 2, "--env: expects #rgb or #rrggbb, not '#12345'");
     expect_render({"--sky", "91,0"}, 2, "--sky: expects an elevation from 0 to 90, not '91,0'");
     expect_render({"--sky", "45"}, 2, "--sky: expects ELEVATION,AZIMUTH or ELEVATION,AZIMUTH,TURBIDITY, not '45'");
@@ -137,7 +136,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--env-intensity", "-1"}, 2, "--env-intensity: expects a number from 0 to 1000000000, not '-1'");
     expect_render({"--env-rotation", "left"}, 2, "--env-rotation: expects a number from -1000000 to 1000000, .*");
     expect_render({"--env", "1,-1,1"}, 2, "--env: expects no negative radiance, not '1,-1,1'");
-    expect_render({"--culling", "nonsense"}, 2, "--culling: expects one of auto, .*off, not 'nonsense'");
+    expect_render({"--culling", "nonsense"}, 2, "--culling: expects one of auto, .*native, not 'nonsense'");
     expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: expects exactly one value");
     expect_render({"--primary", "trace"}, 2, "--primary: expects one of auto, raster, traced, not 'trace'");
     expect_render({"--estimator", "light=tree"}, 2,

@@ -51,7 +51,7 @@ TEST_F(Statistics, DescribeTheTracing) {
         return nlohmann::json::parse(read_text(file("stats.json")));
     };
     const std::map<std::string, Strings> methods = {
-        {"off", {"plain"}}, {"compute", {"tiles"}}, {"raster", {"raster"}}, {"auto", {"plain", "tiles"}}};
+        {"off", {"plain"}}, {"compute", {"tiles"}}, {"raster", {"raster"}}, {"auto", {"plain", "native", "tiles"}}};
     std::map<std::string, std::uint64_t> rays;
     for (const auto& [culling, names] : methods) {
         SCOPED_TRACE(culling);

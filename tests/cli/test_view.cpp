@@ -457,7 +457,8 @@ TEST_F(View, ErrorsNameTheLine) {
                  at + "1: component: unknown component 'light'; valid are emission, direct_diffuse, direct_glossy, "
                       "indirect_diffuse, indirect_glossy");
     expect_error(view("compare on\n"), 1, at + "1: compare: there is no picture yet");
-    expect_error(view("culling some\n"), 1, at + "1: culling: expects one of auto, compute, raster, off, native, not 'some'");
+    expect_error(view("culling some\n"), 1,
+                 at + "1: culling: expects one of auto, compute, raster, off, native, not 'some'");
     EXPECT_NE(view("clay on\ntransform nothing \"Un-tone-mapped\"\nquit\n").err.find("script.txt:2: "),
               std::string::npos);
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,

@@ -9,10 +9,11 @@
 
 namespace halflight::test {
 
-Stage::Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image)
+Stage::Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image,
+             LightChoice lights)
     : programs_(programs),
       trace_tables_(build_trace_tables(scene)),
-      shading_tables_(build_shading_tables(scene, trace_tables_)),
+      shading_tables_(build_shading_tables(scene, trace_tables_, {}, lights)),
       buffers_(trace_tables_, shading_tables_),
       trace_(trace_tables_, buffers_.defines()) {
     sample_.band = {image, 0, image.y};

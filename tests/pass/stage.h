@@ -17,7 +17,8 @@ namespace halflight::test {
 class Stage {
   public:
     /// Selects one band, the whole image, and sample 0 through the pixels' centres.
-    Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image);
+    Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image,
+          LightChoice lights = LightChoice::automatic);
 
     void select_sample(const SampleView& sample);
     void look_through(const Camera& camera, const Camera& previous);

@@ -40,7 +40,8 @@ struct Light {
 
 class SunAndSky {
   public:
-    SunAndSky(const Scene& scene, const TraceTables& trace) : scene_(scene), tables_(build_lights(scene, trace)) {}
+    SunAndSky(const Scene& scene, const TraceTables& trace)
+        : scene_(scene), tables_(build_lights(scene, trace, LightChoice::power)) {}
 
     /// Selects a sun or the sky, and a direction.
     Light sample(const shared::Sampler& random) const {
@@ -124,7 +125,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
     const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/atrium.glb");
     const Camera& camera = scene.cameras[0];
     const ivec2 image(320, 240);
-    Stage stage(programs, scene, camera, image);
+    Stage stage(programs, scene, camera, image, LightChoice::power);
     const ReferenceScene reference(scene);
     const reference::Prepared& oracle = reference.prepared();
     const SunAndSky lights(scene, stage.trace_tables());

@@ -101,10 +101,12 @@ Scene penumbra() {
 TEST_F(EstimatorsTest, SunApartHasTheSameMeanAndLessNoise) {
     const Scene scene = slats_in_the_sun();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
-    Layers among = layers(scene, {.sun = SunChoice::among}, 16, 1);
-    for (const Reuse reuse : {Reuse::off, Reuse::sixteen}) {
-        Layers apart = layers(scene, {.sun = SunChoice::apart, .reuse = reuse}, 16, 1001);
-        const std::string with = std::string("sun-") + name(reuse);
+    Layers among = layers(scene, {.lights = LightChoice::power, .sun = SunChoice::among}, 16, 1);
+    const std::pair<LightChoice, Reuse> kWith[] = {
+        {LightChoice::power, Reuse::off}, {LightChoice::power, Reuse::sixteen}, {LightChoice::all, Reuse::off}};
+    for (const auto& [lights, reuse] : kWith) {
+        Layers apart = layers(scene, {.lights = lights, .sun = SunChoice::apart, .reuse = reuse}, 16, 1001);
+        const std::string with = std::string("sun-") + name(lights) + "-" + name(reuse);
         EXPECT_TRUE(agree(with + "-direct", apart.direct.blocks.estimate(), among.direct.blocks.estimate(), limits));
         EXPECT_TRUE(
             agree(with + "-indirect", apart.indirect.blocks.estimate(), among.indirect.blocks.estimate(), limits));

@@ -182,7 +182,7 @@ TEST(CameraLamps, AddedToClosedScenesWithoutLight) {
 
 TEST(NeutralSky, NotAddedUnderASunOrASpot) {
     Scene scene = helmet();
-    add_light(scene, LightType::directional, 2000, {});
+    add_light(scene, LightType::directional, 2000, {}).direction = glm::normalize(vec3(0, -1, -1));
     EXPECT_FALSE(needs_sky(scene));
     scene = helmet();
     add_quad(scene, 0, {-10, -0.5f, 10}, {20, 0, 0}, {0, 0, -20});
