@@ -33,31 +33,54 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
 // Distance of the dimensions of one light's points from those of the next one; no vertex reaches it.
 const uint kDimensionsPerLight = 0x10000u;
 
+// Shares of choices that bound the noise where the strongest light is hidden: choices of any light, and choices without
+// the environment, which walls hide from most of a room.
+const float kAnyLight = 0.075, kWithoutSky = 0.2;
+
 // Samples every light, and keeps one of the samples in proportion to the light that it would give if nothing were in
-// between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination: one candidate per light). Its weight
-// is the sum of all samples over its own one, so that only shadows make it depend on which sample is kept.
+// between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination: one candidate per light), mixed
+// with a uniform choice.
 NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
                             uint count) {
     Receiver at = receiver_at(position, b.geometric_normal);
     uint lights = light_count();
     float u = sample_1d(random, dimension + lights * kDimensionsPerLight);
-    float sum = 0.0, own = 0.0;
+    uint last = lights - 1u;  // the environment, if there is one
+    uint any = u < kAnyLight ? min(uint(u / kAnyLight * float(lights)), last) : lights;
+    u = (u - kAnyLight) / (1.0 - kAnyLight);
+#ifdef HALFLIGHT_ENVIRONMENT
+    uint kind = light_kind(word_of_float(texelFetch(scene_lights, int(last) * kLightStride).w));
+    float without = kind == kLightEnvironment ? kWithoutSky : 0.0;
+    bool only_lamps = u < without;
+    u = only_lamps ? u / without : (u - without) / (1.0 - without);
+#endif
+    float sum = 0.0, own = 0.0, lamps = 0.0;  // lamps: sum without the last light
+    uint chosen = 0u;
     NextEvent kept;
     for (uint light = 0u; light < lights; ++light) {
         vec2 xi = sample_2d(random, dimension + light * kDimensionsPerLight);
         NextEvent e = event_of(sample_of_light(at, light, xi, 1.0, 0.0), position, offset, b, wo, before, count);
         vec3 both = e.diffuse + e.glossy;
         float value = max(both.r, max(both.g, both.b));
+        lamps = sum;
         sum += value;
         float share = sum > 0.0 ? value / sum : 1.0;
         bool left = u >= share;  // false for NaN, which is kept and counted, and for the first light
         u = left ? (u - share) / (1.0 - share) : u / share;
-        if (!left) {
+#ifdef HALFLIGHT_ENVIRONMENT
+        left = left || (light == last && only_lamps && lamps > 0.0);
+#endif
+        if (any < lights ? light == any : !left) {
             kept = e;
             own = value;
+            chosen = light;
         }
     }
-    float scale = own > 0.0 ? sum / own : 1.0;
+    float probability = sum > 0.0 ? own / sum : 1.0;
+#ifdef HALFLIGHT_ENVIRONMENT
+    if (without > 0.0 && lamps > 0.0) probability = mix(probability, chosen == last ? 0.0 : own / lamps, without);
+#endif
+    float scale = 1.0 / mix(probability, 1.0 / float(lights), kAnyLight);
     kept.diffuse *= scale;
     kept.glossy *= scale;
     return kept;
