@@ -71,6 +71,12 @@ TEST_F(Light, DarkBesideBright) {
     const Camera camera = look_at_camera({0, 0, 0}, {0, -1, 0}, {0, 0, -1}, 0.02);
     expect_mean("floor under a lamp, another one of 10^8 behind a wall", mean_of(picture(lamps, camera, 16, 1024, 1)),
                 kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
+
+    Scene closed = closed_box(diffuse_material(vec3(kAlbedo)));
+    add_lamp(closed, LightType::point, {0, 0, 0}, 1);
+    closed.environment.color = vec3(1e8f);
+    expect_mean("floor under a lamp in a closed room, a sky of 10^8 outside",
+                mean_of(picture(closed, camera, 16, 1024, 1)), kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
 }
 
 TEST_F(Light, ManyOfAllKinds) {
