@@ -27,6 +27,7 @@ using Source = LayerSource;
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kLeastTilePool = 16 * kMiB;
 constexpr std::size_t kTexel = sizeof(vec4);
+constexpr std::size_t kReplicatesBytes = 3 * (sizeof(double) + kReplicates * sizeof(float));  // bytes per path
 constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // bytes per path: emission, direct and indirect light
 /// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several
 /// entries. Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing
@@ -111,8 +112,15 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
     if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
     if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
-    if (s.error) bytes += 3 * (sizeof(double) + kReplicates * sizeof(float));
+    if (s.error) bytes += kReplicatesBytes;
     return bytes;
+}
+
+/// Returns the bytes per path of what bands keep that grow together: sums, replicates and mattes.
+std::size_t kept_bytes(const FrameNeeds& needs, const RenderSettings& s) {
+    if (!s.adaptive || !s.error) return 0;
+    return kLightSums + needs.squares.path_bytes + needs.features.path_bytes + needs.halves.path_bytes +
+           kReplicatesBytes + mattes(s) * kMatte;
 }
 
 /// Returns the bytes per pixel; see PreviewPicture.
@@ -208,6 +216,8 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                      .visibility = state_bytes(scene, size, needs, band, s),
                      .reading = reading_bytes(needs, s) * paths};
     add_whole_picture(m, s, use, bool(needs.chains));
+    const auto bands = static_cast<std::size_t>((s.height + band.rows - 1) / band.rows);
+    m.reading += (bands - 1) * paths * kept_bytes(needs, s);
     return m;
 }
 

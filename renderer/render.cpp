@@ -137,6 +137,9 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     if (in_turns) {
         s.render_in_turns(frame, frame.time_limit, done, [&] { return go_on(std::int64_t{frame.samples} * s.bands); });
         s.develop(frame, done, film);
+    } else if (frame.error && s.settings.adaptive) {
+        s.render_to_error_adaptively(frame, done, go_on, error);
+        s.develop(frame, done, film);
     } else {
         std::vector<std::uint32_t> plan;  // empty: a picture that ends in the pilot gets one sample
         if (s.settings.adaptive) {

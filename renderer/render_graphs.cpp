@@ -93,7 +93,8 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     std::size_t bytes = 0;
     for (const rays::BatchStatistics& batch : tracer->statistics()) bytes += batch.state_bytes;
     if (bytes > 0) states = std::clamp<std::size_t>(settings.state_bytes / bytes, 1, std::size_t(bands));
-    places.resize(settings.in_turns ? std::size_t(bands) : states);
+    own_sums = settings.in_turns;
+    places.resize(own_sums ? std::size_t(bands) : states);
     scene.context().check("compiling the frame");
 }
 
@@ -140,7 +141,7 @@ CompiledBand& Renderer::State::compiled(int index) {
 
 std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
     std::shared_ptr<Mattes> mattes;
-    if (place > 0 && !settings.in_turns)
+    if (place > 0 && !own_sums)
         mattes = compiled(0).mattes;
     else
         mattes = std::make_shared<Mattes>(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs,
@@ -154,7 +155,7 @@ std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
     }
     if (cache) {
         made->cached = std::make_unique<CompiledSample>();
-        compile(*made->cached, place, settings.in_turns ? static_cast<std::uint32_t>(bands) : 1, cached_options());
+        compile(*made->cached, place, own_sums ? static_cast<std::uint32_t>(bands) : 1, cached_options());
     }
     add_data(*made, place);
     return made;
@@ -206,7 +207,7 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             .frame_constants = constants,
             .place = state,
             .current = &current,
-            .sums = settings.in_turns ? place : 0,
+            .sums = own_sums ? place : 0,
             .rows = page_rows.get(),
             .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
             .group_size = static_cast<std::uint32_t>(settings.estimator.reuse)};

@@ -33,6 +33,8 @@
 
 namespace halflight {
 
+class ListedSamples;
+
 /// The compiled graph of a sample, and the sums that it adds to.
 struct CompiledSample {
     graph::Graph graph;
@@ -86,6 +88,7 @@ struct Renderer::State {
     Band current;  // band of the uploaded constants
     int bands = 0;
     std::size_t states = 1;  // number of bands with visibility state of their own
+    bool own_sums = false;   // bands have sums of their own
     // Bands that have visibility state or, in turns, sums of their own; compiled when needed.
     std::vector<std::unique_ptr<CompiledBand>> places;
     graph::Executor executor;           // runs samples: their sums and the visibility state are its history
@@ -132,14 +135,6 @@ struct Renderer::State {
     /// are below it, so is the picture. Adds the error of the band to that of the picture.
     int render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
                              const AfterSample& after_sample, PictureError& picture_error);
-    /// Renders the pilot of adaptive sampling and returns the numbers of samples of all blocks of the picture
-    /// (adaptive_counts()). Returns an empty vector where the callback returned false. Defined in adaptive_band.cpp.
-    std::vector<std::uint32_t> plan_samples(const FrameSettings& frame, const std::function<bool()>& after_sample);
-    /// Adds samples to a band as planned, and scales its sums as if all pixels had as many. Returns that number. Where
-    /// the callback stops it among the first samples, which all pixels take, returns their number. Defined in
-    /// adaptive_band.cpp.
-    int render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
-                               const std::vector<std::uint32_t>& plan, const AfterSample& after_sample);
     /// Adds samples to all bands in turns, until there are enough, time is up, or the callback returns false. It is
     /// called for each band. done: number of samples of each band.
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
@@ -148,6 +143,45 @@ struct Renderer::State {
     static std::vector<double> read(const gpu::Buffer* b);
     /// Reads the sums of emission, direct and indirect light.
     static Film::Sums light(const SumBuffers& sums);
+
+    // The following functions are defined in adaptive_band.cpp.
+
+    /// Returns the number of 16x16 blocks of the picture in both directions.
+    ivec2 picture_blocks() const;
+    /// Returns the numbers of the blocks of a band in the picture's rows of blocks, in the order of the band's paths.
+    static std::vector<std::size_t> blocks_in_picture(const Band& where);
+    /// Renders samples `from` to `to` - 1 of the pilot of adaptive sampling; the sums of the samples before must be
+    /// there. Returns the error of each block of the picture (add_block_errors()), or an empty vector where the callback
+    /// returned false.
+    std::vector<float> pilot_errors(const FrameSettings& frame, int from, int to, ErrorMetric metric,
+                                    const std::function<bool()>& after_sample);
+    /// Renders the pilot and returns the numbers of samples of all blocks of the picture (adaptive_counts()). Returns an
+    /// empty vector where the callback returned false.
+    std::vector<std::uint32_t> plan_samples(const FrameSettings& frame, const std::function<bool()>& after_sample);
+    /// Adds listed samples to a band. sample: any of them; all have its seed. The callback receives the finished share
+    /// after each run, > 0 and at most 1, and returns false to stop. Returns whether it never did.
+    bool add_listed(const FrameSettings& frame, SampleView sample, CompiledBand& with, ListedSamples& listed,
+                    const std::function<bool(double share)>& after_run);
+    /// Scales the sums of a band, whose blocks have CompiledBand::samples, as if all pixels had `wanted` samples, an
+    /// even number. first_halves: number of samples of each block in the first half.
+    void scale_sums(CompiledBand& with, std::span<const std::uint32_t> first_halves, int wanted);
+    /// Adds samples to a band as planned, and scales its sums as if all pixels had as many. Returns that number. Where
+    /// the callback stops it among the first samples, which all pixels take, returns their number.
+    int render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
+                               const std::vector<std::uint32_t>& plan, const AfterSample& after_sample);
+
+    // The following functions are defined in adaptive_error.cpp.
+
+    /// Gives each band sums of its own, which the other bands leave alone.
+    void keep_sums_of_bands();
+    /// Renders the pilot and returns the deviations of all blocks of the picture (block_deviations()). Returns an empty
+    /// vector where the callback returned false.
+    std::vector<double> plan_replicates(const FrameSettings& frame, const std::function<bool()>& after_sample);
+    /// Adds samples to all bands by the noise of their blocks, until the error of the picture is below the target, or
+    /// another limit is met. done: number of samples of each band, which its sums are scaled to. The callback receives
+    /// the expected number of samples of all bands, and returns false to stop. picture_error: valid unless it did.
+    void render_to_error_adaptively(const FrameSettings& frame, std::vector<int>& done,
+                                    const std::function<bool(std::int64_t all)>& go_on, PictureError& picture_error);
 
     // The following functions are defined in render_develop.cpp.
 

@@ -65,21 +65,36 @@ BandReplicates::BandReplicates(const Band& band) : band_(band) {
 void BandReplicates::add(int replicate, const Film::Sums& sums) {
     std::vector<float>& own = replicates_[static_cast<std::size_t>(replicate)];
     for (std::size_t i = 0; i < before_.size(); ++i) {
-        const auto pixel = static_cast<std::uint32_t>(i / 3), width = static_cast<std::uint32_t>(band_.image.x);
-        const std::uint32_t path = shared::path_of_pixel({pixel % width, pixel / width}, band_.tiles());
-        const double now = sums.beauty(path, i % 3);
+        const double now = sums.beauty(path_of(i), i % 3);
         own[i] += static_cast<float>(now - std::exchange(before_[i], now));
     }
 }
 
 PictureError BandReplicates::error(ErrorMetric metric, int samples) const {
     PictureError error;
-    std::array<double, kReplicates> values{};
-    for (std::size_t i = 0; i < before_.size(); ++i) {
-        for (std::size_t r = 0; r < values.size(); ++r) values[r] = double{replicates_[r][i]} / samples;
-        error.add(values, metric);
-    }
+    for (std::size_t i = 0; i < before_.size(); ++i) add_value(i, samples, metric, error);
     return error;
+}
+
+void BandReplicates::add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const {
+    const std::size_t row = std::size_t{3} * 16 * static_cast<std::size_t>(band_.image.x);  // values in a row of blocks
+    for (std::size_t first = 0; first < before_.size(); first += row) {
+        PictureError error;
+        for (std::size_t i = first; i < std::min(first + row, before_.size()); ++i)
+            add_value(i, counts[path_of(i) / 256], metric, error);
+        picture.add(error);
+    }
+}
+
+std::uint32_t BandReplicates::path_of(std::size_t value) const {
+    const auto pixel = static_cast<std::uint32_t>(value / 3), width = static_cast<std::uint32_t>(band_.image.x);
+    return shared::path_of_pixel({pixel % width, pixel / width}, band_.tiles());
+}
+
+void BandReplicates::add_value(std::size_t i, double samples, ErrorMetric metric, PictureError& error) const {
+    std::array<double, kReplicates> values{};
+    for (std::size_t r = 0; r < values.size(); ++r) values[r] = double{replicates_[r][i]} / samples;
+    error.add(values, metric);
 }
 
 int next_replicate_samples(int samples, const ErrorEstimate& estimate, double target) {

@@ -45,8 +45,15 @@ class BandReplicates {
     void add(int replicate, const Film::Sums& sums);
     /// Returns the error of the mean of all replicates, which have `samples` samples each.
     PictureError error(ErrorMetric metric, int samples) const;
+    /// Adds the error of the mean of all replicates to that of the picture. Each replicate has counts[b] samples in block
+    /// b of the band's 256-path blocks. Parts are added row by row of blocks, so that the sum does not depend on bands.
+    void add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const;
 
   private:
+    std::uint32_t path_of(std::size_t value) const;
+    /// Adds value i of the picture, of which each replicate holds the sum over `samples`.
+    void add_value(std::size_t i, double samples, ErrorMetric metric, PictureError& error) const;
+
     Band band_;
     std::vector<double> before_;                  // beauty sums at the last call, by pixel and channel
     std::vector<std::vector<float>> replicates_;  // beauty sums by replicate, pixel and channel

@@ -40,8 +40,8 @@ void check_settings(const RenderSettings& s) {
     if (s.adaptive) {
         require(s.samples >= kLeastAdaptiveSamples, "adaptive sampling takes at least 16 samples");
         require(s.first_sample == 0, "a picture with adaptive sampling must begin with the first sample");
-        require(!s.error && !(s.time_limit > 0) && !s.preview.any(),
-                "adaptive sampling cannot be combined with an error target, a time limit or a preview mode");
+        require(s.error || !(s.time_limit > 0), "adaptive sampling takes a time limit only with an error target");
+        require(!s.preview.any(), "adaptive sampling cannot be combined with a preview mode");
         require(s.estimator.sampler == SamplePoints::sobol, "adaptive sampling needs the sampler sobol");
     }
     if (!s.error) return;

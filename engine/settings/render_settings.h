@@ -49,8 +49,8 @@ struct PictureSettings {
     // single pictures.
     std::optional<int> denoise_frames{};
     // Gives blocks of pixels samples by their noise (passes/picture/adaptive.h). FrameSettings::samples is then the mean
-    // number. It changes no expectation. It needs at least 16 samples, and excludes error targets, time limits and
-    // preview modes.
+    // number. It changes no expectation. It needs at least 16 samples, and excludes preview modes and, without an error
+    // target, time limits. With an error target, the sums of all bands are kept in memory.
     bool adaptive = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32

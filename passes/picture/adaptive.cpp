@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "engine/core/metrics.h"
+#include "shaders/shared/denoise.h"
 
 namespace halflight {
 namespace {
@@ -34,6 +35,13 @@ std::vector<double> smoothed(std::span<const float> errors, ivec2 blocks) {
     return means;
 }
 
+/// Returns deviations relative to the largest one; 1 where all are 0.
+std::vector<double> shares(std::vector<double> deviations) {
+    const double most = std::ranges::max(deviations);
+    for (double& d : deviations) d = most > 0 ? d / most : 1;
+    return deviations;
+}
+
 }  // namespace
 
 int pilot_samples(int samples) {
@@ -44,7 +52,8 @@ int least_samples(int samples) {
     return std::max(static_cast<int>(std::bit_floor(static_cast<unsigned>(samples / 8))), 4);
 }
 
-graph::BufferHandle add_block_errors(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples) {
+graph::BufferHandle add_block_errors(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
+                                     ErrorMetric metric) {
     const std::uint32_t blocks = band.paths() / 256;
     graph::Pass pass = graph.add_pass("adaptive samples: errors");
     gpu::Defines defines;
@@ -56,18 +65,23 @@ graph::BufferHandle add_block_errors(graph::Graph& graph, const Band& band, cons
         const gpu::Program& program = r.compute("shaders/block_errors.comp", defines);
         program.set("samples", static_cast<std::uint32_t>(samples));
         program.set("blocks", blocks);
-        program.set("epsilon", static_cast<float>(kRelativeEpsilon));
+        const bool relative = metric == ErrorMetric::relmse;
+        program.set("relative", relative ? 1.0f : 0.0f);
+        program.set("epsilon", relative ? static_cast<float>(kRelativeEpsilon) : 1.0f);
         program.dispatch((blocks + 63) / 64);
     });
     return errors;
 }
 
+std::vector<double> block_deviations(std::span<const float> errors, ivec2 blocks) {
+    std::vector<double> deviations = smoothed(errors, blocks);
+    for (double& d : deviations) d = std::sqrt(d);
+    return deviations;
+}
+
 std::vector<std::uint32_t> adaptive_counts(std::span<const float> errors, ivec2 blocks, std::uint32_t least,
                                            std::uint64_t total) {
-    std::vector<double> wanted = smoothed(errors, blocks);
-    for (double& w : wanted) w = std::sqrt(w);
-    const double most = std::ranges::max(wanted);
-    for (double& w : wanted) w = most > 0 ? w / most : 1;
+    const std::vector<double> wanted = shares(block_deviations(errors, blocks));
     const auto number_at = [&](double scale, double w) { return std::max(scale * w, double(least)); };
     double lower = 0, upper = double(total);  // bounds of the scale that gives the total
     for (int step = 0; step < 80; ++step) {
@@ -89,13 +103,40 @@ std::vector<std::uint32_t> adaptive_counts(std::span<const float> errors, ivec2 
     return counts;
 }
 
-void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::BufferHandle counts,
+int expected_samples(std::span<const double> deviations, double target) {
+    const double sum = std::accumulate(deviations.begin(), deviations.end(), 0.0);
+    const double mean = sum / static_cast<double>(deviations.size());
+    return static_cast<int>(std::clamp(std::ceil(mean * mean / target), 1.0, 1e9));
+}
+
+std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, std::uint32_t mean,
+                                            std::uint32_t least, std::uint32_t most) {
+    const std::vector<double> wanted = shares({deviations.begin(), deviations.end()});
+    const std::uint32_t bottom = std::max(least, mean / 8);
+    const auto number_at = [&](double scale, double w) {
+        return std::clamp(static_cast<std::uint32_t>(std::min(scale * w, double(most))), bottom, std::max(bottom, most));
+    };
+    const auto fits = [&](double scale) {
+        std::uint64_t sum = 0;
+        for (const double w : wanted) sum += number_at(scale, w);
+        return sum <= std::uint64_t{mean} * wanted.size();
+    };
+    // Bounds of the scale do not depend on `mean`, and neither does their grid: a larger mean never gives less.
+    double lower = 0, upper = std::ldexp(1.0, 60);
+    for (int step = 0; step < 100; ++step) (fits((lower + upper) / 2) ? lower : upper) = (lower + upper) / 2;
+    std::vector<std::uint32_t> counts;
+    counts.reserve(wanted.size());
+    for (const double w : wanted) counts.push_back(number_at(lower, w));
+    return counts;
+}
+
+void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated& sums, const BlockCounts& counts,
                        std::uint32_t wanted, std::size_t half_sums) {
     if (sums.squares) {
         graph::Pass pass = graph.add_pass("adaptive samples: squares");
         gpu::Defines defines;
         read_light(pass, defines, sums);
-        pass.read(counts, Access::texture_read, {"counts", GL_R32UI});
+        pass.read(counts.all, Access::texture_read, {"counts", GL_R32UI});
         graph.output(pass.write(sums.squares, Access::storage_read_write, "Squares"));
         pass.execute([=](graph::Resources& r) {
             const gpu::Program& program = r.compute("shaders/adaptive_squares.comp", defines);
@@ -103,15 +144,17 @@ void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated&
             program.dispatch(band.paths() / 64);
         });
     }
-    const auto scale = [&](graph::BufferHandle values, std::size_t stride) {
+    const auto scale = [&](graph::BufferHandle values, std::size_t stride, std::uint32_t of_first_half = 0) {
         if (!values) return;
         graph::Pass pass = graph.add_pass("adaptive samples: mean");
-        pass.read(counts, Access::texture_read, {"counts", GL_R32UI});
+        pass.read(counts.all, Access::texture_read, {"counts", GL_R32UI});
+        pass.read(counts.first_half, Access::texture_read, {"first_counts", GL_R32UI});
         graph.output(pass.write(values, Access::storage_read_write, "Sums"));
         pass.execute([=](graph::Resources& r) {
             const gpu::Program& program = r.compute("shaders/adaptive_mean.comp");
             program.set("stride", static_cast<std::uint32_t>(stride));
             program.set("wanted", wanted);
+            program.set("of_first_half", of_first_half);
             program.dispatch(band.paths() / 64);
         });
     };
@@ -119,7 +162,7 @@ void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated&
     scale(sums.direct, 6);
     scale(sums.indirect, 6);
     scale(sums.features, 6);
-    scale(sums.halves, half_sums);
+    scale(sums.halves, half_sums, shared::kFirstHalfSums);
 }
 
 }  // namespace halflight

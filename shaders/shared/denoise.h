@@ -8,6 +8,8 @@ HALFLIGHT_SHARED_BEGIN
 
 // Number of doubles per path in Accumulated::halves.
 HALFLIGHT_SHARED_CONST uint kHalfSums = 13u;
+// Number of its leading doubles that are sums over the first half of the samples.
+HALFLIGHT_SHARED_CONST uint kFirstHalfSums = 9u;
 // Depths along the camera's axis count as at least this value, world units, because their logarithm is averaged.
 HALFLIGHT_SHARED_CONST float kLeastDepth = 1e-20f;
 // Light is filtered divided by the albedo, which counts as at least this value.

@@ -1,6 +1,7 @@
 // Tests adaptive sampling where errors are extreme: none at all, infinite, or in one block alone.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/core/metrics.h"
 #include "tests/stiff/stiff.h"
@@ -10,10 +11,12 @@ namespace {
 
 class Samples : public StiffTest {
   protected:
-    RenderResult adaptive(const Scene& scene, const Camera& camera, int size, int samples) {
+    RenderResult adaptive(const Scene& scene, const Camera& camera, int size, int samples,
+                          const std::optional<ErrorTarget>& error = {}) {
         RenderSettings settings = small_settings(camera, size, size, samples, 4);
         settings.aovs.emplace_back("samples");
         settings.adaptive = true;
+        settings.error = error;
         return picture(scene, settings);
     }
     /// Expects that the numbers of samples have about the mean `samples`.
@@ -45,6 +48,27 @@ TEST_F(Samples, LampsOfAnyRadiance) {
         const std::string name = fmt::format("lamp of radiance {:g}", radiance);
         expect(name, difference / error, 4, "standard errors", "adaptive and even samples have the same mean");
         expect_all(name, result, 32);
+    }
+}
+
+TEST_F(Samples, ErrorsOfLampsOfAnyRadiance) {
+    for (const float radiance : {1e-12f, 1.0f, 1e30f}) {
+        Scene scene = cornell_box();
+        for (Material& material : scene.materials)
+            if (material.emission != vec3(0)) material.emission = vec3(radiance);
+        const RenderResult even = picture(scene, small_settings(scene.cameras[0], 48, 48, 64, 4));
+        // Errors that cannot be met: the least weight of a relative error is 1 over its epsilon.
+        for (const ErrorMetric metric : {ErrorMetric::relmse, ErrorMetric::mse}) {
+            const RenderResult result =
+                adaptive(scene, scene.cameras[0], 48, 64, ErrorTarget{metric, 1e-40});
+            const double difference = std::abs(mean_of(result).value - mean_of(even).value);
+            const double error = std::hypot(mean_of(result).error, mean_of(even).error);
+            const std::string case_name = fmt::format("lamp of radiance {:g}, {} up to a limit", radiance, name(metric));
+            expect(case_name, difference / error, 4, "standard errors", "adaptive and even samples have the same mean");
+            expect_all(case_name, result, 64);
+            expect(case_name + ", finite estimate", std::isfinite(result.stats.error->estimate.upper) ? 0 : 1, 0, "",
+                   "errors are sums of doubles");
+        }
     }
 }
 

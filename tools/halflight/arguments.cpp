@@ -123,7 +123,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_preview_options(app, a);
     exclude(app, "--denoise", "--preview");
     exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
-    for (const char* other : {"--error", "--time", "--preview", "--shutter"}) exclude(app, "--adaptive", other);
+    for (const char* other : {"--preview", "--shutter"}) exclude(app, "--adaptive", other);
+    if (!a.settings.error) exclude(app, "--adaptive", "--time");
     if (given("--denoise-frames") && !a.settings.denoise) throw UsageError("--denoise-frames", "needs --denoise");
     check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();

@@ -299,10 +299,11 @@ TEST_F(AdaptiveTest, SettingsThatDoNotFitAreRefused) {
     EXPECT_EQ(problem(settings), "render settings: adaptive sampling takes at least 16 samples");
     settings.samples = 16;
     settings.time_limit = 1;
-    EXPECT_EQ(
-        problem(settings),
-        "render settings: adaptive sampling cannot be combined with an error target, a time limit or a preview mode");
+    EXPECT_EQ(problem(settings), "render settings: adaptive sampling takes a time limit only with an error target");
     settings.time_limit = 0;
+    settings.preview.filter = true;
+    EXPECT_EQ(problem(settings), "render settings: adaptive sampling cannot be combined with a preview mode");
+    settings.preview.filter = false;
     settings.first_sample = 16;
     EXPECT_EQ(problem(settings), "render settings: a picture with adaptive sampling must begin with the first sample");
     settings.first_sample = 0;

@@ -82,6 +82,20 @@ TEST(Memory, LayersAreReadBackFromBands) {
     EXPECT_EQ((of(error).reading - plain) / kPixels, 128u + 3 * (8 + 8 * 4));
 }
 
+/// Bands that grow together up to an error keep their sums and replicates.
+TEST(Memory, AdaptiveErrorTargetsKeepAllBands) {
+    RenderSettings s = settings_of(3840, 2160);
+    s.adaptive = true;
+    const std::size_t fixed = of(s).reading;
+    s.error.emplace();
+    const MemoryEstimate all = of(s);
+    const std::size_t pixels = std::size_t{3840} * 2160;
+    EXPECT_GT(all.reading, fixed + pixels * (128 + 24 + 3 * (8 + 8 * 4)));
+    EXPECT_LT(all.reading, 3 * pixels * (128 + 24 + 3 * (8 + 8 * 4)));
+    s.band_pixels /= 4;
+    EXPECT_NEAR(double(of(s).reading), double(all.reading), 0.2 * double(all.reading));
+}
+
 TEST(Memory, WholePictureStepsGrowWithThePicture) {
     RenderSettings s = settings_of(640, 480);
     EXPECT_EQ(of(s).preview, 0u);

@@ -25,6 +25,7 @@ struct Arguments {
     int seeds = 100;
     int reference = 16384;
     int bounces = 8;
+    bool adaptive = false;
     std::size_t band_pixels = RenderSettings{}.band_pixels;
 };
 
@@ -41,14 +42,17 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
     settings.camera = bench::pick_camera(scene, "").camera;
     settings.bounces = a.bounces;
     settings.band_pixels = a.band_pixels;
-    Renderer renderer(context, scene, ColorConfig::load({}), settings);
+    PreparedScene prepared(context, scene);
+    Renderer even(prepared, ColorConfig::load({}), settings);
+    settings.adaptive = a.adaptive;
+    Renderer renderer(prepared, ColorConfig::load({}), settings);
     FrameSettings frame = settings;
 
     Image halves[2];
     frame.samples = a.reference / 2;
     for (std::uint32_t half : {0u, 1u}) {
         frame.seed = static_cast<std::uint32_t>(a.seeds) + half;
-        halves[half] = rgb(renderer.render(frame).beauty);
+        halves[half] = rgb(even.render(frame).beauty);
     }
     frame.error = ErrorTarget{a.metric == name(ErrorMetric::mse) ? ErrorMetric::mse : ErrorMetric::relmse, a.error};
     frame.samples = 1 << 24;
@@ -89,6 +93,7 @@ void add_options(CLI::App& app, Arguments& a) {
     app.add_option("--bounces", a.bounces, "reflections along a path")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
+    app.add_flag("--adaptive", a.adaptive, "samples the pictures adaptively");
     app.add_option("--band", a.band_pixels, "pixels that are rendered at once")->capture_default_str();
 }
 

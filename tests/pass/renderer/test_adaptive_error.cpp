@@ -1,0 +1,248 @@
+// Tests adaptive sampling up to an error: shares of blocks, coverage, no bias, fewer samples, equal bits whatever the
+// bands.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "passes/picture/adaptive.h"
+#include "renderer/replicates.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+#include "tools/measure/common/seed_errors.h"
+
+namespace halflight::test {
+namespace {
+
+using Counts = std::vector<std::uint32_t>;
+
+double mean_of_counts(const Counts& counts) {
+    return static_cast<double>(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0})) /
+           static_cast<double>(counts.size());
+}
+
+TEST(ReplicateCounts, FollowTheDeviationsAboveTheirFloors) {
+    const std::vector<double> deviations = {0, 0.1, 1, 2, 4, 8};
+    const Counts counts = replicate_counts(deviations, 160, 2, 1 << 20);
+    EXPECT_LE(mean_of_counts(counts), 160);
+    EXPECT_GT(mean_of_counts(counts), 158);
+    EXPECT_EQ(counts[0], 20u);  // an eighth of the mean
+    EXPECT_EQ(counts[1], 20u);
+    for (const std::size_t i : {2u, 3u, 4u}) EXPECT_NEAR(double(counts[i + 1]) / counts[i], 2, 0.02) << i;
+}
+
+TEST(ReplicateCounts, NeverFallAsTheMeanGrows) {
+    for (const std::vector<double>& deviations : std::vector<std::vector<double>>{
+             {0, 0, 0}, {1, 1, 1}, {0, 0, 1e300}, {1e-300, 1, 3}, {5, 0.3, 0.7, 11, 0, 1e-5, 2}}) {
+        Counts before(deviations.size(), 0);
+        for (std::uint32_t mean = 2; mean < 5000; mean += 1 + mean / 7) {
+            const Counts counts = replicate_counts(deviations, mean, 2, 4096);
+            EXPECT_LE(mean_of_counts(counts), mean);
+            for (std::size_t i = 0; i < counts.size(); ++i) EXPECT_TRUE(counts[i] >= before[i] && counts[i] <= 4096);
+            before = counts;
+        }
+    }
+}
+
+TEST(ReplicateCounts, AreEvenAtFirstAndWhereNoiseIsEven) {
+    EXPECT_EQ(replicate_counts(std::vector<double>{0, 1, 100}, 2, 2, 1 << 20), Counts(3, 2));
+    for (const double d : {0.0, 0.7, 1e-200})
+        EXPECT_EQ(replicate_counts(std::vector<double>(3, d), 37, 2, 1 << 20), Counts(3, 37)) << d;
+}
+
+TEST(ExpectedSamples, AreThoseOfIndependentSamples) {
+    EXPECT_EQ(expected_samples(std::vector<double>{1, 3}, 0.5), 8);
+    EXPECT_EQ(expected_samples(std::vector<double>{0, 0}, 0.5), 1);
+    EXPECT_EQ(expected_samples(std::vector<double>{1e200, 0}, 0.5), 1000000000);
+}
+
+class AdaptiveErrorTest : public GpuTest {
+  protected:
+    /// Returns settings for a picture of a Cornell box that fills a part of it.
+    static RenderSettings settings_of(const Scene& scene, int width, int height, double error,
+                                      ErrorMetric metric = ErrorMetric::relmse) {
+        RenderSettings s = small_settings(scene.cameras.at(0), width, height, 1 << 16, 2);
+        s.camera.camera_to_world[3] += dvec4(1.2, 0.9, 2.5, 0);
+        s.aovs = {"samples"};
+        s.error = ErrorTarget{metric, error};
+        s.adaptive = true;
+        return s;
+    }
+
+    Scene scene = shiny_cornell();
+    PreparedScene prepared{context, scene};
+    ColorConfig colors = ColorConfig::load();
+};
+
+TEST_F(AdaptiveErrorTest, IsReachedAndCorrect) {
+    RenderSettings settings = settings_of(scene, 48, 32, 1);
+    settings.adaptive = false;
+    FrameSettings reference = settings;
+    reference.error.reset();
+    reference.samples = 2048;
+    Image halves[2];
+    Renderer even(prepared, colors, settings);
+    for (std::uint32_t half : {0u, 1u}) {
+        reference.seed = 1000 + half;
+        halves[half] = rgb(even.render(reference).beauty);
+    }
+    settings.adaptive = true;
+    Renderer renderer(prepared, colors, settings);
+    for (const ErrorMetric metric : {ErrorMetric::relmse, ErrorMetric::mse}) {
+        constexpr int kSeeds = 16;
+        const double target = 0.004;
+        int inside = 0, below = 0;
+        for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+            FrameSettings frame = settings_of(scene, 48, 32, target, metric);
+            frame.seed = seed;
+            const RenderResult result = renderer.render(frame);
+            ASSERT_TRUE(result.stats.error);
+            const ErrorEstimate& e = result.stats.error->estimate;
+            EXPECT_TRUE(result.stats.error->reached);
+            EXPECT_LE(e.bound, target);
+            EXPECT_TRUE(0 <= e.lower && e.lower < e.value && e.value < e.bound && e.bound < e.upper);
+            const Image& samples = layer(result, "samples.Y");
+            EXPECT_GT(std::ranges::max(samples.pixels), 2 * std::ranges::min(samples.pixels));
+            EXPECT_NEAR(mean_of(samples), result.stats.samples, 1) << "the sums stand for the mean number";
+            const std::vector<Image> picture{rgb(result.beauty)};
+            const Image weights = metric == ErrorMetric::mse ? Image() : relative_weights(halves[0]);
+            const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
+            inside += e.lower <= truth && truth <= e.upper;
+            below += truth <= target;
+        }
+        // Fewer than 12 of 16 have a probability of 1 in 1000 at 95 % coverage.
+        EXPECT_GE(inside, 12) << name(metric);
+        EXPECT_GE(below, 12) << name(metric);
+    }
+}
+
+TEST_F(AdaptiveErrorTest, TakesFewerSamples) {
+    RenderSettings settings = settings_of(scene, 96, 96, 0.002);
+    const int adaptive = Renderer(prepared, colors, settings).render().stats.samples;
+    settings.adaptive = false;
+    EXPECT_LT(adaptive, 0.8 * Renderer(prepared, colors, settings).render().stats.samples);
+}
+
+// Where the number of samples is the limit, nothing but the pilot decides about samples, so there is no bias at all.
+TEST_F(AdaptiveErrorTest, ThinStripsKeepTheirMean) {
+    constexpr int kSeeds = 300, kSide = 32;
+    for (const double width : {1.0 / 16, 1.0 / 4}) {  // pixels
+        Scene strips;
+        Material lamp = diffuse_material(vec3(0));
+        lamp.emission = vec3(1);
+        const int material = add_material(strips, lamp);
+        const float pixel = 2.0f / kSide;
+        // The ragged region beside the strip keeps other blocks busy.
+        add_quad(strips, material, {-pixel * 8, pixel * 4.3f, 0}, {pixel * 8, 0, 0}, {0, pixel * float(width), 0});
+        for (int i = 0; i < 16; ++i)
+            add_quad(strips, material, {pixel * float(i), -pixel * 12.7f, 0}, {pixel * 0.37f, 0, 0}, {0, pixel * 9, 0});
+        strips.cameras = {spot_camera(dvec3(0), {0, 0, 1}, 2)};
+        PreparedScene of_strips(context, strips);
+        RenderSettings settings = small_settings(strips.cameras[0], kSide, kSide, 64, 0);
+        settings.adaptive = true;
+        settings.error = ErrorTarget{ErrorMetric::relmse, 1e-12};
+        settings.aovs = {"samples"};
+        Renderer renderer(of_strips, colors, settings);
+        double sum = 0, squares = 0, fewest = kSide, most = 0;
+        for (int seed = 0; seed < kSeeds; ++seed) {
+            settings.seed = static_cast<std::uint32_t>(seed);
+            const RenderResult result = renderer.render(settings);
+            const Image& samples = layer(result, "samples.Y");
+            fewest = std::min(fewest, double(std::ranges::min(samples.pixels)));
+            most = std::max(most, double(std::ranges::max(samples.pixels)));
+            double light = 0;
+            for (int y = 0; y < 16; ++y)
+                for (int x = 0; x < kSide; ++x) light += result.beauty.at(x, y)[0];
+            sum += light, squares += light * light;
+        }
+        EXPECT_GT(most, 2 * fewest);
+        const double mean = sum / kSeeds, error = std::sqrt((squares / kSeeds - mean * mean) / (kSeeds - 1));
+        EXPECT_GT(error, 0);
+        EXPECT_LT(error, 0.03 * 8 * width);
+        EXPECT_NEAR(mean, 8 * width, 4 * error) << width;
+    }
+}
+
+TEST_F(AdaptiveErrorTest, BandsChangeNothing) {
+    RenderSettings settings = settings_of(scene, 70, 90, 0.02);
+    settings.aovs = {"samples", "variance", "albedo", "cryptoobject", "depth"};
+    settings.denoise = true;
+    std::vector<RenderResult> results;
+    for (const int rows : {105, 16, 48}) {
+        settings.band_pixels = static_cast<std::size_t>(80 * rows);
+        Renderer renderer(prepared, colors, settings);
+        results.push_back(renderer.render());
+        SCOPED_TRACE(rows);
+        expect_same(results.back(), results[0]);
+        expect_same(renderer.render(), results[0]);
+        EXPECT_EQ(results.back().stats.samples, results[0].stats.samples);
+        EXPECT_EQ(results.back().stats.error->estimate.value, results[0].stats.error->estimate.value);
+        EXPECT_EQ(results.back().stats.error->estimate.bound, results[0].stats.error->estimate.bound);
+    }
+    const Image& samples = layer(results[0], "samples.Y");
+    EXPECT_GT(std::ranges::max(samples.pixels), std::ranges::min(samples.pixels));
+    settings.seed = 1;
+    EXPECT_NE(Renderer(prepared, colors, settings).render().beauty.pixels, results[0].beauty.pixels);
+}
+
+TEST_F(AdaptiveErrorTest, EndsAtItsLimits) {
+    RenderSettings settings = settings_of(scene, 48, 32, 1e-9);
+    settings.samples = 101;
+    Renderer renderer(prepared, colors, settings);
+    const RenderResult few = renderer.render();
+    EXPECT_LE(few.stats.samples, 96);  // the last multiple of kReplicates
+    EXPECT_GT(few.stats.samples, 80);
+    EXPECT_FALSE(few.stats.error->reached);
+    EXPECT_GT(few.stats.error->estimate.lower, 1e-9);
+
+    FrameSettings timed = settings;
+    timed.time_limit = 1e9;  // the time allows more samples than an int can count
+    EXPECT_EQ(renderer.render(timed).stats.samples, few.stats.samples);
+    timed.samples = 1 << 20, timed.time_limit = 1e-6;
+    EXPECT_EQ(renderer.render(timed).stats.samples, kFirstLook * kReplicates);
+}
+
+TEST_F(AdaptiveErrorTest, InterruptedPicturesHoldTheSamplesSoFar) {
+    for (const std::size_t band_pixels : {48u * 48, 48u * 16}) {
+        RenderSettings settings = settings_of(scene, 48, 48, 1e-9);
+        settings.samples = 256, settings.band_pixels = band_pixels;
+        settings.denoise = true;
+        settings.aovs = {"samples", "noisy"};
+        Renderer renderer(prepared, colors, settings);
+        const RenderResult whole = renderer.render();
+        const auto upper_third = [](Image image) {
+            image.height /= 3;
+            image.pixels.resize(image.pixels.size() / 3);
+            return image;
+        };
+        for (const int reports : {1, 2, 7, 20, 70, 90, 111, 140}) {
+            SCOPED_TRACE(reports);
+            int left = reports;
+            const RenderResult result = renderer.render([&](const RenderProgress&) { return --left > 0; });
+            EXPECT_TRUE(result.stats.interrupted);
+            EXPECT_FALSE(result.stats.error);
+            // Bands that have no sample yet are black.
+            for (const auto& [now, all] : {std::pair(layer(result, "noisy.R"), layer(whole, "noisy.R")),
+                                           std::pair(rgb(result.beauty), rgb(whole.beauty))})
+                for (int c = 0; c < 3; ++c)
+                    EXPECT_NEAR(mean_of_pixels(upper_third(now), c).value / mean_of_pixels(upper_third(all), c).value, 1,
+                                reports < 20 ? 0.25 : 0.1);
+        }
+    }
+}
+
+TEST_F(AdaptiveErrorTest, WithoutNoiseThereIsNoError) {
+    Scene black;
+    black.cameras = scene.cameras;
+    Renderer renderer(context, black, colors, settings_of(black, 32, 32, 1e-6));
+    const RenderResult result = renderer.render();
+    EXPECT_EQ(result.stats.samples, kFirstLook * kReplicates);
+    EXPECT_EQ(result.stats.error->estimate.upper, 0);
+}
+
+}  // namespace
+}  // namespace halflight::test
