@@ -55,8 +55,7 @@ std::vector<float> Renderer::State::pilot_errors(const FrameSettings& frame, int
         with.sample.adds_mattes = true;
         if (!after_sample()) return {};
         graph::Graph graph;
-        const graph::BufferHandle read =
-            add_block_errors(graph, band, imported(graph, with.sample.sums), to, metric);
+        const graph::BufferHandle read = add_block_errors(graph, band, imported(graph, with.sample.sums), to, metric);
         graph.output(read);
         composer.run(graph::compile(graph));
         const std::vector<float> of_band = composer.read<float>(read);
@@ -92,8 +91,8 @@ bool Renderer::State::add_listed(const FrameSettings& frame, SampleView sample, 
 
 void Renderer::State::scale_sums(CompiledBand& with, std::span<const std::uint32_t> first_halves, int wanted) {
     gpu::Buffer counts = gpu::Buffer::from("numbers of samples", with.samples);
-    gpu::Buffer first = gpu::Buffer::from(
-        "samples of the first half", std::vector<std::uint32_t>(first_halves.begin(), first_halves.end()));
+    gpu::Buffer first = gpu::Buffer::from("samples of the first half",
+                                          std::vector<std::uint32_t>(first_halves.begin(), first_halves.end()));
     graph::Graph graph;
     const gpu::Buffer* halves = with.sample.sums.halves;
     add_adaptive_mean(

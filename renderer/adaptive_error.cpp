@@ -1,7 +1,7 @@
-// Adaptive sampling of a picture that is rendered up to an error. A pilot decides the shares of the blocks and is thrown
-// away. All replicates of a block then take the same number of samples, so they are independent and distributed alike,
-// as ReplicateError demands. All bands grow together until the picture meets the error, so that it does not depend on
-// them.
+// Adaptive sampling of a picture that is rendered up to an error. A pilot decides the shares of the blocks and is
+// thrown away. All replicates of a block then take the same number of samples, so they are independent and distributed
+// alike, as ReplicateError demands. All bands grow together until the picture meets the error, so that it does not
+// depend on them.
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -151,12 +151,12 @@ struct Renderer::State {
     /// Returns the numbers of the blocks of a band in the picture's rows of blocks, in the order of the band's paths.
     static std::vector<std::size_t> blocks_in_picture(const Band& where);
     /// Renders samples `from` to `to` - 1 of the pilot of adaptive sampling; the sums of the samples before must be
-    /// there. Returns the error of each block of the picture (add_block_errors()), or an empty vector where the callback
-    /// returned false.
+    /// there. Returns the error of each block of the picture (add_block_errors()), or an empty vector where the
+    /// callback returned false.
     std::vector<float> pilot_errors(const FrameSettings& frame, int from, int to, ErrorMetric metric,
                                     const std::function<bool()>& after_sample);
-    /// Renders the pilot and returns the numbers of samples of all blocks of the picture (adaptive_counts()). Returns an
-    /// empty vector where the callback returned false.
+    /// Renders the pilot and returns the numbers of samples of all blocks of the picture (adaptive_counts()). Returns
+    /// an empty vector where the callback returned false.
     std::vector<std::uint32_t> plan_samples(const FrameSettings& frame, const std::function<bool()>& after_sample);
     /// Adds listed samples to a band. sample: any of them; all have its seed. The callback receives the finished share
     /// after each run, > 0 and at most 1, and returns false to stop. Returns whether it never did.

@@ -45,8 +45,9 @@ class BandReplicates {
     void add(int replicate, const Film::Sums& sums);
     /// Returns the error of the mean of all replicates, which have `samples` samples each.
     PictureError error(ErrorMetric metric, int samples) const;
-    /// Adds the error of the mean of all replicates to that of the picture. Each replicate has counts[b] samples in block
-    /// b of the band's 256-path blocks. Parts are added row by row of blocks, so that the sum does not depend on bands.
+    /// Adds the error of the mean of all replicates to that of the picture. Each replicate has counts[b] samples in
+    /// block b of the band's 256-path blocks. Parts are added row by row of blocks, so that the sum does not depend on
+    /// bands.
     void add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const;
 
   private:

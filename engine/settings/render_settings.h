@@ -48,9 +48,9 @@ struct PictureSettings {
     // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
     // single pictures.
     std::optional<int> denoise_frames{};
-    // Gives blocks of pixels samples by their noise (passes/picture/adaptive.h). FrameSettings::samples is then the mean
-    // number. It changes no expectation. It needs at least 16 samples, and excludes preview modes and, without an error
-    // target, time limits. With an error target, the sums of all bands are kept in memory.
+    // Gives blocks of pixels samples by their noise (passes/picture/adaptive.h). FrameSettings::samples is then the
+    // mean number. It changes no expectation. It needs at least 16 samples, and excludes preview modes and, without an
+    // error target, time limits. With an error target, the sums of all bands are kept in memory.
     bool adaptive = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32

@@ -109,12 +109,13 @@ int expected_samples(std::span<const double> deviations, double target) {
     return static_cast<int>(std::clamp(std::ceil(mean * mean / target), 1.0, 1e9));
 }
 
-std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, std::uint32_t mean,
-                                            std::uint32_t least, std::uint32_t most) {
+std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, std::uint32_t mean, std::uint32_t least,
+                                            std::uint32_t most) {
     const std::vector<double> wanted = shares({deviations.begin(), deviations.end()});
     const std::uint32_t bottom = std::max(least, mean / 8);
     const auto number_at = [&](double scale, double w) {
-        return std::clamp(static_cast<std::uint32_t>(std::min(scale * w, double(most))), bottom, std::max(bottom, most));
+        return std::clamp(static_cast<std::uint32_t>(std::min(scale * w, double(most))), bottom,
+                          std::max(bottom, most));
     };
     const auto fits = [&](double scale) {
         std::uint64_t sum = 0;

@@ -47,8 +47,8 @@ int expected_samples(std::span<const double> deviations, double target);
 /// Returns the number of samples of each block in each replicate of a picture that is rendered up to an error: at least
 /// `least` and at least an eighth of `mean`, else in proportion to the deviations. Their mean is at most `mean` (at
 /// least `least`), and nearly that unless a block reaches `most` samples. No number falls as `mean` grows.
-std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, std::uint32_t mean,
-                                            std::uint32_t least, std::uint32_t most);
+std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, std::uint32_t mean, std::uint32_t least,
+                                            std::uint32_t most);
 
 /// Numbers of samples of each block of a band, in the order of pixel_order.h: buffers of uint.
 struct BlockCounts {

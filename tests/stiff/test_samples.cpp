@@ -59,11 +59,11 @@ TEST_F(Samples, ErrorsOfLampsOfAnyRadiance) {
         const RenderResult even = picture(scene, small_settings(scene.cameras[0], 48, 48, 64, 4));
         // Errors that cannot be met: the least weight of a relative error is 1 over its epsilon.
         for (const ErrorMetric metric : {ErrorMetric::relmse, ErrorMetric::mse}) {
-            const RenderResult result =
-                adaptive(scene, scene.cameras[0], 48, 64, ErrorTarget{metric, 1e-40});
+            const RenderResult result = adaptive(scene, scene.cameras[0], 48, 64, ErrorTarget{metric, 1e-40});
             const double difference = std::abs(mean_of(result).value - mean_of(even).value);
             const double error = std::hypot(mean_of(result).error, mean_of(even).error);
-            const std::string case_name = fmt::format("lamp of radiance {:g}, {} up to a limit", radiance, name(metric));
+            const std::string case_name =
+                fmt::format("lamp of radiance {:g}, {} up to a limit", radiance, name(metric));
             expect(case_name, difference / error, 4, "standard errors", "adaptive and even samples have the same mean");
             expect_all(case_name, result, 64);
             expect(case_name + ", finite estimate", std::isfinite(result.stats.error->estimate.upper) ? 0 : 1, 0, "",

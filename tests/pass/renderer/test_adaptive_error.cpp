@@ -229,8 +229,8 @@ TEST_F(AdaptiveErrorTest, InterruptedPicturesHoldTheSamplesSoFar) {
             for (const auto& [now, all] : {std::pair(layer(result, "noisy.R"), layer(whole, "noisy.R")),
                                            std::pair(rgb(result.beauty), rgb(whole.beauty))})
                 for (int c = 0; c < 3; ++c)
-                    EXPECT_NEAR(mean_of_pixels(upper_third(now), c).value / mean_of_pixels(upper_third(all), c).value, 1,
-                                reports < 20 ? 0.25 : 0.1);
+                    EXPECT_NEAR(mean_of_pixels(upper_third(now), c).value / mean_of_pixels(upper_third(all), c).value,
+                                1, reports < 20 ? 0.25 : 0.1);
         }
     }
 }
