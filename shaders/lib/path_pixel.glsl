@@ -16,9 +16,9 @@ uint path_in_band(uint path) { return (sampled_block(path).block << 8) | (path &
 // Returns the constants of the path's own sample.
 Frame frame_of_path(Frame frame, uint path) {
     SampledBlock block = sampled_block(path);
-    frame.sample_index = block.sample & ~kInFirstHalf;
+    frame.sample_index = block.sample_and_half & ~kInFirstHalf;
     frame.jitter = block.jitter;
-    frame.first_half = (block.sample & kInFirstHalf) != 0u ? 1u : 0u;
+    frame.first_half = (block.sample_and_half & kInFirstHalf) != 0u ? 1u : 0u;
     return frame;
 }
 #else
