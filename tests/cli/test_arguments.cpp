@@ -100,6 +100,9 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--error-metric", "mse"}, 2, "--error-metric: needs --error");
     expect_render({"--best-effort"}, 2, "--best-effort: needs --error");
     expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
+    expect_render({"--adaptive", "--time", "1"}, 2, "--adaptive: cannot be given together with --time");
+    expect_render({"--adaptive", "--error", "1", "--preview", "filter"}, 2,
+                  "--(adaptive|error|preview): cannot be given together with --.*");
     expect_render({"--bounces", "-1"}, 2, "--bounces: expects auto or a whole number from 0 to .*");
     expect_render({"--filter", "sinc"}, 2, "--filter: expects one of box, blackman-harris, not 'sinc'");
     for (const char* radius : {"0", "-1", "17", "nan"})
