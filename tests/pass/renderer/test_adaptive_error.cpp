@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/core/metrics.h"
 #include "passes/picture/adaptive.h"
 #include "renderer/replicates.h"
 #include "tests/pass/renders.h"
