@@ -169,7 +169,7 @@ TEST_F(AdaptiveErrorTest, ThinStripsKeepTheirMean) {
 }
 
 TEST_F(AdaptiveErrorTest, BandsChangeNothing) {
-    RenderSettings settings = settings_of(scene, 70, 90, 0.02);
+    RenderSettings settings = settings_of(scene, 70, 90, 0.004);
     settings.aovs = {"samples", "variance", "albedo", "cryptoobject", "depth"};
     settings.denoise = true;
     std::vector<RenderResult> results;
