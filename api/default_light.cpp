@@ -244,12 +244,13 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     const std::vector<Candidate> lights = candidates_of(scene);
     const std::size_t views = std::min(cameras.size(), kMostCameras);
     std::vector<double> sums;
-    std::size_t seen = 0, emitting = 0;
+    std::size_t seen = 0, glowing = 0;
     const double limits[] = {kNegligibleLight,
                              only_displays(scene) ? kNegligibleBesideDisplays : kNegligibleBesideEmission};
-    std::size_t lit[2] = {}, sky_lit[2] = {};  // by limit: that without visible emission, and that beside it
+    std::size_t lit[2] = {};  // by limit: that without visible emission, and that beside it
+    double sky[2] = {};       // the same, sums of the sky's light
     const auto side = static_cast<std::size_t>(std::sqrt(double(kRays) / double(std::max(views, std::size_t{1}))));
-    for (std::size_t turn = 0; turn < kTurns && !clearly_lit(seen - emitting, std::min(lit[0], lit[1])); ++turn) {
+    for (std::size_t turn = 0; turn < kTurns && !clearly_lit(seen - glowing, std::min(lit[0], lit[1])); ++turn) {
         for (std::size_t ray = turn; ray < views * side * side; ray += kTurns) {
             const std::size_t view = ray % views, cell = ray / views;
             Random random(cell * kMostCameras + view + 2);
@@ -257,30 +258,34 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
             const double y = (double(cell / side) + random.next()) / double(side);
             const auto [origin, direction] = camera_ray(cameras[view], x, y);
             auto hit = probe.trace(origin, direction);
+            if (!hit) hit = probe.trace(origin, direction, rays::SceneProbe::kFar, rays::Passing::none);
             if (!hit) continue;
             ++seen;
-            if (luminance_of(hit->emission) >= kNegligibleLight || hit->material->unlit) {
-                ++emitting;
+            if (luminance_of(hit->emission) >= kGlow || hit->material->unlit) {
+                ++glowing;
                 continue;
             }
-            double own = 0, sky = 0, weight = 1;
+            double own = 0, of_sky = 0, weight = 1;
             const double most = std::max(limits[0], limits[1]);
             for (int vertex = 0; vertex < kVertices && hit && own < most; ++vertex, weight *= kAlbedo) {
-                if (!hit->material->unlit) own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
+                own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
                 hit = probe.trace(hit->position + probe.spacing() * hit->normal, cosine_direction(hit->normal, random));
-                if (!hit) sky += weight;
+                if (!hit) of_sky += weight;
+                if (!hit || !hit->material->unlit) continue;
+                own += weight * luminance_of(hit->emission);  // is no candidate of direct_light()
+                break;
             }
             for (const bool beside : {false, true}) {
                 const bool enough = own >= limits[beside];
                 lit[beside] += enough;
-                sky_lit[beside] += !enough && sky >= kNegligibleLight;
+                sky[beside] += enough ? 0 : of_sky;
             }
         }
     }
-    if (seen == emitting) return {.lit = 1};  // there is nothing that a sky could light
-    const bool beside = emitting > 0;
-    const auto all = double(seen - emitting);
-    return {double(lit[beside]) / all, double(sky_lit[beside]) / all};
+    if (seen == glowing) return {.lit = 1};  // there is nothing that a sky could light
+    const bool beside = double(glowing) > kGlowingShare * double(seen);
+    const auto all = double(seen - glowing);
+    return {double(lit[beside]) / all, sky[beside] / all};
 }
 
 DefaultLight default_light(const Scene& scene) {
@@ -291,9 +296,9 @@ DefaultLight default_light(const Scene& scene) {
     const std::vector<Camera> cameras =
         scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect, probe).camera} : scene.cameras;
     const LightShares shares = light_shares(scene, probe, cameras);
-    if (!dark) return {.sky = shares.lit < kLitShare && shares.sky_lit >= kSkyShare};
+    if (!dark) return {.sky = shares.lit < kLitShare && shares.sky >= kLeastSky};
     std::vector<PunctualLight> lamps;
-    if (shares.sky_lit < kLeastSkyShare) lamps = camera_lamps(probe, cameras);
+    if (shares.sky < kLeastSky) lamps = camera_lamps(probe, cameras);
     return {lamps.empty(), std::move(lamps)};
 }
 

@@ -114,7 +114,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
                      lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
         }
         if (!light.lamps.empty())
-            log.note("the scene has no light, and no sky can enter: each camera gets a lamp (--env none prevents it)");
+            log.note("the scene has no light, and hardly any sky can enter: each camera gets a lamp (--env none prevents it)");
         std::ranges::move(light.lamps, std::back_inserter(scene.lights));
     }
 }
