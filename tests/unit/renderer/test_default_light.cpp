@@ -1,5 +1,6 @@
 // Tests the decision to add a neutral sky, and the texts that name environments.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
 
@@ -182,6 +183,44 @@ TEST(NeutralSky, ColoursOfVerticesMakeShadesTransparent) {
     Mesh& shade = scene.meshes.back();
     shade.colors.assign(shade.positions.size(), vec4(1, 1, 1, 0.02f));
     EXPECT_FALSE(needs_sky(scene));
+}
+
+/// Returns the greatest resident memory of the process so far, bytes.
+std::size_t peak_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+}
+
+TEST(NeutralSky, ManyInstancesOfEmissiveTrianglesTakeLittleMemory) {
+    // A panel of a few thousand triangles, once and thousands of times, above a box. All give the same light.
+    constexpr int kSide = 40, kInstances = 2000;  // 6.4 million emissive triangles
+    Scene scene = helmet();
+    Mesh& panel = scene.meshes.emplace_back();
+    const auto material = static_cast<std::uint32_t>(add_material(scene, light_material(vec3(1))));
+    for (int y = 0; y <= kSide; ++y)
+        for (int x = 0; x <= kSide; ++x) {
+            panel.positions.emplace_back(float(x) / kSide - 0.5f, 2.0f, float(y) / kSide - 0.5f);
+            panel.normals.emplace_back(0, -1, 0);
+        }
+    for (int i = 0; i < kSide * kSide; ++i) {
+        const auto a = static_cast<std::uint32_t>(i / kSide * (kSide + 1) + i % kSide);
+        panel.triangles.push_back({a, a + 1, a + kSide + 2});
+        panel.triangles.push_back({a, a + kSide + 2, a + kSide + 1});
+        panel.triangle_material.insert(panel.triangle_material.end(), 2, material);
+    }
+    Instance instance;
+    instance.mesh = static_cast<int>(scene.meshes.size()) - 1;
+    scene.cameras.push_back(look_at_camera({0, 1, 3}, {0, 0, 0}, {0, 1, 0}, 0.6));
+    scene.instances.push_back(instance);
+    const bool expected = needs_sky(scene);
+    scene.instances.insert(scene.instances.end(), kInstances - 1, instance);
+    scene.materials[material].emission /= float(kInstances);
+    const std::size_t before = peak_bytes();
+    EXPECT_EQ(needs_sky(scene), expected);
+#ifndef HALFLIGHT_SANITIZED
+    EXPECT_LT(peak_bytes() - before, std::size_t{96} << 20);
+#endif
 }
 
 TEST(NeutralSky, AddedToLampsFarAway) {
