@@ -283,7 +283,7 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     const double limits[] = {kNegligibleLight,
                              only_displays(scene) ? kNegligibleBesideDisplays : kNegligibleBesideEmission};
     std::size_t lit[2] = {};  // by limit: that without visible emission, and that beside it
-    double sky[2] = {};       // the same, sums of the sky's light
+    double sky[2] = {};       // sums of the sky's light, by the same limits
     const auto side = static_cast<std::size_t>(std::sqrt(double(kRays) / double(std::max(views, std::size_t{1}))));
     for (std::size_t turn = 0; turn < kTurns && !clearly_lit(seen - glowing, std::min(lit[0], lit[1])); ++turn) {
         for (std::size_t ray = turn; ray < views * side * side; ray += kTurns) {

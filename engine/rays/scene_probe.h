@@ -22,7 +22,7 @@ struct ProbeHit {
 enum class Passing {
     none,
     clear,      // surfaces that are mostly transparent there, by alpha or transmission
-    scattered,  // those that transmit most light diffusely, too
+    scattered,  // `clear`, and surfaces that transmit most light diffusely
 };
 
 /// Traces rays through a scene.
