@@ -80,19 +80,14 @@ void add_emitters(const Scene& scene, std::vector<Candidate>& candidates) {
             }
         }
     };
+    std::size_t emitters = 0;
+    for (const Instance& instance : scene.instances)
+        emitters += emissive[static_cast<std::size_t>(instance.mesh)].size();
+    const std::size_t of_record = emitters / kMostRecords + 1;
     double power = 0;
-    std::size_t most = 1, emitters = 0;  // most emitters of a record, and those of the last one
+    std::size_t walked = 0;
     walk(0, 0, [&](std::size_t instance, std::size_t place, double more) {
-        if (records.empty() || emitters >= most) {
-            if (records.size() == kMostRecords) {
-                for (std::size_t i = 0; 2 * i < records.size(); ++i) records[i] = records[2 * i];
-                records.resize((records.size() + 1) / 2);
-                most *= 2;
-            }
-            records.push_back({instance, place, power});
-            emitters = 0;
-        }
-        ++emitters;
+        if (walked++ % of_record == 0) records.push_back({instance, place, power});
         power += more;
         return false;
     });
@@ -305,10 +300,12 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
             for (int vertex = 0; vertex < kVertices && hit && own < most; ++vertex, weight *= kAlbedo) {
                 own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
                 hit = probe.trace(hit->position + probe.spacing() * hit->normal, cosine_direction(hit->normal, random));
-                if (!hit) of_sky += weight;
-                if (!hit || !hit->material->unlit) continue;
-                own += weight * luminance_of(hit->emission);  // is no candidate of direct_light()
-                break;
+                if (!hit) {
+                    of_sky += weight;
+                } else if (hit->material->unlit) {  // direct_light() leaves it out, and it reflects nothing
+                    own += weight * luminance_of(hit->emission);
+                    hit.reset();
+                }
             }
             for (const bool beside : {false, true}) {
                 const bool enough = own >= limits[beside];
