@@ -23,7 +23,7 @@ inline constexpr double kUsualAspect = 16.0 / 9;  ///< width / height of a pictu
 /// of 60 degrees and looks horizontally. Among fixed candidates it has the longest view of the most objects. Scenes in
 /// pages are always seen from outside.
 DefaultCamera default_camera(const Scene& scene, double aspect, bool turns = false);
-/// Returns the same with a probe of the scene that exists.
+/// Returns the same camera; the scene's probe is given.
 DefaultCamera default_camera(const Scene& scene, double aspect, const rays::SceneProbe& probe, bool turns = false);
 
 /// Returns a camera turned about the vertical axis through a point; positive angles (radians) turn it to the right as

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 
 #include "api/default_camera.h"
@@ -45,43 +46,72 @@ class Random {
 /// Appends points that are spread over all emissive triangles in proportion to area times emission factor. Points at
 /// which the texture is black are left out.
 void add_emitters(const Scene& scene, std::vector<Candidate>& candidates) {
-    struct Emitter {
-        const Instance* instance;
-        const Mesh* mesh;
-        std::size_t triangle;
-        double power;  // power of this emitter and all before it
+    // Instances may have far more emissive triangles than memory holds records. A record then stands for several
+    // triangles one after the other, whose powers are summed again where a point is among them.
+    constexpr std::size_t kMostRecords = std::size_t{1} << 20;
+    struct Record {
+        std::size_t instance, place;  // the first one, and its place in the list of the mesh
+        double before;                // power of all emitters before it
     };
-    std::vector<Emitter> emitters;
-    double power = 0;
+    std::vector<Record> records;
     const auto corner = [](const Instance& instance, const Mesh& mesh, std::uint32_t vertex) {
         return dvec3(instance.object_to_world * dvec4(mesh.positions[vertex], 1));
     };
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+    std::vector<std::vector<std::uint32_t>> emissive(scene.meshes.size());  // triangles that emit, by mesh
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+        const Mesh& mesh = scene.meshes[m];
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
             const Material& material = scene.materials[mesh.triangle_material[t]];
-            if (material.unlit || !has_emission(material)) continue;
-            const uvec3& v = mesh.triangles[t];
-            const dvec3 a = corner(instance, mesh, v.x);
-            const double area =
-                0.5 * glm::length(glm::cross(corner(instance, mesh, v.y) - a, corner(instance, mesh, v.z) - a));
-            power += area * luminance_of(material.emission);
-            emitters.push_back({&instance, &mesh, t, power});
+            if (!material.unlit && has_emission(material)) emissive[m].push_back(static_cast<std::uint32_t>(t));
         }
     }
+    // Calls f(instance, place in `emissive`, power) for all emitters from one on, until it returns true.
+    const auto walk = [&](std::size_t instance, std::size_t place, const auto& f) {
+        for (; instance < scene.instances.size(); ++instance, place = 0) {
+            const Instance& i = scene.instances[instance];
+            const Mesh& mesh = scene.meshes[static_cast<std::size_t>(i.mesh)];
+            const std::vector<std::uint32_t>& triangles = emissive[static_cast<std::size_t>(i.mesh)];
+            for (; place < triangles.size(); ++place) {
+                const uvec3& v = mesh.triangles[triangles[place]];
+                const Material& material = scene.materials[mesh.triangle_material[triangles[place]]];
+                const dvec3 a = corner(i, mesh, v.x);
+                const double area = 0.5 * glm::length(glm::cross(corner(i, mesh, v.y) - a, corner(i, mesh, v.z) - a));
+                if (f(instance, place, area * luminance_of(material.emission))) return;
+            }
+        }
+    };
+    std::size_t emitters = 0;
+    for (const Instance& instance : scene.instances)
+        emitters += emissive[static_cast<std::size_t>(instance.mesh)].size();
+    const std::size_t of_record = emitters / kMostRecords + 1;
+    double power = 0;
+    std::size_t walked = 0;
+    walk(0, 0, [&](std::size_t instance, std::size_t place, double more) {
+        if (walked++ % of_record == 0) records.push_back({instance, place, power});
+        power += more;
+        return false;
+    });
     if (!(power > 0) || !std::isfinite(power)) return;
     Random random(1);
     for (std::size_t i = 0; i < kCandidates; ++i) {
         const double wanted = power * (double(i) + random.next()) / double(kCandidates);
-        const auto found = std::ranges::upper_bound(emitters, wanted, {}, &Emitter::power);
-        const Emitter& e = found == emitters.end() ? emitters.back() : *found;
-        const uvec3& v = e.mesh->triangles[e.triangle];
+        const auto after = std::ranges::upper_bound(records, wanted, {}, &Record::before);
+        const Record& record = after == records.begin() ? records.front() : *std::prev(after);
+        std::size_t at = record.instance, place_at = record.place;
+        double sum = record.before;
+        walk(at, place_at, [&](std::size_t instance, std::size_t place, double more) {
+            at = instance, place_at = place;
+            return (sum += more) > wanted;
+        });
+        const Instance& instance = scene.instances[at];
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        const std::size_t t = emissive[static_cast<std::size_t>(instance.mesh)][place_at];
+        const uvec3& v = mesh.triangles[t];
         const double root = std::sqrt(random.next()), second = random.next();
         const vec3 weights(1 - root, root * (1 - second), root * second);
-        const dvec3 a = corner(*e.instance, *e.mesh, v.x), b = corner(*e.instance, *e.mesh, v.y),
-                    c = corner(*e.instance, *e.mesh, v.z);
-        const Material& material = scene.materials[e.mesh->triangle_material[e.triangle]];
-        const vec3 texel = vec3(rays::texel(scene, material.emission_texture, *e.mesh, v, weights));
+        const dvec3 a = corner(instance, mesh, v.x), b = corner(instance, mesh, v.y), c = corner(instance, mesh, v.z);
+        const Material& material = scene.materials[mesh.triangle_material[t]];
+        const vec3 texel = vec3(rays::texel(scene, material.emission_texture, mesh, v, weights));
         const double factor = luminance_of(material.emission);
         const double share = luminance_of(material.emission * texel) / factor;
         const dvec3 normal = glm::cross(b - a, c - a);
@@ -244,12 +274,13 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
     const std::vector<Candidate> lights = candidates_of(scene);
     const std::size_t views = std::min(cameras.size(), kMostCameras);
     std::vector<double> sums;
-    std::size_t seen = 0, emitting = 0;
+    std::size_t seen = 0, glowing = 0;
     const double limits[] = {kNegligibleLight,
                              only_displays(scene) ? kNegligibleBesideDisplays : kNegligibleBesideEmission};
-    std::size_t lit[2] = {}, sky_lit[2] = {};  // by limit: that without visible emission, and that beside it
+    std::size_t lit[2] = {};  // by limit: that without visible emission, and that beside it
+    double sky[2] = {};       // sums of the sky's light, by the same limits
     const auto side = static_cast<std::size_t>(std::sqrt(double(kRays) / double(std::max(views, std::size_t{1}))));
-    for (std::size_t turn = 0; turn < kTurns && !clearly_lit(seen - emitting, std::min(lit[0], lit[1])); ++turn) {
+    for (std::size_t turn = 0; turn < kTurns && !clearly_lit(seen - glowing, std::min(lit[0], lit[1])); ++turn) {
         for (std::size_t ray = turn; ray < views * side * side; ray += kTurns) {
             const std::size_t view = ray % views, cell = ray / views;
             Random random(cell * kMostCameras + view + 2);
@@ -257,30 +288,36 @@ LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, cons
             const double y = (double(cell / side) + random.next()) / double(side);
             const auto [origin, direction] = camera_ray(cameras[view], x, y);
             auto hit = probe.trace(origin, direction);
+            if (!hit) hit = probe.trace(origin, direction, rays::SceneProbe::kFar, rays::Passing::none);
             if (!hit) continue;
             ++seen;
-            if (luminance_of(hit->emission) >= kNegligibleLight || hit->material->unlit) {
-                ++emitting;
+            if (luminance_of(hit->emission) >= kGlow || hit->material->unlit) {
+                ++glowing;
                 continue;
             }
-            double own = 0, sky = 0, weight = 1;
+            double own = 0, of_sky = 0, weight = 1;
             const double most = std::max(limits[0], limits[1]);
             for (int vertex = 0; vertex < kVertices && hit && own < most; ++vertex, weight *= kAlbedo) {
-                if (!hit->material->unlit) own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
+                own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
                 hit = probe.trace(hit->position + probe.spacing() * hit->normal, cosine_direction(hit->normal, random));
-                if (!hit) sky += weight;
+                if (!hit) {
+                    of_sky += weight;
+                } else if (hit->material->unlit) {  // direct_light() leaves it out, and it reflects nothing
+                    own += weight * luminance_of(hit->emission);
+                    hit.reset();
+                }
             }
             for (const bool beside : {false, true}) {
                 const bool enough = own >= limits[beside];
                 lit[beside] += enough;
-                sky_lit[beside] += !enough && sky >= kNegligibleLight;
+                sky[beside] += enough ? 0 : of_sky;
             }
         }
     }
-    if (seen == emitting) return {.lit = 1};  // there is nothing that a sky could light
-    const bool beside = emitting > 0;
-    const auto all = double(seen - emitting);
-    return {double(lit[beside]) / all, double(sky_lit[beside]) / all};
+    if (seen == glowing) return {.lit = 1};  // there is nothing that a sky could light
+    const bool beside = double(glowing) > kGlowingShare * double(seen);
+    const auto all = double(seen - glowing);
+    return {double(lit[beside]) / all, sky[beside] / all};
 }
 
 DefaultLight default_light(const Scene& scene) {
@@ -291,9 +328,9 @@ DefaultLight default_light(const Scene& scene) {
     const std::vector<Camera> cameras =
         scene.cameras.empty() ? std::vector<Camera>{default_camera(scene, kUsualAspect, probe).camera} : scene.cameras;
     const LightShares shares = light_shares(scene, probe, cameras);
-    if (!dark) return {.sky = shares.lit < kLitShare && shares.sky_lit >= kSkyShare};
+    if (!dark) return {.sky = shares.lit < kLitShare && shares.sky >= kLeastSky};
     std::vector<PunctualLight> lamps;
-    if (shares.sky_lit < kLeastSkyShare) lamps = camera_lamps(probe, cameras);
+    if (shares.sky < kLeastSky) lamps = camera_lamps(probe, cameras);
     return {lamps.empty(), std::move(lamps)};
 }
 

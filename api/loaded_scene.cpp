@@ -91,6 +91,8 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
     };
     if (const auto* color = std::get_if<vec3>(&choice)) {
         scene.environment = {"constant", *color, {}};
+        if (scene.environment.black() && !has_light(scene))
+            log.note("the scene has no light, so its surfaces are black");
     } else if (const auto* preset = std::get_if<SkyPreset>(&choice)) {
         take(preset_sky(*preset));
     } else if (const auto* clear = std::get_if<ClearSky>(&choice)) {
@@ -114,7 +116,9 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
                      lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
         }
         if (!light.lamps.empty())
-            log.note("the scene has no light, and no sky can enter: each camera gets a lamp (--env none prevents it)");
+            log.note(
+                "the scene has no light, and hardly any sky can enter: each camera gets a lamp (--env none prevents "
+                "it)");
         std::ranges::move(light.lamps, std::back_inserter(scene.lights));
     }
 }

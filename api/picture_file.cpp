@@ -107,6 +107,7 @@ std::string judge(const RenderStats& stats, const OutputOptions& options, const 
         if (options.strict) throw Error(output.string(), "not written: {}", bad);
         log.warn("{}; they count as 0", bad);
     }
+    if (!stats.tracing_note.empty()) log.warn("{}", stats.tracing_note);
     if (!stats.error) return "";
     const std::string error = error_line(*stats.error);
     if (!stats.error->reached && !options.best_effort)

@@ -177,8 +177,9 @@ void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const Picture
 
 std::size_t scene_bytes(const SceneSize& size) {
     // Measured with scenes/, cities and triangles without common edges, and rounded up. Per triangle: corners,
-    // hierarchy, tables. Hierarchies of scenes that move are kept.
-    const std::size_t per_triangle = size.moves ? 320 : 200;
+    // hierarchy, tables, nodes for native tracing (9 bytes; 30 in scenes that move). Hierarchies of scenes that move
+    // are kept.
+    const std::size_t per_triangle = size.moves ? 380 : 200;
     constexpr std::size_t kPools = 2;               // bytes of half floats per byte of an image
     const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
     const std::size_t images = size.moves ? 2 : 1;

@@ -120,6 +120,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
                                std::size_t(settings.width) * std::size_t(settings.height)});
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();
+    stats.tracing_note = tracer->note();
     if (const auto* raster = dynamic_cast<const rays::RasterCulling*>(server)) stats.raster = raster->batches();
     if (page_server) stats.paging = {page_server->statistics(), page_rows->rows(), page_rows->seconds()};
     if (const paging::TilePool* tiles = scene.buffers().tiles()) stats.textures = tiles->statistics();

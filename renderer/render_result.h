@@ -58,6 +58,7 @@ struct RenderStats {
     std::vector<std::string> layer_biases;  // biases that affect the layers, too
     std::optional<AchievedError> error;     // achieved error; none without an error target or if interrupted
     std::vector<rays::BatchStatistics> batches;  // statistics of each ray batch
+    std::string tracing_note;                    // Tracer::note()
     std::vector<rays::RasterBatch> raster;       // statistics of raster culling for each ray batch
     struct Paging {
         paging::PagingStatistics tracing;

@@ -49,6 +49,7 @@ void add_stats(RenderStats& all, const RenderStats& more) {
     all.gpu_bytes = std::max(all.gpu_bytes, more.gpu_bytes);
     all.batches = more.batches;
     all.raster = more.raster;
+    if (!more.tracing_note.empty()) all.tracing_note = more.tracing_note;
     for (const PassTime& pass : more.passes) {
         const auto same = std::ranges::find(all.passes, pass.name, &PassTime::name);
         if (same == all.passes.end())

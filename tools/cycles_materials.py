@@ -40,7 +40,7 @@ import numpy
 WIDTH, HEIGHT = 128, 24
 
 
-def albedos(mu, phi, alphas, ior, steps=96):
+def albedos(mu, phi, alphas, ior, reflected, steps=96):
     """Returns E_1, E_B, and E_s from outside and from inside, for a wo with the cosine mu and the azimuth phi.
 
     It is the midpoint rule over the two numbers that choose h. The first is 1 - s^4, because its tail is long."""
@@ -62,11 +62,11 @@ def albedos(mu, phi, alphas, ior, steps=96):
 
     mirrored = weight(2 * x * h - wo, 1)
     solid = []
-    for eta in (ior, 1 / ior):
+    for eta, most in ((ior, reflected), (1 / ior, 1)):
         y_squared = 1 - (1 - x * x) / (eta * eta)
         y = numpy.maximum(y_squared, 0)**0.5
         s_wave, p_wave = (x - eta * y) / (x + eta * y), (eta * x - y) / (eta * x + y)
-        f = numpy.where(y_squared > 0, (s_wave**2 + p_wave**2) / 2, 1)
+        f = most * numpy.where(y_squared > 0, (s_wave**2 + p_wave**2) / 2, 1)
         solid.append(numpy.mean(f * mirrored + (1 - f) * weight((x / eta - y) * h - wo / eta, -1)))
     return [numpy.mean(mirrored), numpy.mean(mirrored * (1 - x)**5), *solid]
 
@@ -134,8 +134,8 @@ class Nodes:
 class Facets:
     """The half vector h of a hit, drawn by D cos(h, n), and the lobes that it makes."""
 
-    def __init__(self, n, alpha, ior=1.0, strength=0, rotation=0):
-        self.n, self.ior, self.tangent = n, ior, None
+    def __init__(self, n, alpha, ior=1.0, strength=0, rotation=0, reflected=1.0):
+        self.n, self.ior, self.reflected, self.tangent = n, ior, reflected, None
         self.alphas = (alpha + (1 - alpha) * strength**2, max(alpha, 1e-4)) if strength else (alpha, alpha)
         noise = n.node("ShaderNodeTexWhiteNoise", n.position, noise_dimensions="3D").outputs["Color"]
         u, v, w = n.node("ShaderNodeSeparateXYZ", noise).outputs
@@ -176,7 +176,7 @@ class Facets:
         n = self.n
         rows = 1 if self.tangent is None else HEIGHT
         places = [(((i + 0.5) / WIDTH)**2, (j + 0.5) / rows * math.pi / 2) for j in range(rows) for i in range(WIDTH)]
-        values = [albedos(mu, phi, self.alphas, self.ior) for mu, phi in places]
+        values = [albedos(mu, phi, self.alphas, self.ior, self.reflected) for mu, phi in places]
         row = 0.5
         if self.tangent is not None:
             sides = [n.math("ABSOLUTE", n.dot(n.wo, axis)) for axis in (self.across, self.tangent)]
@@ -238,7 +238,7 @@ class Facets:
         return [gloss, *nodes]
 
     def interface(self, reflected, color, share):
-        """Returns the nodes of share / E_s (s_r f_r + c f_t)."""
+        """Returns the nodes of share / E_s (s_r / s_m f_r + c f_t); `reflected` is s_r outside."""
         n = self.n
         share = n.math("DIVIDE", share, n.mixed(self.e_out, self.e_in))
         fresnel = n.node("ShaderNodeFresnel", self.ior, self.h).outputs[0]
@@ -248,7 +248,8 @@ class Facets:
         bent = n.node("ShaderNodeVectorMath", n.scaled(n.wo, -1.0), self.h, operation="REFRACT")
         n.link(n.mixed(1 / self.ior, self.ior), bent.inputs[3])
         wi = bent.outputs["Vector"]
-        passed = n.scaled(color, n.one_less(fresnel), self.weight(n.product(n.dot(wi, n.normal), -1.0), wi), share)
+        kept = n.product(fresnel, n.mixed(self.reflected, 1.0))
+        passed = n.scaled(color, n.one_less(kept), self.weight(n.product(n.dot(wi, n.normal), -1.0), wi), share)
         return [n.node("ShaderNodeBsdfGlossy", bounced, distribution="SHARP", normal=self.h),
                 n.node("ShaderNodeBsdfRefraction", passed, 0.0, self.ior, distribution="SHARP", normal=self.h)]
 
@@ -314,7 +315,7 @@ class Material:
         if self.solid and self.transmission > 0:
             reflected = tuple(min(self.specular * v, 1) for v in self.tint)
             share = n.product(share, self.transmission)
-            nodes += Facets(n, self.alpha, self.ior).interface(reflected, self.color, share)
+            nodes += Facets(n, self.alpha, self.ior, reflected=max(reflected)).interface(reflected, self.color, share)
         return nodes
 
     def absorption(self, n):

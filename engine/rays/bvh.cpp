@@ -114,7 +114,7 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
                 RTCBounds* right, void* building) {
     const Ring& corner = static_cast<const Building*>(building)->pairs[primitive->primID];
     const auto axis = static_cast<int>(dimension);
-    Bounds sides[2];
+    Bounds sides[2], cut;  // cut: of the points where edges cross the plane
     static constexpr std::size_t kEdges[][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}};
     for (const auto& [from, to] : kEdges) {
         const vec3 &a = corner[from], &b = corner[to];
@@ -122,13 +122,14 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
         if (a[axis] >= position) sides[1].add(a);
         if (std::min(a[axis], b[axis]) >= position || std::max(a[axis], b[axis]) <= position) continue;
         const double s = (double{position} - a[axis]) / (double{b[axis]} - a[axis]);
-        const vec3 crossing(glm::mix(dvec3(a), dvec3(b), s));
-        for (Bounds& side : sides) {
-            for (int i = 0; i < 3; ++i) {
-                side.lower[i] = std::min(side.lower[i], std::nextafter(crossing[i], -kInfinity));
-                side.upper[i] = std::max(side.upper[i], std::nextafter(crossing[i], kInfinity));
-            }
+        cut.add(vec3(glm::mix(dvec3(a), dvec3(b), s)));
+    }
+    if (!cut.empty()) {
+        for (int i = 0; i < 3; ++i) {
+            cut.lower[i] = std::nextafter(cut.lower[i], -kInfinity);
+            cut.upper[i] = std::nextafter(cut.upper[i], kInfinity);
         }
+        for (Bounds& side : sides) side.add(cut);
     }
     sides[0].upper[axis] = std::min(sides[0].upper[axis], position);
     sides[1].lower[axis] = std::max(sides[1].lower[axis], position);

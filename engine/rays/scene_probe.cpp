@@ -30,14 +30,22 @@ int wrapped(float coordinate, int size, Wrap wrap) {
     return std::min(static_cast<int>(within * size), size - 1);
 }
 
+/// Returns the base colour of a surface, with its texture and the colours of its vertices.
+vec4 base_color(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights) {
+    vec4 color = m.base_color * texel(scene, m.base_color_texture, mesh, corners, weights);
+    if (mesh.colors.empty()) return color;
+    vec4 vertex(0);
+    for (int k = 0; k < 3; ++k) vertex += weights[k] * mesh.colors[corners[k]];
+    return color * vertex;
+}
+
 /// Returns whether most light passes the surface: without being deflected much, or `scattered`, too.
 bool see_through(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights,
                  bool scattered) {
     const float passes = std::max(m.transmission, scattered ? m.diffuse_transmission : 0.0f) * (1 - m.metallic);
     if (passes > 0.5f) return true;
     if (m.alpha_mode == AlphaMode::opaque) return false;
-    const float alpha = m.base_color.a * texel(scene, m.base_color_texture, mesh, corners, weights).a;
-    return alpha < (m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 0.5f);
+    return base_color(scene, m, mesh, corners, weights).a < (m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 0.5f);
 }
 
 }  // namespace
@@ -143,7 +151,7 @@ SceneProbe::SceneProbe(const Scene& scene) : scene_(scene), geometry_(std::make_
 SceneProbe::~SceneProbe() = default;
 
 std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& direction, double most,
-                                          bool scattered) const {
+                                          Passing passing) const {
     constexpr int kMostPassed = 32;  // transparent surfaces, so that a stack of them ends
     if (bounds_.empty()) return std::nullopt;
     const dvec3 centre = 0.5 * bounds_.lower + 0.5 * bounds_.upper;
@@ -169,7 +177,8 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const uvec3& corners = mesh.triangles[ray.hit.primID];
         const vec3 weights(1 - ray.hit.u - ray.hit.v, ray.hit.u, ray.hit.v);
         const Material& material = scene_.materials[mesh.triangle_material[ray.hit.primID]];
-        if (see_through(scene_, material, mesh, corners, weights, scattered)) {
+        if (passing != Passing::none &&
+            see_through(scene_, material, mesh, corners, weights, passing == Passing::scattered)) {
             from += (double(ray.ray.tfar) + spacing_) * direction;
             continue;
         }
@@ -188,8 +197,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
                      .material = &material,
                      .instance = index};
         if (material.unlit)
-            hit.emission =
-                vec3(material.base_color) * vec3(texel(scene_, material.base_color_texture, mesh, corners, weights));
+            hit.emission = vec3(base_color(scene_, material, mesh, corners, weights));
         else if (has_emission(material))
             hit.emission = material.emission * vec3(texel(scene_, material.emission_texture, mesh, corners, weights));
         return hit;
@@ -198,7 +206,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
 }
 
 bool SceneProbe::blocked(const dvec3& from, const dvec3& direction, double distance) const {
-    return trace(from, direction, distance, true).has_value();
+    return trace(from, direction, distance, Passing::scattered).has_value();
 }
 
 }  // namespace halflight::rays

@@ -18,7 +18,14 @@ struct ProbeHit {
     vec3 emission{0};          // radiance at the hit, unlit colour included
 };
 
-/// Traces rays through a scene. Surfaces that are mostly transparent there, by alpha or transmission, are passed.
+/// Surfaces that a ray passes.
+enum class Passing {
+    none,
+    clear,      // surfaces that are mostly transparent there, by alpha or transmission
+    scattered,  // `clear`, and surfaces that transmit most light diffusely
+};
+
+/// Traces rays through a scene.
 class SceneProbe {
   public:
     /// Builds hierarchies over meshes and instances, by Embree's fast builder. Leaves out instances of shared meshes
@@ -29,9 +36,8 @@ class SceneProbe {
     SceneProbe& operator=(const SceneProbe&) = delete;
 
     /// Returns the first surface along a ray, at a distance of at most `most`. `direction` is a unit vector.
-    /// `scattered`: surfaces that transmit most light diffusely are passed, too.
     std::optional<ProbeHit> trace(const dvec3& origin, const dvec3& direction, double most = kFar,
-                                  bool scattered = false) const;
+                                  Passing passing = Passing::clear) const;
     /// Returns whether there is a surface within a distance that lets little light pass.
     bool blocked(const dvec3& from, const dvec3& direction, double distance) const;
     /// Returns the distance to keep from surfaces, world units: float rounding on the scale of the scene.

@@ -73,13 +73,17 @@ std::vector<BatchStatistics> Tracer::statistics() const {
         }
         last = key;
     }
-    const auto* const native = native_ != nullptr ? native_ : dynamic_cast<const NativeServer*>(server_);
-    if (native != nullptr && native->counts().disabled) {
+    if (const std::string off = note(); !off.empty()) {
         for (BatchStatistics& batch : all) {
-            if (batch.method == TraceMethod::native) batch.reason = native->counts().note;
+            if (batch.method == TraceMethod::native) batch.reason = off;
         }
     }
     return all;
+}
+
+std::string Tracer::note() const {
+    const auto* const native = native_ != nullptr ? native_ : dynamic_cast<const NativeServer*>(server_);
+    return native != nullptr ? native->counts().note : "";
 }
 
 bool Tracer::ran_by_tiles(const RayBatch& rays) const {

@@ -52,6 +52,8 @@ class Tracer {
     /// Batches with a single method are timed, too.
     void count() { counts_ = true; }
     std::vector<BatchStatistics> statistics() const;
+    /// Returns a line about native tracing that had to be switched off; empty if there was no need.
+    std::string note() const;
     /// Returns whether the last run of such a batch in its place was by tiles.
     bool ran_by_tiles(const RayBatch& rays) const;
 

@@ -99,7 +99,7 @@ double aperture_radius(const Camera& camera, double aspect) {
 }
 
 Camera framing_camera(const Scene& scene, double aspect, bool turns) {
-    constexpr double kFov = kPi / 4;
+    constexpr double kFov = kPi / 6;  // from so far away, the top of a cube is in view
     WorldBounds bounds = world_bounds(scene);
     if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
     // An azimuth of 30 degrees and an elevation of 20 show three sides of a box, most of all the front.

@@ -60,7 +60,7 @@ dvec3 rgb_of_xyY(double x, double y, double luminance) {
 dvec3 sun_illuminance(double zenith_angle, double turbidity) {
     constexpr double kOutside = 128000;                      // lux, outside the atmosphere
     constexpr std::array kWavelengths = {0.65, 0.55, 0.45};  // micrometres
-    // Relative optical mass (Kasten, Young 1989, as in the appendix A.1).
+    // Relative optical mass (Kasten 1966, as in the appendix A.1).
     const double degrees = zenith_angle * 180 / kPi;
     const double mass = 1 / (std::max(std::cos(zenith_angle), 0.0) + 0.15 * std::pow(93.885 - degrees, -1.253));
     const double beta = 0.04608 * turbidity - 0.04586;
@@ -183,7 +183,7 @@ Sky preset_sky(SkyPreset preset) {
             sky.environment = default_sky();
             break;
         case SkyPreset::sky: {
-            sky = clear_sky({.elevation = 40, .azimuth = 150});  // behind the right shoulder of the default camera
+            sky = clear_sky({.elevation = 40, .azimuth = 105});  // 45 degrees to the right of the default camera
             const double sine = -double(sky.sun->direction.y);
             const dvec3 both = horizontal_irradiance(sky.environment.map) + sine * dvec3(sky.sun->intensity);
             const double scale = kPi / double(luminance(vec3(both)));

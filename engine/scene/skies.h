@@ -13,7 +13,7 @@ namespace halflight {
 struct ClearSky {
     double elevation = 45;  // sun above the horizon, degrees, [0, 90]
     double azimuth = 0;     // sun, degrees clockwise from north as seen from above; north is -Z, east +X
-    double turbidity = 3;   // haze: 2 clear, 6 hazy; kTurbidity
+    double turbidity = 3;   // haze: 2 clear, 6 hazy; from kLeastTurbidity to kMostTurbidity
     bool operator==(const ClearSky&) const = default;
 };
 inline constexpr double kLeastTurbidity = 2, kMostTurbidity = 10;

@@ -2,6 +2,9 @@
 #include <numeric>
 #include <vector>
 
+#include "api/default_camera.h"
+#include "api/default_light.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/tables/lights.h"
 #include "tests/fuzz/memory_file.h"
@@ -48,6 +51,7 @@ void gltf(std::string_view input) {
     const MemoryFile file(packed);
     GltfOptions options;
     options.max_image_side = 1024;  // small files can hold large pictures
+    MemoryLedger::process().set_limit(kProgramBytes + (std::size_t{512} << 20));
     try {
         // Half of the files draw points and lines, unless these are too many: an accessor may have no data.
         constexpr std::size_t kMostBytes = std::size_t{1} << 26;
@@ -58,7 +62,8 @@ void gltf(std::string_view input) {
         pose(file.path(), options);
         const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
         const LightTables lights = build_lights(scene, tables);
-        framing_camera(scene);
+        default_camera(scene, 1);
+        default_light(scene);
         for (const vec3& position : tables.positions)
             if (!all_finite(position)) throw Broken("a position in the tables is not finite");
         for (const vec4& row : lights.rows)

@@ -31,7 +31,8 @@ std::vector<float> flat(const std::vector<V>& values) {
 
 class Reader {
   public:
-    explicit Reader(GltfDocument& document) : document_(document), accessors_(document) {}
+    Reader(GltfDocument& document, MemoryLedger::Entry& memory)
+        : document_(document), accessors_(document), memory_(memory) {}
 
     Animation read(const Json& from, std::size_t index) {
         element_ = fmt::format("animations[{}]", index);
@@ -112,7 +113,7 @@ class Reader {
         return static_cast<int>(targets);
     }
 
-    Keyframes read_sampler(std::size_t index, const GltfTarget& target, int morph_targets) const {
+    Keyframes read_sampler(std::size_t index, const GltfTarget& target, int morph_targets) {
         const std::string element = fmt::format("{}.samplers[{}]", element_, index);
         const Json& from = samplers_->at(index);
         const std::string name = from.value("interpolation", "LINEAR");
@@ -134,6 +135,8 @@ class Reader {
         const std::size_t bytes = sizeof(float) * (accessors_.count(input) +
                                                    expected * static_cast<std::size_t>(accessors_.components(output)));
         MemoryLedger::process().check(2 * bytes, document_.file, element);  // while they are read there is a copy
+        // Samplers may share accessors, so that a small file has many keyframes.
+        memory_ = {MemoryLedger::process(), MemoryPart::scene, memory_.bytes() + bytes};
         keys.times = accessors_.read<float>(input, element + ".input");
         const std::string purpose = element + ".output";
         if (weights || keys.components == 1)
@@ -152,6 +155,7 @@ class Reader {
 
     GltfDocument& document_;
     const GltfAccessors accessors_;
+    MemoryLedger::Entry& memory_;
     std::string element_;
     const Json* samplers_ = nullptr;
     // Index of keyframes by sampler, field and number of morph targets; a sampler may serve many channels.
@@ -160,12 +164,13 @@ class Reader {
 
 }  // namespace
 
-std::vector<Animation> read_animations(GltfDocument& document) {
+std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Entry& memory) {
     std::vector<Animation> animations;
+    memory = {};
     if (document.animations.is_null()) return animations;
     Json list = document.animations;
     check_gltf_animations(list, document.model.accessors.size(), document.model.nodes.size(), document.file);
-    Reader reader(document);
+    Reader reader(document, memory);
     for (std::size_t i = 0; i < list.size(); ++i) animations.push_back(reader.read(list[i], i));
     return animations;
 }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "engine/core/memory_ledger.h"
 #include "engine/scene/animation.h"
 
 namespace halflight {
@@ -14,7 +15,9 @@ struct GltfDocument;
 /// - violates the schema or has the wrong type or length,
 /// - has keys that are not finite or not in order,
 /// - drives a node with a matrix, or weights of a mesh without morph targets,
-/// - has a pointer without target.
-std::vector<Animation> read_animations(GltfDocument& document);
+/// - has a pointer without target,
+/// - does not fit into the memory budget.
+/// `memory` becomes the entry of all keyframes. It grows while they are read.
+std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Entry& memory);
 
 }  // namespace halflight

@@ -199,7 +199,8 @@ GltfPoseCache marks_for_pages(GltfDocument& document) {
     marks.still_in_pages = true;
     if (document.animations.is_null()) return marks;
     const GltfWarnings before = document.warnings;
-    marks.animated = animated_by(document, read_animations(document));
+    MemoryLedger::Entry memory;  // the keyframes, of which the targets alone are kept
+    marks.animated = animated_by(document, read_animations(document, memory));
     document.warnings = before;
     return marks;
 }
@@ -212,14 +213,10 @@ struct GltfScene::State {
     const std::vector<Animation>& read_all() {
         if (!animations) {
             const GltfWarnings before = std::exchange(document.warnings, {});
-            animations = read_animations(document);
+            animations = read_animations(document, animation_memory);
             SceneReport report;
             document.warnings.write_to(report);
             animation_warnings = std::move(report.warnings);
-            std::size_t numbers = 0;
-            for (const Animation& animation : *animations)
-                for (const Keyframes& keys : animation.keyframes) numbers += keys.times.size() + keys.values.size();
-            animation_memory = {MemoryLedger::process(), MemoryPart::scene, numbers * sizeof(float)};
             document.warnings = before;
         }
         return *animations;

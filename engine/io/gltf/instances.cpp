@@ -38,7 +38,9 @@ class Instances {
         const nlohmann::json* instancing = gltf::find_extension(from.extensions, "EXT_mesh_gpu_instancing");
         if (!instancing) return place(node, world);
         const std::string element = fmt::format("nodes[{}]", node);
-        for (const dmat4& local : instance_transforms(*instancing, element)) {
+        warn_of_attributes(*instancing, element);
+        const std::size_t count = count_instances(document_, *instancing, element);
+        for (const dmat4& local : instance_transforms(document_, *instancing, element, 0, count)) {
             if (!within_float_range(world * local)) document_.fail(element, "an instance's transform overflows");
             place(node, world * local);
         }
@@ -85,15 +87,19 @@ class Instances {
   private:
     const gltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
 
-    /// Adds a mesh of its own for a flat transform, because no later step could invert the transform.
     void place(int node, const dmat4& world) {
-        const dmat3 m(world);
-        const double determinant = glm::determinant(m);
-        if (determinant != 0 && std::isfinite(determinant)) return add(node, world, {});
-        const bool has_area = glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) ||
-                              glm::cross(m[2], m[0]) != dvec3(0);
-        if (has_area) return add(node, dmat4(1), {{world}, false});
+        const GltfShape shape = shape_of(world);
+        if (shape == GltfShape::solid) return add(node, world, {});
+        if (shape == GltfShape::flat) return add(node, dmat4(1), {{world}, false});
         document_.warnings.add("its transform leaves no area, it is left out", fmt::format("nodes[{}]", node));
+    }
+
+    void warn_of_attributes(const nlohmann::json& extension, const std::string& element) {
+        for (const auto& [name, accessor] : extension.at("attributes").items())
+            // Names with an underscore are those of an application.
+            if (!name.starts_with('_') && name != "TRANSLATION" && name != "ROTATION" && name != "SCALE")
+                document_.warnings.add(fmt::format("instance attribute {} is not supported, it is ignored", name),
+                                       element);
     }
 
     /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes.
@@ -208,31 +214,6 @@ class Instances {
         return joints;
     }
 
-    std::vector<dmat4> instance_transforms(const nlohmann::json& extension, const std::string& element) const {
-        const nlohmann::json& attributes = extension.at("attributes");
-        const int translation = attributes.value("TRANSLATION", kNone), rotation = attributes.value("ROTATION", kNone),
-                  scale = attributes.value("SCALE", kNone);
-        const std::size_t count = count_instances(document_, extension, element);
-        for (const auto& [name, accessor] : attributes.items())  // names with an underscore are those of an application
-            if (!name.starts_with('_') && name != "TRANSLATION" && name != "ROTATION" && name != "SCALE")
-                document_.warnings.add(fmt::format("instance attribute {} is not supported, it is ignored", name),
-                                       element);
-        const auto read = [&]<class V>(int a, const V& otherwise, const char* name, bool normalize) {
-            return a == kNone ? std::vector<V>(count, otherwise) : accessors_.read<V>(a, 0, count, name, normalize);
-        };
-        const auto translations = read(translation, vec3(0), "TRANSLATION", false);
-        const auto rotations = read(rotation, vec4(0, 0, 0, 1), "ROTATION", true);
-        const auto scales = read(scale, vec3(1), "SCALE", false);
-        std::vector<dmat4> transforms;
-        for (std::size_t i = 0; i < count; ++i) {
-            const bool finite = all_finite(translations[i]) && all_finite(vec3(rotations[i])) &&
-                                std::isfinite(rotations[i].w) && all_finite(scales[i]);
-            if (!finite) document_.fail(element, "instance {} is not finite", i);
-            transforms.push_back(compose(translations[i], rotations[i], scales[i]));
-        }
-        return transforms;
-    }
-
     GltfDocument& document_;
     const GltfAccessors accessors_;
     const GltfNodes& nodes_;
@@ -273,6 +254,38 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
         todo.insert(todo.end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
     }
     return animated;
+}
+
+GltfShape shape_of(const dmat4& object_to_world) {
+    const dmat3 m(object_to_world);
+    const double determinant = glm::determinant(m);
+    if (determinant != 0 && std::isfinite(determinant)) return GltfShape::solid;
+    const bool has_area =
+        glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) || glm::cross(m[2], m[0]) != dvec3(0);
+    return has_area ? GltfShape::flat : GltfShape::nothing;
+}
+
+std::vector<dmat4> instance_transforms(const GltfDocument& document, const nlohmann::json& extension,
+                                       const std::string& element, std::size_t first, std::size_t count) {
+    const GltfAccessors accessors(document);
+    const nlohmann::json& attributes = extension.at("attributes");
+    const auto read = [&]<class V>(const V& otherwise, const char* name, bool normalize) {
+        const int accessor = attributes.value(name, kNone);
+        return accessor == kNone ? std::vector<V>(count, otherwise)
+                                 : accessors.read<V>(accessor, first, count, name, normalize);
+    };
+    const auto translations = read(vec3(0), "TRANSLATION", false);
+    const auto rotations = read(vec4(0, 0, 0, 1), "ROTATION", true);
+    const auto scales = read(vec3(1), "SCALE", false);
+    std::vector<dmat4> transforms;
+    transforms.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const bool finite = all_finite(translations[i]) && all_finite(vec3(rotations[i])) &&
+                            std::isfinite(rotations[i].w) && all_finite(scales[i]);
+        if (!finite) document.fail(element, "instance {} is not finite", first + i);
+        transforms.push_back(compose(translations[i], rotations[i], scales[i]));
+    }
+    return transforms;
 }
 
 std::size_t count_instances(const GltfDocument& document, const nlohmann::json& extension, const std::string& element) {

@@ -65,6 +65,19 @@ struct GltfPoseCache {
 /// Returns the objects that the channels move.
 GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels);
 
+/// The part of a mesh that a transform leaves.
+enum class GltfShape {
+    solid,    // the transform is invertible: instances share the mesh
+    flat,     // each instance has a mesh of its own, since no later step could invert the transform
+    nothing,  // no area is left: the instance is left out
+};
+GltfShape shape_of(const dmat4& object_to_world);
+
+/// Returns the transforms of the instances [first, first + count) of EXT_mesh_gpu_instancing, relative to their node.
+/// Throws Error about `element` where one is not finite, or its data cannot be read.
+std::vector<dmat4> instance_transforms(const GltfDocument& document, const nlohmann::json& extension,
+                                       const std::string& element, std::size_t first, std::size_t count);
+
 /// Returns the number of instances that EXT_mesh_gpu_instancing gives to a node. Throws Error about `element` where its
 /// attributes differ in number, and where their data is too short.
 std::size_t count_instances(const GltfDocument& document, const nlohmann::json& extension, const std::string& element);

@@ -1,12 +1,15 @@
 #include "engine/io/gltf/schema.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <map>
 
 #include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/rules.h"
 
 namespace halflight {
@@ -170,26 +173,81 @@ class Checker {
 };
 
 // Limit of nesting, far above the needs of glTF, for functions that recurse over the tree.
-constexpr int kMaxDepth = 256;
+constexpr std::size_t kMaxDepth = 256;
 
-/// Returns the depth of nesting, before parsing. (nlohmann's parser has a callback for this, but then it visits all
-/// elements of a list again for each of them.)
-int depth_of(std::string_view text) {
-    int depth = 0, deepest = 0;
+/// The memory that a text of JSON takes once it is parsed. The scan stops below kMaxDepth levels.
+struct JsonSize {
+    std::size_t structures = 0;  // objects and arrays
+    std::size_t bytes = 0;
+    bool too_deep = false;
+};
+
+/// Returns the size of JSON before it is parsed. (nlohmann's parser has a callback for the depth, but then it visits
+/// all elements of a list again for each of them.) The peaks of the process were measured with files of 300,000 equal
+/// objects and of millions of equal values. They are, per object: empty nodes 380 bytes, nodes with a translation 640,
+/// nodes with a matrix 830, meshes 970, accessors with limits 1040, nodes with a name and three properties 1220. They
+/// are, per value: numbers in an array 47, empty strings in an array 95, numbers in an object 127. The sum below is 0.8
+/// to 1.5 times as large for all of these.
+JsonSize measure_json(std::string_view text) {
+    constexpr std::size_t kListed = 270;  // object in an array: most become an object of the model, too
+    constexpr std::size_t kObject = 100;  // other object
+    constexpr std::size_t kArray = 40;    // array without its elements
+    constexpr std::size_t kElement = 24;  // place in an array, whose places double in number as it grows, and its copy
+    constexpr std::size_t kMember = 96;   // member of an object: key, value and links
+    constexpr std::size_t kMoved = 24;    // value of the largest object, when the object is destroyed
+    constexpr std::size_t kString = 48;   // string of at most kShort characters
+    constexpr std::size_t kShort = 15;    // characters of a string without memory of their own
+    constexpr std::size_t kCopies = 3;    // copies of the other characters of strings
+    struct Level {
+        bool is_array = false;
+        std::size_t commas = 0;
+    };
+    std::array<Level, kMaxDepth + 1> levels;
+    JsonSize size;
+    size.bytes = text.size();
+    std::size_t depth = 0, largest_object = 0;
+    const auto close = [&] {
+        const Level& level = levels[depth];
+        const std::size_t values = level.commas + 1;  // an empty one counts as one of one value
+        if (level.is_array)
+            size.bytes += kElement * std::bit_ceil(values);
+        else
+            largest_object = std::max(largest_object, values);
+        if (depth > 0) --depth;
+    };
     bool in_string = false;
+    std::size_t start = 0;  // start of the last string
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
-        if (in_string && c == '\\') {
-            ++i;
+        if (in_string) {
+            if (c == '\\') ++i;
+            if (c != '"') continue;
+            in_string = false;
+            size.bytes += kCopies * (std::max(i - start, kShort + 1) - kShort - 1);
         } else if (c == '"') {
-            in_string = !in_string;
-        } else if (!in_string && (c == '{' || c == '[')) {
-            deepest = std::max(deepest, ++depth);
-        } else if (!in_string && (c == '}' || c == ']')) {
-            --depth;
+            in_string = true;
+            start = i;
+            size.bytes += kString;
+        } else if (c == '{' || c == '[') {
+            ++size.structures;
+            size.bytes += c == '[' ? kArray : levels[depth].is_array ? kListed : kObject;
+            if (depth == kMaxDepth) {
+                size.too_deep = true;
+                return size;
+            }
+            levels[++depth] = {c == '[', 0};
+        } else if (c == '}' || c == ']') {
+            close();
+        } else if (c == ',') {
+            ++levels[depth].commas;
+        } else if (c == ':') {
+            size.bytes += kMember - kString;  // its key counts as a string
         }
     }
-    return deepest;
+    if (in_string) size.bytes += kCopies * (text.size() - start);
+    while (depth > 0) close();  // a truncated file is parsed up to its end
+    size.bytes += kMoved * largest_object;
+    return size;
 }
 
 /// Removes the extras of all objects, which scenes do not need.
@@ -202,7 +260,9 @@ void remove_extras(Json& value) {
 }  // namespace
 
 Json parse_gltf_json(std::string_view text, const std::string& file) {
-    if (depth_of(text) > kMaxDepth) throw Error(file, "JSON is nested deeper than {} levels", kMaxDepth);
+    const JsonSize size = measure_json(text);
+    if (size.too_deep) throw Error(file, "JSON is nested deeper than {} levels", kMaxDepth);
+    MemoryLedger::process().check(size.bytes, file, fmt::format("{} objects and arrays of JSON", size.structures));
     try {
         return Json::parse(text);
     } catch (const Json::exception& e) {

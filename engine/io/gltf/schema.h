@@ -6,7 +6,8 @@
 
 namespace halflight {
 
-/// Parses JSON. Throws Error that names `file` for invalid JSON and for too deep nesting.
+/// Parses JSON. Throws Error that names `file` for invalid JSON, for too deep nesting, and where the memory budget has
+/// too little left for its values.
 nlohmann::json parse_gltf_json(std::string_view text, const std::string& file);
 
 /// Checks all properties that the loader reads for the rest pose. Later code then finds values of the right type,

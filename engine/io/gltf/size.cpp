@@ -15,6 +15,7 @@
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/primitive.h"
 #include "engine/io/gltf/strokes.h"
+#include "engine/scene/scene.h"
 
 namespace halflight {
 namespace {
@@ -72,6 +73,28 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
     return size;
 }
 
+/// Returns how many instances of a node get a mesh of their own. `instancing` may be null.
+std::size_t count_flat(const GltfDocument& document, const GltfNodes& nodes, int node, const nlohmann::json* instancing,
+                       std::size_t instances) {
+    // Joints alone place a skinned mesh.
+    if (document.model.nodes[static_cast<std::size_t>(node)].skin != kNone) return 0;
+    const dmat4& world = nodes.world[static_cast<std::size_t>(node)];
+    if (!instancing) return shape_of(world) == GltfShape::flat;
+    constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // transforms of 22 MiB; sparse values are read each time
+    std::size_t flat = 0;
+    for (std::size_t first = 0; first < instances; first += kAtOnce)
+        for (const dmat4& local : instance_transforms(document, *instancing, fmt::format("nodes[{}]", node), first,
+                                                      std::min(kAtOnce, instances - first)))
+            flat += shape_of(world * local) == GltfShape::flat;
+    return flat;
+}
+
+/// Returns sum + count * each, or a size that no budget allows where that is too large.
+std::size_t plus(std::size_t sum, std::size_t count, std::size_t each) {
+    constexpr std::size_t kMost = std::size_t{1} << 60;
+    return count != 0 && each > kMost / count ? kMost : std::min(sum + count * each, kMost);
+}
+
 /// Returns the compressed buffer views to which accessors, images and Draco data refer.
 std::set<int> compressed_views_in_use(const GltfDocument& document) {
     if (document.compressed_views.empty()) return {};
@@ -93,6 +116,8 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
     SceneSize size;
     // Loading adds warnings and files.
     const auto before = std::tuple(document.warnings, document.files, document.bytes_of_files);
+    std::set<int> decoded;
+    for (const auto& [view, bytes] : document.decoded->views) decoded.insert(view);
     const std::vector<GltfMaterial> materials = convert_materials(document);
     const GltfNodes nodes = resolve_nodes(document);
     std::map<int, MeshSize> sizes;
@@ -112,7 +137,18 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
         size.instance_bytes += instances * (sizeof(Instance) + name.size());
         if (moving && !moving->move_surface(document.model, index)) continue;
         size.drawn += mesh.triangles * instances;
-        // A mesh is stored once per skin and weights.
+        if (const std::size_t flat = count_flat(document, nodes, index, extension, instances)) {
+            const gltf::Mesh& from = document.model.meshes[static_cast<std::size_t>(node.mesh)];
+            // The mesh itself, and what its request keeps: its key with weights, and its transform.
+            const std::size_t others = sizeof(Mesh) + from.name.size() + sizeof(GltfMeshKey) + sizeof(dmat4) +
+                                       sizeof(double) * std::max(node.weights.size(), from.weights.size());
+            size.instance_bytes = plus(size.instance_bytes, flat, others);
+            size.stored = plus(size.stored, flat, mesh.triangles);
+            size.geometry_bytes = plus(size.geometry_bytes, flat, mesh.bytes);
+            size.largest_mesh = std::max(size.largest_mesh, mesh.bytes);
+            if (flat == instances) continue;
+        }
+        // Instances with other transforms share a mesh, which is stored once per skin and weights.
         if (!stored.emplace(node.mesh, node.skin, node.weights).second) continue;
         size.stored += mesh.triangles;
         size.geometry_bytes += mesh.bytes;
@@ -132,6 +168,8 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
         } catch (const Error&) {
         }
     }
+    // Transforms of instances may have needed compressed views.
+    std::erase_if(document.decoded->views, [&](const auto& view) { return !decoded.contains(view.first); });
     std::tie(document.warnings, document.files, document.bytes_of_files) = before;
     return size;
 }

@@ -242,6 +242,7 @@ TEST_F(Native, IsOffAfterADifference) {
     EXPECT_TRUE(native.counts().disabled);
     EXPECT_NE(native.counts().note.find("hits differ from the plain kernel's"), std::string::npos);
     EXPECT_EQ(tracer.statistics().front().reason, native.counts().note);
+    EXPECT_EQ(tracer.note(), native.counts().note);
 }
 
 }  // namespace

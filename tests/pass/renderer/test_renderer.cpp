@@ -79,7 +79,7 @@ TEST_F(RendererTest, PicturesDoNotDependOnEarlierPictures) {
 }
 
 TEST_F(RendererTest, ListsPersistAcrossBandsAndPictures) {
-    // With one light per path, shafts hold most rays after few samples.
+    // Shafts hold most rays after few samples if each path samples one light.
     PreparedScene by_power(context, scene, {.estimator = {.lights = LightChoice::power}});
     RenderSettings settings = banded(Culling::compute);
     Renderer renderer(by_power, colors, settings);

@@ -1,8 +1,10 @@
 // Tests the decision to add a neutral sky, and the texts that name environments.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
 
+#include "api/default_camera.h"
 #include "api/default_light.h"
 #include "api/halflight/environment_choice.h"
 #include "api/halflight/frame_renderer.h"
@@ -110,6 +112,117 @@ TEST(NeutralSky, AddedWhereOnlyDisplaysGlow) {
     EXPECT_FALSE(needs_sky(scene)) << "the file has a lamp";
 }
 
+TEST(NeutralSky, AddedToSeeThroughScenes) {
+    Scene scene = helmet();
+    add_led(scene, 0.02f, vec3(1));
+    scene.materials[0].transmission = 1;
+    EXPECT_TRUE(needs_sky(scene)) << "glass";
+    scene.materials[0].transmission = 0;
+    scene.materials[0].alpha_mode = AlphaMode::blend;
+    scene.materials[0].base_color.a = 0.4f;
+    EXPECT_TRUE(needs_sky(scene)) << "a veil";
+    add_light(scene, LightType::directional, 3, {}).direction = glm::normalize(vec3(0, -1, -1));
+    EXPECT_FALSE(needs_sky(scene)) << "a veil in the sun";
+}
+
+TEST(NeutralSky, EntersByWindows) {
+    for (const float width : {0.4f, 2.4f}) {
+        Scene scene;
+        const int wall = add_material(scene, diffuse_material(vec3(0.5f)));
+        const float w = width / 2;
+        add_quad(scene, wall, {-2, -2, -2}, {0, 0, 4}, {4, 0, 0});
+        add_quad(scene, wall, {-2, 2, -2}, {4, 0, 0}, {0, 0, 4});
+        add_quad(scene, wall, {-2, -2, -2}, {0, 4, 0}, {0, 0, 4});
+        add_quad(scene, wall, {2, -2, -2}, {0, 0, 4}, {0, 4, 0});
+        add_quad(scene, wall, {-2, -2, 2}, {0, 4, 0}, {4, 0, 0});
+        add_quad(scene, wall, {-2, -2, -2}, {4, 0, 0}, {0, 2 - w, 0});
+        add_quad(scene, wall, {-2, w, -2}, {4, 0, 0}, {0, 2 - w, 0});
+        add_quad(scene, wall, {-2, -w, -2}, {2 - w, 0, 0}, {0, width, 0});
+        add_quad(scene, wall, {w, -w, -2}, {2 - w, 0, 0}, {0, width, 0});
+        scene.cameras.push_back(look_at_camera({1.5, 0, 1.9}, {0, -0.5, -1}, {0, 1, 0}, 1));
+        add_light(scene, LightType::point, 1e-4f, {0, 1, 0});
+        EXPECT_EQ(needs_sky(scene), width > 1) << width;
+        scene.lights.clear();
+        EXPECT_EQ(default_light(scene).lamps.empty(), width > 1) << width;
+    }
+}
+
+TEST(NeutralSky, SmallEmittersHoldNoExposureDown) {
+    Scene scene = helmet();
+    add_light(scene, LightType::point, 1.5f, {0, 3, 3});
+    for (const float side : {0.02f, 0.04f}) {
+        add_led(scene, side, vec3(1));
+        EXPECT_FALSE(needs_sky(scene)) << side;
+    }
+}
+
+TEST(NeutralSky, UnlitSurfacesAreLight) {
+    Scene scene = helmet();
+    Material panel = diffuse_material(vec3(1));
+    panel.unlit = true;
+    add_quad(scene, add_material(scene, panel), {-5, 2, -5}, {10, 0, 0}, {0, 0, 10});
+    scene.cameras.push_back(look_at_camera({3, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.4));
+    EXPECT_FALSE(needs_sky(scene));
+    scene.materials.back().base_color = vec4(0, 0, 0, 1);
+    EXPECT_TRUE(needs_sky(scene));
+}
+
+TEST(NeutralSky, AddedWhereAllGlowsDimly) {
+    Scene scene = helmet();
+    scene.materials[0].emission = vec3(0.02f, 0, 0);
+    EXPECT_TRUE(needs_sky(scene));
+}
+
+TEST(NeutralSky, ColoursOfVerticesMakeShadesTransparent) {
+    Scene scene = helmet();
+    Material glass = diffuse_material(vec3(0.5f));
+    glass.alpha_mode = AlphaMode::blend;
+    add_light(scene, LightType::point, 1000, {0, 3, 3});
+    add_box(scene, add_material(scene, glass), {-0.2f, 2.8f, 2.8f}, {0.2f, 3.2f, 3.2f});
+    EXPECT_TRUE(needs_sky(scene));
+    Mesh& shade = scene.meshes.back();
+    shade.colors.assign(shade.positions.size(), vec4(1, 1, 1, 0.02f));
+    EXPECT_FALSE(needs_sky(scene));
+}
+
+/// Returns the greatest resident memory of the process so far, bytes.
+std::size_t peak_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+}
+
+TEST(NeutralSky, ManyInstancesOfEmissiveTrianglesTakeLittleMemory) {
+    // A panel of a few thousand triangles, once and thousands of times, above a box. All give the same light.
+    constexpr int kSide = 40, kInstances = 2000;  // 6.4 million emissive triangles
+    Scene scene = helmet();
+    Mesh& panel = scene.meshes.emplace_back();
+    const auto material = static_cast<std::uint32_t>(add_material(scene, light_material(vec3(1))));
+    for (int y = 0; y <= kSide; ++y)
+        for (int x = 0; x <= kSide; ++x) {
+            panel.positions.emplace_back(float(x) / kSide - 0.5f, 2.0f, float(y) / kSide - 0.5f);
+            panel.normals.emplace_back(0, -1, 0);
+        }
+    for (int i = 0; i < kSide * kSide; ++i) {
+        const auto a = static_cast<std::uint32_t>(i / kSide * (kSide + 1) + i % kSide);
+        panel.triangles.push_back({a, a + 1, a + kSide + 2});
+        panel.triangles.push_back({a, a + kSide + 2, a + kSide + 1});
+        panel.triangle_material.insert(panel.triangle_material.end(), 2, material);
+    }
+    Instance instance;
+    instance.mesh = static_cast<int>(scene.meshes.size()) - 1;
+    scene.cameras.push_back(look_at_camera({0, 1, 3}, {0, 0, 0}, {0, 1, 0}, 0.6));
+    scene.instances.push_back(instance);
+    const bool expected = needs_sky(scene);
+    scene.instances.insert(scene.instances.end(), kInstances - 1, instance);
+    scene.materials[material].emission /= float(kInstances);
+    const std::size_t before = peak_bytes();
+    EXPECT_EQ(needs_sky(scene), expected);
+#ifndef HALFLIGHT_SANITIZED
+    EXPECT_LT(peak_bytes() - before, std::size_t{96} << 20);
+#endif
+}
+
 TEST(NeutralSky, AddedToLampsFarAway) {
     Scene scene = helmet();
     add_light(scene, LightType::point, 60, {0, 300, 300});
@@ -191,14 +304,14 @@ TEST(NeutralSky, NotAddedUnderASunOrASpot) {
     EXPECT_FALSE(needs_sky(scene)) << "a stage: most of the floor is dark";
 }
 
-TEST(NeutralSky, DoesNotDependOnNamesAndOrder) {
+TEST(NeutralSky, IsRepeatable) {
     Scene scene = helmet();
     add_light(scene, LightType::point, 0.12f, {0, 2, 2});
     const rays::SceneProbe probe(scene);
     const std::vector<Camera> cameras = {framing_camera(scene)};
     const LightShares once = light_shares(scene, probe, cameras), again = light_shares(scene, probe, cameras);
     EXPECT_EQ(once.lit, again.lit);
-    EXPECT_EQ(once.sky_lit, again.sky_lit);
+    EXPECT_EQ(once.sky, again.sky);
 }
 
 TEST(NeutralSky, FarFromTheOriginAndTiny) {
@@ -264,6 +377,14 @@ TEST(Environment, TheSunBelongsToTheSky) {
     Scene again = lit;
     set_environment(again, SkyPreset::overcast, {});
     EXPECT_EQ(again.lights.size(), 1U) << "another environment takes the sun away";
+}
+
+TEST(Environment, TheSunOfThePresetIsToTheRightOfTheDefaultCamera) {
+    const Scene scene = helmet();
+    const dmat4 camera = default_camera(scene, 1).camera.camera_to_world;
+    const dvec3 towards = -dvec3(preset_sky(SkyPreset::sky).sun->direction);
+    EXPECT_GT(glm::dot(towards, dvec3(camera[0])), 0.3) << "right";
+    EXPECT_GT(glm::dot(towards, dvec3(camera[2])), 0.3) << "behind";
 }
 
 TEST(Environment, Texts) {

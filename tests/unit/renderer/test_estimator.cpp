@@ -54,7 +54,8 @@ TEST(Estimator, DifferencesFromTheDefaultAndFromOthersAreListed) {
 TEST(Estimator, UnknownTechniquesAreNamed) {
     const auto message = [](const char* list) { return error_message([&] { estimator_named(list); }); };
     EXPECT_EQ(message("light=tree"), std::string("light=tree: 'light=tree' is no technique; there are: ") + kKnown);
-    EXPECT_EQ(message("lights=bush"), "lights=bush: there is no lights=bush; there are: auto, power, tree, uniform, all");
+    EXPECT_EQ(message("lights=bush"),
+              "lights=bush: there is no lights=bush; there are: auto, power, tree, uniform, all");
     EXPECT_EQ(message("reuse=16,sun"), "reuse=16,sun: 'sun' has no value; there are: apart, among");
     EXPECT_EQ(message("sun=among,auto"), "sun=among,auto: 'auto' stands first or not at all");
     EXPECT_EQ(message("sun="), "sun=: there is no sun=; there are: apart, among");
