@@ -14,6 +14,7 @@
 #include "engine/scene/material_lobes.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
+#include "renderer/held_out.h"
 #include "renderer/memory.h"
 #include "renderer/metering.h"
 #include "renderer/noisy_frame.h"
@@ -302,6 +303,14 @@ struct FrameRenderer::State {
         load_seconds += near_frames.load_seconds();
         return result;
     }
+    /// Adds the error of the frame's denoised picture to its statistics.
+    void estimate_error(std::uint32_t frame, RenderResult& result, const ProgressCallback& progress) {
+        set_frame(frame);
+        const auto render = [&](const FrameSettings& held_out, const ProgressCallback& of_all) {
+            return picture(scene.frame_rate().seconds(frame), held_out, of_all);
+        };
+        estimate_denoised_error(settings, result, render, progress);
+    }
     RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress) {
         const FrameSettings own = settings;
         const Stopwatch clock;
@@ -410,6 +419,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     RenderResult result = s.shutter.open > 0                 ? s.blurred(frame, progress)
                           : neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
                                                              : s.still(frame, s.settings, progress);
+    if (s.settings.denoise_error > 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
     if (s.deformer) {
         const DeformStatistics d = s.deformer->take_statistics();

@@ -108,13 +108,18 @@ std::string judge(const RenderStats& stats, const OutputOptions& options, const 
         log.warn("{}; they count as 0", bad);
     }
     if (!stats.tracing_note.empty()) log.warn("{}", stats.tracing_note);
-    if (!stats.error) return "";
+    std::string of_denoised;
+    if (stats.denoised_error) {
+        of_denoised = error_line(*stats.denoised_error);
+        log.note("{}", of_denoised);
+    }
+    if (!stats.error) return of_denoised;
     const std::string error = error_line(*stats.error);
     if (!stats.error->reached && !options.best_effort)
         throw Error(output.string(), "not written: after {} samples per pixel, {}; see --best-effort", stats.samples,
                     error);
     log.note("{}", error);
-    return error;
+    return of_denoised.empty() ? error : error + "; " + of_denoised;
 }
 
 }  // namespace halflight

@@ -159,6 +159,12 @@ std::string describe_bad_values(const RenderStats& stats) {
     return text;
 }
 
+std::string error_line(const DenoisedError& error) {
+    const ErrorEstimate& e = error.estimate;
+    return fmt::format("denoised picture: estimated {} {:.4g}, {:.4g} to {:.4g} at {:g} %, from {} other samples",
+                       name(error.metric), e.value, e.lower, e.upper, 100 * kConfidence, 2 * error.samples);
+}
+
 std::string error_line(const AchievedError& error) {
     const ErrorEstimate& e = error.estimate;
     return fmt::format("{} {:.4g}, {:.4g} to {:.4g} at {:g} %, target {:g} {}", name(error.target.metric), e.value,
@@ -196,6 +202,13 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
         error = {{"metric", name(e->target.metric)}, {"relmse_epsilon", kRelativeEpsilon}, {"value", e->estimate.value},
                  {"lower", e->estimate.lower},       {"upper", e->estimate.upper},         {"bound", e->estimate.bound},
                  {"confidence", kConfidence},        {"target", e->target.error},          {"reached", e->reached}};
+    }
+    Json denoised_error;
+    if (const auto& e = stats.denoised_error) {
+        denoised_error = {{"metric", name(e->metric)},          {"relmse_epsilon", kRelativeEpsilon},
+                          {"value", e->estimate.value},         {"lower", e->estimate.lower},
+                          {"upper", e->estimate.upper},         {"confidence", kConfidence},
+                          {"held_out_samples", 2 * e->samples}, {"seconds", e->seconds}};
     }
     Json outputs = Json::array();
     for (const auto& path : files) outputs.push_back(path.string());
@@ -238,6 +251,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
         {"paths", stats.paths},
         {"paths_per_second", static_cast<double>(stats.paths) / std::max(stats.render_seconds, 1e-9)},
         {"error", error},
+        {"denoised_error", denoised_error},
         {"biases", stats.biases},
         {"gpu_bytes", stats.gpu_bytes},
         {"memory", memory_json(MemoryLedger::process())},

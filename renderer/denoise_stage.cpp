@@ -43,13 +43,13 @@ void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera) {
     kept_ = frame;
     blur_ = blur_of(camera, desc_);
     if (kept_) kept_->blur = blur_;
-    std::optional<DenoiserTextures>& pixels = kept_ ? kept_->pixels : own_;
-    if (!pixels) pixels.emplace(desc_, present_, chains_);
+    if (kept_ && !kept_->pixels) kept_->pixels.emplace(desc_, present_, chains_);
     executor_.reset_times();
 }
 
 void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                             const SampleHalves& samples) {
+    if (!kept_ && !own_) return;  // the frame stays noisy
     DenoiserTextures& textures = kept_ ? *kept_->pixels : *own_;
     const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, samples, textures.import_pixels(graph));
     for (const graph::TextureHandle h :
@@ -87,6 +87,7 @@ void DenoiseStage::apply(Film& film) {
 
 void DenoiseStage::fill_stats(RenderStats& stats) const {
     stats.gpu_bytes += (own_ ? own_->bytes() + transient_bytes_ : 0);
+    stats.denoised = denoised_;
     if (denoised_) stats.biases.emplace_back(kBias);
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
 }
@@ -124,6 +125,7 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
         own.image = rgb(weights);
     }
     stats.gpu_bytes += transient_bytes_;
+    stats.denoised = true;
     stats.biases.insert(stats.biases.begin(), fmt::format("{}, also over {} neighbouring frames", kBias, near.size()));
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.neighbours = {static_cast<int>(near.size()), 0, watch.seconds()};

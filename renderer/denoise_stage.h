@@ -25,7 +25,8 @@ class DenoiseStage {
     /// Begins another picture. frame: keeps the picture for denoise(), so that apply() leaves it noisy; null: apply()
     /// denoises it. camera: its lens is focused at a distance.
     void begin(NoisyFrame* frame, const Camera& camera);
-    /// Adds a band's inputs to the graph that makes its beauty. sums: as Accumulated, with features and halves.
+    /// Adds a band's inputs, if a picture will be denoised, to the graph that makes its beauty. sums: as Accumulated,
+    /// with features and halves.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                   const SampleHalves& samples);
     /// Replaces the picture of the film, and fills its layers of LayerSource::denoiser. Call it after all bands. Does

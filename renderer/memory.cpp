@@ -166,7 +166,8 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 /// Fills in the parts that belong to the whole picture.
 void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use, bool chains) {
     const std::size_t pixels = std::size_t(s.width) * std::size_t(s.height);
-    m.film = film_bytes(s) * pixels;
+    constexpr std::size_t kHeldOut = 3 * kTexel;  // the two pictures, and the film of the second one
+    m.film = (film_bytes(s) + (s.denoise_error > 0 ? kHeldOut : 0)) * pixels;
     m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s, chains) * pixels +
                 (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
     m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;

@@ -23,12 +23,11 @@ struct MemoryEstimate {
     std::size_t scene = 0;       // scene_bytes()
     std::size_t band = 0;        // buffers of a band
     std::size_t visibility = 0;  // tile lists that are carried from sample to sample, of all bands
-    std::size_t reading =
-        0;  // copies of a band's results: sums, records, counts of mattes; what bands keep that grow together
-    std::size_t film = 0;     // the picture and its layers
-    std::size_t preview = 0;  // textures of picture size (RenderSettings::preview), and the radiance cache
-    std::size_t shutter = 0;  // sums of the pictures at several times, and the first of them
-    std::size_t writing = 0;  // buffers for writing files
+    std::size_t reading = 0;     // copies of results: sums, records, mattes; also what bands that grow together keep
+    std::size_t film = 0;        // the picture and its layers
+    std::size_t preview = 0;     // textures of picture size (RenderSettings::preview), and the radiance cache
+    std::size_t shutter = 0;     // sums of the pictures at several times, and the first of them
+    std::size_t writing = 0;     // buffers for writing files
     /// Returns the bytes that depend on the picture.
     std::size_t picture() const { return band + visibility + reading + film + preview + shutter + writing; }
     std::size_t total() const { return program + scene + picture(); }

@@ -111,6 +111,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     RenderResult result;
     RenderStats& stats = result.stats;
     Film film(s.settings, s.scene.tables(), s.pages());
+    if (frame.stays_noisy) film.choose({});
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error && !s.settings.adaptive;

@@ -75,7 +75,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
 
 void Renderer::State::apply_to_picture(const FrameSettings& frame, std::span<const int> samples, Film& film) {
     film.keep_noisy();
-    if (denoiser) denoiser->apply(film);
+    if (denoiser && !frame.stays_noisy) denoiser->apply(film);
     const int least = *std::ranges::min_element(samples);
     if (preview && least > 0) preview->apply(frame, scene.tables(), least, film);
 }

@@ -38,6 +38,14 @@ struct AchievedError {
     bool reached = false;  // the error is below the target at kConfidence
 };
 
+/// Estimate of the error of a denoised picture (held_out.h).
+struct DenoisedError {
+    ErrorMetric metric = ErrorMetric::relmse;
+    ErrorEstimate estimate;
+    int samples = 0;     // samples per pixel of each of the two held-out pictures
+    double seconds = 0;  // time of rendering them
+};
+
 /// Statistics of a render.
 struct RenderStats {
     int samples = 0;                                // samples per pixel of the band that has fewest
@@ -72,8 +80,10 @@ struct RenderStats {
         int rendered = 0;    // number of frames rendered for this picture, itself included; others were held in memory
         double seconds = 0;  // time of denoising, seconds
     };
-    std::optional<Neighbours> neighbours;  // statistics of a frame that is denoised with others
-    rays::HierarchyCounts hierarchies;     // hierarchies built, refitted or kept for this picture
+    bool denoised = false;                        // the denoiser has replaced the picture
+    std::optional<DenoisedError> denoised_error;  // RenderSettings::denoise_error
+    std::optional<Neighbours> neighbours;         // statistics of a frame that is denoised with others
+    rays::HierarchyCounts hierarchies;            // hierarchies built, refitted or kept for this picture
 };
 
 /// A picture with its layers.

@@ -37,6 +37,9 @@ void check_settings(const RenderSettings& s) {
         "the preview mode temporal cannot be combined with depth of field: blurred surfaces have no single place in "
         "the last frame");
     require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
+    require(s.denoise_error == 0 || s.denoise, "an estimate for the denoised picture needs denoising");
+    require(s.denoise_error == 0 || !s.adaptive || s.denoise_error >= kLeastAdaptiveSamples,
+            "an estimate for the denoised picture takes at least 16 samples where sampling is adaptive");
     if (s.adaptive) {
         require(s.samples >= kLeastAdaptiveSamples, "adaptive sampling takes at least 16 samples");
         require(s.first_sample == 0, "a picture with adaptive sampling must begin with the first sample");

@@ -43,6 +43,8 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
 std::string describe_bad_values(const RenderStats& stats);
 /// Returns "relmse 0.0098, 0.0095 to 0.0101 at 95 %, target 0.01 reached".
 std::string error_line(const AchievedError& error);
+/// Returns "denoised picture: estimated relmse 0.0021, 0.0018 to 0.0024 at 95 %, from 16 other samples".
+std::string error_line(const DenoisedError& error);
 
 /// Returns statistics of the picture that `renderer` made last: scene, settings, device, times, passes, ray batches,
 /// left-out parts (docs/rendering.md). `outputs`: files of the picture.

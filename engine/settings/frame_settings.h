@@ -34,7 +34,8 @@ struct SceneSettings {
     PictureHistory* history = nullptr;
     // Keeps the noisy picture for Renderer::denoise(); null: a picture that is denoised is denoised at once.
     NoisyFrame* noisy = nullptr;
-    std::uint32_t frame = 0;  // frame number, which seeds the noise
+    bool stays_noisy = false;  // a picture that would be denoised stays the mean of its samples, without layers
+    std::uint32_t frame = 0;   // frame number, which seeds the noise
 };
 
 /// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.

@@ -48,6 +48,9 @@ struct PictureSettings {
     // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
     // single pictures.
     std::optional<int> denoise_frames{};
+    // Samples per pixel of each of two further pictures, from which the error of the denoised picture is estimated
+    // (renderer/held_out.h); 0: it is not. With `adaptive`, they need at least 16.
+    int denoise_error = 0;
     // Gives blocks of pixels samples by their noise (passes/picture/adaptive.h). FrameSettings::samples is then the
     // mean number. It changes no expectation. It needs at least 16 samples, and excludes preview modes and, without an
     // error target, time limits. With an error target, the sums of all bands are kept in memory.

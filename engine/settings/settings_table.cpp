@@ -239,6 +239,17 @@ std::vector<Setting> make_table() {
                 .upper = kMaxDenoiseFrames,
                 .memory = true,
             }),
+        row([](auto& s) -> auto& { return s.denoise_error; },
+            {
+                .name = "denoise-error",
+                .group = kPicture,
+                .metavar = "N",
+                .help = "estimates the error of the denoised picture from two further pictures of N samples, which it "
+                        "does not contain; 0 does not",
+                .lower = 0,
+                .upper = kMaxSamples,
+                .memory = true,
+            }),
         row([](auto& s) -> auto& { return s.adaptive; },
             {
                 .name = "adaptive",

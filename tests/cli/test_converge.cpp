@@ -297,6 +297,34 @@ TEST_F(Converge, ReportsThePilotsChoice) {
     EXPECT_NE(outcome.err.find(line), std::string::npos) << outcome.err;
 }
 
+TEST_F(Converge, DenoisedPicturesAreCompared) {
+    const Outcome outcome = converge({"--samples", "2,16", "--seeds", "4", "--method", "compute,plain",
+                                      "--reference-samples", "512", "--denoise", "none", "--denoise", "on"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json json = report();
+    Strings names;
+    for (const Json& method : json["methods"]) names.push_back(method["method"]);
+    EXPECT_EQ(names, (Strings{"compute denoise=none", "compute denoise=on", "plain denoise=none", "plain denoise=on"}));
+    EXPECT_EQ(json["biases"], (Json{"compute denoise=on is denoised.", "plain denoise=on is denoised."}));
+    EXPECT_EQ(json["same_pictures"], (Json{{"compared", 16}, {"different", 0}}));
+    const auto point = [&](int method, const char* figure) {
+        return json["methods"][method]["points"][1][figure]["value"].get<double>();
+    };
+    EXPECT_LT(point(1, "relmse"), point(0, "relmse"));
+    EXPECT_LT(point(1, "variance"), 0.7 * point(0, "variance"));
+    EXPECT_EQ(point(1, "squared_bias"), point(3, "squared_bias"));
+
+    for (const auto& [options, message] :
+         {std::pair{Strings{"--samples", "1,2"}, "needs at least two --samples"},
+          std::pair{Strings{"--preview", "filter"}, "--preview"}, std::pair{Strings{"--seconds", "1"}, "--seconds"}}) {
+        Strings all = options;
+        all.insert(all.end(), {"--denoise", "on"});
+        const Outcome refused = converge(all);
+        EXPECT_NE(refused.status, 0);
+        EXPECT_NE(refused.err.find(message), std::string::npos) << refused.err;
+    }
+}
+
 TEST_F(Converge, PreviewsAreCompared) {
     const auto compared = [&](const Strings& more) {
         Strings options{"--samples",           "2,64", "--seeds",   "2",    "--method",  "plain,oracle",

@@ -338,6 +338,17 @@ TEST_F(Output, DenoisedPicturesNameTheirBiasAndKeepTheMean) {
     EXPECT_NE(read_text(file("clean.exr")).find("denoised: noise of reflected light filtered"), std::string::npos);
     const auto biases = nlohmann::json::parse(read_text(file("clean.json"))).at("biases");
     ASSERT_EQ(biases.size(), 1u);
+    EXPECT_TRUE(nlohmann::json::parse(read_text(file("clean.json"))).at("denoised_error").is_null());
+    render(with({file("judged.exr"), "--denoise", "--denoise-error", "16", "--aov", "noisy,denoiser", "--stats",
+                 file("judged.json")}));
+    const ExrFile judged = read_exr(file("judged.exr"));
+    for (const char* channel : {"R", "noisy.G", "denoiser.glossy"})
+        EXPECT_EQ(judged.find(channel)->values, clean.find(channel)->values) << channel;
+    const auto estimate = nlohmann::json::parse(read_text(file("judged.json"))).at("denoised_error");
+    EXPECT_EQ(estimate["held_out_samples"], 32);
+    EXPECT_LT(estimate["lower"], estimate["value"]);
+    EXPECT_LT(estimate["value"], estimate["upper"]);
+    EXPECT_NE(read_text(file("judged.exr")).find("denoised picture: estimated relmse"), std::string::npos);
     EXPECT_EQ(read_text(file("mean.exr")).find("denoised:"), std::string::npos);
 }
 

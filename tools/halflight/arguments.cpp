@@ -125,7 +125,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
     for (const char* other : {"--preview", "--shutter"}) exclude(app, "--adaptive", other);
     if (!a.settings.error) exclude(app, "--adaptive", "--time");
-    if (given("--denoise-frames") && !a.settings.denoise) throw UsageError("--denoise-frames", "needs --denoise");
+    for (const char* option : {"--denoise-frames", "--denoise-error"})
+        if (given(option) && !a.settings.denoise) throw UsageError(option, "needs --denoise");
     check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");

@@ -19,8 +19,10 @@ namespace halflight {
 struct ConvergeArguments : ViewArguments {
     std::filesystem::path folder;  // folder of the reports
     converge::Plan plan;
-    std::vector<Estimator> estimators;  // estimators to compare; empty: the default one. The plan has one per method.
-    std::vector<Preview> previews;      // previews to compare; empty: none. The plan has one per method.
+    // What is to be compared, in all combinations; the plan has a technique per method.
+    std::vector<Estimator> estimators;  // empty: the default one
+    std::vector<Preview> previews;      // empty: none
+    std::vector<bool> denoise;          // empty: false
     bench::Clock clock = bench::Clock::wall;
     bool require_agreement = false;      // the external renderer must agree with the other methods
     converge::ReferenceOrder reference;  // folder: empty for the default one

@@ -162,8 +162,9 @@ void run_converge(const ConvergeArguments& a) {
             painters.push_back(std::move(other));
             continue;
         }
-        painters.push_back(uses_gl(method) ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method,
-                                                        a.plan.clamp, a.plan.preview(m), a.plan.warm_up)
+        const converge::Technique technique = a.plan.technique(m);
+        painters.push_back(uses_gl(method) ? gl_painter(gl(technique.estimator), colors, subject.view, method,
+                                                        a.plan.clamp, technique, a.plan.warm_up)
                                            : oracle_painter(scene, subject.view));
     }
     const Measurement measured = measure(a.plan, painters, reference, a.clock, {pulse, Progress(console, "pictures")});

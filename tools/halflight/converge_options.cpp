@@ -31,7 +31,7 @@ std::vector<Method> methods(const std::string& option, const std::string& list) 
     std::vector<Method> wanted;
     for (const std::string& text : split_names(list)) {
         const auto method = converge::method_named(text);
-        if (!method) throw UsageError(option, "expects some of compute, raster, plain, oracle, not '{}'", text);
+        if (!method) throw UsageError(option, "expects some of {}, not '{}'", converge::known_methods(), text);
         if (std::ranges::find(wanted, *method) != wanted.end()) throw UsageError(option, "'{}' is given twice", text);
         wanted.push_back(*method);
     }
@@ -63,6 +63,21 @@ auto each_given(const std::string& option, const std::string& lists, const One& 
     return wanted;
 }
 
+bool is_on(const std::string& option, const std::string& text) {
+    if (text != "on" && text != "none") throw UsageError(option, "expects on or none, not '{}'", text);
+    return text == "on";
+}
+
+/// Returns all combinations of what is to be compared.
+std::vector<converge::Technique> techniques(const ConvergeArguments& a) {
+    const auto or_default = [](const auto& list) { return list.empty() ? std::decay_t<decltype(list)>(1) : list; };
+    std::vector<converge::Technique> all;
+    for (const Estimator& estimator : or_default(a.estimators))
+        for (const Preview& preview : or_default(a.previews))
+            for (const bool denoise : or_default(a.denoise)) all.push_back({estimator, preview, denoise});
+    return all;
+}
+
 void set_reference(converge::ReferenceOrder& order, const std::string& text) {
     using enum converge::ReferenceOrder::Maker;
     order.maker = text == "oracle" ? oracle : text == "gl" ? gl : file;
@@ -72,7 +87,7 @@ void set_reference(converge::ReferenceOrder& order, const std::string& text) {
 }  // namespace
 
 void add_converge_options(CLI::App& app, ConvergeArguments& a) {
-    a.plan.methods.assign(std::begin(converge::kMethods), std::end(converge::kMethods));
+    a.plan.methods.assign(std::begin(converge::kUsualMethods), std::end(converge::kUsualMethods));
     a.usual_width = 320;  // pixels; enough to measure error against time
     for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
@@ -82,7 +97,8 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
 
     Options options(app);
     options.group("Measurement");
-    options.value("--method", "NAME,...", "methods that render pictures: compute, raster, plain, oracle (default: all)",
+    options.value("--method", "NAME,...",
+                  "methods that render pictures: " + converge::known_methods() + " (default: all but native)",
                   [&](const auto& name, const auto& text) { a.plan.methods = methods(name, text); });
     options
         .value("--estimator", "KEY=VALUE,...",
@@ -95,6 +111,11 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                "preview modes of the GL methods (give the option several times to compare them): none, " +
                    known_previews(),
                [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    options
+        .value("--denoise", "on|none",
+               "filters noise out of the pictures of the GL methods (give the option twice to compare both)",
+               [&](const auto& name, const auto& text) { a.denoise = each_given(name, text, is_on); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.value("--warm-up", "N",
                   "samples from a neighbouring camera that fill the radiance cache before each picture (default 0)",
@@ -168,20 +189,24 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
 
 void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     a.plan.clamp = a.settings.clamp;
-    if (!a.estimators.empty()) converge::compare_estimators(a.plan, a.estimators);
     for (const Preview& preview : a.previews)
         if (preview.temporal)
             throw UsageError("--preview",
                              "temporal reuses light of earlier pictures, and converge renders single pictures");
-    if (!a.previews.empty()) converge::compare_previews(a.plan, a.previews);
+    if (std::ranges::count(a.denoise, true)) {
+        exclude(app, "--denoise", "--preview");
+        exclude(app, "--denoise", "--seconds");  // a picture of one sample cannot be denoised
+        if (app.count("--samples") == 0) std::erase_if(a.plan.budgets, [](const Budget& b) { return b.samples < 2; });
+        if (a.plan.budgets.front().samples == 1) throw UsageError("--denoise", "needs at least two --samples");
+    }
+    converge::compare(a.plan, techniques(a));
     if (a.plan.warm_up > 0 && std::ranges::none_of(a.previews, &Preview::cache))
         throw UsageError("--warm-up", "needs a --preview with cache");
     if (!a.plan.external.name.empty()) {
         exclude(app, "--external", "--seconds");
         exclude(app, "--external", "--filter");  // commands are not given the filter
         a.plan.methods.push_back(converge::Method::external);
-        if (!a.plan.estimators.empty()) a.plan.estimators.emplace_back();
-        if (!a.plan.previews.empty()) a.plan.previews.emplace_back();
+        a.plan.techniques.emplace_back();
     }
     if (a.require_agreement && (a.plan.external.name.empty() || a.plan.seeds < 2))
         throw UsageError("--require-agreement", "needs --external and at least two --seeds");

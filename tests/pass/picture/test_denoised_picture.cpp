@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "engine/core/metrics.h"
 #include "renderer/frame_constants.h"
+#include "renderer/held_out.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/error_message.h"
@@ -32,6 +33,51 @@ class DenoisedPictureTest : public GpuTest {
 
 double relative_error(const Image& image, const Image& reference) {
     return mean_of(relative_squared_error_map(rgb(image), rgb(reference)));
+}
+
+TEST_F(DenoisedPictureTest, ItsErrorIsEstimatedFromOtherSamples) {
+    const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = small_settings(scene.cameras[0], 64, 48, 1024, 3);
+    Image truth[2];
+    for (const std::uint32_t half : {0u, 1u}) {
+        settings.seed = 100 + half;
+        truth[half] = rgb(render(prepared, settings, false).beauty);
+    }
+    settings.denoise = true;
+    settings.denoise_error = 16;
+    int inside = 0;
+    constexpr int kSeeds = 12;
+    Renderer renderer(prepared, colors, settings);
+    const auto further = [&](const FrameSettings& frame, const ProgressCallback& progress) {
+        return renderer.render(frame, progress);
+    };
+    for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+        settings.samples = 8, settings.seed = seed;
+        RenderResult result = renderer.render(settings);
+        const Image before = result.beauty;
+        estimate_denoised_error(settings, result, further, {});
+        ASSERT_TRUE(result.stats.denoised_error);
+        EXPECT_EQ(result.beauty.pixels, before.pixels);
+        const ErrorEstimate& e = result.stats.denoised_error->estimate;
+        const double exact = held_out_error(result.beauty, truth[0], truth[1], ErrorMetric::relmse).value;
+        inside += e.lower <= exact && exact <= e.upper;
+        EXPECT_LT(e.upper, 0.2);
+    }
+    EXPECT_GE(inside, 9) << "fewer than 9 of 12 have a probability of 1 in 4000 at 95 %";
+
+    settings.samples = 1;  // cannot be denoised
+    RenderResult one = renderer.render(settings);
+    estimate_denoised_error(settings, one, further, {});
+    EXPECT_FALSE(one.stats.denoised_error);
+    settings.samples = 8;
+    RenderResult stopped = renderer.render(settings);
+    estimate_denoised_error(settings, stopped, further, [](const RenderProgress& p) {
+        EXPECT_EQ(p.samples_total, 8 + 2 * 16);
+        return p.samples_done < 20;
+    });
+    EXPECT_TRUE(stopped.stats.interrupted);
+    EXPECT_FALSE(stopped.stats.denoised_error);
 }
 
 TEST_F(DenoisedPictureTest, ItsErrorIsSmallerAndTheRestStays) {

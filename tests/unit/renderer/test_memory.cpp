@@ -110,6 +110,9 @@ TEST(Memory, WholePictureStepsGrowWithThePicture) {
     s.preview = {};
     s.denoise = true;
     const MemoryEstimate denoised = of(s);
+    s.denoise_error = 16;
+    EXPECT_GE(of(s).film, denoised.film + 640u * 480 * 2 * 16) << "two further pictures";
+    s.denoise_error = 0;
     s.denoise_frames = 2;
     EXPECT_GE(of(s).preview, denoised.preview + 640u * 480 * 4 * (16 * (5 + 2 * 3 + 4) + 4 * sizeof(float)))
         << "textures and pictures of four neighbours";

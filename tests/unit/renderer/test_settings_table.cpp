@@ -29,6 +29,7 @@ RenderSettings unusual() {
     s.adaptive = true;
     s.denoise = true;
     s.denoise_frames = 3;
+    s.denoise_error = 16;
     s.aovs = {"albedo", "nodes"};
     s.half_color = true;
     s.bounces = 0;

@@ -20,6 +20,12 @@ constexpr int kThumbnail = 640;     // maximum width of a picture, pixels
 constexpr std::size_t kWorst = 6;   // number of blocks that the page names
 constexpr const char* kNone = "–";  // text for an unknown figure
 
+/// Returns whether all methods have the same estimator.
+bool one_estimator(const Plan& plan) {
+    return std::ranges::all_of(plan.techniques,
+                               [&](const Technique& t) { return t.estimator == plan.techniques[0].estimator; });
+}
+
 std::string figure(double value) {
     return std::isfinite(value) ? fmt::format("{:.3g}", value) : kNone;
 }
@@ -378,7 +384,7 @@ class Report {
             "compilation happen once beforehand and do not count.");
         if (subject_.scene_seconds > 0)
             page_.item(fmt::format("Scene preparation for the GPU, once for all methods{}, took {:.2f} s of wall time.",
-                                   subject_.plan.estimators.empty() ? "" : " with the same estimator",
+                                   one_estimator(subject_.plan) ? "" : " with the same estimator",
                                    subject_.scene_seconds));
         for (const std::string& pilot : subject_.pilots) page_.item(pilot);
         const External& external = subject_.plan.external;

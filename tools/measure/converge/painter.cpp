@@ -26,14 +26,16 @@ void set_view(Settings& settings, const View& view) {
 class GlPainter final : public Painter {
   public:
     GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp,
-              const Preview& preview, int warm_up)
-        : scene_(scene), colors_(colors), warm_up_(preview.cache ? warm_up : 0) {
+              const Technique& technique, int warm_up)
+        : scene_(scene), colors_(colors), warm_up_(technique.preview.cache ? warm_up : 0) {
         set_view(settings_, view);
         settings_.clamp = clamp;
-        settings_.preview = preview;
+        settings_.preview = technique.preview;
+        settings_.denoise = technique.denoise;
         settings_.aovs.assign(kComponents.begin(), kComponents.end());
         settings_.culling = method == Method::compute  ? rays::Culling::compute
                             : method == Method::raster ? rays::Culling::raster
+                            : method == Method::native ? rays::Culling::native
                                                        : rays::Culling::off;
         const CpuStopwatch preparing;
         renderer_.emplace(scene_, colors_, settings_);
@@ -152,8 +154,8 @@ class OraclePainter final : public Painter {
 }  // namespace
 
 std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
-                                    float clamp, const Preview& preview, int warm_up) {
-    return std::make_unique<GlPainter>(scene, colors, view, method, clamp, preview, warm_up);
+                                    float clamp, const Technique& technique, int warm_up) {
+    return std::make_unique<GlPainter>(scene, colors, view, method, clamp, technique, warm_up);
 }
 
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view) {

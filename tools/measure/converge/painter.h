@@ -44,10 +44,10 @@ class Painter {
     virtual Seconds preparation() const = 0;
 };
 
-/// Returns the engine with a method for which uses_gl() holds. The scene and the colours must outlive it. `clamp` and
-/// `preview` are those of RenderSettings, `warm_up` is Plan::warm_up.
+/// Returns the engine with a method for which uses_gl() holds. The scene and the colours must outlive it. `clamp` is
+/// that of RenderSettings, `warm_up` is Plan::warm_up. Denoised pictures need at least two samples.
 std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
-                                    float clamp = 0, const Preview& preview = {}, int warm_up = 0);
+                                    float clamp = 0, const Technique& technique = {}, int warm_up = 0);
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view);
 
 /// Returns the mean of samples [first, first + count) of the oracle's picture of this seed. Disjoint ranges are

@@ -6,6 +6,11 @@
 #include <utility>
 
 namespace halflight::converge {
+namespace {
+
+constexpr Method kNamedMethods[] = {Method::compute, Method::raster, Method::plain, Method::native, Method::oracle};
+
+}  // namespace
 
 std::string_view name(Method method) {
     switch (method) {
@@ -15,6 +20,8 @@ std::string_view name(Method method) {
             return "raster";
         case Method::plain:
             return "plain";
+        case Method::native:
+            return "native";
         case Method::oracle:
             return "oracle";
         case Method::external:
@@ -23,9 +30,15 @@ std::string_view name(Method method) {
     return "unknown";
 }
 
+std::string known_methods() {
+    std::string names;
+    for (const Method method : kNamedMethods) names += (names.empty() ? "" : ", ") + std::string(name(method));
+    return names;
+}
+
 std::optional<Method> method_named(std::string_view wanted) {
-    const auto found = std::ranges::find(kMethods, wanted, name);
-    return found == std::end(kMethods) ? std::nullopt : std::optional(*found);
+    const auto found = std::ranges::find(kNamedMethods, wanted, name);
+    return found == std::end(kNamedMethods) ? std::nullopt : std::optional(*found);
 }
 
 std::string text(const Budget& budget) {
@@ -37,46 +50,36 @@ std::string Plan::method_name(std::size_t method) const {
     if (methods[method] == Method::external) return external.name;
     std::string own(name(methods[method]));
     if (!uses_gl(methods[method])) return own;
-    if (!previews.empty()) own += fmt::format(" preview={}", text(previews[method]));
-    if (estimators.empty()) return own;
+    const Technique mine = technique(method);
     std::vector<Estimator> others;
-    for (std::size_t other = 0; other < methods.size(); ++other)
-        if (uses_gl(methods[other])) others.push_back(estimators[other]);
-    const std::string apart = difference(estimators[method], others);
+    bool previews = false, denoise = false;
+    for (std::size_t other = 0; other < methods.size(); ++other) {
+        if (!uses_gl(methods[other])) continue;
+        const Technique its = technique(other);
+        others.push_back(its.estimator);
+        previews |= its.preview.any();
+        denoise |= its.denoise;
+    }
+    if (previews) own += fmt::format(" preview={}", text(mine.preview));
+    if (denoise) own += mine.denoise ? " denoise=on" : " denoise=none";
+    const std::string apart = difference(mine.estimator, others);
     return apart.empty() ? own : own + " " + apart;
 }
 
 bool Plan::same_pictures(std::size_t method, std::size_t other) const {
-    return uses_gl(methods[method]) && uses_gl(methods[other]) && estimator(method) == estimator(other) &&
-           preview(method) == preview(other);
+    return uses_gl(methods[method]) && uses_gl(methods[other]) && technique(method) == technique(other);
 }
 
-void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators) {
+void compare(Plan& plan, const std::vector<Technique>& techniques) {
     const std::vector<Method> asked = std::exchange(plan.methods, {});
-    plan.estimators.clear();
+    plan.techniques.clear();
     for (const Method method : asked) {
-        for (const Estimator& estimator : estimators) {
+        const bool gl = uses_gl(method) && !techniques.empty();
+        for (const Technique& technique : gl ? techniques : std::vector{Technique()}) {
             plan.methods.push_back(method);
-            plan.estimators.push_back(uses_gl(method) ? estimator : Estimator());
-            if (!uses_gl(method)) break;
+            plan.techniques.push_back(technique);
         }
     }
-}
-
-void compare_previews(Plan& plan, const std::vector<Preview>& previews) {
-    Plan all = plan;
-    all.methods.clear(), all.estimators.clear(), all.previews.clear();
-    for (std::size_t m = 0; m < plan.methods.size(); ++m) {
-        for (const Preview& preview : previews) {
-            const bool gl = uses_gl(plan.methods[m]);
-            all.methods.push_back(plan.methods[m]);
-            all.estimators.push_back(plan.estimator(m));
-            all.previews.push_back(gl ? preview : Preview());
-            if (!gl) break;
-        }
-    }
-    if (plan.estimators.empty()) all.estimators.clear();
-    plan = std::move(all);
 }
 
 std::vector<Run> runs_of(const Plan& plan) {

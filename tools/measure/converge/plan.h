@@ -16,19 +16,30 @@ enum class Method : std::uint8_t {
     compute,  // culling by tiles, all in compute kernels
     raster,   // culling by occlusion queries over rasterized tiles
     plain,    // no culling
+    native,   // vector code of the processor, where it renders
     oracle,   // the CPU path tracer of engine/reference
     external  // another renderer (external.h)
 };
 /// Methods that are always available.
-inline constexpr Method kMethods[] = {Method::compute, Method::raster, Method::plain, Method::oracle};
+inline constexpr Method kUsualMethods[] = {Method::compute, Method::raster, Method::plain, Method::oracle};
+/// Returns the names of all methods but Method::external, separated by commas.
+std::string known_methods();
 std::string_view name(Method method);
-/// Returns the method of this name; none for an unknown name.
+/// Returns the method of this name, other than Method::external; none for an unknown name.
 std::optional<Method> method_named(std::string_view name);
 /// Returns whether the method renders by GL. Such methods make the same picture of the same seed, samples and
 /// estimator.
 inline bool uses_gl(Method method) {
     return method != Method::oracle && method != Method::external;
 }
+
+/// How a method that renders by GL makes its pictures.
+struct Technique {
+    Estimator estimator{};
+    Preview preview{};     // RenderSettings::preview
+    bool denoise = false;  // RenderSettings::denoise
+    bool operator==(const Technique&) const = default;
+};
 
 /// Another renderer; external.h lists the placeholders of its command.
 struct External {
@@ -44,28 +55,24 @@ struct Budget {
 std::string text(const Budget& budget);  ///< Returns "16 samples" or "0.5 s".
 
 struct Plan {
-    std::vector<Method> methods;          // methods, distinct together with their estimators
+    std::vector<Method> methods;          // methods, distinct together with their techniques
     std::vector<Budget> budgets;          // budgets in samples or in seconds, ascending
     int seeds = 8;                        // number of independent pictures of each method and budget, > 0
     std::uint32_t first_seed = 1;         // seed of the first picture, [1, kSeedsOfMethods)
     float clamp = 0;                      // RenderSettings::clamp of GL methods, a bias; references are not clamped
-    std::vector<Estimator> estimators{};  // estimator of each method; empty: the default one for all
-    std::vector<Preview> previews{};      // preview of each method; empty: none
+    std::vector<Technique> techniques{};  // technique of each method; empty: the default one for all
     External external{};                  // renderer of Method::external
     int warm_up = 0;  // samples by another camera that fill the radiance cache before each picture; not timed
 
-    Preview preview(std::size_t method) const { return previews.empty() ? Preview() : previews[method]; }
-    Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
-    /// Returns "plain", or "plain lights=tree preview=cache" with the choices that distinguish its estimator and
-    /// preview from the others.
+    Technique technique(std::size_t method) const { return techniques.empty() ? Technique() : techniques[method]; }
+    /// Returns "plain", or "plain lights=tree preview=cache denoise=on" with the choices that distinguish its technique
+    /// from the others.
     std::string method_name(std::size_t method) const;
     /// Returns whether both methods make the same picture of the same seed and samples.
     bool same_pictures(std::size_t method, std::size_t other) const;
 };
-/// Replaces each method that uses GL by one for each estimator.
-void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators);
-/// Replaces each method that uses GL by one for each preview; must follow compare_estimators().
-void compare_previews(Plan& plan, const std::vector<Preview>& previews);
+/// Replaces each method that uses GL by one for each technique. techniques: distinct; empty: the default one.
+void compare(Plan& plan, const std::vector<Technique>& techniques);
 
 /// One picture to render. `method` and `budget` are indices into the plan.
 struct Run {

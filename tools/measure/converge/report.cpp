@@ -172,8 +172,10 @@ std::vector<std::string> biases(const Plan& plan) {
             fmt::format("Indirect light of the GL methods is clamped to a luminance of {:g} per sample, that of the "
                         "reference is not.",
                         plan.clamp));
-    for (std::size_t m = 0; m < plan.methods.size(); ++m)
-        if (plan.preview(m).any()) all.push_back(fmt::format("{} is a preview.", plan.method_name(m)));
+    for (std::size_t m = 0; m < plan.methods.size(); ++m) {
+        if (plan.technique(m).preview.any()) all.push_back(fmt::format("{} is a preview.", plan.method_name(m)));
+        if (plan.technique(m).denoise) all.push_back(fmt::format("{} is denoised.", plan.method_name(m)));
+    }
     return all;
 }
 

@@ -1,4 +1,4 @@
-// halflight-coverage: tests the error that `halflight render --error` reports. Renders many seeds to an error target,
+// halflight-coverage: tests the error that `halflight render --error` or `--denoise-error` reports. Renders many seeds,
 // and counts how often the interval contains the true error and how often the bound is above it. Both should hold for
 // 95 % of the seeds.
 #include <fmt/format.h>
@@ -9,6 +9,7 @@
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/core/metrics.h"
+#include "renderer/held_out.h"
 #include "renderer/render.h"
 #include "tools/common/tool_main.h"
 #include "tools/measure/bench/setup.h"
@@ -26,6 +27,8 @@ struct Arguments {
     int reference = 16384;
     int bounces = 8;
     bool adaptive = false;
+    int denoised_samples = 0;  // 0: pictures are not denoised
+    int held_out = 16;         // RenderSettings::denoise_error
     std::size_t band_pixels = RenderSettings{}.band_pixels;
 };
 
@@ -45,6 +48,8 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
     PreparedScene prepared(context, scene);
     Renderer even(prepared, ColorConfig::load({}), settings);
     settings.adaptive = a.adaptive;
+    settings.denoise = a.denoised_samples > 0;
+    settings.denoise_error = settings.denoise ? a.held_out : 0;
     Renderer renderer(prepared, ColorConfig::load({}), settings);
     FrameSettings frame = settings;
 
@@ -54,10 +59,17 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
         frame.seed = static_cast<std::uint32_t>(a.seeds) + half;
         halves[half] = rgb(even.render(frame).beauty);
     }
-    frame.error = ErrorTarget{a.metric == name(ErrorMetric::mse) ? ErrorMetric::mse : ErrorMetric::relmse, a.error};
-    frame.samples = 1 << 24;
+    const ErrorMetric metric = a.metric == name(ErrorMetric::mse) ? ErrorMetric::mse : ErrorMetric::relmse;
+    frame.samples = a.denoised_samples;
+    if (!settings.denoise) {
+        frame.error = ErrorTarget{metric, a.error};
+        frame.samples = kMaxSamples;
+    }
+    const auto render = [&](const FrameSettings& f, const ProgressCallback& progress) {
+        return renderer.render(f, progress);
+    };
     Image weights;
-    if (frame.error->metric == ErrorMetric::relmse) {
+    if (metric == ErrorMetric::relmse) {
         Image mean = halves[0];
         for (std::size_t i = 0; i < mean.pixels.size(); ++i)
             mean.pixels[i] = (halves[0].pixels[i] + halves[1].pixels[i]) / 2;
@@ -66,10 +78,16 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
     Tally tally;
     for (int seed = 0; seed < a.seeds; ++seed) {
         frame.seed = static_cast<std::uint32_t>(seed);
-        const RenderResult result = renderer.render(frame);
+        RenderResult result = renderer.render(frame);
+        if (settings.denoise) {
+            static_cast<FrameSettings&>(settings) = frame;
+            estimate_denoised_error(settings, result, render, {});
+        }
         const std::vector<Image> picture{rgb(result.beauty)};
+        if (settings.denoise && !weights.pixels.empty()) weights = relative_weights(picture[0]);  // held_out_error()
         const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
-        const ErrorEstimate& reported = result.stats.error->estimate;
+        const ErrorEstimate& reported =
+            settings.denoise ? result.stats.denoised_error->estimate : result.stats.error->estimate;
         tally.inside += reported.lower <= truth && truth <= reported.upper;
         tally.below_bound += truth <= reported.bound;
         tally.below_target += truth <= a.error;
@@ -93,6 +111,12 @@ void add_options(CLI::App& app, Arguments& a) {
     app.add_option("--bounces", a.bounces, "reflections along a path")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
+    app.add_option("--denoise", a.denoised_samples,
+                   "denoises pictures of this number of samples, whose relmse is estimated; --error is not reached")
+        ->check(CLI::Range(2, 1 << 24));
+    app.add_option("--held-out", a.held_out, "samples of each of the pictures from which that is estimated")
+        ->check(CLI::Range(1, 1 << 24))
+        ->capture_default_str();
     app.add_flag("--adaptive", a.adaptive, "samples the pictures adaptively");
     app.add_option("--band", a.band_pixels, "pixels that are rendered at once")->capture_default_str();
 }
@@ -100,9 +124,10 @@ void add_options(CLI::App& app, Arguments& a) {
 void run(const Arguments& a) {
     gpu::Context context = gpu::Context::create({});
     fmt::print(
-        "{} below {:g}, {} pixels, {} seeds. Means over the seeds, then the number of seeds whose true error is in the "
+        "{}{}, {} pixels, {} seeds. Means over the seeds, then the number of seeds whose true error is in the "
         "interval, below the bound, below the target.\n\n{:<16} {:>8} {:>10} {:>10} {:>9} {:>9} {:>9}\n",
-        a.metric, a.error, a.size, a.seeds, "scene", "samples", "reported", "true", "interval", "bound", "target");
+        a.metric, a.denoised_samples > 0 ? fmt::format(" of denoised pictures") : fmt::format(" below {:g}", a.error),
+        a.size, a.seeds, "scene", "samples", "reported", "true", "interval", "bound", "target");
     for (const std::string& file : a.scenes) {
         const Tally t = measure(a, file, context);
         fmt::print("{:<16} {:>8.0f} {:>10.4g} {:>10.4g} {:>9} {:>9} {:>9}\n",
@@ -117,8 +142,9 @@ void run(const Arguments& a) {
 
 int main(int argc, char** argv) {
     using namespace halflight;
-    CLI::App app("Measures how often the interval of `halflight render --error` contains the true error.",
-                 "halflight-coverage");
+    CLI::App app(
+        "Measures how often the interval of `halflight render --error` or `--denoise-error` contains the true error.",
+        "halflight-coverage");
     Arguments arguments;
     add_options(app, arguments);
     return tool_main(app, argc, argv, [&] {

@@ -1,0 +1,75 @@
+#include "renderer/held_out.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/core/metrics.h"
+#include "engine/core/statistics.h"
+#include "engine/core/stopwatch.h"
+#include "shaders/shared/sobol.h"
+
+namespace halflight {
+ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric) {
+    constexpr int kBlock = 4;
+    const int width = picture.width, height = picture.height, across = (width + kBlock - 1) / kBlock;
+    std::vector<double> deviations(std::size_t(across) * std::size_t((height + kBlock - 1) / kBlock));
+    double sum = 0;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const auto at = [&](const Image& image) { return image.at(x, y); };
+            double& deviation = deviations[std::size_t(y / kBlock) * std::size_t(across) + std::size_t(x / kBlock)];
+            for (int c = 0; c < 3; ++c) {
+                const double own = double{at(picture)[c]}, a = own - at(first)[c], b = own - at(second)[c];
+                const double weight = metric == ErrorMetric::relmse ? 1 / (own * own + kRelativeEpsilon) : 1.0;
+                sum += weight * a * b;
+                // With d = a - b and s = a + b, the product is (s s - d d) / 4. The sign of d is random, given the
+                // picture, and the variance of s d / 2 is that of the product for normal noise, and larger for heavy
+                // tails.
+                deviation += weight * (a - b) * (a + b) / 2;
+            }
+        }
+    }
+    double squares = 0;
+    for (const double d : deviations) squares += d * d;
+    const double values = 3.0 * width * height, value = sum / values, error = std::sqrt(squares) / values;
+    const auto blocks = static_cast<double>(deviations.size());
+    const double two_sided = student_quantile(kConfidence, blocks),
+                 one_sided = student_quantile(2 * kConfidence - 1, blocks);
+    return {value, std::max(value - two_sided * error, 0.0), value + two_sided * error, value + one_sided * error};
+}
+
+void estimate_denoised_error(const RenderSettings& settings, RenderResult& result, const RenderNoisy& render,
+                             const ProgressCallback& progress) {
+    if (!result.stats.denoised || result.stats.interrupted) return;
+    const Stopwatch watch;
+    const int done = result.stats.samples, more = settings.denoise_error;
+    FrameSettings frame = settings;
+    frame.error.reset();
+    frame.time_limit = 0;
+    frame.history = nullptr;
+    frame.noisy = nullptr;
+    frame.stays_noisy = true;
+    frame.samples = more;
+    Image pictures[2];
+    for (std::uint32_t k : {0u, 1u}) {
+        frame.seed = shared::hash_combine(shared::hash_u32(settings.seed), 0x68656c64 + k);
+        const auto of_all = [&](RenderProgress p) {
+            p.samples_done += done + static_cast<int>(k) * more;
+            p.samples_total = done + 2 * more;
+            p.picture = {};
+            return !progress || progress(p);
+        };
+        RenderResult made = render(frame, of_all);
+        if (made.stats.interrupted) {
+            result.stats.interrupted = true;
+            return;
+        }
+        pictures[k] = std::move(made.beauty);
+    }
+    const ErrorMetric metric = settings.error ? settings.error->metric : ErrorMetric::relmse;
+    result.stats.denoised_error = {metric, held_out_error(result.beauty, pictures[0], pictures[1], metric), more,
+                                   watch.seconds()};
+}
+
+}  // namespace halflight
