@@ -10,7 +10,8 @@
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
-ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric) {
+ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric,
+                             double own_weight) {
     constexpr int kBlock = 4;
     const int width = picture.width, height = picture.height, across = (width + kBlock - 1) / kBlock;
     std::vector<double> deviations(std::size_t(across) * std::size_t((height + kBlock - 1) / kBlock));
@@ -21,7 +22,8 @@ ErrorEstimate held_out_error(const Image& picture, const Image& first, const Ima
             double& deviation = deviations[std::size_t(y / kBlock) * std::size_t(across) + std::size_t(x / kBlock)];
             for (int c = 0; c < 3; ++c) {
                 const double own = double{at(picture)[c]}, a = own - at(first)[c], b = own - at(second)[c];
-                const double weight = metric == ErrorMetric::relmse ? 1 / (own * own + kRelativeEpsilon) : 1.0;
+                const double mean = own - (a + b) / (own_weight + 2);
+                const double weight = metric == ErrorMetric::relmse ? 1 / (mean * mean + kRelativeEpsilon) : 1.0;
                 sum += weight * a * b;
                 // With d = a - b and s = a + b, the product is (s s - d d) / 4. The sign of d is random, given the
                 // picture, and the variance of s d / 2 is that of the product for normal noise, and larger for heavy
@@ -36,7 +38,8 @@ ErrorEstimate held_out_error(const Image& picture, const Image& first, const Ima
     const auto blocks = static_cast<double>(deviations.size());
     const double two_sided = student_quantile(kConfidence, blocks),
                  one_sided = student_quantile(2 * kConfidence - 1, blocks);
-    return {value, std::max(value - two_sided * error, 0.0), value + two_sided * error, value + one_sided * error};
+    const auto limit = [&](double quantile) { return std::max(value + quantile * error, 0.0); };
+    return {value, limit(-two_sided), limit(two_sided), limit(one_sided)};
 }
 
 void estimate_denoised_error(const RenderSettings& settings, RenderResult& result, const RenderNoisy& render,
@@ -68,8 +71,9 @@ void estimate_denoised_error(const RenderSettings& settings, RenderResult& resul
         pictures[k] = std::move(made.beauty);
     }
     const ErrorMetric metric = settings.error ? settings.error->metric : ErrorMetric::relmse;
-    result.stats.denoised_error = {metric, held_out_error(result.beauty, pictures[0], pictures[1], metric), more,
-                                   watch.seconds()};
+    result.stats.denoised_error = {metric,
+                                   held_out_error(result.beauty, pictures[0], pictures[1], metric, double(done) / more),
+                                   more, watch.seconds()};
 }
 
 }  // namespace halflight

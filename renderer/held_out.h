@@ -16,14 +16,17 @@ namespace halflight {
 /// Renders the frame with these settings and returns the result, which is not denoised and has no layers.
 using RenderNoisy = std::function<RenderResult(const FrameSettings& settings, const ProgressCallback& progress)>;
 
-/// Renders two further pictures of RenderSettings::denoise_error samples and enters the error of the denoised picture into its statistics. Does nothing for a
-/// picture that is not denoised. Where the callback stops it, the result is marked as interrupted.
+/// Renders two further pictures of RenderSettings::denoise_error samples and enters the error of the denoised picture
+/// into its statistics. Does nothing for a picture that is not denoised. Where the callback stops it, the result is
+/// marked as interrupted.
 void estimate_denoised_error(const RenderSettings& settings, RenderResult& result, const RenderNoisy& render,
                              const ProgressCallback& progress);
 
 /// Returns the error of a picture from two independent, unbiased and noisy ones. Noise is independent between blocks of
-/// 4x4 pixels. Pictures: RGB or RGBA of the same size, whose alpha does not count. Relative errors are relative to
-/// `picture`, since no other picture is as near to the truth. The value of a small error may be negative; the lower limit is at least 0.
-ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric);
+/// 4x4 pixels. Pictures: RGB or RGBA of the same size, whose alpha does not count. Relative errors refer to the mean of
+/// all three pictures in place of the truth, in which `picture` counts own_weight times as much as the others. The
+/// value of a small error may be negative; limits and bound are at least 0.
+ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric,
+                             double own_weight = 1);
 
 }  // namespace halflight

@@ -44,8 +44,8 @@ std::vector<std::uint32_t> adaptive_counts(std::span<const float> errors, ivec2 
 /// numbers of samples are in proportion to the deviations. Samples are taken as independent.
 int expected_samples(std::span<const double> deviations, double target);
 
-/// Returns the number of samples of each block in each replicate of a picture that is rendered up to an error: at least
-/// `least` and at least an eighth of `mean`, else in proportion to the deviations. Their mean is at most `mean` (at
+/// Returns the number of samples of each block in each replicate of a picture that is rendered up to an error. They are
+/// in proportion to the deviations, but at least `least` and an eighth of `mean`. Their mean is at most `mean` (at
 /// least `least`), and nearly that unless a block reaches `most` samples. No number falls as `mean` grows.
 std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, std::uint32_t mean, std::uint32_t least,
                                             std::uint32_t most);

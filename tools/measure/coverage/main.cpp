@@ -84,7 +84,6 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
             estimate_denoised_error(settings, result, render, {});
         }
         const std::vector<Image> picture{rgb(result.beauty)};
-        if (settings.denoise && !weights.pixels.empty()) weights = relative_weights(picture[0]);  // held_out_error()
         const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
         const ErrorEstimate& reported =
             settings.denoise ? result.stats.denoised_error->estimate : result.stats.error->estimate;
