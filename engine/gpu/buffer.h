@@ -69,6 +69,7 @@ class Buffer {
   private:
     std::string name_;
     std::size_t bytes_ = 0;
+    bool from_data_ = false;
     Object<delete_buffer> object_;
     mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
 };
