@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::size_t kRounding = 16;  // bytes: the largest texel and vector, and the size that backs an empty buffer
 
-/// Returns the size of a buffer's storage. llvmpipe 22.3 describes texture buffers in the key of compiled code as if they
-/// were images. The key holds whether the size is a power of two, and whether the last mip level is 0. The mip level lies
-/// where a buffer has bits 8 to 15 of its view's size. With this padding, all sizes share one key.
+/// Returns the size of a buffer's storage. llvmpipe 22.3 describes texture buffers in the key of compiled code as if
+/// they were images. The key holds whether the size is a power of two, and whether the last mip level is 0. The mip
+/// level lies where a buffer has bits 8 to 15 of its view's size. With this padding, all sizes share one key.
 std::size_t backing(std::size_t bytes) {
     std::size_t size = std::max(kRounding, (bytes + kRounding - 1) / kRounding * kRounding);
     while (std::has_single_bit(size) || (size & 0xff00u) == 0) size += 256 + kRounding;
