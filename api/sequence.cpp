@@ -17,6 +17,7 @@
 #include "api/halflight/statistics.h"
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
+#include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
@@ -152,6 +153,7 @@ class FrameMaker {
         const Interruptible stops([&] {
             if (events_.go_on && !events_.go_on()) throw Stopped();
         });
+        const StepWatch programs([](const char*, int) { interruption_point(); });
         const auto go_on = [](double) {
             interruption_point();
             return true;

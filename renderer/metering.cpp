@@ -57,7 +57,9 @@ std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colo
     s.clamp = settings.clamp;
     s.primary = settings.primary;
     s.kept = settings.kept;
-    s.culling = rays::Culling::off;
+    // So few samples never choose tiles, but native tracing, which needs fewer programs and shares them with the
+    // picture.
+    s.culling = settings.culling == rays::Culling::off ? rays::Culling::off : rays::Culling::automatic;
     s.pictures = 1;
     s.frame = ~0u;  // frame number of no picture, so that no sample is shared
     bool cancelled = false;

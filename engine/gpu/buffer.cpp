@@ -1,5 +1,7 @@
 #include "engine/gpu/buffer.h"
 
+#include <bit>
+
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/texture.h"
@@ -9,8 +11,13 @@ namespace {
 
 constexpr std::size_t kRounding = 16;  // bytes: the largest texel and vector, and the size that backs an empty buffer
 
+/// Returns the size of a buffer's storage. llvmpipe 22.3 describes texture buffers in the key of compiled code as if
+/// they were images. The key holds whether the size is a power of two, and whether the last mip level is 0. The mip
+/// level lies where a buffer has bits 8 to 15 of its view's size. With this padding, all sizes share one key.
 std::size_t backing(std::size_t bytes) {
-    return std::max(kRounding, (bytes + kRounding - 1) / kRounding * kRounding);
+    std::size_t size = std::max(kRounding, (bytes + kRounding - 1) / kRounding * kRounding);
+    while (std::has_single_bit(size) || (size & 0xff00u) == 0) size += 256 + kRounding;
+    return size;
 }
 
 /// Returns the flags of a buffer's storage. Drivers that render on the processor can map it at no cost (mapping.h).
@@ -27,7 +34,8 @@ void fill_range(GLuint id, std::size_t offset, std::size_t bytes, std::uint32_t 
 
 }  // namespace
 
-Buffer::Buffer(std::string name, std::size_t bytes, const void* data) : name_(std::move(name)), bytes_(bytes) {
+Buffer::Buffer(std::string name, std::size_t bytes, const void* data)
+    : name_(std::move(name)), bytes_(bytes), from_data_(data != nullptr) {
     GLuint id = 0;
     glCreateBuffers(1, &id);
     object_ = Object<delete_buffer>(id);
@@ -89,7 +97,11 @@ GLuint Buffer::texture(GLenum format) const {
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &view);
     views_.emplace_back(format, Object<delete_texture>(view));
     label(GL_TEXTURE, view, name_);
-    glTextureBuffer(view, format, id());
+    if (from_data_ || bytes_ == 0) {  // the view has the exact size, for textureSize()
+        glTextureBufferRange(view, format, id(), 0, static_cast<GLsizeiptr>(bytes_ == 0 ? kRounding : bytes_));
+    } else {
+        glTextureBuffer(view, format, id());
+    }
     return view;
 }
 

@@ -63,12 +63,14 @@ class Buffer {
     /// Binds a view as a texture buffer ("samplerBuffer") with a sized format: GL_RGBA32F, GL_R32UI, ...
     void bind_texture(GLuint unit, GLenum format) const;
     /// Returns the texture of bind_texture(), which is created on first use and owned by the buffer. Throws Error where
-    /// it has more texels than the driver can address.
+    /// it has more texels than the driver can address. textureSize() is exact for buffers created from data or empty.
+    /// Views of other buffers have some more texels, which are zero.
     GLuint texture(GLenum format) const;
 
   private:
     std::string name_;
     std::size_t bytes_ = 0;
+    bool from_data_ = false;  // created from data; views then have its exact size
     Object<delete_buffer> object_;
     mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
 };

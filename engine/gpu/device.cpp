@@ -3,9 +3,12 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <mutex>
+#include <set>
 #include <string_view>
 
 #include "engine/core/error.h"
+#include "engine/gpu/release_driver.h"
 
 namespace halflight::gpu {
 namespace {
@@ -86,6 +89,29 @@ std::vector<Device> egl_devices(const char* client_extensions) {
     return devices;
 }
 
+/// The displays that contexts of the process have initialised.
+class Displays {
+  public:
+    void add(EGLDisplay display) {
+        const std::lock_guard lock(mutex_);
+        displays_.insert(display);
+    }
+    void terminate() {
+        const std::lock_guard lock(mutex_);
+        for (const EGLDisplay display : displays_) eglTerminate(display);
+        displays_.clear();
+    }
+
+  private:
+    std::mutex mutex_;
+    std::set<EGLDisplay> displays_;
+};
+
+Displays& displays() {
+    static Displays all;
+    return all;
+}
+
 }  // namespace
 
 std::vector<Device> enumerate_devices() {
@@ -104,9 +130,10 @@ EglContext::EglContext(const Device& device, bool debug) {
     void* native = device.native != nullptr ? device.native : EGL_DEFAULT_DISPLAY;
     display_ = get_display ? get_display(device.platform, native, nullptr) : EGL_NO_DISPLAY;
     // Displays are shared by the whole process and cannot be distinguished from another user's, so they stay
-    // initialised.
+    // initialised until release_driver().
     EGLint major = 0, minor = 0;
     if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, &major, &minor)) fail("no display");
+    displays().add(display_);
     const char* extensions = eglQueryString(display_, EGL_EXTENSIONS);
     if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) throw Error("", "needs a surface");
     if (!eglBindAPI(EGL_OPENGL_API)) fail("no OpenGL");
@@ -151,6 +178,10 @@ void EglContext::make_current() const {
     if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
         throw Error("GPU", "the context cannot be made current ({})", error_name(eglGetError()));
     }
+}
+
+void release_driver() {
+    displays().terminate();
 }
 
 }  // namespace halflight::gpu

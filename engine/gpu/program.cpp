@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/steps.h"
 #include "engine/gpu/context.h"
 
 namespace halflight::gpu {
@@ -302,6 +303,7 @@ void Program::draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances)
 }
 
 Program ProgramCache::made(const Entry& entry) {
+    begin_step("compiling shaders");
     std::optional<Program> program;
     seconds_ += timed([&] {
         program.emplace(entry.stages.size() == 1

@@ -30,6 +30,8 @@ TEST_F(Progress, AsABar) {
     for (std::size_t at = 0; (at = bar.err.find("\r[", at)) != std::string::npos; ++at)
         EXPECT_LT(bar.err.find("\033[K", at) - (at + 1), 80u) << "wider than the terminal";
 
+    EXPECT_NE(bar.err.find("\rcompiling shaders: 1\033[K"), std::string::npos) << bar.err;
+
     terminal.environment = {"TERM=dumb"};
     const Outcome dumb = run_program(arguments, terminal);
     EXPECT_EQ(dumb.err.find('\033'), std::string::npos) << dumb.err;

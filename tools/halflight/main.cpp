@@ -3,6 +3,7 @@
 #include <new>
 #include <string_view>
 
+#include "engine/gpu/release_driver.h"
 #include "tools/cli/console.h"
 #include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"
@@ -13,12 +14,9 @@ constexpr int kFailure = 1;
 constexpr int kUsage = 2;
 constexpr int kCannotCompare = 4;  // 1 and 2 are verdicts of `halflight compare`
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// Runs the command; returns the exit status.
+int run(int argc, char** argv) {
     using namespace halflight;
-    hold_standard_streams();
-    handle_signals();
     const bool comparing = argc > 1 && std::string_view(argv[1]) == "compare";
     const int failure = comparing ? kCannotCompare : kFailure;
     int status = 0;
@@ -46,4 +44,14 @@ int main(int argc, char** argv) {
     } catch (const std::exception& error) {
         return fail(failure, error.what());
     }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    halflight::hold_standard_streams();
+    halflight::handle_signals();
+    const int status = run(argc, argv);
+    halflight::gpu::release_driver();
+    return status;
 }

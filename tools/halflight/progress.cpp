@@ -84,6 +84,13 @@ void ProgressDisplay::show(double share, double seconds) {
     show(share, seconds, share_text(share, seconds));
 }
 
+void ProgressDisplay::show_step(const char* what, int number) {
+    if (mode_ != Mode::bar) return;
+    put(stream_, fmt::format("\r{}: {}\033[K", what, number));
+    std::fflush(stream_);
+    bar_shown_ = true;
+}
+
 void ProgressDisplay::show(double share, double seconds, const std::string& text) {
     if (mode_ == Mode::bar) {
         if (drawn_at_ >= 0 && seconds - drawn_at_ < kSecondsPerBar) return;

@@ -36,6 +36,8 @@ class ProgressDisplay {
     void show(const RenderProgress& progress);
     /// Shows work without samples. share: the share that is done, [0, 1]; seconds: time since its start.
     void show(double share, double seconds);
+    /// Shows "compiling shaders: 3" on a terminal; shows nothing elsewhere.
+    void show_step(const char* what, int number);
     /// Removes the bar, so that another line can be written.
     void clear();
 

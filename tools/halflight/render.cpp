@@ -6,6 +6,7 @@
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/statistics.h"
 #include "engine/core/interruption.h"
+#include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/files.h"
 #include "tools/cli/console.h"
@@ -65,6 +66,10 @@ void render_picture(const RenderArguments& a) {
         const Interruptible stops([&] {
             stop_point(a.outputs[0], rendering ? fmt::format("after {} samples per pixel", samples_done)
                                                : std::string("before rendering"));
+        });
+        const StepWatch programs([&](const char* what, int number) {
+            display.show_step(what, number);
+            interruption_point();
         });
         const auto go_on = [](double) {
             interruption_point();

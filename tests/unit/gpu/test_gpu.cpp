@@ -172,6 +172,22 @@ TEST_F(BufferTest, AnEmptyOneCanBeBound) {
     EXPECT_NO_THROW(context.check("binding an empty buffer"));
 }
 
+TEST_F(BufferTest, SizesShareThePropertiesThatLlvmpipeCompilesFor) {
+    for (const std::size_t bytes : {0u, 16u, 48u, 256u, 4096u, 65536u, 65600u, 131072u, 1000000u, 1048576u}) {
+        const Buffer zeros("zeros", bytes), made = Buffer::from("made", std::vector<char>(bytes, 1));
+        for (const Buffer* b : {&zeros, &made}) {
+            GLint64 size = 0;
+            glGetNamedBufferParameteri64v(b->id(), GL_BUFFER_SIZE, &size);
+            EXPECT_NE(size & (size - 1), 0) << bytes << ": a power of two";
+            EXPECT_NE(size & 0xff00, 0) << bytes << ": no last mip level";
+            EXPECT_EQ(b->bytes(), bytes);
+        }
+        GLint view = 0;
+        glGetTextureLevelParameteriv(made.texture(GL_R32UI), 0, GL_TEXTURE_BUFFER_SIZE, &view);
+        EXPECT_EQ(static_cast<std::size_t>(view), std::max<std::size_t>(bytes, 16)) << "shaders count lights by it";
+    }
+}
+
 TEST_F(BufferTest, HasOneViewPerFormat) {
     Buffer buffer("viewed", 64);
     const GLuint floats = buffer.texture(GL_RGBA32F);

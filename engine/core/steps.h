@@ -1,0 +1,30 @@
+// Reports the steps of work whose number is unknown in advance, such as programs that are compiled at their first use.
+#pragma once
+
+#include <functional>
+
+namespace halflight {
+
+/// During its lifetime, begin_step() calls `begun` on this thread, which may throw to end the work. The objects of a
+/// thread may be nested; only the innermost one is called.
+class StepWatch {
+  public:
+    /// what: the kind of step, such as "compiling shaders"; number: 1 for the first step of the watch, whatever its
+    /// kind.
+    using Begun = std::function<void(const char* what, int number)>;
+    explicit StepWatch(Begun begun);
+    StepWatch(const StepWatch&) = delete;
+    StepWatch& operator=(const StepWatch&) = delete;
+    ~StepWatch();
+
+  private:
+    Begun begun_;
+    int steps_ = 0;
+    StepWatch* outer_;
+    friend void begin_step(const char* what);
+};
+
+/// Marks the begin of a step. Throws what the thread's StepWatch throws; does nothing where there is none.
+void begin_step(const char* what);
+
+}  // namespace halflight
