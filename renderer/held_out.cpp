@@ -10,8 +10,22 @@
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
-ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric,
-                             double own_weight) {
+namespace {
+
+/// Returns the mean square of a channel of the 3x3 pixels around; pixels at the border count for those outside.
+double square_around(const Image& image, int x, int y, int channel) {
+    double sum = 0;
+    for (int j = y - 1; j <= y + 1; ++j)
+        for (int i = x - 1; i <= x + 1; ++i) {
+            const double v = image.at(std::clamp(i, 0, image.width - 1), std::clamp(j, 0, image.height - 1))[channel];
+            sum += v * v;
+        }
+    return sum / 9;
+}
+
+}  // namespace
+
+ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric) {
     constexpr int kBlock = 4;
     const int width = picture.width, height = picture.height, across = (width + kBlock - 1) / kBlock;
     std::vector<double> deviations(std::size_t(across) * std::size_t((height + kBlock - 1) / kBlock));
@@ -22,8 +36,8 @@ ErrorEstimate held_out_error(const Image& picture, const Image& first, const Ima
             double& deviation = deviations[std::size_t(y / kBlock) * std::size_t(across) + std::size_t(x / kBlock)];
             for (int c = 0; c < 3; ++c) {
                 const double own = double{at(picture)[c]}, a = own - at(first)[c], b = own - at(second)[c];
-                const double mean = own - (a + b) / (own_weight + 2);
-                const double weight = metric == ErrorMetric::relmse ? 1 / (mean * mean + kRelativeEpsilon) : 1.0;
+                const double weight =
+                    metric == ErrorMetric::mse ? 1.0 : 1 / (square_around(picture, x, y, c) + kRelativeEpsilon);
                 sum += weight * a * b;
                 // With d = a - b and s = a + b, the product is (s s - d d) / 4. The sign of d is random, given the
                 // picture, and the variance of s d / 2 is that of the product for normal noise, and larger for heavy
@@ -71,9 +85,8 @@ void estimate_denoised_error(const RenderSettings& settings, RenderResult& resul
         pictures[k] = std::move(made.beauty);
     }
     const ErrorMetric metric = settings.error ? settings.error->metric : ErrorMetric::relmse;
-    result.stats.denoised_error = {metric,
-                                   held_out_error(result.beauty, pictures[0], pictures[1], metric, double(done) / more),
-                                   more, watch.seconds()};
+    result.stats.denoised_error = {metric, held_out_error(result.beauty, pictures[0], pictures[1], metric), more,
+                                   watch.seconds()};
 }
 
 }  // namespace halflight

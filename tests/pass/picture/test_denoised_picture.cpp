@@ -60,7 +60,7 @@ TEST_F(DenoisedPictureTest, ItsErrorIsEstimatedFromOtherSamples) {
         ASSERT_TRUE(result.stats.denoised_error);
         EXPECT_EQ(result.beauty.pixels, before.pixels);
         const ErrorEstimate& e = result.stats.denoised_error->estimate;
-        const double exact = held_out_error(result.beauty, truth[0], truth[1], ErrorMetric::relmse, 0).value;
+        const double exact = held_out_error(result.beauty, truth[0], truth[1], ErrorMetric::relmse).value;
         inside += e.lower <= exact && exact <= e.upper;
         EXPECT_LT(e.upper, 0.2);
     }

@@ -84,7 +84,8 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
             estimate_denoised_error(settings, result, render, {});
         }
         const std::vector<Image> picture{rgb(result.beauty)};
-        const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
+        const double truth = settings.denoise ? held_out_error(picture[0], halves[0], halves[1], metric).value
+                                              : seed_errors(picture, halves[0], halves[1], weights).mse.value;
         const ErrorEstimate& reported =
             settings.denoise ? result.stats.denoised_error->estimate : result.stats.error->estimate;
         tally.inside += reported.lower <= truth && truth <= reported.upper;
