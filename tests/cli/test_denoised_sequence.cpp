@@ -57,8 +57,8 @@ TEST_F(DenoisedSequence, NeighboursAreNamedAndChangeTheFrame) {
     EXPECT_EQ(stats[0]["denoise_neighbours"]["rendered_frames"], 5);
     EXPECT_EQ(stats[1]["denoise_neighbours"]["rendered_frames"], 1) << "the others are held";
     EXPECT_GT(stats[1]["denoise_neighbours"]["seconds"], 0);
-    make("judged", "3-5", with({"--denoise-error", "2"}));
-    EXPECT_NE(err.find("denoised picture: estimated relmse"), std::string::npos) << err;
+    const std::string judged = make("judged", "3-5", with({"--denoise-error", "2"})).err;
+    EXPECT_NE(judged.find("denoised picture: estimated relmse"), std::string::npos) << judged;
     for (const int frame : {3, 4, 5})
         EXPECT_TRUE(same_bits(read_exr(file("judged", frame)).find("R")->values,
                               read_exr(file("two", frame)).find("R")->values))
