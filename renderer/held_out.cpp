@@ -39,9 +39,8 @@ ErrorEstimate held_out_error(const Image& picture, const Image& first, const Ima
                 const double weight =
                     metric == ErrorMetric::mse ? 1.0 : 1 / (square_around(picture, x, y, c) + kRelativeEpsilon);
                 sum += weight * a * b;
-                // With d = a - b and s = a + b, the product is (s s - d d) / 4. The sign of d is random, given the
-                // picture, and the variance of s d / 2 is that of the product for normal noise, and larger for heavy
-                // tails.
+                // The product a b is (s s - d d) / 4 with d = a - b and s = a + b. The sign of d is random, given the
+                // picture, and the variance of s d / 2 is that of a b for normal noise, and larger for heavy tails.
                 deviation += weight * (a - b) * (a + b) / 2;
             }
         }

@@ -21,6 +21,19 @@ Scene tilted_quad(const dvec3& centre) {
     return scene;
 }
 
+Scene thin_strip(double width, int side) {
+    Scene scene;
+    Material lamp = diffuse_material(vec3(0));
+    lamp.emission = vec3(1);
+    const int material = add_material(scene, lamp);
+    const float pixel = 2.0f / static_cast<float>(side);
+    add_quad(scene, material, {-pixel * 8, pixel * 4.3f, 0}, {pixel * 8, 0, 0}, {0, pixel * float(width), 0});
+    for (int i = 0; i < 16; ++i)
+        add_quad(scene, material, {pixel * float(i), -pixel * 12.7f, 0}, {pixel * 0.37f, 0, 0}, {0, pixel * 9, 0});
+    scene.cameras = {spot_camera(dvec3(0), {0, 0, 1}, 2)};
+    return scene;
+}
+
 Scene shiny_cornell() {
     Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
     scene.environment.color = vec3(0.1f);

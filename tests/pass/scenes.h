@@ -32,6 +32,11 @@ Scene curtain_scene();
 /// camera.
 Scene instanced_scene();
 
+/// Returns a lamp of radiance 1 that is `width` pixels wide and 8 pixels long, in the upper half of its camera's
+/// picture of `side` x `side` pixels. Its light is 8 `width` pixels. A ragged lamp in the lower half keeps other blocks
+/// busy.
+Scene thin_strip(double width, int side);
+
 /// Returns the Cornell box with a tall box of rough metal, under a dim sky.
 Scene shiny_cornell();
 

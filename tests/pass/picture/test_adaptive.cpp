@@ -160,16 +160,7 @@ TEST_F(AdaptiveTest, MeansAreUnbiased) {
 TEST_F(AdaptiveTest, ThinStripsKeepTheirMean) {
     constexpr int kSeeds = 600, kSide = 32;
     for (const double width : {1.0 / 16, 1.0 / 4}) {  // pixels
-        Scene scene;
-        Material lamp = diffuse_material(vec3(0));
-        lamp.emission = vec3(1);
-        const int material = add_material(scene, lamp);
-        const float pixel = 2.0f / kSide;
-        // One strip of a pixel's width in length, and a ragged region beside it, whose noise keeps other blocks busy.
-        add_quad(scene, material, {-pixel * 8, pixel * 4.3f, 0}, {pixel * 8, 0, 0}, {0, pixel * float(width), 0});
-        for (int i = 0; i < 16; ++i)
-            add_quad(scene, material, {pixel * float(i), -pixel * 12.7f, 0}, {pixel * 0.37f, 0, 0}, {0, pixel * 9, 0});
-        scene.cameras = {spot_camera(dvec3(0), {0, 0, 1}, 2)};
+        const Scene scene = thin_strip(width, kSide);
         PreparedScene prepared(context, scene);
         RenderSettings settings = small_settings(scene.cameras[0], kSide, kSide, 64, 0);
         settings.adaptive = true;

@@ -142,16 +142,7 @@ TEST_F(AdaptiveErrorTest, TakesFewerSamples) {
 TEST_F(AdaptiveErrorTest, ThinStripsKeepTheirMean) {
     constexpr int kSeeds = 450, kSide = 32;
     for (const double width : {1.0 / 16, 1.0 / 4}) {  // pixels
-        Scene strips;
-        Material lamp = diffuse_material(vec3(0));
-        lamp.emission = vec3(1);
-        const int material = add_material(strips, lamp);
-        const float pixel = 2.0f / kSide;
-        // The ragged region beside the strip keeps other blocks busy.
-        add_quad(strips, material, {-pixel * 8, pixel * 4.3f, 0}, {pixel * 8, 0, 0}, {0, pixel * float(width), 0});
-        for (int i = 0; i < 16; ++i)
-            add_quad(strips, material, {pixel * float(i), -pixel * 12.7f, 0}, {pixel * 0.37f, 0, 0}, {0, pixel * 9, 0});
-        strips.cameras = {spot_camera(dvec3(0), {0, 0, 1}, 2)};
+        const Scene strips = thin_strip(width, kSide);
         PreparedScene of_strips(context, strips);
         RenderSettings settings = small_settings(strips.cameras[0], kSide, kSide, 64, 0);
         settings.adaptive = true;
