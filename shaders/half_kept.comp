@@ -47,7 +47,10 @@ void main() {
 #elif defined(HALFLIGHT_LIGHT)
     imageStore(light, pixel, vec4(luminance_at(pixel), 0.0, 0.0));
 #else
-    vec2 scale = max(1.0 + texelFetch(gains, pixel, 0).rg, vec2(0.0));
+    // Only what both halves have lost is given back: their noise is independent.
+    vec2 gain = texelFetch(gains, pixel, 0).rg;
+    float agreed = gain.x * gain.y > 0.0 ? sign(gain.x) * min(abs(gain.x), abs(gain.y)) : 0.0;
+    vec2 scale = vec2(max(1.0 + agreed, 0.0));
     vec4 one = texelFetch(first, pixel, 0);
     vec4 two = texelFetch(second, pixel, 0);
     imageStore(kept_first, pixel, vec4(scale.x * one.rgb, one.a));
