@@ -12,7 +12,8 @@ using graph::TextureHandle;
 
 constexpr int kTile = 32;  // width and height of the tile of a work group of shaders/nl_means.comp, pixels
 // Radii of triangle filters, pixels: two boxes of 2 r + 1 pixels are a triangle of radius 2 r.
-constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4;
+constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4,
+              kKeptRadius = 4;
 const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
 constexpr std::array kPreviewStrides = {1, 2, 4};  // distances of the pixels that the preview's filters read, pixels
 
@@ -158,6 +159,25 @@ TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHand
     return add_triangle(graph, terms, kErrorRadius);
 }
 
+/// Returns filtered light with the light that the filter has lost, in each neighbourhood (shaders/half_kept.comp).
+CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmLight& filtered, TextureHandle albedo) {
+    const auto [light] = add_kernel<1>(graph, "denoiser kept light", "shaders/half_kept.comp",
+                                       {{"first", filtered.first}, {"second", filtered.second}, {"albedo", albedo}},
+                                       {"light"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
+    const auto [lost] = add_kernel<1>(graph, "denoiser kept light", "shaders/half_kept.comp",
+                                      {{"first", calm.first},
+                                       {"second", calm.second},
+                                       {"albedo", albedo},
+                                       {"light", light},
+                                       {"around", add_triangle(graph, light, kKeptRadius)}},
+                                      {"lost"}, 8, {}, {{"HALFLIGHT_LOST", "1"}});
+    const auto [first, second] = add_kernel<2>(
+        graph, "denoiser kept light", "shaders/half_kept.comp",
+        {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, kKeptRadius)}},
+        {"kept_first", "kept_second"});
+    return {first, second, filtered.spread};
+}
+
 /// Returns light whose halves are means over this frame and its neighbours. surroundings: rgb: smoothed picture.
 CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, FilteredLight component,
                          std::span<const DenoiserNeighbour> neighbours, TextureHandle surroundings,
@@ -223,7 +243,8 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
     const LightHalves& own = pixels.light[index];
     const CalmLight calm =
         add_neighbours(graph, pixels, component, neighbours, surroundings, add_calm(graph, own, albedo));
-    const CalmLight filtered = add_non_local_means(graph, calm, guides_of(pixels, component));
+    CalmLight filtered = add_non_local_means(graph, calm, guides_of(pixels, component));
+    if (pixels.blurred) filtered = add_kept_light(graph, calm, filtered, albedo.albedo);
     const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo.albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
@@ -313,6 +334,7 @@ DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, 
                              {"after"}, 8, [blur](const gpu::Program& program) { program.set("blur", blur); })[0];
     };
     DenoiserPixels out = pixels;
+    out.blurred = true;
     for (TextureHandle* of : {&out.guide, &out.reflectance, &out.diffuse_albedo, &out.glossy_albedo, &out.glossy_guide,
                               &out.glossy_reflectance})
         *of = smoothed(*of, pixels.guide);

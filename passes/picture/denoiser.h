@@ -55,6 +55,7 @@ struct DenoiserPixels {
     // `guide` and `reflectance` of glossy light, at the ends of specular chains. The alpha of the latter is the mean
     // number of bounces of the chains. Empty: those above serve.
     graph::TextureHandle glossy_guide{}, glossy_reflectance{};
+    bool blurred = false;  // depth of field: light that the filter loses is given back to its surroundings
 };
 
 /// Circles of confusion of a camera with depth of field. The radius at a depth is |x + y / depth + z depth| pixels; 0:
@@ -84,7 +85,7 @@ struct DenoiserNeighbour {
 };
 
 /// Returns the pixels of a picture with depth of field as add_denoiser() needs them: properties of blurred surfaces are
-/// smoothed (shaders/half_lens.comp). Those of a pinhole are returned as they are.
+/// smoothed (shaders/half_lens.comp), and `blurred` is set. Those of a pinhole are returned as they are.
 DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, const DenoiserBlur& blur);
 
 struct DenoisedPicture {

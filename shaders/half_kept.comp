@@ -1,0 +1,59 @@
+// Gives light back that non-local means have lost in a picture with depth of field.
+//
+// Blurred highlights of small lights are discs in which few samples meet the light. Features are alike within a disc, so
+// features cannot tell bright pixels from dark ones. Bright pixels then have more noise than dark ones. They take light
+// from dark pixels, which take less from them (kBrighter of shaders/nl_means.comp), and the disc becomes darker.
+// Here each pixel's loss is shared by the filtered light around it, in proportion: light that is dark stays dark. The sum
+// over all pixels becomes that before the filter. Light that the filter does not change stays as it is.
+//
+// Variants: HALFLIGHT_LIGHT computes the luminance of filtered light, HALFLIGHT_LOST the share of light that was lost in
+// a neighbourhood. Otherwise, filtered light is scaled.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "shaders/lib/halves.glsl"
+
+uniform sampler2D first;   // filtered halves; HALFLIGHT_LOST: before the filter
+uniform sampler2D second;
+
+#if defined(HALFLIGHT_LIGHT) || defined(HALFLIGHT_LOST)
+uniform sampler2D albedo;
+#ifdef HALFLIGHT_LOST
+uniform sampler2D light;   // rg: luminance of the filtered halves
+uniform sampler2D around;  // rg: weighted sum of `light`
+layout(rgba32f) writeonly uniform image2D lost;  // rg: share of light lost, by half
+#else
+layout(rgba32f) writeonly uniform image2D light;
+#endif
+
+// Returns the luminance of the halves at a pixel.
+vec2 luminance_at(ivec2 pixel) {
+    vec3 reflected = texelFetch(albedo, pixel, 0).rgb;
+    vec4 one = texelFetch(first, pixel, 0);
+    vec3 two = texelFetch(second, pixel, 0).rgb;
+    return one.a > 0.0 ? vec2(squarable_luminance(reflected * one.rgb), squarable_luminance(reflected * two)) : vec2(0.0);
+}
+#else
+uniform sampler2D gains;  // rg: weighted sum of `lost`
+layout(rgba32f) writeonly uniform image2D kept_first;
+layout(rgba32f) writeonly uniform image2D kept_second;
+#endif
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, textureSize(first, 0)))) return;
+#if defined(HALFLIGHT_LOST)
+    vec2 own = luminance_at(pixel) - texelFetch(light, pixel, 0).rg;
+    imageStore(lost, pixel, vec4(own / max(texelFetch(around, pixel, 0).rg, vec2(kLeastLight)), 0.0, 0.0));
+#elif defined(HALFLIGHT_LIGHT)
+    imageStore(light, pixel, vec4(luminance_at(pixel), 0.0, 0.0));
+#else
+    // Only what both halves have lost is given back: their noise is independent.
+    vec2 gain = texelFetch(gains, pixel, 0).rg;
+    float agreed = gain.x * gain.y > 0.0 ? sign(gain.x) * min(abs(gain.x), abs(gain.y)) : 0.0;
+    vec2 scale = vec2(max(1.0 + agreed, 0.0));
+    vec4 one = texelFetch(first, pixel, 0);
+    vec4 two = texelFetch(second, pixel, 0);
+    imageStore(kept_first, pixel, vec4(scale.x * one.rgb, one.a));
+    imageStore(kept_second, pixel, vec4(scale.y * two.rgb, two.a));
+#endif
+}
