@@ -189,8 +189,12 @@ bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const Rende
     }
     // Edges are one-dimensional: the larger a picture, the smaller their share of its pixels.
     const double scale = double(pilot.width) / double(settings.width);
-    figures.plain.emission *= scale;
-    figures.tried.emission *= scale;
+    const double reflected = settings.denoise ? kDenoisedError : 1;
+    for (PilotErrors* errors : {&figures.plain, &figures.tried}) {
+        errors->emission *= scale;
+        errors->direct *= reflected;
+        errors->indirect *= reflected;
+    }
     scene.settle(settled(asked, figures), watch.seconds());
     return true;
 }

@@ -38,7 +38,8 @@ using PilotProgress = std::function<bool(double share)>;
 /// of emission alone. They share no sample with later pictures, so that nothing is biased. The result holds for all
 /// later cameras and poses of the scene. It takes as long as two to four samples of a large picture, which counts as
 /// preparation. The small pictures show members of a group farther apart than the large one does: for large pictures,
-/// path reuse is underrated. Returns false where `progress` has cancelled; the estimator then stays open. Throws Error
+/// path reuse is underrated. In a picture that is denoised, errors of reflected light count kDenoisedError times, since
+/// emission is not filtered. Returns false where `progress` has cancelled; the estimator then stays open. Throws Error
 /// as Renderer does.
 bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                     const PilotProgress& progress = {});
@@ -47,5 +48,6 @@ inline constexpr double kPilotShare = 1.0 / 16;  // minimum share of the setting
 inline constexpr int kPilotPictures = 4;
 inline constexpr int kPilotEmissionPictures = 8;
 inline constexpr int kPilotSamples = 4;
+inline constexpr double kDenoisedError = 1.0 / 8;  // squared error that the denoiser leaves of 16 samples, at most
 
 }  // namespace halflight

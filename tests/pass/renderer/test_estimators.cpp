@@ -193,6 +193,19 @@ TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     EXPECT_EQ(fact->fact, "a pilot found that it does not pay");
 }
 
+/// The denoiser leaves emission as it is, so edges of emitters cause a larger share of the error.
+TEST_F(EstimatorsTest, APilotCountsLessNoiseThatIsFiltered) {
+    const Scene scene = cornell_box();
+    RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, 4, 4);
+    const auto found = [&](bool denoise) {
+        settings.denoise = denoise;
+        PreparedScene prepared(context, scene, {.estimator = {.camera = CameraRays::automatic}});
+        find_estimator(prepared, ColorConfig::load(), settings);
+        return prepared.estimator().camera;
+    };
+    EXPECT_GT(found(true), found(false));
+}
+
 TEST_F(EstimatorsTest, IndependentSamplesConvergeAtTheirRate) {
     const Scene scene = slats_in_the_sun();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
