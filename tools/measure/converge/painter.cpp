@@ -13,6 +13,20 @@ namespace {
 
 constexpr int kManySamples = 1 << 24;  // number of samples, more than any budget of seconds allows
 
+/// Returns the culling of a method of the GL renderer.
+rays::Culling culling_of(Method method) {
+    switch (method) {
+        case Method::compute:
+            return rays::Culling::compute;
+        case Method::raster:
+            return rays::Culling::raster;
+        case Method::native:
+            return rays::Culling::native;
+        default:
+            return rays::Culling::off;
+    }
+}
+
 /// Sets the members that the settings of both renderers share.
 template <class Settings>
 void set_view(Settings& settings, const View& view) {
@@ -33,10 +47,7 @@ class GlPainter final : public Painter {
         settings_.preview = technique.preview;
         settings_.denoise = technique.denoise;
         settings_.aovs.assign(kComponents.begin(), kComponents.end());
-        settings_.culling = method == Method::compute  ? rays::Culling::compute
-                            : method == Method::raster ? rays::Culling::raster
-                            : method == Method::native ? rays::Culling::native
-                                                       : rays::Culling::off;
+        settings_.culling = culling_of(method);
         const CpuStopwatch preparing;
         renderer_.emplace(scene_, colors_, settings_);
         preparation_ = preparing.seconds();
