@@ -12,8 +12,9 @@ using graph::TextureHandle;
 
 constexpr int kTile = 32;  // width and height of the tile of a work group of shaders/nl_means.comp, pixels
 // Radii of triangle filters, pixels: two boxes of 2 r + 1 pixels are a triangle of radius 2 r.
-constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4,
-              kKeptRadius = 4;
+constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4;
+// Radii of the neighbourhoods that keep their light. Discs of blurred highlights are small.
+constexpr int kKeptRadius = 6, kBlurredKeptRadius = 4;
 const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
 constexpr std::array kPreviewStrides = {1, 2, 4};  // distances of the pixels that the preview's filters read, pixels
 
@@ -160,7 +161,9 @@ TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHand
 }
 
 /// Returns filtered light with the light that the filter has lost, in each neighbourhood (shaders/half_kept.comp).
-CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmLight& filtered, TextureHandle albedo) {
+/// radius: of the neighbourhoods, pixels.
+CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmLight& filtered, TextureHandle albedo,
+                         int radius) {
     const auto [light] = add_kernel<1>(graph, "denoiser kept light", "shaders/half_kept.comp",
                                        {{"first", filtered.first}, {"second", filtered.second}, {"albedo", albedo}},
                                        {"light"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
@@ -169,11 +172,11 @@ CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmL
                                        {"second", calm.second},
                                        {"albedo", albedo},
                                        {"light", light},
-                                       {"around", add_triangle(graph, light, kKeptRadius)}},
+                                       {"around", add_triangle(graph, light, radius)}},
                                       {"lost"}, 8, {}, {{"HALFLIGHT_LOST", "1"}});
     const auto [first, second] = add_kernel<2>(
         graph, "denoiser kept light", "shaders/half_kept.comp",
-        {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, kKeptRadius)}},
+        {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, radius)}},
         {"kept_first", "kept_second"});
     return {first, second, filtered.spread};
 }
@@ -243,8 +246,9 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
     const LightHalves& own = pixels.light[index];
     const CalmLight calm =
         add_neighbours(graph, pixels, component, neighbours, surroundings, add_calm(graph, own, albedo));
-    CalmLight filtered = add_non_local_means(graph, calm, guides_of(pixels, component));
-    if (pixels.blurred) filtered = add_kept_light(graph, calm, filtered, albedo.albedo);
+    const CalmLight filtered =
+        add_kept_light(graph, calm, add_non_local_means(graph, calm, guides_of(pixels, component)), albedo.albedo,
+                       pixels.blurred ? kBlurredKeptRadius : kKeptRadius);
     const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo.albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);

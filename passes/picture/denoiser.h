@@ -55,7 +55,7 @@ struct DenoiserPixels {
     // `guide` and `reflectance` of glossy light, at the ends of specular chains. The alpha of the latter is the mean
     // number of bounces of the chains. Empty: those above serve.
     graph::TextureHandle glossy_guide{}, glossy_reflectance{};
-    bool blurred = false;  // depth of field: light that the filter loses is given back to its surroundings
+    bool blurred = false;  // by depth of field
 };
 
 /// Circles of confusion of a camera with depth of field. The radius at a depth is |x + y / depth + z depth| pixels; 0:
