@@ -12,7 +12,7 @@ using graph::TextureHandle;
 
 constexpr int kTile = 32;  // width and height of the tile of a work group of shaders/nl_means.comp, pixels
 // Radii of triangle filters, pixels: two boxes of 2 r + 1 pixels are a triangle of radius 2 r.
-constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 16, kErrorRadius = 14, kPoolRadius = 4;
+constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 11, kErrorRadius = 14, kPoolRadius = 4;
 // Radii of the neighbourhoods that keep their light. Discs of blurred highlights are small.
 constexpr int kKeptRadius = 6, kBlurredKeptRadius = 4;
 const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
@@ -62,6 +62,11 @@ TextureHandle add_triangle(graph::Graph& graph, TextureHandle texture, int radiu
     return texture;
 }
 
+/// Returns the weighted sum by triangles of triangles: blobs without edges, and nearly round.
+TextureHandle add_spread(graph::Graph& graph, TextureHandle texture) {
+    return add_triangle(graph, add_triangle(graph, texture, kSpreadRadius), kSpreadRadius);
+}
+
 /// Returns the sum of the squares of the weights of add_triangle().
 float squares_of_triangle(int radius) {
     float row = 0;
@@ -99,7 +104,7 @@ Guides guides_of(const DenoiserPixels& pixels, FilteredLight component) {
 Albedo add_albedo(graph::Graph& graph, const LightHalves& own, TextureHandle albedo) {
     const auto [reflected] = add_kernel<1>(graph, "denoiser albedo", "shaders/half_albedo.comp",
                                            {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
-    return {albedo, add_triangle(graph, reflected, kSpreadRadius)};
+    return {albedo, add_spread(graph, reflected)};
 }
 
 CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& albedo,
@@ -118,7 +123,7 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& al
                                                         {"albedo", albedo.albedo},
                                                         {"reach", albedo.reach}},
                                                        {"calm_first", "calm_second", "excess"});
-    return {first, second, add_triangle(graph, excess, kSpreadRadius)};
+    return {first, second, add_spread(graph, excess)};
 }
 
 /// Returns the halves, filtered. preview_stride: distance of the pixels of the preview's window; 0: the window of final

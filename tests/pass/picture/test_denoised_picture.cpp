@@ -169,7 +169,7 @@ TEST_F(DenoisedPictureTest, HighlightsKeepTheirLight) {
     settings.camera.lens = {.aperture = 300, .focus = {.kind = Focus::Kind::distance, .distance = 1.5}};
     const double blurred = kept();
     std::printf("light kept: %.2f %% by sharp highlights, %.2f %% by blurred ones\n", 100 * sharp, 100 * blurred);
-    EXPECT_NEAR(sharp, 1, 0.01);
+    EXPECT_NEAR(sharp, 1, 0.005);
     EXPECT_NEAR(blurred, 1, 0.01);
 }
 
