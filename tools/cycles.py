@@ -10,10 +10,11 @@ TOOLS = pathlib.Path(__file__).resolve().parent
 RENDER_SCRIPT = TOOLS.parent / "../shared/peers/cycles_render.py"
 
 
-def command(scene, output, samples, seed, size, bounces, environment=None, script=RENDER_SCRIPT):
-    """Returns the command that renders `scene` from its first camera. `bounces` are those of Halflight."""
+def command(scene, output, samples, seed, size, bounces, environment=None, script=RENDER_SCRIPT, view=()):
+    """Returns the command that renders `scene`, by default from its first camera. `bounces` are those of Halflight; `view`
+    holds the options of another camera."""
     words = ["blender", "-b", "--factory-startup", "-P", TOOLS / "cycles_materials.py", "-P", script, "--", scene, output,
-             "--spp", samples, "--seed", seed, "--size", f"{size[0]}x{size[1]}", "--bounces", bounces - 1]
+             "--spp", samples, "--seed", seed, "--size", f"{size[0]}x{size[1]}", "--bounces", bounces - 1, *view]
     return [str(word) for word in words + (["--env", environment] if environment else [])]
 
 

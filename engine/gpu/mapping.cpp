@@ -3,8 +3,14 @@
 #include <epoxy/gl.h>
 
 #include "engine/core/error.h"
+#include "engine/gpu/context.h"
 
 namespace halflight::gpu {
+
+bool renders_on_processor() {
+    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    return renderer != nullptr && is_software_renderer(renderer);
+}
 
 Mapping::Mapping(const Buffer& buffer, Access access) : id_(buffer.id()) {
     GLint64 bytes = 0;

@@ -7,6 +7,9 @@
 
 namespace halflight::gpu {
 
+/// Returns whether the driver of the current context renders on the processor.
+bool renders_on_processor();
+
 /// A mapped buffer, for the lifetime of the object; no GL command may use the buffer meanwhile. Only drivers that
 /// render on the processor map buffers of this project: there the contents lie in the process's memory anyway.
 class Mapping {

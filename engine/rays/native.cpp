@@ -15,7 +15,6 @@
 #include <optional>
 
 #include "engine/core/error.h"
-#include "engine/gpu/context.h"
 #include "engine/gpu/mapping.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/native_trace.h"
@@ -28,16 +27,6 @@ using gpu::Mapping;
 
 constexpr std::size_t kGrain = 512;      // entries of a task: eight tiles
 constexpr std::size_t kCompared = 4096;  // entries of the first batches that the plain kernel traces, too
-
-/// Returns the number of threads: those of the driver. llvmpipe takes LP_NUM_THREADS, or as many as there are cores.
-int thread_count() {
-    const int most = tbb::this_task_arena::max_concurrency();
-    const char* const text = std::getenv("LP_NUM_THREADS");
-    if (text == nullptr) return most;
-    int asked = 0;
-    const auto [end, error] = std::from_chars(text, text + std::strlen(text), asked);
-    return error == std::errc() && *end == '\0' ? std::clamp(asked, 1, most) : most;
-}
 
 std::size_t result_bytes(bool any_hit) {
     return any_hit ? sizeof(std::uint32_t) : sizeof(shared::Hit);
@@ -64,6 +53,15 @@ void trace_paths(graph::Resources& r, const TraceScene& scene, const RayBatch& b
 }
 
 }  // namespace
+
+int native_threads() {
+    const int most = tbb::this_task_arena::max_concurrency();
+    const char* const text = std::getenv("LP_NUM_THREADS");
+    if (text == nullptr) return most;
+    int asked = 0;
+    const auto [end, error] = std::from_chars(text, text + std::strlen(text), asked);
+    return error == std::errc() && *end == '\0' ? std::clamp(asked, 1, most) : most;
+}
 
 /// Times of the tasks of similar batches, by which the faster one of two ways is taken: rays one by one, or in bundles.
 class Pace {
@@ -109,7 +107,7 @@ struct NativeServer::Parts {
     Counts counts;
     std::map<std::pair<BatchKey, bool>, Pace> paces;  // by key and any_hit
     bool compared[2] = {false, false};                // closest and any hits
-    tbb::task_arena arena{thread_count()};
+    tbb::task_arena arena{native_threads()};
 
     void take(const TraceTables& tables, const TraceScene& scene) {
         const TraceStatistics& s = scene.statistics();
@@ -190,8 +188,7 @@ struct NativeServer::Parts {
 };
 
 std::string NativeServer::reason_against(const TraceScene& scene) {
-    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    if (renderer == nullptr || !gpu::is_software_renderer(renderer)) return "the renderer is not the processor";
+    if (!gpu::renders_on_processor()) return "the renderer is not the processor";
     if (!can_trace_natively()) return "the processor has no vectors of eight floats";
     if (scene.paged()) return "the scene is loaded in pages";
     return "";

@@ -52,6 +52,10 @@ class NativeServer final : public BatchServer {
     std::unique_ptr<Parts> parts_;
 };
 
+/// Returns the number of threads of native code: those of the driver. llvmpipe takes LP_NUM_THREADS, or as many as
+/// there are cores.
+int native_threads();
+
 /// Makes the server of Culling::native. Throws Error like the constructor of NativeServer.
 std::unique_ptr<BatchServer> make_native_server(const ServedScene& scene);
 /// Returns a server for Tracer::offer(); null where there can be none.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
+#include <vector>
+
+#include "engine/gpu/mapping.h"
 
 namespace halflight {
 namespace {
@@ -136,18 +139,34 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
         graph, "denoiser variance", "shaders/half_variance.comp",
         {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
         {"light"});
-    const auto [first, second] = add_kernel<2>(
-        graph, "non-local means", "shaders/nl_means.comp",
-        {{"light", light},
-         {"first", calm.first},
-         {"second", calm.second},
-         {"guide", guides.guide},
-         {"reflectance", guides.reflectance}},
-        {"filtered_first", "filtered_second"}, kTile,
-        [preview_stride](const gpu::Program& program) {
-            if (preview_stride > 0) program.set("stride", preview_stride);
-        },
-        preview_stride > 0 ? kOfPreview : gpu::Defines());
+    const std::pair<const char*, TextureHandle> reads[] = {{"light", light},
+                                                           {"first", calm.first},
+                                                           {"second", calm.second},
+                                                           {"guide", guides.guide},
+                                                           {"reflectance", guides.reflectance}};
+    const gpu::TextureDesc desc = graph.desc(light);
+    graph::Pass pass = graph.add_pass("non-local means");
+    for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
+    const TextureHandle first =
+        pass.write(graph.create_texture("filtered_first", desc), Access::image_write, "filtered_first");
+    const TextureHandle second =
+        pass.write(graph.create_texture("filtered_second", desc), Access::image_write, "filtered_second");
+    const bool preview = preview_stride > 0;
+    pass.execute([=, inputs = std::to_array(reads)](graph::Resources& r) {
+        if (gpu::renders_on_processor()) {
+            std::array<std::vector<float>, 5> pictures;
+            for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i] = r.texture(inputs[i].second).read_float();
+            std::vector<float> one(pictures[0].size()), two(pictures[0].size());
+            filter_natively(preview ? preview_means(preview_stride) : kFinalMeans, {desc.width, desc.height},
+                            {pictures[0], pictures[1], pictures[2], pictures[3], pictures[4]}, {one, two});
+            r.texture(first).upload(one);
+            r.texture(second).upload(two);
+            return;
+        }
+        const gpu::Program& program = r.compute("shaders/nl_means.comp", preview ? kOfPreview : gpu::Defines());
+        if (preview) program.set("stride", preview_stride);
+        dispatch(program, desc, kTile);
+    });
     return {first, second, calm.spread};
 }
 

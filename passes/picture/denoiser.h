@@ -17,6 +17,7 @@
 #include <span>
 
 #include "passes/picture/accumulate.h"
+#include "passes/picture/native_means.h"
 
 namespace halflight {
 
@@ -26,7 +27,8 @@ inline constexpr std::array kFilteredLights = {FilteredLight::direct_diffuse, Fi
                                                FilteredLight::glossy};
 
 /// Peak number of bytes per pixel: textures of DenoiserPixels, transients, and the picture with its weights.
-inline constexpr std::size_t kDenoiserPixelBytes = (5 + 2 * kFilteredLights.size() + 12) * sizeof(vec4);
+inline constexpr std::size_t kDenoiserPixelBytes =
+    (5 + 2 * kFilteredLights.size() + 12) * sizeof(vec4) + kNativeMeansBytes;
 /// Peak number of bytes per pixel that a denoised frame with neighbours takes on top: its motion, and transients.
 inline constexpr std::size_t kDenoiserNeighbourBytes = (8 + 12) * sizeof(vec4);
 /// Bytes per pixel of the textures that specular chains add to DenoiserPixels.
@@ -102,7 +104,7 @@ struct FilteredHalves {
     graph::TextureHandle spread;  // light of fireflies over albedo
 };
 /// Peak number of bytes per pixel of the transients of add_preview_filter().
-inline constexpr std::size_t kPreviewFilterBytes = 8 * sizeof(vec4);
+inline constexpr std::size_t kPreviewFilterBytes = 8 * sizeof(vec4) + kNativeMeansBytes;
 /// Filters light over albedo for a preview, with patches of 3x3 pixels. Three filters of 5x5 pixels follow each other,
 /// 1, 2 and 4 pixels apart, which reaches 14 pixels. guide, albedo: as in DenoiserPixels, with alpha 1 on surfaces.
 FilteredHalves add_preview_filter(graph::Graph& graph, const LightHalves& own, graph::TextureHandle guide,
