@@ -43,17 +43,18 @@ std::vector<float> Renderer::State::pilot_errors(const FrameSettings& frame, int
     std::vector<float> errors(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y));
     FrameSettings pilots = frame;
     pilots.seed = shared::hash_combine(shared::hash_u32(frame.seed), 0x70696c6f);
+    bool stopped = false;
     for (int b = 0; b < bands; ++b) {
         const Band where = band_at(b);
         CompiledBand& with = compiled(b);
         with.sample.adds_mattes = false;
-        for (int done = from; done < to; ++done) {
+        for (int done = from; done < to && !stopped; ++done) {
             add_sample(pilots, sample_view(pilots, where, static_cast<std::uint32_t>(done), settings.estimator.sampler),
                        with, with.sample);
-            if (!after_sample()) break;
+            stopped = !after_sample();
         }
         with.sample.adds_mattes = true;
-        if (!after_sample()) return {};
+        if (stopped) return {};
         graph::Graph graph;
         const graph::BufferHandle read = add_block_errors(graph, band, imported(graph, with.sample.sums), to, metric);
         graph.output(read);

@@ -74,9 +74,9 @@ std::optional<DenoiseStage::Made> DenoiseStage::make(graph::Graph& graph, const 
     return result;
 }
 
-void DenoiseStage::apply(Film& film) {
-    if (kept_) kept_->has_halves = has_halves_;
-    if (kept_ || !has_halves_) return;
+void DenoiseStage::apply(Film& film, bool complete) {
+    if (kept_) kept_->has_halves = complete && has_halves_;
+    if (kept_ || !complete || !has_halves_) return;
     graph::Graph graph;
     std::optional<Made> made = make(graph, add_lens_blur(graph, own_->import_pixels(graph), blur_), {});
     denoised_ = made.has_value();
@@ -126,9 +126,10 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
     }
     stats.gpu_bytes += transient_bytes_;
     stats.denoised = true;
-    stats.biases.insert(stats.biases.begin(), fmt::format("{}, also over {} neighbouring frames", kBias, near.size()));
+    stats.biases.insert(stats.biases.begin(),
+                        fmt::format("{}, also over {} neighbouring frames", kBias, neighbours.size()));
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
-    stats.neighbours = {static_cast<int>(near.size()), 0, watch.seconds()};
+    stats.neighbours = {static_cast<int>(neighbours.size()), 0, watch.seconds()};
     stats.render_seconds += watch.seconds();
 }
 

@@ -30,8 +30,9 @@ class DenoiseStage {
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
                   const SampleHalves& samples);
     /// Replaces the picture of the film, and fills its layers of LayerSource::denoiser. Call it after all bands. Does
-    /// nothing for a band with a single sample, whose picture stays the mean.
-    void apply(Film& film);
+    /// nothing for a band with a single sample, whose picture stays the mean. complete: all bands have samples;
+    /// otherwise the whole picture stays the mean.
+    void apply(Film& film, bool complete);
     /// Adds memory, bias and times of the last picture.
     void fill_stats(RenderStats& stats) const;
     /// Replaces the picture of a frame that begin() has kept, like apply(). Adds memory, bias and times.

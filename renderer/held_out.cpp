@@ -26,7 +26,7 @@ double square_around(const Image& image, int x, int y, int channel) {
 }  // namespace
 
 ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric) {
-    constexpr int kBlock = 4;
+    constexpr int kBlock = 16;  // width of the blocks in which pixels share paths (shaders/shared/reuse.h)
     const int width = picture.width, height = picture.height, across = (width + kBlock - 1) / kBlock;
     std::vector<double> deviations(std::size_t(across) * std::size_t((height + kBlock - 1) / kBlock));
     double sum = 0;
@@ -48,9 +48,10 @@ ErrorEstimate held_out_error(const Image& picture, const Image& first, const Ima
     double squares = 0;
     for (const double d : deviations) squares += d * d;
     const double values = 3.0 * width * height, value = sum / values, error = std::sqrt(squares) / values;
-    const auto blocks = static_cast<double>(deviations.size());
-    const double two_sided = student_quantile(kConfidence, blocks),
-                 one_sided = student_quantile(2 * kConfidence - 1, blocks);
+    // Deviations are products, whose squares vary up to four times as much as those of normal values.
+    const double freedom = std::max(static_cast<double>(deviations.size()) / 2, 1.0);
+    const double two_sided = student_quantile(kConfidence, freedom),
+                 one_sided = student_quantile(2 * kConfidence - 1, freedom);
     const auto limit = [&](double quantile) { return std::max(value + quantile * error, 0.0); };
     return {value, limit(-two_sided), limit(two_sided), limit(one_sided)};
 }

@@ -22,10 +22,10 @@ using RenderNoisy = std::function<RenderResult(const FrameSettings& settings, co
 void estimate_denoised_error(const RenderSettings& settings, RenderResult& result, const RenderNoisy& render,
                              const ProgressCallback& progress);
 
-/// Returns the error of a picture from two independent, unbiased and noisy ones. Noise is independent between blocks of
-/// 4x4 pixels. Pictures: RGB or RGBA of the same size, whose alpha does not count. Relative errors refer to the mean
-/// square of the 3x3 pixels around in `picture`: a single pixel may have missed its light. The
-/// value of a small error may be negative; limits and bound are at least 0.
+/// Returns the error of a picture from two independent, unbiased and noisy ones. Noise is taken as
+/// independent between blocks of 16x16 pixels, within which pixels may share paths. Pictures: RGB or RGBA of the same
+/// size, whose alpha does not count. Relative errors refer to the mean square of the 3x3 pixels around in `picture`: a
+/// single pixel may have missed its light. The value of a small error may be negative; limits and bound are at least 0.
 ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric);
 
 }  // namespace halflight

@@ -119,6 +119,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     /// Calls the callback. all: expected number of samples of all bands.
     const auto go_on = [&](std::int64_t all) {
         if (!progress) return true;
+        if (stats.interrupted) return false;  // a callback that has stopped the picture is not asked again
         const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
         RenderProgress report{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands), watch.seconds()};
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
@@ -143,15 +144,13 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
         s.develop(frame, done, film);
     } else {
         std::vector<std::uint32_t> plan;  // empty: a picture that ends in the pilot gets one sample
-        if (s.settings.adaptive) {
-            bool stopped = false;
+        if (s.settings.adaptive)
             plan = s.plan_samples(frame, [&] {
-                stopped = stopped || (progress && !progress({0, frame.samples, watch.seconds(), {}}));
-                return !stopped;
+                stats.interrupted = progress && !progress({0, frame.samples, watch.seconds(), {}});
+                return !stats.interrupted;
             });
-        }
         std::int64_t samples_before = 0;
-        for (int b = 0; b < s.bands && !stats.interrupted; ++b) {
+        for (int b = 0; b < s.bands && (b == 0 || !stats.interrupted); ++b) {
             CompiledBand& with = s.compiled(b);
             with.mattes->clear();
             with.first_samples = 0;

@@ -75,8 +75,8 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
 
 void Renderer::State::apply_to_picture(const FrameSettings& frame, std::span<const int> samples, Film& film) {
     film.keep_noisy();
-    if (denoiser && !frame.stays_noisy) denoiser->apply(film);
     const int least = *std::ranges::min_element(samples);
+    if (denoiser && !frame.stays_noisy) denoiser->apply(film, least > 0);
     if (preview && least > 0) preview->apply(frame, scene.tables(), least, film);
 }
 

@@ -8,7 +8,7 @@ uniform sampler2D calm_first;  // halves without fireflies
 uniform sampler2D calm_second;
 uniform sampler2D filtered_first;
 uniform sampler2D filtered_second;
-uniform sampler2D spread;  // rgb: light of fireflies, spread
+uniform sampler2D spread;  // rgb: light of fireflies, spread; a: HALFLIGHT_OVER_FRAMES: share of means over frames
 uniform sampler2D errors;  // rg: terms of the best share of filtered light, averaged
 uniform sampler2D albedo;
 uniform sampler2D picture_before;
@@ -36,10 +36,14 @@ void main() {
     vec3 mean = mean_of(one, texelFetch(second, pixel, 0));
     vec3 calm = mix(texelFetch(calm_second, pixel, 0).rgb, texelFetch(calm_first, pixel, 0).rgb, one.a);
     vec3 filtered = mix(texelFetch(filtered_second, pixel, 0).rgb, texelFetch(filtered_first, pixel, 0).rgb, one.a);
-    vec3 change = calm - mean + texelFetch(spread, pixel, 0).rgb + share * (filtered - calm);
+    vec4 spread_here = texelFetch(spread, pixel, 0);
+    vec3 change = calm - mean + spread_here.rgb + share * (filtered - calm);
     // Where nothing is changed, the sum adds nothing: the mean stays as it is, bit for bit.
     vec3 made = max(before.rgb + texelFetch(albedo, pixel, 0).rgb * change, vec3(0.0));
     bool good = one.a > 0.0 && all_finite(made);
+#ifdef HALFLIGHT_OVER_FRAMES
+    share = 1.0 - (1.0 - share) * (1.0 - spread_here.a);
+#endif
     shares[component] = good ? share : 0.0;
     imageStore(picture, pixel, vec4(good ? made : before.rgb, before.a));
     imageStore(weights, pixel, shares);

@@ -4,7 +4,7 @@
 // alike there, so they cannot tell bright pixels from dark ones. Bright pixels then have more noise than dark ones. They
 // take light from dark pixels, which take less from them (kBrighter of shaders/nl_means.comp), and the highlight becomes
 // darker. Here each pixel's loss is shared by the filtered light around it, in proportion: light that is dark stays dark.
-// The sum over all pixels becomes that before the filter. Light that the filter does not change stays as it is.
+// Only what both halves have lost is given back. Light that the filter does not change stays as it is.
 //
 // Variants: HALFLIGHT_LIGHT computes the luminance of filtered light, HALFLIGHT_LOST the share of light that was lost in
 // a neighbourhood. Otherwise, filtered light is scaled.
@@ -50,10 +50,10 @@ void main() {
     // Only what both halves have lost is given back: their noise is independent.
     vec2 gain = texelFetch(gains, pixel, 0).rg;
     float agreed = gain.x * gain.y > 0.0 ? sign(gain.x) * min(abs(gain.x), abs(gain.y)) : 0.0;
-    vec2 scale = vec2(max(1.0 + agreed, 0.0));
+    float scale = max(1.0 + agreed, 0.0);
     vec4 one = texelFetch(first, pixel, 0);
     vec4 two = texelFetch(second, pixel, 0);
-    imageStore(kept_first, pixel, vec4(scale.x * one.rgb, one.a));
-    imageStore(kept_second, pixel, vec4(scale.y * two.rgb, two.a));
+    imageStore(kept_first, pixel, vec4(scale * one.rgb, one.a));
+    imageStore(kept_second, pixel, vec4(scale * two.rgb, two.a));
 #endif
 }

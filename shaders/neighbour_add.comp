@@ -4,11 +4,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D near_first;
 uniform sampler2D near_second;
+uniform sampler2D near_spread;  // rgb: light of the neighbour's fireflies, spread
 uniform sampler2D pooled;  // rg: weighted sum of differences; b: of their variances; a: of the weights
 uniform sampler2D before_first;  // rgb: mean of earlier frames; a: sum of their weights
 uniform sampler2D before_second;
+uniform sampler2D before_spread;
 layout(rgba32f) writeonly uniform image2D mean_first;
 layout(rgba32f) writeonly uniform image2D mean_second;
+layout(rgba32f) writeonly uniform image2D mean_spread;
 
 uniform bool begins;           // the earlier frame is this frame, which has weight 1
 uniform float pooled_squares;  // sum of the squares of the weights of `pooled`
@@ -19,7 +22,7 @@ const float kExplained = 6.0;  // squared difference that noise explains, in var
 // Differences below its root count as none.
 const float kLeastVariance = 1e-6;
 
-// Returns the new mean of a half with the sum of the weights.
+// Returns the new mean with the sum of the weights.
 vec4 added(vec4 before, vec4 near, float weight) {
     float all = (begins ? 1.0 : before.a) + weight;
     return vec4(before.rgb + weight / all * (near.rgb - before.rgb), all);
@@ -36,4 +39,6 @@ void main() {
     imageStore(mean_first, pixel, added(texelFetch(before_first, pixel, 0), near, weights.y));
     imageStore(mean_second, pixel,
                added(texelFetch(before_second, pixel, 0), texelFetch(near_second, pixel, 0), weights.x));
+    imageStore(mean_spread, pixel,
+               added(texelFetch(before_spread, pixel, 0), texelFetch(near_spread, pixel, 0), min(weights.x, weights.y)));
 }

@@ -8,14 +8,11 @@ uniform sampler2D second;
 uniform sampler2D other_first;  // halves of the neighbour, without fireflies
 uniform sampler2D other_second;
 uniform sampler2D other_spread;   // rgb: light of the neighbour's fireflies, spread
-uniform sampler2D spread_before;  // rgb: mean of spread fireflies of earlier frames
 layout(rgba32f) writeonly uniform image2D near_first;
 layout(rgba32f) writeonly uniform image2D near_second;
-layout(rgba32f) writeonly uniform image2D spread_mean;
+layout(rgba32f) writeonly uniform image2D near_spread;
 // rg: difference of the luminance of the halves; b: its variance; a: 1 where there is a difference, else 0
 layout(rgba32f) writeonly uniform image2D differences;
-
-uniform float share;  // share of this neighbour in the mean of spread fireflies
 
 #include "shaders/lib/halves.glsl"
 
@@ -30,12 +27,11 @@ void main() {
     vec4 one = texelFetch(first, pixel, 0);
     vec4 other_one = texelFetch(other_first, there, 0);
     vec4 other_two = texelFetch(other_second, there, 0);
-    vec4 before = texelFetch(spread_before, pixel, 0);
     bool same = from.z > 0.0 && one.a > 0.0 && other_one.a > 0.0;
     vec2 own = vec2(squarable_luminance(one.rgb), squarable_luminance(texelFetch(second, pixel, 0).rgb));
     vec2 other = vec2(squarable_luminance(other_one.rgb), squarable_luminance(other_two.rgb));
     imageStore(near_first, pixel, same ? other_one : vec4(0.0));
     imageStore(near_second, pixel, same ? other_two : vec4(0.0));
-    imageStore(spread_mean, pixel, same ? mix(before, texelFetch(other_spread, there, 0), share) : before);
+    imageStore(near_spread, pixel, same ? texelFetch(other_spread, there, 0) : vec4(0.0));
     imageStore(differences, pixel, same ? vec4(other - own, variance_of(own) + variance_of(other), 1.0) : vec4(0.0));
 }

@@ -56,7 +56,7 @@ void main() {
         uint at = path * stride + i;
         double own = half_sums[at] + half_sums[at + 3u] + half_sums[at + 6u];
         double rest = max(whole - own, 0.0LF);
-        reflectance[i] = max(float(features[path * 6u + i] / double(samples)), kLeastAlbedo);
+        reflectance[i] = max(float(features[path * 6u + i] / double(samples)), kLeastFilteredAlbedo);
         normal[i] = float(features[path * 6u + 3u + i] * of_covered);
         double most = double(kMostFilteredLight);
         of_first[i] = first_samples > 0.0 ? float(min(own / (double(first_samples) * reflectance[i]), most)) : 0.0;

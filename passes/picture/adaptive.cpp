@@ -82,7 +82,8 @@ std::vector<double> block_deviations(std::span<const float> errors, ivec2 blocks
 std::vector<std::uint32_t> adaptive_counts(std::span<const float> errors, ivec2 blocks, std::uint32_t least,
                                            std::uint64_t total) {
     const std::vector<double> wanted = shares(block_deviations(errors, blocks));
-    const auto number_at = [&](double scale, double w) { return std::max(scale * w, double(least)); };
+    constexpr double kMost = 1u << 30;  // keeps twice the number below kInFirstHalf of sampled_block.h
+    const auto number_at = [&](double scale, double w) { return std::clamp(scale * w, double(least), kMost); };
     double lower = 0, upper = double(total);  // bounds of the scale that gives the total
     for (int step = 0; step < 80; ++step) {
         const double middle = (lower + upper) / 2;

@@ -83,6 +83,7 @@ float squares_of_triangle(int radius) {
 struct CalmLight {
     TextureHandle first, second;  // see LightHalves
     TextureHandle spread;         // rgb: light of fireflies over albedo, spread
+    bool over_frames = false;     // means over frames; a of `spread` is the share of these means
 };
 
 /// Albedo by which a component is divided, and the sums over which the light of its fireflies is spread.
@@ -167,7 +168,7 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
         if (preview) program.set("stride", preview_stride);
         dispatch(program, desc, kTile);
     });
-    return {first, second, calm.spread};
+    return {first, second, calm.spread, calm.over_frames};
 }
 
 /// Returns the terms of the best share of new halves (change_terms() of shaders/lib/halves.glsl), averaged.
@@ -202,7 +203,7 @@ CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmL
         graph, "denoiser kept light", "shaders/half_kept.comp",
         {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, radius)}},
         {"kept_first", "kept_second"});
-    return {first, second, filtered.spread};
+    return {first, second, filtered.spread, filtered.over_frames};
 }
 
 /// Returns light whose halves are means over this frame and its neighbours. surroundings: rgb: smoothed picture.
@@ -225,41 +226,43 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
                            {"other_guide", guides_of(neighbour.pixels, component).guide}},
                           {"place"});
         ++frames;
-        const auto [first, second, spread, differences] = add_kernel<4>(
-            graph, "denoiser neighbours", "shaders/neighbour_light.comp",
-            {{"place", place},
-             {"first", own.first},
-             {"second", own.second},
-             {"other_first", other.first},
-             {"other_second", other.second},
-             {"other_spread", other.spread},
-             {"spread_before", mean.spread}},
-            {"near_first", "near_second", "spread_mean", "differences"}, 8,
-            [frames](const gpu::Program& program) { program.set("share", 1.0f / static_cast<float>(frames)); });
-        const auto [mean_first, mean_second] =
-            add_kernel<2>(graph, "denoiser neighbours", "shaders/neighbour_add.comp",
+        const auto [first, second, spread, differences] =
+            add_kernel<4>(graph, "denoiser neighbours", "shaders/neighbour_light.comp",
+                          {{"place", place},
+                           {"first", own.first},
+                           {"second", own.second},
+                           {"other_first", other.first},
+                           {"other_second", other.second},
+                           {"other_spread", other.spread}},
+                          {"near_first", "near_second", "near_spread", "differences"});
+        const auto [mean_first, mean_second, mean_spread] =
+            add_kernel<3>(graph, "denoiser neighbours", "shaders/neighbour_add.comp",
                           {{"near_first", first},
                            {"near_second", second},
+                           {"near_spread", spread},
                            {"pooled", add_triangle(graph, differences, kPoolRadius)},
                            {"before_first", mean.first},
-                           {"before_second", mean.second}},
-                          {"mean_first", "mean_second"}, 8, [frames](const gpu::Program& program) {
+                           {"before_second", mean.second},
+                           {"before_spread", mean.spread}},
+                          {"mean_first", "mean_second", "mean_spread"}, 8, [frames](const gpu::Program& program) {
                               program.set("begins", frames == 2);
                               program.set("pooled_squares", squares_of_triangle(kPoolRadius));
                           });
-        mean = {mean_first, mean_second, spread};
+        mean = {mean_first, mean_second, mean_spread};
     }
     if (frames == 1) return own;
     const TextureHandle errors =
         add_errors(graph, own, mean.first, mean.second, albedo_of(pixels, component), surroundings);
-    const auto [first, second] = add_kernel<2>(graph, "denoiser neighbours", "shaders/neighbour_mean.comp",
-                                               {{"first", own.first},
-                                                {"second", own.second},
-                                                {"mean_first", mean.first},
-                                                {"mean_second", mean.second},
-                                                {"errors", errors}},
-                                               {"steady_first", "steady_second"});
-    return {first, second, mean.spread};
+    const auto [first, second, spread] = add_kernel<3>(graph, "denoiser neighbours", "shaders/neighbour_mean.comp",
+                                                       {{"first", own.first},
+                                                        {"second", own.second},
+                                                        {"spread", own.spread},
+                                                        {"mean_first", mean.first},
+                                                        {"mean_second", mean.second},
+                                                        {"mean_spread", mean.spread},
+                                                        {"errors", errors}},
+                                                       {"steady_first", "steady_second", "steady_spread"});
+    return {first, second, spread, true};
 }
 
 /// Adds the share of a component to the picture that earlier components have left. surroundings: rgb: smoothed mean.
@@ -293,6 +296,7 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
         pass.read(before.weights, Access::texture_read, "weights_before");
         defines.set("HALFLIGHT_WEIGHTS_BEFORE");
     }
+    if (calm.over_frames) defines.set("HALFLIGHT_OVER_FRAMES");
     const DenoisedPicture out{
         pass.write(graph.create_texture("denoised picture", desc), Access::image_write, "picture"),
         pass.write(graph.create_texture("denoiser weights", desc), Access::image_write, "weights")};

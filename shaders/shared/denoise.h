@@ -1,4 +1,4 @@
-// Constants of the final denoiser (passes/picture/denoise.h).
+// Constants of the denoiser and of the filter of previews (passes/picture/denoiser.h).
 #ifndef HALFLIGHT_SHARED_DENOISE_H
 #define HALFLIGHT_SHARED_DENOISE_H
 
@@ -12,7 +12,8 @@ HALFLIGHT_SHARED_CONST uint kHalfSums = 13u;
 HALFLIGHT_SHARED_CONST uint kFirstHalfSums = 9u;
 // Depths along the camera's axis count as at least this value, world units, because their logarithm is averaged.
 HALFLIGHT_SHARED_CONST float kLeastDepth = 1e-20f;
-// Light is filtered divided by the albedo, which counts as at least this value.
+// Light is filtered divided by the albedo, which counts as at least this value: black surfaces reflect little, not
+// nothing.
 HALFLIGHT_SHARED_CONST float kLeastFilteredAlbedo = 0.01f;
 // Largest light over albedo that is filtered. Sums of such values are finite.
 HALFLIGHT_SHARED_CONST float kMostFilteredLight = 1e36f;

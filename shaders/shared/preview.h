@@ -13,9 +13,6 @@ HALFLIGHT_SHARED_CONST float kMostHistory = 32.0f;
 // Numbers of samples at which filtering starts to fade out, and at which it ends.
 HALFLIGHT_SHARED_CONST float kFilterWeakens = 64.0f;
 HALFLIGHT_SHARED_CONST float kFilterEnds = 256.0f;
-// Light is filtered divided by the albedo, which counts as at least this value: black surfaces reflect little, not
-// nothing.
-HALFLIGHT_SHARED_CONST float kLeastAlbedo = 0.01f;
 
 // Counters of rejected texels of earlier pictures.
 HALFLIGHT_SHARED_CONST uint kRefusedNan = 0u;

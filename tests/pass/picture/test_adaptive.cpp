@@ -200,6 +200,24 @@ TEST_F(AdaptiveTest, InterruptedPicturesHoldTheSamplesSoFar) {
     EXPECT_FALSE(renderer.render().stats.interrupted);
 }
 
+TEST_F(AdaptiveTest, ACallbackThatStopsIsNotAskedAgain) {
+    const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
+    for (const bool to_error : {false, true}) {
+        RenderSettings settings = settings_of(scene, 48, 64);
+        settings.adaptive = true;
+        settings.band_pixels = 48 * 32;
+        if (to_error) settings.error = ErrorTarget{ErrorMetric::relmse, 1e-4};
+        Renderer renderer(prepared, colors, settings);
+        for (const int stopped : {1, 3, 10}) {
+            int asked = 0;
+            const RenderResult result = renderer.render([&](const RenderProgress&) { return ++asked != stopped; });
+            EXPECT_TRUE(result.stats.interrupted);
+            EXPECT_EQ(asked, stopped) << to_error;
+        }
+    }
+}
+
 // Light that all samples of a pixel agree about is found exactly, whatever the numbers of samples.
 TEST_F(AdaptiveTest, EvenLightStaysEven) {
     Scene scene = cornell_box();

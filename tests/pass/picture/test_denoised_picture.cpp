@@ -141,6 +141,23 @@ TEST_F(DenoisedPictureTest, BlurredTexturesKeepNoNoise) {
         EXPECT_NEAR(mean_of_pixels(denoised.beauty, c).value / mean_of_pixels(plain.beauty, c).value, 1, 0.02);
 }
 
+/// A picture that lacks bands stays the mean; nothing of the picture before shows.
+TEST_F(DenoisedPictureTest, PicturesThatLackBandsStayNoisy) {
+    const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = settings_of(scene, 64, 64, 8);
+    settings.band_pixels = 64 * 32;
+    settings.denoise = true;
+    Renderer renderer(prepared, colors, settings);
+    EXPECT_TRUE(renderer.render(settings).stats.denoised);
+    settings.seed = 77;
+    const RenderResult stopped = renderer.render(settings, [](const RenderProgress& p) { return p.samples_done < 2; });
+    EXPECT_TRUE(stopped.stats.interrupted);
+    EXPECT_FALSE(stopped.stats.denoised);
+    EXPECT_TRUE(same_bits(rgb(stopped.beauty), layer(stopped, "noisy.R")));
+    EXPECT_EQ(stopped.beauty.at(32, 60)[0], 0);
+}
+
 TEST_F(DenoisedPictureTest, HighlightsKeepTheirLight) {
     // Small lamps behind the camera are reflected by rough metal balls, where few samples meet a lamp. The lens spreads
     // these highlights over discs.

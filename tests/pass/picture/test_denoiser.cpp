@@ -273,6 +273,46 @@ TEST_F(DenoiserTest, NeighboursThatShowOtherSurfacesAddNothing) {
     }
 }
 
+/// Light that changes from frame to frame stays in its frame, and so do fireflies of a frame with other light.
+TEST_F(DenoiserTest, NeighboursWithOtherLightAddLittle) {
+    std::exponential_distribution<float> noise(1);
+    const auto frame = [&](float level, float firefly) {
+        return halves({60, 50}, [&](int x, int y, int half) {
+            return x == 30 && y == 25 && half == 0 ? std::max(firefly, level) : level * (0.9f + 0.2f * noise(random));
+        });
+    };
+    const HalfData dim = frame(1, 0);
+    const std::vector<vec4> still = motion_of(dim, vec2(0)), alone = filtered(dim).picture;
+    for (const auto& [what, other] : {std::pair{"ten times brighter", frame(10, 0)},
+                                      {"brighter by half", frame(1.5f, 0)},
+                                      {"brighter, with a firefly", frame(10, 3e4f)}}) {
+        const Filtered result = filtered(dim, {{other, still, still}});
+        for (std::size_t i = 0; i < alone.size(); ++i)
+            ASSERT_NEAR(result.picture[i].x, alone[i].x, 0.05f * alone[i].x) << what << " " << i;
+    }
+    const HalfData bright = frame(10, 3e4f);
+    double light = 0, expected = 0;
+    for (const vec4& texel : filtered(bright, {{dim, still, still}, {dim, still, still}}).picture)
+        light += double{texel.x};
+    for (const vec4& texel : filtered(bright).picture) expected += double{texel.x};
+    // Around the firefly, noise explains that the neighbours are dim.
+    EXPECT_NEAR(light / expected, 1, 0.1) << "the firefly's light stays";
+}
+
+/// The weights tell how much of the light is not the mean of the frame's own samples.
+TEST_F(DenoiserTest, WeightsCountLightOfNeighbours) {
+    std::exponential_distribution<float> noise(1);
+    const auto frame = [&] { return halves({60, 50}, [&](int, int, int) { return noise(random); }); };
+    const HalfData noisy = frame();
+    const std::vector<vec4> still = motion_of(noisy, vec2(0));
+    const std::vector<vec4> alone = filtered(noisy).weights;
+    const std::vector<vec4> weights = filtered(noisy, {{frame(), still, still}}).weights;
+    double sum = 0, sum_alone = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i) sum += double{weights[i].x}, sum_alone += double{alone[i].x};
+    EXPECT_GT(sum, sum_alone);
+    for (const vec4& w : weights) EXPECT_TRUE(w.x >= 0 && w.x <= 1) << w.x;
+}
+
 TEST_F(DenoiserTest, GlossyLightMovesWithMirrorImages) {
     std::exponential_distribution<float> noise(1);
     const auto frame = [&] {

@@ -266,7 +266,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
             hooks.pulse();
         }
         method.passes = painters[m]->passes(plan.budgets.back(), runs.back().seed, hooks.pulse);
-        if (reference.has_components && !method.passes.empty())
+        if (method.points.back().has_components && !method.passes.empty())
             set_stages(method, components_of(result.runs, static_cast<int>(m), static_cast<int>(budgets) - 1));
         fit(method, clock);
         method.findings = findings_of(method);

@@ -99,7 +99,9 @@ class GlPainter final : public Painter {
         painted.time.wall -= result.stats.compile_seconds;
         painted.time.cpu = std::max(painted.time.cpu - result.stats.compile_seconds, 0.0);
         painted.picture.beauty = rgb(result.beauty);
-        for (std::size_t c = 0; c < kComponents.size(); ++c)
+        // Layers hold the mean of the samples, not the components of a picture that is filtered.
+        const bool replaced = settings_.denoise || settings_.preview.of_picture();
+        for (std::size_t c = 0; c < kComponents.size() && !replaced; ++c)
             painted.picture.components[c] = std::move(result.aovs[c].image);
         painted.picture.samples = result.stats.samples;
         for (const BadValues& bad : result.stats.bad_values) painted.picture.non_finite += bad.total();

@@ -100,9 +100,9 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
 void add_options(CLI::App& app, Arguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->required();
     app.add_option("--size", a.size, "size of the pictures in pixels, WIDTHxHEIGHT")->capture_default_str();
-    app.add_option("--metric", a.metric, "metric of the error")
-        ->check(CLI::IsMember({"mse", "relmse"}))
-        ->capture_default_str();
+    CLI::Option* const metric =
+        app.add_option("--metric", a.metric, "metric of the error of pictures that are not denoised");
+    metric->check(CLI::IsMember({"mse", "relmse"}))->capture_default_str();
     app.add_option("--error", a.error, "error target")->check(CLI::PositiveNumber)->capture_default_str();
     app.add_option("--seeds", a.seeds, "number of pictures")->check(CLI::PositiveNumber)->capture_default_str();
     app.add_option("--reference", a.reference, "samples of both references together")
@@ -113,7 +113,8 @@ void add_options(CLI::App& app, Arguments& a) {
         ->capture_default_str();
     app.add_option("--denoise", a.denoised_samples,
                    "denoises pictures of this number of samples, whose relmse is estimated; --error is not reached")
-        ->check(CLI::Range(2, 1 << 24));
+        ->check(CLI::Range(2, 1 << 24))
+        ->excludes(metric);
     app.add_option("--held-out", a.held_out, "samples of each of the pictures from which that is estimated")
         ->check(CLI::Range(1, 1 << 24))
         ->capture_default_str();
