@@ -9,7 +9,6 @@
 
 #include "passes/picture/native_means.h"
 #include "passes/picture/native_means_planes.h"
-// It includes the functions of one target.
 #include <hwy/contrib/math/math-inl.h>
 
 HWY_BEFORE_NAMESPACE();

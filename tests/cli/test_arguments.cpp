@@ -103,6 +103,12 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--adaptive", "--time", "1"}, 2, "--adaptive: cannot be given together with --time");
     expect_render({"--adaptive", "--error", "1", "--preview", "filter"}, 2,
                   "--(adaptive|error|preview): cannot be given together with --.*");
+    expect_render({"--adaptive", "--samples", "15"}, 2, "--adaptive: needs at least 16 --samples");
+    expect_render({"--adaptive", "--denoise", "--denoise-error", "8"}, 2,
+                  "--denoise-error: needs at least 16 samples where --adaptive is given");
+    expect_render({"--denoise", "--samples", "1"}, 2, "--denoise: needs at least two --samples");
+    expect_render({"--aov", "noisy,denoiser"}, 2, "--aov: the layer denoiser needs --denoise");
+    expect_render({"--denoise", "--preview", "cache"}, 2, "--denoise: cannot be given together with --preview");
     expect_render({"--bounces", "-1"}, 2, "--bounces: expects auto or a whole number from 0 to .*");
     expect_render({"--filter", "sinc"}, 2, "--filter: expects one of box, blackman-harris, not 'sinc'");
     for (const char* radius : {"0", "-1", "17", "nan"})

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "engine/core/error.h"
+#include "passes/picture/adaptive.h"
 #include "renderer/render.h"
 #include "renderer/replicates.h"
 #include "renderer/settings_check.h"
@@ -112,6 +113,26 @@ void check_files(const RenderArguments& a) {
     check_files(read, written);
 }
 
+/// Throws UsageError where options of denoising and of adaptive samples do not fit together.
+void check_filter_options(const CLI::App& app, const RenderArguments& a) {
+    const RenderSettings& s = a.settings;
+    if (s.preview.any()) exclude(app, "--denoise", "--preview");
+    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
+    if (s.preview.any()) exclude(app, "--adaptive", "--preview");
+    exclude(app, "--adaptive", "--shutter");
+    if (!s.error) exclude(app, "--adaptive", "--time");
+    for (const char* option : {"--denoise-frames", "--denoise-error"})
+        if (app.count(option) > 0 && !s.denoise) throw UsageError(option, "needs --denoise");
+    if (!s.denoise && std::ranges::find(s.aovs, "denoiser") != s.aovs.end())
+        throw UsageError("--aov", "the layer denoiser needs --denoise");
+    if (s.denoise && s.samples < 2) throw UsageError("--denoise", "needs at least two --samples");
+    if (s.adaptive && s.samples < kLeastAdaptiveSamples)
+        throw UsageError("--adaptive", "needs at least {} --samples", kLeastAdaptiveSamples);
+    if (s.adaptive && s.denoise_error > 0 && s.denoise_error < kLeastAdaptiveSamples)
+        throw UsageError("--denoise-error", "needs at least {} samples where --adaptive is given",
+                         kLeastAdaptiveSamples);
+}
+
 void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
     if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
@@ -121,12 +142,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
-    exclude(app, "--denoise", "--preview");
-    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
-    for (const char* other : {"--preview", "--shutter"}) exclude(app, "--adaptive", other);
-    if (!a.settings.error) exclude(app, "--adaptive", "--time");
-    for (const char* option : {"--denoise-frames", "--denoise-error"})
-        if (given(option) && !a.settings.denoise) throw UsageError(option, "needs --denoise");
+    check_filter_options(app, a);
     check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");
@@ -184,7 +200,7 @@ void check(const InfoArguments& a, const CLI::App& app) {
     exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");
-    exclude(app, "--denoise", "--preview");
+    if (a.picture.settings.preview.any()) exclude(app, "--denoise", "--preview");
     exclude(app, "--denoise", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
