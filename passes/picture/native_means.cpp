@@ -2,6 +2,7 @@
 #define HWY_TARGET_INCLUDE "passes/picture/native_means.cpp"
 #include <hwy/foreach_target.h>
 // The targets follow.
+#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 
 #include "passes/picture/native_means.h"
 #include "passes/picture/native_means_planes.h"
-#include <hwy/contrib/math/math-inl.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace halflight::HWY_NAMESPACE {
