@@ -36,6 +36,8 @@ vec2 luminance_at(ivec2 pixel) {
 uniform sampler2D gains;  // rg: weighted sum of `lost`
 layout(rgba32f) writeonly uniform image2D kept_first;
 layout(rgba32f) writeonly uniform image2D kept_second;
+
+const float kLeastLoss = 1e-3;  // share of the light; smaller losses are rounding, and stay
 #endif
 
 void main() {
@@ -49,8 +51,8 @@ void main() {
 #else
     // Only what both halves have lost is given back: their noise is independent.
     vec2 gain = texelFetch(gains, pixel, 0).rg;
-    float agreed = gain.x * gain.y > 0.0 ? sign(gain.x) * min(abs(gain.x), abs(gain.y)) : 0.0;
-    float scale = max(1.0 + agreed, 0.0);
+    float lost_by_both = gain.x * gain.y > 0.0 ? max(min(abs(gain.x), abs(gain.y)) - kLeastLoss, 0.0) : 0.0;
+    float scale = max(1.0 + sign(gain.x) * lost_by_both, 0.0);
     vec4 one = texelFetch(first, pixel, 0);
     vec4 two = texelFetch(second, pixel, 0);
     imageStore(kept_first, pixel, vec4(scale * one.rgb, one.a));
