@@ -155,7 +155,7 @@ std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
     }
     if (cache) {
         made->cached = std::make_unique<CompiledSample>();
-        compile(*made->cached, place, own_sums ? static_cast<std::uint32_t>(bands) : 1, cached_options());
+        compile(*made->cached, place, static_cast<std::uint32_t>(bands), cached_options());
     }
     add_data(*made, place);
     return made;

@@ -209,6 +209,21 @@ TEST_F(RadianceCacheTest, HandsOverToTheExactUnbiasedMean) {
     }
 }
 
+/// Bands that are rendered in turns keep cached and unbiased sums of their own.
+TEST_F(RadianceCacheTest, HandsOverAlikeWithAndWithoutTurns) {
+    const Scene scene = shiny_cornell();
+    RenderSettings s = all_settings(scene, 45, 40, kCachedSamples + 10);
+    s.culling = rays::Culling::off;
+    s.preview.cache = true;
+    const RenderResult whole = cold(scene, s);
+    s.band_pixels = 48 * 16;
+    s.in_turns = true;
+    const RenderResult in_turns = cold(scene, s);
+    // Light that the cache does not replace.
+    for (const char* name : {"emission.R", "direct_diffuse.G", "direct_glossy.B"})
+        EXPECT_EQ(layer(in_turns, name).pixels, layer(whole, name).pixels) << name;
+}
+
 /// During the hand-over, the picture is the weighted mean of cached and unbiased samples, and so is its variance.
 TEST_F(RadianceCacheTest, WeightsBothMeansDuringTheHandOver) {
     const Scene scene = shiny_cornell();
