@@ -7,8 +7,8 @@
 namespace halflight::view {
 namespace {
 
-// Bands are short on software drivers, because an outdated request is only given up between bands.
-constexpr std::size_t kSoftwareBand = std::size_t{1} << 16;  // pixels
+// Bands are shorter on software drivers, because an outdated request is only given up between passes.
+constexpr std::size_t kSoftwareBand = std::size_t{1} << 18;  // pixels
 constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 
 }  // namespace
