@@ -9,6 +9,7 @@
 #include <set>
 
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 
 namespace halflight {
 namespace {
@@ -34,7 +35,9 @@ std::size_t find_animation(const std::vector<Animation>& animations, const std::
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
     if (error == std::errc() && end == wanted.data() + wanted.size() && index < animations.size()) return index;
-    throw Error(file.string(), "no animation '{}': {}", wanted, list_of(animations));
+    std::vector<std::string> names;
+    for (const Animation& animation : animations) names.push_back(animation.name);
+    throw Error(file.string(), "no animation '{}': {}{}", wanted, list_of(animations), did_you_mean(wanted, names));
 }
 
 /// Warns of animations that drive the same property: only the last one has an effect, which is rarely intended.

@@ -7,6 +7,7 @@
 
 #include "api/default_camera.h"
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 #include "engine/settings/render_settings.h"
 
 namespace halflight {
@@ -27,7 +28,9 @@ std::size_t find_camera(const Scene& scene, const std::string& wanted, const std
     const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
     if (error == std::errc() && end == wanted.data() + wanted.size() && index < scene.cameras.size()) return index;
     const std::string subject = source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
-    throw Error(subject, "no camera '{}': {}", wanted, list_of_cameras(scene));
+    std::vector<std::string> names;
+    for (const Camera& camera : scene.cameras) names.push_back(camera.name);
+    throw Error(subject, "no camera '{}': {}{}", wanted, list_of_cameras(scene), did_you_mean(wanted, names));
 }
 
 }  // namespace

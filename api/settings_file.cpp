@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 #include "engine/io/files.h"
 #include "engine/scene/material_properties.h"
 #include "engine/settings/settings_table.h"
@@ -48,7 +49,8 @@ class Element {
     void check_keys(const std::set<std::string>& known) const {
         if (!json_.is_object()) fail("is no object");
         for (const auto& [key, unused] : json_.items())
-            if (!known.contains(key)) fail("there is no setting '{}'", key);
+            if (!known.contains(key))
+                fail("there is no setting '{}'{}", key, did_you_mean(key, {known.begin(), known.end()}));
     }
     std::vector<std::pair<std::string, Element>> members() const {
         if (!json_.is_object()) fail("is no object");

@@ -9,6 +9,7 @@
 #include "api/python/bindings.h"
 #include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
+#include "engine/core/suggestion.h"
 #include "engine/gpu/context.h"
 
 namespace halflight::python {
@@ -20,7 +21,11 @@ RenderSettings settings_of(const SettingTexts& texts, const Camera& camera) {
     for (const auto& [name, text] : texts) {
         const auto rows = known_settings();
         const auto row = std::ranges::find(rows, name, &Setting::name);
-        if (row == rows.end()) throw Error("settings", "there is no setting '{}'", name);
+        if (row == rows.end()) {
+            std::vector<std::string> all;
+            for (const Setting& setting : rows) all.emplace_back(setting.name);
+            throw Error("settings", "there is no setting '{}'{}", name, did_you_mean(name, all));
+        }
         if (const std::string problem = row->set(settings, text); !problem.empty())
             throw Error("settings", "{} {}", name, problem);
     }

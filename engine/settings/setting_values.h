@@ -16,6 +16,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/names.h"
+#include "engine/core/suggestion.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/settings_table.h"
 
@@ -283,6 +284,11 @@ struct Value<std::vector<std::string>> {
             names.append(", ").append(aov.name).append(aov.in_all() ? "" : " (not part of all)");
         return names;
     }
+    static std::string meant(const std::string& wanted) {
+        std::vector<std::string> all;
+        for (const AovInfo& aov : known_aovs()) all.emplace_back(aov.name);
+        return did_you_mean(wanted, all);
+    }
     static std::string text(const std::vector<std::string>& names) {
         return names.empty() ? kNone : fmt::format("{}", fmt::join(names, ","));
     }
@@ -291,7 +297,7 @@ struct Value<std::vector<std::string>> {
         if (text == kNone) return value.clear(), "";
         for (const std::string& wanted : split_names(text, kSeparators)) {
             if (wanted != "all" && !find_aov(wanted))
-                return fmt::format("has no layer '{}'; known layers are: {}", wanted, names());
+                return fmt::format("has no layer '{}'; known layers are: {}{}", wanted, names(), meant(wanted));
             for (const AovInfo& aov : known_aovs())
                 if ((aov.name == wanted || (wanted == "all" && aov.in_all())) &&
                     std::ranges::find(layers, aov.name) == layers.end())

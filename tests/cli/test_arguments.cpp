@@ -162,6 +162,18 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--aov", "albedo,smell"}, 2, "--aov: has no layer 'smell'; known layers are: none, all, .*albedo.*");
 }
 
+TEST_F(Refusal, NamesWhatWasMeant) {
+    expect_render({"--sampels", "4"}, 2, "--sampels: is not expected; did you mean '--samples'\\?; see .*");
+    expect_render({"--widht=16"}, 2, "--widht=16: is not expected; did you mean '--width'\\?; see .*");
+    expect_render({"--spp", "4"}, 2, "--spp: is not expected; the option is --samples; see .*");
+    expect_render({"-o", "x.exr"}, 2, "-o: is not expected; outputs follow the scene without an option; see .*");
+    expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
+    expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
+    expect_render({"--camera", "frnt"}, 1,
+                  ".*: no camera 'frnt': it has 0 'front', 1 'above'; did you mean 'front'\\?");
+    expect({"rendr"}, 2, "rendr: is no command; .*; did you mean 'render'\\?");
+}
+
 TEST_F(Refusal, MissingSceneElements) {
     expect_render({"--camera", "rear"}, 1, ".*: no camera 'rear': it has 0 'front', 1 'above'");
     expect_render({"--camera", "2"}, 1, ".*: no camera '2': it has 0 'front', 1 'above'");

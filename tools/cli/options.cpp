@@ -1,8 +1,11 @@
 #include "tools/cli/options.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "engine/core/memory_ledger.h"
+#include "engine/core/suggestion.h"
 
 namespace halflight {
 namespace {
@@ -25,6 +28,25 @@ dvec3 point(const std::string& option, const std::string& text) {
     const auto value = triple(text);
     if (!value) throw UsageError(option, "expects X,Y,Z, not '{}'", text);
     return *value;
+}
+
+/// Returns what the user of another renderer may have meant by an option, or which option's name was misspelt.
+std::string option_meant(const CLI::App& app, const std::string& word) {
+    static const std::map<std::string, const char*> kOfOthers = {
+        {"--depth", "--bounces"}, {"--environment", "--env"}, {"--eye", "--look-from"},     {"--fov", "--vfov"},
+        {"--frame", "--frames"},  {"--hdri", "--env"},        {"--max-depth", "--bounces"}, {"--target", "--look-at"},
+        {"--spp", "--samples"},   {"-f", "--frames"},         {"-s", "--samples"}};
+    std::vector<std::string> options;
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    const auto has = [&](const char* name) { return std::ranges::find(options, name) != options.end(); };
+    const std::string name = word.substr(0, word.find('='));
+    if (const auto of_other = kOfOthers.find(name); of_other != kOfOthers.end() && has(of_other->second))
+        return fmt::format("; the option is {}", of_other->second);
+    if ((name == "-o" || name == "--output") && app.get_option_no_throw("OUTPUT"))
+        return "; outputs follow the scene without an option";
+    if ((name == "--size" || name == "--resolution") && has("--width")) return "; the options are --width and --height";
+    return name.starts_with("--") ? did_you_mean(name, options) : "";
 }
 
 }  // namespace
@@ -218,7 +240,9 @@ void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
 
 void check_leftovers(const CLI::App& app, const std::string& command) {
     const auto extras = app.remaining();
-    if (!extras.empty()) throw UsageError(extras.front(), "is not expected; see {} --help", command);
+    if (extras.empty()) return;
+    const std::string& word = extras.front();
+    throw UsageError(word, "is not expected{}; see {} --help", option_meant(app, word), command);
 }
 
 /// Converts messages of CLI11, which are "--option: what" or a sentence.

@@ -1,10 +1,12 @@
 #include "tools/halflight/arguments.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 #include "passes/picture/adaptive.h"
 #include "renderer/render.h"
 #include "renderer/replicates.h"
@@ -206,18 +208,19 @@ void check(const InfoArguments& a, const CLI::App& app) {
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
 
-/// Returns the names of the commands, separated by commas.
-std::string commands_of(const CLI::App& app) {
+std::vector<std::string> commands_of(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
-    return fmt::format("{}", fmt::join(names, ", "));
+    return names;
 }
 
 /// Throws UsageError for an unknown command, and for an unknown option before the command.
 void check_command(const CLI::App& app) {
     const auto extras = app.remaining();
+    const std::vector<std::string> commands = commands_of(app);
     if (!extras.empty() && !extras.front().starts_with('-'))
-        throw UsageError(extras.front(), "is no command; commands are: {}", commands_of(app));
+        throw UsageError(extras.front(), "is no command; commands are: {}{}", fmt::join(commands, ", "),
+                         did_you_mean(extras.front(), commands));
     check_leftovers(app, "halflight");
 }
 
@@ -375,7 +378,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         if (compare.map) check_files({compare.image, compare.reference}, {*compare.map});
         return compare;
     }
-    throw UsageError("command", "is missing; commands are: {}", commands_of(app));
+    throw UsageError("command", "is missing; commands are: {}", fmt::join(commands_of(app), ", "));
 }
 
 }  // namespace halflight

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "engine/core/memory_ledger.h"
+#include "engine/core/suggestion.h"
 #include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/buffers.h"
@@ -212,8 +213,8 @@ void choose_variant(Json& root, GltfDocument& document) {
     if (document.variants.empty()) throw Error(document.file, "has no material variants, so not '{}' either", wanted);
     const auto found = std::ranges::find(document.variants, wanted);
     if (found == document.variants.end())
-        throw Error(document.file, "no material variant '{}': there are '{}'", wanted,
-                    fmt::join(document.variants, "', '"));
+        throw Error(document.file, "no material variant '{}': there are '{}'{}", wanted,
+                    fmt::join(document.variants, "', '"), did_you_mean(wanted, document.variants));
     const std::size_t index = static_cast<std::size_t>(found - document.variants.begin());
     const Json::json_pointer mappings("/extensions/KHR_materials_variants/mappings");
     if (!root.contains("meshes")) return;
