@@ -118,7 +118,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(message("[]"), "is no object");
     EXPECT_EQ(message("{}"), "has no 'halflight_settings', the version of its format");
     EXPECT_EQ(message("{\"halflight_settings\": 2}"), "halflight_settings: is not 1, the version that is known");
-    EXPECT_EQ(with("\"sample\": 1"), "there is no setting 'sample'");
+    EXPECT_EQ(with("\"sample\": 1"), "there is no setting 'sample'; did you mean 'samples'?");
     EXPECT_EQ(with("\"samples\": 0"), "samples: is no number from 1 to 16777216");
     EXPECT_EQ(with("\"samples\": 1.5"), "samples: is no whole number");
     EXPECT_EQ(with("\"samples\": \"auto\""), "samples: is no number from 1 to 16777216");
@@ -130,7 +130,8 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"clamp\": -1"), "clamp: is no number from 0 to 1e+30");
     EXPECT_EQ(with("\"clay\": 1"), "clay: is neither true nor false");
     EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
-    EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"), "lights[0]: there is no setting 'colour'");
+    EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"),
+              "lights[0]: there is no setting 'colour'; did you mean 'color'?");
     EXPECT_EQ(with("\"lights\": [{\"color\": [0, 0, 2]}]"), "lights[0].color[2]: is no number from 0 to 1");
     EXPECT_EQ(with(R"("materials": {"1st": {}})"), "materials: '1st' is no index");
     EXPECT_EQ(with(R"("materials": [{}])"), "materials: is no object");
