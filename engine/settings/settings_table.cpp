@@ -359,7 +359,7 @@ std::vector<Setting> make_table() {
                 .name = "primary",
                 .group = kRun,
                 .metavar = "METHOD",
-                .help = "primary visibility (auto traces where there are more than twice as many triangles as pixels)",
+                .help = "primary visibility (auto traces where there is more than one triangle per four pixels)",
             }),
         row([](auto& s) -> auto& { return s.estimator; },
             {

@@ -17,9 +17,8 @@ enum class PrimaryVisibility : std::uint8_t {
 /// Returns "auto", "raster" or "traced".
 const char* name(PrimaryVisibility primary);
 /// Triangles per pixel above which `automatic` traces. A rasterizer visits every triangle for every sample; a tracer
-/// visits the nodes that a ray meets. On llvmpipe a traced frame takes 1.0 times the raster time at 1 triangle per
-/// pixel (city of 10^6), 0.82 at 1.7 (atrium at 320x180), 0.19 at 100 (40x24).
-inline constexpr double kTracedTrianglesPerPixel = 2;
+/// visits the nodes that a ray meets. docs/measuring.md has the times from which the number follows.
+inline constexpr double kTracedTrianglesPerPixel = 0.25;
 /// Resolves `automatic` from the triangle count (each instance counts) and the image size in pixels. The choice can
 /// change pictures, so it depends on scene, camera and picture alone. lens: the camera's lens blurs, which only tracing
 /// can show. Throws Error for `raster` then.

@@ -298,13 +298,13 @@ TEST_P(GBufferTest, EmptyScene) {
     }
 }
 
-TEST(PrimaryVisibility, IsTracedWhereTrianglesAreSmallerThanPixels) {
+TEST(PrimaryVisibility, IsTracedWhereTrianglesAreMany) {
     using enum PrimaryVisibility;
     const ivec2 image(200, 100);
-    EXPECT_EQ(resolved(automatic, 40000, image), raster);
-    EXPECT_EQ(resolved(automatic, 40001, image), traced);
+    EXPECT_EQ(resolved(automatic, 5000, image), raster);
+    EXPECT_EQ(resolved(automatic, 5001, image), traced);
     EXPECT_EQ(resolved(automatic, std::uint64_t{1} << 40, {65536, 65536}), traced);
-    EXPECT_EQ(resolved(raster, 40001, image), raster);
+    EXPECT_EQ(resolved(raster, 5001, image), raster);
     EXPECT_EQ(resolved(traced, 0, image), traced);
 }
 
