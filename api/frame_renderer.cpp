@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "api/fingerprint.h"
 #include "api/near_frames.h"
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
@@ -85,6 +86,8 @@ struct FrameRenderer::State {
     PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     NearFrames near_frames;                   // noisy frames near the one rendered last
+    std::optional<Checkpoint> checkpoint;
+    std::uint32_t checkpoint_frame = 0;
     double load_seconds = 0;
     double reference_seconds = 0;  // time to prepare the reference pose, counted with the next picture
     bool at_reference = false;     // `prepared` holds the reference pose
@@ -153,6 +156,7 @@ struct FrameRenderer::State {
         s.camera = of_lens(scene.chosen_camera());  // camera of the pilot's pictures
         s.previous_surfaces = nullptr;              // the pointer is valid for one picture
         s.history = nullptr;
+        s.checkpoint = nullptr;
         s.radiance_cache = cache;
         s.want_view = s.want_view && shutter.open == 0;  // with motion blur, the view is made from the mean
         return s;
@@ -345,6 +349,21 @@ struct FrameRenderer::State {
         if (settings.want_view) result.view = colors.view(settings.view).apply(result.beauty);
         return result;
     }
+    void open_checkpoint(const CheckpointOptions& options) {
+        if (shutter.open > 0 || neighbour_frames(settings) > 0)
+            throw Error("checkpoint", "cannot be combined with motion blur, or with neighbouring frames");
+        const std::string sequence =
+            sequence_fingerprint(scene, settings, shutter, colors, OutputOptions(), {settings.frame});
+        checkpoint.emplace(options.folder, frame_fingerprint(sequence, settings.frame), options.interval,
+                           options.fresh);
+        checkpoint_frame = settings.frame;
+    }
+    /// Renders a frame without motion blur and neighbours, from its checkpoint if it has one.
+    RenderResult from_checkpoint(std::uint32_t frame, const ProgressCallback& progress) {
+        FrameSettings own = settings;
+        if (checkpoint && frame == checkpoint_frame) own.checkpoint = &*checkpoint;
+        return still(frame, own, progress);
+    }
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
     void set_frame(std::uint32_t frame) {
@@ -358,11 +377,12 @@ struct FrameRenderer::State {
 };
 
 FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
-    : state_(std::make_unique<State>(scene, std::move(settings), std::move(options))) {
+    : state_(std::make_unique<State>(scene, std::move(settings), options)) {
     const Shutter& shutter = state_->shutter;
     if (!(shutter.open >= 0 && shutter.open <= 1))
         throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
     state_->set_frame(state_->settings.frame);
+    if (options.checkpoint) state_->open_checkpoint(*options.checkpoint);
 }
 
 FrameRenderer::FrameRenderer(FrameRenderer&&) noexcept = default;
@@ -418,7 +438,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     s.settings.history = &s.history;
     RenderResult result = s.shutter.open > 0                 ? s.blurred(frame, progress)
                           : neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
-                                                             : s.still(frame, s.settings, progress);
+                                                             : s.from_checkpoint(frame, progress);
     if (s.settings.denoise_error > 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
     if (s.deformer) {
@@ -454,6 +474,10 @@ const ColorConfig& FrameRenderer::colors() const {
 
 gpu::Context& FrameRenderer::context() const {
     return *state_->context;
+}
+
+Checkpoint* FrameRenderer::checkpoint() const {
+    return state_->checkpoint ? &*state_->checkpoint : nullptr;
 }
 
 double FrameRenderer::load_seconds() const {

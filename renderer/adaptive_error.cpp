@@ -139,7 +139,7 @@ void Renderer::State::render_to_error_adaptively(const FrameSettings& frame, std
     }
     if (deviations.empty()) {  // a picture that ends in the pilot gets one sample
         const auto stop = [](int, int) { return false; };
-        done[0] = render_band(frame, band_at(0), compiled(0), 0, stop);
+        done[0] = render_band(frame, band_at(0), compiled(0), 0, 0, stop);
         return;
     }
     for (int b = 0; b < bands; ++b) {

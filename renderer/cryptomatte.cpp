@@ -72,6 +72,21 @@ void IdCoverage::clear() {
     seen_.clear();
 }
 
+std::vector<IdCoverage::Count> IdCoverage::counts() const {
+    std::vector<Count> all;
+    all.reserve(seen_.size());
+    for (std::size_t pixel = 0; pixel < first_.size(); ++pixel)
+        for (std::uint32_t at = first_[pixel]; at != kNone; at = seen_[at].next)
+            all.push_back({static_cast<std::uint32_t>(pixel), seen_[at].id, seen_[at].samples});
+    return all;
+}
+
+void IdCoverage::set(std::span<const Count> counts) {
+    clear();
+    for (const Count& count : counts)
+        if (count.pixel < first_.size()) add(count.pixel, std::bit_cast<float>(count.id), count.samples);
+}
+
 Mattes::Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
                std::span<const std::string> aovs, std::size_t paths, const paging::PageSource* pages)
     : tables_(tables), pages_(pages) {

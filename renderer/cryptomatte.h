@@ -40,6 +40,14 @@ class IdCoverage {
     void rank(std::size_t pixel, int samples, std::span<float, 2 * kCryptomatteRanks> to) const;
     /// Removes all samples.
     void clear();
+    struct Count {
+        std::uint32_t pixel;
+        std::uint32_t id;  // bits of the id
+        std::uint32_t samples;
+    };
+    /// Returns all samples, from which set() restores them.
+    std::vector<Count> counts() const;
+    void set(std::span<const Count> counts);
 
   private:
     static constexpr std::uint32_t kNone = ~0u;
@@ -70,6 +78,8 @@ class Mattes {
         IdCoverage coverage;     // coverage per path
     };
     const std::vector<Layer>& layers() const { return layers_; }
+    /// Replaces the samples of a layer.
+    void set(std::size_t layer, std::span<const IdCoverage::Count> counts) { layers_[layer].coverage.set(counts); }
     /// Removes all samples, before another band.
     void clear();
 

@@ -156,16 +156,23 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
             with.first_samples = 0;
             with.samples.clear();
             const Band where = s.band_at(b);
+            const double spent = watch.seconds() + (frame.checkpoint ? frame.checkpoint->earlier_seconds() : 0);
             const double time_left =
-                frame.time_limit > 0 ? std::max((frame.time_limit - watch.seconds()) / (s.bands - b), 1e-9) : 0.0;
+                frame.time_limit > 0 ? std::max((frame.time_limit - spent) / (s.bands - b), 1e-9) : 0.0;
             int& of_band = done[std::size_t(b)];
+            std::optional<SavedBand> saved;
+            if (frame.checkpoint) saved = s.restore(*frame.checkpoint, where, with);
+            if (saved) of_band = saved->samples;
             const auto after_sample = [&](int samples, int total) {
                 of_band = samples;
                 return go_on(samples_before + std::int64_t{total} * (s.bands - b));
             };
-            of_band = !plan.empty() ? s.render_band_adaptively(frame, where, with, plan, after_sample)
-                      : frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
-                                    : s.render_band(frame, where, with, time_left, after_sample);
+            if (!plan.empty())
+                of_band = s.render_band_adaptively(frame, where, with, plan, after_sample);
+            else if (frame.error)
+                of_band = s.render_band_to_error(frame, where, with, time_left, after_sample, error);
+            else if (!saved || !saved->complete)
+                of_band = s.render_band(frame, where, with, of_band, time_left, after_sample);
             samples_before += of_band;
             s.develop(frame, where, with, of_band, film);
         }

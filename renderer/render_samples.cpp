@@ -36,10 +36,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
         seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
     }
     executor.run(sample.compiled);
-    const Accumulated& a = sample.frame.sums;
-    const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
-    sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares),
-                   buffer(a.features), buffer(a.halves), first_half};
+    sample.sums = sums_of(sample, first_half);
     const bool matte = sample.adds_mattes && !with.mattes->empty();
     in_flight->push(matte ? &executor.buffer(sample.frame.gbuffer.hits) : nullptr, with.mattes.get());
     // The sample's time decides about the next sample, or about the next picture that a viewer asks for.
@@ -47,15 +44,19 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     scene.context().check("rendering");
 }
 
-int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
-                                 const AfterSample& after_sample) {
+int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, int first,
+                                 double time_limit, const AfterSample& after_sample) {
     const Stopwatch watch;
-    for (int done = 1;; ++done) {
+    for (int done = first + 1;; ++done) {
         add_sample(frame, where, done - 1, with);
         const bool go_on = after_sample(done, frame.samples);
-        if (!go_on || done == frame.samples) return done;
-        // Another sample like the earlier ones would end too late.
-        if (time_limit > 0 && watch.seconds() * (done + 1) / done > time_limit) return done;
+        const int added = done - first;
+        // Another sample like the earlier ones may end too late.
+        const bool time_is_up = time_limit > 0 && watch.seconds() * (added + 1) / added > time_limit;
+        const bool complete = done == frame.samples || (go_on && time_is_up);
+        if (frame.checkpoint && (!go_on || complete || frame.checkpoint->due()))
+            save(*frame.checkpoint, where, with, done, complete);
+        if (!go_on || complete) return done;
     }
 }
 
@@ -97,6 +98,13 @@ void Renderer::State::render_in_turns(const FrameSettings& frame, double time_li
         }
         if (time_limit > 0 && watch.seconds() * (i + 2) / (i + 1) > time_limit) return;
     }
+}
+
+SumBuffers Renderer::State::sums_of(const CompiledSample& sample, int first_half) {
+    const Accumulated& a = sample.frame.sums;
+    const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
+    return {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares),
+            buffer(a.features), buffer(a.halves), first_half};
 }
 
 std::vector<double> Renderer::State::read(const gpu::Buffer* b) {

@@ -20,6 +20,7 @@
 #include "engine/rays/tracer.h"
 #include "passes/light/radiance_cache.h"
 #include "passes/picture/composite.h"
+#include "renderer/checkpoint.h"
 #include "renderer/cryptomatte.h"
 #include "renderer/denoise_stage.h"
 #include "renderer/film.h"
@@ -128,8 +129,9 @@ struct Renderer::State {
     void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample);
     /// Callback that receives the finished and the expected number of samples of a band; returns false to stop.
     using AfterSample = std::function<bool(int done, int total)>;
-    /// Adds samples to a band until there are enough, time is up, or the callback returns false. Returns their number.
-    int render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
+    /// Adds samples to a band that has `first` samples, until there are enough, time is up, or the callback returns
+    /// false. Saves checkpoints where the frame has them. Returns the number of all samples.
+    int render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, int first, double time_limit,
                     const AfterSample& after_sample);
     /// Adds samples like render_band(), but also stops where the error of the band is below the target. Where all bands
     /// are below it, so is the picture. Adds the error of the band to that of the picture.
@@ -139,10 +141,19 @@ struct Renderer::State {
     /// called for each band. done: number of samples of each band.
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                          const std::function<bool()>& after_sample);
+    /// Returns the sums of a graph that has run or been placed.
+    SumBuffers sums_of(const CompiledSample& sample, int first_half);
     /// Reads a buffer; returns an empty vector for null.
     static std::vector<double> read(const gpu::Buffer* b);
     /// Reads the sums of emission, direct and indirect light.
     static Film::Sums light(const SumBuffers& sums);
+
+    // The following functions are defined in band_checkpoint.cpp.
+
+    /// Saves the sums of a band's first `done` samples.
+    void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete);
+    /// Restores the sums of a band that an earlier run has saved; none where there is none.
+    std::optional<SavedBand> restore(const Checkpoint& from, const Band& where, CompiledBand& with);
 
     // The following functions are defined in adaptive_band.cpp.
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 
 #include "engine/gpu/buffer.h"
 #include "passes/picture/bad_values.h"
@@ -36,6 +37,8 @@ class SampleQueue {
     /// Forgets all samples and counts, before another picture.
     void reset();
     const BadValueSums& counted() const { return counted_; }
+    /// Sets the bad values of all samples so far, before further samples of a picture.
+    void set_counted(std::span<const std::uint64_t, kBadValueCounts> sums) { counted_.set(sums); }
 
   private:
     struct Slot {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "engine/color/color.h"
 #include "engine/gpu/context.h"
 #include "engine/settings/render_settings.h"
+#include "renderer/checkpoint.h"
 #include "renderer/render_result.h"
 
 namespace halflight {
@@ -48,6 +50,14 @@ struct DeformCounts {
 /// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
 using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
 
+/// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with an error target, adaptive sampling,
+/// motion blur, frames that are denoised with their neighbours, or the preview modes cache and temporal.
+struct CheckpointOptions {
+    std::filesystem::path folder;  // folder of the checkpoint, which holds nothing else
+    double interval = 60;          // seconds between two saves, > 0
+    bool fresh = false;            // removes the samples that an earlier run has saved
+};
+
 struct RendererOptions {
     gpu::ContextOptions device{};             // options for the context that the renderer makes
     std::shared_ptr<gpu::Context> context{};  // shared context; null: the renderer makes one
@@ -58,6 +68,9 @@ struct RendererOptions {
     // the scene for nothing else. Pictures after an edit, or after a picture that failed, throw Error. The option is
     // ignored where surfaces move.
     bool frees_scene = false;
+    // The frame of the settings goes on from a checkpoint, and saves its samples; other frames do not. The constructor
+    // throws Error where the checkpoint has other settings or another scene.
+    std::optional<CheckpointOptions> checkpoint{};
 };
 
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.
@@ -109,6 +122,9 @@ class FrameRenderer {
     const Shutter& shutter() const;
     const ColorConfig& colors() const;
     gpu::Context& context() const;
+
+    /// Returns the checkpoint of the frame of the settings; null: none. Remove it when the picture is written.
+    Checkpoint* checkpoint() const;
 
     /// Returns the seconds that posing the scene took for the last frame.
     double load_seconds() const;

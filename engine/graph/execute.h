@@ -79,6 +79,8 @@ class Executor {
     Executor(const Executor&) = delete;
     Executor& operator=(const Executor&) = delete;
 
+    /// Makes the memory of a graph, as run() does first, so that carried buffers can be filled before its first run.
+    void place(const CompiledGraph& graph);
     /// Runs the graph. Throws what the passes throw, and Error if a pass has no execute function.
     void run(const CompiledGraph& graph);
 
@@ -111,7 +113,6 @@ class Executor {
         bool fits(const Slot& slot) const;
     };
     void allocate(const CompiledGraph& graph);
-    void place(const CompiledGraph& graph);
     void run_pass(const CompiledGraph& graph, const PlannedPass& pass);
     std::uint32_t output_index(std::uint32_t graph, std::uint32_t resource) const;
 

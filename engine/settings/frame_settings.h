@@ -10,6 +10,7 @@
 
 namespace halflight {
 
+class Checkpoint;
 class NoisyFrame;
 class PictureHistory;
 
@@ -34,6 +35,8 @@ struct SceneSettings {
     PictureHistory* history = nullptr;
     // Keeps the noisy picture for Renderer::denoise(); null: a picture that is denoised is denoised at once.
     NoisyFrame* noisy = nullptr;
+    // Saves the sums of the samples, and goes on from those that an earlier run has saved; null: does neither.
+    Checkpoint* checkpoint = nullptr;
     bool stays_noisy = false;  // a picture that would be denoised stays the mean of its samples, without layers
     std::uint32_t frame = 0;   // frame number, which seeds the noise
 };

@@ -1,6 +1,7 @@
 // Counts of NaNs, infinities and negative values by pass.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,10 @@ struct BadValues {
 class BadValueSums {
   public:
     void reset() { sums_ = {}; }
+    /// Returns the sums of each component by kind, kBadValueCounts numbers.
+    std::span<const std::uint64_t> all() const { return sums_; }
+    /// Sets the sums to those of all().
+    void set(std::span<const std::uint64_t, kBadValueCounts> sums) { std::ranges::copy(sums, sums_.begin()); }
     /// Adds the counts of one sample, laid out as in shaders/shared/path.h.
     void add(std::span<const std::uint32_t, kBadValueCounts> counts);
     /// Returns the sums, one element per component.

@@ -99,7 +99,6 @@ TEST_F(Refusal, OptionsOutOfRange) {
                   "--error-metric: expects one of relmse, mse, not 'psnr'");
     expect_render({"--error-metric", "mse"}, 2, "--error-metric: needs --error");
     expect_render({"--best-effort"}, 2, "--best-effort: needs --error");
-    expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
     expect_render({"--adaptive", "--time", "1"}, 2, "--adaptive: cannot be given together with --time");
     expect_render({"--adaptive", "--error", "1", "--preview", "filter"}, 2,
                   "--(adaptive|error|preview): cannot be given together with --.*");

@@ -260,6 +260,9 @@ TEST_F(Output, TimeLimitDecides) {
     const double samples = stats.at("samples");
     EXPECT_LT(samples, 1e6);
     EXPECT_GE(stats.at("seconds").at("total"), 2 * samples / (samples + 1));
+
+    render({file("both.exr"), "--samples", "3", "--time", "1000", "--stats", file("both.json")});
+    EXPECT_EQ(nlohmann::json::parse(read_text(file("both.json"))).at("samples"), 3);
 }
 
 TEST_F(Output, SceneWithoutLightGetsASky) {

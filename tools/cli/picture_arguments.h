@@ -40,9 +40,10 @@ struct RenderArguments : ViewArguments, OutputOptions {
 
     std::vector<std::uint32_t> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
     Shutter shutter;
-    bool overwrite = false;  // replaces frames that were made with other settings
-    ListPart part;           // part of `frames` to render
-    bool check = false;      // renders nothing and checks that all frames are there
+    bool overwrite = false;            // replaces frames, or a checkpoint, that were made with other settings
+    ListPart part;                     // part of `frames` to render
+    bool check = false;                // renders nothing and checks that all frames are there
+    std::optional<double> checkpoint;  // seconds between two saves of the samples of a single picture; none: no saves
 
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;

@@ -80,7 +80,7 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   "then all of them by default",
                   [&](const auto& name, const auto& text) { a.turntable = whole(name, text, 1, 1000000); });
     options.flag("--overwrite", a.overwrite,
-                 "replaces frames that were made with other settings or from another scene");
+                 "replaces frames, or a checkpoint, that were made with other settings or from another scene");
     options.value("--part", "I/N", "renders the I-th of N parts of the frames, for use on N machines",
                   [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
     options.flag("--check", a.check,
@@ -93,7 +93,8 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     exclude(app, "--frames", "--frame");
     exclude(app, "--turntable", "--frame");
     exclude(app, "--frames", "--dump-graph");
-    if (app.count("--overwrite") > 0 && !sequence) throw UsageError("--overwrite", "needs --frames");
+    if (app.count("--overwrite") > 0 && !sequence && !a.checkpoint)
+        throw UsageError("--overwrite", "needs --frames or --checkpoint");
     if (app.count("--part") > 0 && !sequence) throw UsageError("--part", "needs --frames");
     if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
     exclude(app, "--check", "--overwrite");

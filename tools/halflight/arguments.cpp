@@ -29,6 +29,11 @@ void add_picture_options(Options& options, RenderArguments& a) {
                       if (!problem.empty()) throw UsageError(name, problem);
                   });
     options.flag("--best-effort", a.best_effort, "writes the picture even if its error target was not reached");
+    options.value(
+        "--checkpoint", "SECONDS",
+        "saves the samples in the folder OUTPUT.checkpoint every SECONDS, and when a signal ends the program; "
+        "the same command then goes on from there, to the same bits",
+        [&](const auto& name, const auto& text) { a.checkpoint = real(name, text, 0.001, 1e9); });
 }
 
 void add_light_options(Options& options, ViewArguments& a) {
@@ -135,6 +140,16 @@ void check_filter_options(const CLI::App& app, const RenderArguments& a) {
                          kLeastAdaptiveSamples);
 }
 
+/// Throws UsageError where something else is requested that keeps no checkpoint.
+void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
+    if (!a.checkpoint) return;
+    for (const char* other : {"--frames", "--turntable", "--shutter", "--error", "--adaptive", "--denoise-frames"})
+        exclude(app, "--checkpoint", other);
+    const Preview& preview = a.settings.preview;
+    if (preview.cache || preview.temporal)
+        throw UsageError("--checkpoint", "cannot be combined with the preview modes cache and temporal");
+}
+
 void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
     if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
@@ -145,9 +160,9 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_sequence_options(app, a);
     check_preview_options(app, a);
     check_filter_options(app, a);
+    check_checkpoint(app, a);
     check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
-    if (!error) exclude(app, "--samples", "--time");
     if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
     if (error && a.settings.samples < kFirstLook * kReplicates)
         throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,

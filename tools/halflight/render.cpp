@@ -34,6 +34,21 @@ void stop_point(const std::filesystem::path& output, std::string_view when) {
         throw Interrupted(signal, output.string(), fmt::format("not written: interrupted {}", when));
 }
 
+/// Returns where the samples of the picture are saved; none without --checkpoint.
+std::optional<CheckpointOptions> checkpoint_of(const RenderArguments& a) {
+    if (!a.checkpoint) return std::nullopt;
+    return CheckpointOptions{a.outputs[0].string() + ".checkpoint", *a.checkpoint, a.overwrite};
+}
+
+/// Returns when a signal has ended the rendering, and what becomes of the samples.
+std::string after_samples(int samples, const Checkpoint* checkpoint) {
+    const std::string when = fmt::format("after {} samples per pixel", samples);
+    if (!checkpoint) return when;
+    if (!checkpoint->problem().empty())
+        return fmt::format("{}, which could not be saved: {}", when, checkpoint->problem());
+    return when + "; the same command goes on from its checkpoint";
+}
+
 void render_picture(const RenderArguments& a) {
     Stopwatch clock;
     StepTimes times;
@@ -50,7 +65,12 @@ void render_picture(const RenderArguments& a) {
     LoadedScene scene = reading.get();
     const ChosenCamera chosen = scene.camera(scene.frame_rate().seconds(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
-                           {.context = context, .colors = config, .shutter = a.shutter, .frees_scene = true});
+                           {.context = context,
+                            .colors = config,
+                            .shutter = a.shutter,
+                            .frees_scene = true,
+                            .checkpoint = checkpoint_of(a)});
+    Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
     times.load = clock.lap();
     stop_point(a.outputs[0], "before rendering");
@@ -58,14 +78,17 @@ void render_picture(const RenderArguments& a) {
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, chosen.origin,
                  context->renderer());
 
+    if (const double samples = checkpoint ? checkpoint->earlier_samples(settings.height) : 0; samples > 0)
+        console.note("goes on after {:g} of {} samples per pixel", samples, settings.samples);
+
     RenderResult result;
     bool rendering = false;  // the pilots are through
     int samples_done = 0;
     {
         ProgressDisplay display(stderr, a.quiet, settings.time_limit);
         const Interruptible stops([&] {
-            stop_point(a.outputs[0], rendering ? fmt::format("after {} samples per pixel", samples_done)
-                                               : std::string("before rendering"));
+            stop_point(a.outputs[0],
+                       rendering ? after_samples(samples_done, checkpoint) : std::string("before rendering"));
         });
         const StepWatch programs([&](const char* what, int number) {
             display.show_step(what, number);
@@ -81,10 +104,13 @@ void render_picture(const RenderArguments& a) {
         result = renderer.render([&](const RenderProgress& progress) {
             display.show(progress);
             samples_done = progress.samples_done;
+            if (checkpoint && stop_signal()) return false;  // the sample is complete and will be saved
             interruption_point();
             return true;
         });
     }
+    if (result.stats.interrupted) stop_point(a.outputs[0], after_samples(samples_done, checkpoint));
+    if (checkpoint && !checkpoint->problem().empty()) console.warn("checkpoint not saved: {}", checkpoint->problem());
     times.load += renderer.load_seconds();
     times.render = clock.lap() - renderer.load_seconds();
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
@@ -94,6 +120,7 @@ void render_picture(const RenderArguments& a) {
         const WritingFiles writing;
         const PictureInfo info = picture_info(renderer, result, a, error);
         for (const auto& path : a.outputs) write_picture(path, result, info);
+        if (checkpoint) checkpoint->remove();
         if (a.graph) write_file(*a.graph, renderer.graph_dot());
         times.write = clock.lap();
         times.total = clock.seconds();

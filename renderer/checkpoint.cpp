@@ -1,0 +1,227 @@
+#include "renderer/checkpoint.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/core/hash.h"
+#include "engine/io/files.h"
+
+namespace halflight {
+namespace {
+
+constexpr std::string_view kMagic = "halflight checkpoint 1\n";
+constexpr std::string_view kSuffix = ".sums";
+constexpr std::uint64_t kMostHeader = 65536;  // bytes
+
+/// The head of a file: a line of JSON after kMagic. The arrays follow, each after its size, and then a hash of all
+/// that.
+struct Head {
+    SavedBand band;
+    std::string fingerprint;
+};
+
+std::string text_of(const Head& head) {
+    const SavedBand& b = head.band;
+    const nlohmann::json json = {{"fingerprint", head.fingerprint},
+                                 {"y", b.y},
+                                 {"rows", b.rows},
+                                 {"samples", b.samples},
+                                 {"first_half", b.first_half},
+                                 {"complete", b.complete},
+                                 {"seconds", b.seconds},
+                                 {"bad_values", b.bad_values}};
+    return fmt::format("{}{}\n", kMagic, json.dump());
+}
+
+class Reader {
+  public:
+    /// Reads the head. Throws Error where there is none.
+    explicit Reader(std::filesystem::path file) : path_(std::move(file)), source_(path_) {
+        std::string buffer;
+        const std::string_view text = source_.read(0, std::min(kMostHeader, source_.size()), buffer);
+        const std::size_t end = text.find('\n', kMagic.size());
+        if (!text.starts_with(kMagic) || end == std::string_view::npos) fail();
+        try {
+            const auto json = nlohmann::json::parse(text.substr(kMagic.size(), end - kMagic.size()));
+            SavedBand& b = head.band;
+            json.at("fingerprint").get_to(head.fingerprint);
+            json.at("y").get_to(b.y), json.at("rows").get_to(b.rows), json.at("samples").get_to(b.samples);
+            json.at("first_half").get_to(b.first_half), json.at("complete").get_to(b.complete);
+            json.at("seconds").get_to(b.seconds), json.at("bad_values").get_to(b.bad_values);
+        } catch (const nlohmann::json::exception&) {
+            fail();
+        }
+        next(end + 1);
+    }
+    std::string_view array() {
+        const auto size = number();
+        return next(size);
+    }
+    /// Throws Error unless the hash follows, and then the end.
+    void check_end() {
+        const std::uint64_t hash = hash_.value();
+        if (number() != hash || at_ != source_.size()) fail();
+    }
+
+    Head head;
+
+  private:
+    std::uint64_t number() {
+        std::uint64_t value = 0;
+        std::memcpy(&value, next(sizeof(value)).data(), sizeof(value));
+        return value;
+    }
+    std::string_view next(std::uint64_t size) {
+        if (size > source_.size() - at_) fail();
+        const std::string_view bytes = source_.read(at_, size, buffer_);
+        hash_.add_bytes(bytes.data(), bytes.size());
+        at_ += size;
+        return bytes;
+    }
+    [[noreturn]] void fail() const {
+        throw Error(path_.string(), "is no complete checkpoint; --overwrite begins the picture anew");
+    }
+
+    std::filesystem::path path_;
+    ByteSource source_;
+    std::string buffer_;
+    std::uint64_t at_ = 0;
+    Hash hash_;
+};
+
+/// Locks an open folder. Waits for a process that was killed, whose last writes can take seconds.
+void lock(int folder, const std::filesystem::path& path) {
+    constexpr double kMostSeconds = 5;
+    const Stopwatch watch;
+    while (flock(folder, LOCK_EX | LOCK_NB) != 0) {
+        if (errno != EWOULDBLOCK) return;  // a file system without locks
+        if (watch.seconds() > kMostSeconds) throw Error(path.string(), "another process renders this picture");
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+}
+
+/// Returns the files of bands in a folder.
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().extension() == kSuffix && entry.is_regular_file()) files.push_back(entry.path());
+    return files;
+}
+
+}  // namespace
+
+Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, bool fresh)
+    : folder_(std::move(folder)), fingerprint_(std::move(fingerprint)), interval_(interval) {
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (error) throw Error(folder_.string(), "cannot be made: {}", error.message());
+    check_writable(file_of(0));
+    lock_ = open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (lock_ < 0) throw Error(folder_.string(), "cannot be opened: {}", std::strerror(errno));
+    try {
+        lock(lock_, folder_);
+        for (const auto& file : files_in(folder_)) {
+            if (fresh) {
+                std::filesystem::remove(file);
+                continue;
+            }
+            const Reader reader(file);
+            if (reader.head.fingerprint != fingerprint_)
+                throw Error(folder_.string(),
+                            "was made with other settings or from another scene; --overwrite begins the picture anew");
+            earlier_[reader.head.band.y] = reader.head.band;
+            earlier_seconds_ = std::max(earlier_seconds_, reader.head.band.seconds);
+        }
+    } catch (const std::filesystem::filesystem_error& e) {
+        close(lock_);
+        throw Error(folder_.string(), "cannot be read: {}", e.code().message());
+    } catch (...) {
+        close(lock_);
+        throw;
+    }
+}
+
+Checkpoint::~Checkpoint() {
+    std::error_code not_empty;
+    std::filesystem::remove(folder_, not_empty);
+    close(lock_);
+}
+
+std::filesystem::path Checkpoint::file_of(int y) const {
+    return folder_ / fmt::format("rows-{:05}{}", y, kSuffix);
+}
+
+double Checkpoint::earlier_samples(int height) const {
+    double sum = 0;
+    for (const auto& [y, band] : earlier_) sum += double(band.samples) * std::min(band.rows, height - y);
+    return sum / height;
+}
+
+void Checkpoint::save(SavedBand band, std::size_t arrays, const std::function<Bytes(std::size_t)>& array) {
+    band.seconds = earlier_seconds_ + watch_.seconds();
+    const std::string text = text_of({band, fingerprint_});
+    const std::filesystem::path file = file_of(band.y);
+    try {
+        write_unnamed(file, [&](const std::filesystem::path& temporary) {
+            CheckedFile to(temporary, file.string());
+            Hash hash;
+            const auto write = [&](const void* bytes, std::size_t count) {
+                hash.add_bytes(bytes, count);
+                to.write(bytes, count);
+            };
+            const auto write_number = [&](std::uint64_t value) { write(&value, sizeof(value)); };
+            write(text.data(), text.size());
+            for (std::size_t i = 0; i < arrays; ++i) {
+                const Bytes bytes = array(i);
+                write_number(bytes.size());
+                write(bytes.data(), bytes.size());
+            }
+            write_number(hash.value());
+            to.close();
+        });
+        problem_.clear();
+    } catch (const Error& e) {
+        problem_ = e.what();
+    }
+    since_save_ = {};
+}
+
+std::optional<SavedBand> Checkpoint::load(int y, int rows, std::size_t arrays,
+                                          const std::function<void(std::size_t, Bytes)>& take) const {
+    const auto of_rows = std::ranges::find_if(
+        earlier_, [&](const auto& e) { return e.first < y + rows && y < e.first + e.second.rows; });
+    if (of_rows == earlier_.end()) return std::nullopt;
+    if (of_rows->first != y || of_rows->second.rows != rows)
+        throw Error(folder_.string(),
+                    "was made with bands of {} rows, not {}, by another driver or within other memory; --overwrite "
+                    "begins the picture anew",
+                    of_rows->second.rows, rows);
+    Reader reader(file_of(y));
+    for (std::size_t i = 0; i < arrays; ++i) {
+        const std::string_view bytes = reader.array();
+        const auto* const from = reinterpret_cast<const std::byte*>(bytes.data());
+        take(i, {from, from + bytes.size()});
+    }
+    reader.check_end();
+    return reader.head.band;
+}
+
+void Checkpoint::remove() {
+    std::error_code error;
+    for (const auto& file : files_in(folder_)) std::filesystem::remove(file, error);
+    earlier_.clear();
+}
+
+}  // namespace halflight

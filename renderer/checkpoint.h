@@ -1,0 +1,75 @@
+// Checkpoints of a picture: the sums of its bands in files, from which a later run goes on to the same bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/core/stopwatch.h"
+
+namespace halflight {
+
+/// A band when it was saved.
+struct SavedBand {
+    int y = 0;                              // first row of the picture, pixels
+    int rows = 0;                           // number of rows of the picture, pixels
+    int samples = 0;                        // number of samples of each pixel, > 0
+    int first_half = 0;                     // number of samples of the first half
+    bool complete = false;                  // the band gets no further samples
+    double seconds = 0;                     // time of the picture so far, earlier runs and other bands included
+    std::vector<std::uint64_t> bad_values;  // BadValueSums of the picture so far
+};
+
+/// The checkpoint of one picture: a folder with a file for each band. Files appear complete or not at all. The folder
+/// is locked while the object lives; the destructor removes an empty folder.
+class Checkpoint {
+  public:
+    using Bytes = std::vector<std::byte>;
+
+    /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart. interval: seconds
+    /// between two saves, > 0. fresh: removes the files of earlier runs. Throws Error where the folder cannot be
+    /// written, where another process has it open, and where a file is damaged or has another fingerprint.
+    Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, bool fresh = false);
+    Checkpoint(const Checkpoint&) = delete;
+    Checkpoint& operator=(const Checkpoint&) = delete;
+    ~Checkpoint();
+
+    /// Returns whether the interval has passed since the last save.
+    bool due() const { return since_save_.seconds() >= interval_; }
+    /// Returns the seconds of earlier runs.
+    double earlier_seconds() const { return earlier_seconds_; }
+    /// Returns the samples per pixel that earlier runs have saved, as a mean over `height` rows.
+    double earlier_samples(int height) const;
+
+    /// Saves a band, whose arrays are number 0 to `arrays` - 1 of `array`. Sets SavedBand::seconds. Where that fails,
+    /// for example on a full disk, the last file of the band stays, and problem() says why.
+    void save(SavedBand band, std::size_t arrays, const std::function<Bytes(std::size_t)>& array);
+    /// Returns the last failure of save() since one succeeded; empty: none.
+    const std::string& problem() const { return problem_; }
+    /// Returns a band that an earlier run has saved; none where there is none. Calls `take` with each array. Throws
+    /// Error where the file is damaged, or where bands had another number of rows.
+    std::optional<SavedBand> load(int y, int rows, std::size_t arrays,
+                                  const std::function<void(std::size_t, Bytes)>& take) const;
+
+    /// Removes all files and the folder, after the picture was written.
+    void remove();
+
+  private:
+    std::filesystem::path file_of(int y) const;
+
+    std::filesystem::path folder_;
+    std::string fingerprint_;
+    double interval_;
+    int lock_ = -1;  // descriptor of the folder
+    std::map<int, SavedBand> earlier_;
+    double earlier_seconds_ = 0;
+    std::string problem_;
+    Stopwatch watch_, since_save_;
+};
+
+}  // namespace halflight

@@ -1,0 +1,92 @@
+// Tests checkpoints of single pictures: halflight render --checkpoint.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "tests/cli/output_test.h"
+
+namespace halflight::test {
+namespace {
+
+class CheckpointOption : public Output {
+  protected:
+    /// Returns arguments of 60 samples that are saved all the time.
+    Strings arguments(const std::string& output, Strings more = {}) const {
+        Strings all = {"render", scene,       output,  "--width",        "48",           "--height", "48", "--samples",
+                       "60",     "--denoise", "--aov", "variance,noisy", "--checkpoint", "0.02"};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+    /// Runs the program and ends it by a signal once the checkpoint has a file.
+    Outcome stop(const Strings& command, int signal) const {
+        bool sent = false;
+        RunOptions options;
+        options.terminal = true;  // the progress bar gives something to watch
+        options.watch = [&](pid_t child, const std::string&) {
+            if (!sent && std::filesystem::exists(saved)) sent = kill(child, signal) == 0;
+        };
+        return run_program(command, options);
+    }
+
+    const std::filesystem::path checkpoint = file("a.exr.checkpoint");
+    const std::filesystem::path saved = checkpoint / "rows-00000.sums";
+};
+
+TEST_F(CheckpointOption, InterruptedPicturesGoOnToTheSameBits) {
+    const Outcome whole = run_program(arguments(file("whole.exr")));
+    ASSERT_EQ(whole.status, 0) << whole.err;
+    EXPECT_FALSE(std::filesystem::exists(file("whole.exr.checkpoint")));
+    for (const int signal : {SIGTERM, SIGKILL, SIGINT}) {
+        const Outcome stopped = stop(arguments(file("a.exr")), signal);
+        EXPECT_EQ(stopped.status, 128 + signal) << stopped.err;
+        EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
+        EXPECT_TRUE(std::filesystem::exists(saved));
+        const bool told =
+            stopped.err.find("per pixel; the same command goes on from its checkpoint") != std::string::npos;
+        EXPECT_EQ(told, signal != SIGKILL) << stopped.err;
+    }
+    const Outcome rest = run_program(arguments(file("a.exr")));
+    EXPECT_EQ(rest.status, 0) << rest.err;
+    EXPECT_NE(rest.err.find("goes on after"), std::string::npos) << rest.err;
+    EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
+    EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+TEST_F(CheckpointOption, OtherPicturesAreRefused) {
+    stop(arguments(file("a.exr")), SIGTERM);
+    const Outcome other = run_program(arguments(file("a.exr"), {"--seed", "3"}));
+    EXPECT_EQ(other.status, 1);
+    EXPECT_EQ(other.err, "halflight: " + checkpoint.string() +
+                             ": was made with other settings or from another scene; --overwrite begins the picture "
+                             "anew\n");
+    EXPECT_TRUE(std::filesystem::exists(saved));
+    const Outcome anew = run_program(arguments(file("a.exr"), {"--seed", "3", "--overwrite"}));
+    EXPECT_EQ(anew.status, 0) << anew.err;
+    EXPECT_EQ(anew.err.find("goes on after"), std::string::npos) << anew.err;
+    const Outcome plain = run_program(arguments(file("b.exr"), {"--seed", "3"}));
+    EXPECT_TRUE(same_pixels(file("a.exr"), file("b.exr")));
+}
+
+TEST_F(CheckpointOption, FullDisksEndNoPicture) {
+    // The sums of a band take 700 kB, the picture 60 kB.
+    const RunOptions limited{.wrapper = {"prlimit", "--fsize=300000"}};
+    const Outcome outcome = run_program(arguments(file("a.exr")), limited);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("warning: checkpoint not saved: " + saved.string()), std::string::npos) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(file("a.exr")));
+    EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+TEST_F(CheckpointOption, OptionsThatKeepNoneAreRefused) {
+    for (const Strings& more : {Strings{"--error", "0.01"}, {"--adaptive"}, {"--denoise-frames", "1"}}) {
+        const Outcome outcome = run_program(arguments(file("a.exr"), more));
+        EXPECT_EQ(outcome.status, 2);
+        EXPECT_NE(outcome.err.find("--checkpoint"), std::string::npos) << outcome.err;
+    }
+    const Outcome alone = run_program({"render", scene, file("a.exr"), "--overwrite"});
+    EXPECT_EQ(alone.err, "halflight: --overwrite: needs --frames or --checkpoint\n");
+}
+
+}  // namespace
+}  // namespace halflight::test

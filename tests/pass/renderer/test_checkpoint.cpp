@@ -1,0 +1,119 @@
+// Tests that pictures which go on from a checkpoint have the bits of pictures that were never stopped.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "engine/core/error.h"
+#include "renderer/checkpoint.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/error_message.h"
+#include "tests/support/gpu_test.h"
+#include "tests/support/process.h"
+
+namespace halflight::test {
+namespace {
+
+class CheckpointTest : public GpuTest {
+  protected:
+    /// Returns settings of 45 x 60 pixels in four bands, 7 samples.
+    RenderSettings settings(bool denoise = false) const {
+        RenderSettings s = all_settings(scene, 45, 60, 7);
+        s.band_pixels = 48 * 16;
+        s.denoise = denoise;
+        if (denoise) s.aovs.push_back("noisy");
+        return s;
+    }
+    /// Renders with a checkpoint, and stops after `samples` calls of the callback; 0: does not stop.
+    RenderResult render(RenderSettings s, int samples = 0) {
+        Checkpoint checkpoint(path(), "cornell", 1e9);
+        s.checkpoint = &checkpoint;
+        int calls = 0;
+        RenderResult result = Renderer(prepared, colors, s).render([&](const RenderProgress&) {
+            ++calls;
+            return calls != samples;
+        });
+        EXPECT_EQ(checkpoint.problem(), "");
+        return result;
+    }
+    RenderResult whole(const RenderSettings& s) { return Renderer(prepared, colors, s).render(); }
+    std::filesystem::path path() const { return folder / "a.checkpoint"; }
+    std::filesystem::path band(const char* rows) const { return path() / fmt::format("rows-{}.sums", rows); }
+
+    TemporaryFolder folder;
+    Scene scene = shiny_cornell();
+    PreparedScene prepared{context, scene};
+    ColorConfig colors = ColorConfig::load();
+};
+
+TEST_F(CheckpointTest, StoppedPicturesGoOnToTheSameBits) {
+    for (const bool denoise : {false, true}) {
+        const RenderSettings s = settings(denoise);
+        const RenderResult expected = whole(s);
+        // Stops are in the first band, at the end of a band, and in the last band.
+        for (const int calls : {3, 11, 2}) {
+            const RenderResult part = render(s, calls);
+            EXPECT_TRUE(part.stats.interrupted);
+            EXPECT_FALSE(same_bits(part.beauty, expected.beauty));
+        }
+        EXPECT_TRUE(std::filesystem::exists(band("00032"))) << "16 of 28 samples were rendered";
+        const RenderResult result = render(s);
+        expect_same(result, expected);
+        EXPECT_EQ(result.stats.samples, 7);
+        // All bands are complete now: nothing is rendered.
+        expect_same(render(s, 1), expected);
+        Checkpoint(path(), "cornell", 1).remove();
+        EXPECT_FALSE(std::filesystem::exists(path()));
+    }
+}
+
+TEST_F(CheckpointTest, CountsSamplesAndTimeOfEarlierRuns) {
+    render(settings(), 10);  // 7 samples of 16 rows, then 3
+    Checkpoint checkpoint(path(), "cornell", 1);
+    EXPECT_DOUBLE_EQ(checkpoint.earlier_samples(60), (7 * 16 + 3 * 16) / 60.0);
+    EXPECT_GT(checkpoint.earlier_seconds(), 0);
+    EXPECT_EQ(error_message([&] { Checkpoint second(path(), "cornell", 1); }),
+              path().string() + ": another process renders this picture");
+}
+
+TEST_F(CheckpointTest, OtherPicturesAreRefused) {
+    render(settings(), 10);
+    EXPECT_EQ(
+        error_message([&] { Checkpoint other(path(), "room", 1); }),
+        path().string() + ": was made with other settings or from another scene; --overwrite begins the picture anew");
+    RenderSettings wide = settings();
+    wide.band_pixels = 48 * 32;
+    EXPECT_EQ(error_message([&] { render(wide); }),
+              path().string() +
+                  ": was made with bands of 16 rows, not 32, by another driver or within other memory; --overwrite "
+                  "begins the picture anew");
+    RenderSettings to_error = settings();
+    to_error.samples = 64, to_error.error = ErrorTarget{};
+    EXPECT_NE(error_message([&] { render(to_error); }).find("checkpoints cannot be combined"), std::string::npos);
+    { Checkpoint fresh(path(), "room", 1, true); }
+    EXPECT_FALSE(std::filesystem::exists(path())) << "an empty folder stays";
+}
+
+TEST_F(CheckpointTest, DamagedFilesAreRefused) {
+    render(settings(), 5);
+    const std::string good = read_text(band("00000"));
+    const auto message = [&](const std::string& bytes) {
+        write_text(band("00000"), bytes);
+        return error_message([&] { render(settings()); });
+    };
+    const std::string damaged =
+        band("00000").string() + ": is no complete checkpoint; --overwrite begins the picture anew";
+    for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{100}, good.size() / 2, good.size() - 1})
+        EXPECT_EQ(message(good.substr(0, size)), damaged) << size;
+    EXPECT_EQ(message(good + "x"), damaged);
+    for (const std::size_t at : {std::size_t{5}, std::size_t{40}, good.size() / 2, good.size() - 1}) {
+        std::string bad = good;
+        bad[at] = static_cast<char>(bad[at] ^ 1);
+        EXPECT_NE(message(bad), "") << at;
+    }
+    write_text(band("00000"), good);
+    expect_same(render(settings()), whole(settings()));
+}
+
+}  // namespace
+}  // namespace halflight::test
