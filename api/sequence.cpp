@@ -257,6 +257,9 @@ void check_outputs(const SequenceOptions& o) {
     for (const std::uint32_t frame : part_of(o.frames, o.part))
         for (auto& path : files_of(o, frame)) files.push_back(std::move(path));
     if (o.movie) files.push_back(*o.movie);
+    for (const auto& pattern : o.outputs) make_folder_of(pattern);
+    if (o.movie) make_folder_of(*o.movie);
+    if (o.stats) make_folder_of(*o.stats);
     remove_abandoned(files);
     for (const auto& pattern : o.outputs) {
         try {

@@ -217,6 +217,13 @@ void remove_abandoned(std::span<const fs::path> paths) {
     }
 }
 
+void make_folder_of(const fs::path& path) {
+    if (!path.has_parent_path()) return;
+    std::error_code error;
+    fs::create_directories(path.parent_path(), error);
+    if (error) throw Error(path.string(), "cannot write: {}", error.message());
+}
+
 void check_writable(const fs::path& path) {
     struct WouldWork {};
     try {

@@ -29,6 +29,10 @@ void write_unnamed(const std::filesystem::path& path,
 /// processes and on file systems without locks are kept, and so are those that cannot be removed.
 void remove_abandoned(std::span<const std::filesystem::path> paths);
 
+/// Makes the folder of a file, and the folders that it is in, where they are missing. Throws Error with `path` and the
+/// system's reason.
+void make_folder_of(const std::filesystem::path& path);
+
 /// Throws Error if a file of this name cannot be written, as far as can be tested without writing it.
 void check_writable(const std::filesystem::path& path);
 

@@ -23,7 +23,6 @@ class Sequence : public testing::Test {
     /// Renders frames to folder/into/f.####.exr. Defaults: 16 x 16 pixels, two samples; `more` overrides them.
     Outcome run(const std::string& into, const std::string& frames, const Strings& more = {},
                 const RunOptions& options = {}) {
-        fs::create_directory(folder / into);
         Strings arguments = {"render",    scene,      folder / into / "f.####.exr",
                              "--frames",  frames,     "--width",
                              "16",        "--height", "16",

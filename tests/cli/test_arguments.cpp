@@ -241,12 +241,11 @@ TEST_F(Refusal, FilesThatWouldBeOverwritten) {
 }
 
 TEST_F(Refusal, UnwritableFiles) {
-    expect({"render", scene, folder / "none" / "out.exr"}, 1, ".*out.exr: cannot write: No such file or directory");
     std::filesystem::create_directory(folder / "dir.exr");
     expect({"render", scene, folder / "dir.exr"}, 1, ".*dir.exr: cannot write: Is a directory");
-    expect_render({"--stats", folder / "none" / "stats.json"}, 1, ".*stats.json: cannot write: .*");
-    expect_render({"--dump-graph", folder / "none" / "graph.dot"}, 1, ".*graph.dot: cannot write: .*");
     write_text(folder / "file", "");
+    expect_render({"--stats", folder / "file" / "stats.json"}, 1, ".*stats.json: cannot write: .*");
+    expect_render({"--dump-graph", folder / "file" / "graph.dot"}, 1, ".*graph.dot: cannot write: .*");
     expect({"render", scene, folder / "file" / "out.exr"}, 1, ".*out.exr: cannot write: Not a directory");
 }
 

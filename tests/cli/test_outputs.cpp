@@ -250,6 +250,12 @@ TEST_F(Output, StrictWritesNothingAfterABadValue) {
     EXPECT_EQ(folder.entries(), files);
 }
 
+TEST_F(Output, FoldersAreMade) {
+    render({file("new/deeper/a.exr"), "--stats", file("other/a.json")});
+    EXPECT_EQ(read_exr(file("new/deeper/a.exr")).width, 32);
+    EXPECT_NE(read_text(file("other/a.json")), "");
+}
+
 TEST_F(Output, TimeLimitDecides) {
     render({file("a.exr"), "--samples", "1"});  // compiles the shaders, which the driver then caches
     const Outcome outcome = run_program({"render", scene, file("b.exr"), "--width", "32", "--height", "32", "--time",

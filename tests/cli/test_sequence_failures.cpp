@@ -45,10 +45,14 @@ TEST_F(Sequence, AFailedWriteConcernsItsFrameOnly) {
         << outcome.err;
     EXPECT_TRUE(fs::exists(file("out", 1)) && fs::exists(file("out", 3)));
 
-    const Outcome nowhere = run_program({"render", scene, folder / "none" / "f.#.exr", "--frames", "1"});
+    write_text(folder / "file", "");
+    const Outcome nowhere = run_program({"render", scene, folder / "file" / "f.#.exr", "--frames", "1"});
     EXPECT_EQ(nowhere.status, 1);
-    EXPECT_TRUE(std::regex_match(nowhere.err, std::regex(".*none/f.#.exr: cannot write: No such file.*\n")))
+    EXPECT_TRUE(std::regex_match(nowhere.err, std::regex(".*file/f.#.exr: cannot write: Not a directory\n")))
         << nowhere.err;
+    const Outcome deep = run("none/deeper", "1");
+    EXPECT_EQ(deep.status, 0) << deep.err;
+    EXPECT_TRUE(fs::exists(file("none/deeper", 1)));
 }
 
 TEST_F(Sequence, FullDisk) {

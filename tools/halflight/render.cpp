@@ -19,11 +19,12 @@
 namespace halflight {
 namespace {
 
-/// Throws Error for files that cannot be written, before the long work.
+/// Makes the folders of files that are written. Throws Error for files that cannot be written, before the long work.
 void check_outputs(const RenderArguments& a) {
     std::vector<std::filesystem::path> files = a.outputs;
     if (a.stats) files.push_back(*a.stats);
     if (a.graph) files.push_back(*a.graph);
+    for (const auto& path : files) make_folder_of(path);
     remove_abandoned(files);
     for (const auto& path : files) check_writable(path);
 }
