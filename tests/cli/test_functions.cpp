@@ -49,8 +49,18 @@ TEST(FrameNames, PlaceholdersStandForNumbers) {
 }
 
 TEST(Console, OneLineForAnyText) {
-    EXPECT_EQ(one_line("a\nb\x1b[31m"), "a?b?[31m");
+    EXPECT_EQ(one_line("a\nb\x1b[31m \n"), "a b?[31m");
     EXPECT_EQ(one_line("größe"), "größe");
+    EXPECT_EQ(one_line("a\xc2\x9b"
+                       "31m \xc2\xa0"),
+              "a?31m \xc2\xa0")
+        << "C1 controls, but no-break spaces stay";
+    std::string longest;
+    for (int i = 0; i < 100000; ++i) longest += "ö";
+    const std::string cut = one_line("x" + longest + "end");
+    EXPECT_LE(cut.size(), kMostMessage);
+    EXPECT_TRUE(cut.starts_with("xö") && cut.ends_with("öend") && cut.find("ö [...] ö") != std::string::npos) << cut;
+    EXPECT_LE(std::string(Error(longest, longest).what()).size(), kMostMessage);
 }
 
 TEST(PictureSize, MissingSizesFollowFromTheCamera) {

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 
 #include "tests/cli/output_test.h"
 
@@ -17,6 +18,29 @@ TEST_F(Progress, InLines) {
     EXPECT_NE(plain.err.find("20/20 samples, "), std::string::npos) << plain.err;
     EXPECT_LT(std::count(plain.err.begin(), plain.err.end(), '\n'), 15) << plain.err;
     EXPECT_EQ(render({file("b.exr"), "--quiet"}).err, "");
+}
+
+TEST_F(Progress, AsJson) {
+    const auto objects = [](const std::string& lines) {
+        std::vector<nlohmann::json> all;
+        std::istringstream stream(lines);
+        for (std::string line; std::getline(stream, line);) all.push_back(nlohmann::json::parse(line));
+        return all;
+    };
+    auto picture = objects(render({file("a.exr"), "--samples", "20", "--quiet", "--progress", "json"}).err);
+    std::erase_if(picture, [](const nlohmann::json& line) { return line.contains("step"); });
+    ASSERT_FALSE(picture.empty());
+    const nlohmann::json& last = picture.back();
+    EXPECT_EQ(last.at("share"), 1);
+    EXPECT_EQ(last.at("samples"), 20);
+    EXPECT_EQ(last.at("samples_total"), 20);
+    EXPECT_EQ(last.at("seconds_remaining"), 0);
+    const auto frames = objects(render({file("f.#.exr"), "--frames", "1-2", "--quiet", "--progress", "json"}).err);
+    EXPECT_EQ(frames.back().at("frame"), 2);
+    EXPECT_EQ(frames.back().at("made"), 2);
+    EXPECT_EQ(frames.back().at("frames"), 2);
+    EXPECT_EQ(run_program({"render", scene, file("b.exr"), "--progress", "xml"}).err,
+              "halflight: --progress: expects text or json, not 'xml'\n");
 }
 
 TEST_F(Progress, AsABar) {

@@ -8,11 +8,9 @@
 #include <string_view>
 
 #include "api/halflight/log.h"
+#include "engine/core/one_line.h"
 
 namespace halflight {
-
-/// Returns `text` with control characters replaced, so that it is one line whatever names it quotes.
-std::string one_line(std::string_view text);
 
 /// Writes `text` to `stream` unchanged. Failures are ignored: a closed or full stderr must not lose a picture.
 void put(std::FILE* stream, std::string_view text);

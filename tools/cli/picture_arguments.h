@@ -47,6 +47,7 @@ struct RenderArguments : ViewArguments, OutputOptions {
 
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;
+    bool json_progress = false;  // progress as lines of JSON, also where `quiet`
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };

@@ -79,6 +79,14 @@ void add_run_options(Options& options, RenderArguments& a) {
                       a.settings.tile_bytes = size_of_text(name, text);
                       a.tile_textures = true;
                   });
+    options.value("--progress", "text|json",
+                  "form of progress on stderr: a bar or lines of text, or lines of JSON, which --quiet leaves (default "
+                  "text)",
+                  [&](const auto& name, const auto& text) {
+                      if (text != "text" && text != "json")
+                          throw UsageError(name, "expects text or json, not '{}'", text);
+                      a.json_progress = text == "json";
+                  });
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",

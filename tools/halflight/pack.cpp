@@ -16,7 +16,7 @@ void run_pack(const PackArguments& a) {
     check_writable(a.output);
     remove_abandoned({&a.output, 1});
     const Stopwatch watch;
-    ProgressDisplay display(stderr, a.quiet, 0);
+    ProgressDisplay display(stderr, progress_form(a.quiet), 0);
     PackOptions options;
     options.allow_outside = a.allow_outside;
     options.progress = [&](double share) {

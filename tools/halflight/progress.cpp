@@ -14,7 +14,8 @@
 namespace halflight {
 namespace {
 
-constexpr double kSecondsPerBar = 0.1;  // minimum seconds between bars, so that they are readable
+constexpr double kSecondsPerBar = 0.1;   // minimum seconds between bars, so that they are readable
+constexpr double kSecondsPerObject = 1;  // minimum seconds between objects of JSON
 
 bool is_terminal(std::FILE* stream) {
     const char* term = std::getenv("TERM");
@@ -24,6 +25,12 @@ bool is_terminal(std::FILE* stream) {
 int columns(std::FILE* stream) {
     winsize size{};
     return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+/// Writes an object of JSON as a line.
+void put_object(std::FILE* stream, const std::string& members) {
+    put(stream, fmt::format("{{{}}}\n", members));
+    std::fflush(stream);
 }
 
 /// Returns the share of the work that is done, [0, 1].
@@ -63,12 +70,21 @@ std::string sequence_text(std::size_t done, std::size_t total, double seconds) {
                        clock_text(std::ceil(each * static_cast<double>(total - std::min(done, total)))));
 }
 
-ProgressDisplay::ProgressDisplay(std::FILE* stream, bool quiet, double time_limit)
+std::string progress_json(const RenderProgress& progress, double time_limit) {
+    return fmt::format(R"("share": {:.4f}, "samples": {}, "samples_total": {}, "seconds": {:.2f}, )"
+                       R"("seconds_remaining": {:.2f})",
+                       fraction(progress, time_limit), progress.samples_done,
+                       progress.samples_total == kMaxSamples ? "null" : fmt::to_string(progress.samples_total),
+                       progress.seconds, seconds_remaining(progress, time_limit));
+}
+
+ProgressDisplay::ProgressDisplay(std::FILE* stream, ProgressForm form, double time_limit)
     : stream_(stream),
       time_limit_(time_limit),
-      mode_(quiet                 ? Mode::quiet
-            : is_terminal(stream) ? Mode::bar
-                                  : Mode::lines) {}
+      mode_(form == ProgressForm::none   ? Mode::quiet
+            : form == ProgressForm::json ? Mode::json
+            : is_terminal(stream)        ? Mode::bar
+                                         : Mode::lines) {}
 
 void ProgressDisplay::clear() {
     if (bar_shown_) put(stream_, "\r\033[K");
@@ -77,21 +93,24 @@ void ProgressDisplay::clear() {
 }
 
 void ProgressDisplay::show(const RenderProgress& progress) {
-    show(fraction(progress, time_limit_), progress.seconds, progress_text(progress, time_limit_));
+    show(fraction(progress, time_limit_), progress.seconds, progress_text(progress, time_limit_),
+         progress_json(progress, time_limit_));
 }
 
 void ProgressDisplay::show(double share, double seconds) {
-    show(share, seconds, share_text(share, seconds));
+    show(share, seconds, share_text(share, seconds),
+         fmt::format(R"("share": {:.4f}, "seconds": {:.2f})", share, seconds));
 }
 
 void ProgressDisplay::show_step(const char* what, int number) {
+    if (mode_ == Mode::json) put_object(stream_, fmt::format(R"("step": "{}", "number": {})", what, number));
     if (mode_ != Mode::bar) return;
     put(stream_, fmt::format("\r{}: {}\033[K", what, number));
     std::fflush(stream_);
     bar_shown_ = true;
 }
 
-void ProgressDisplay::show(double share, double seconds, const std::string& text) {
+void ProgressDisplay::show(double share, double seconds, const std::string& text, const std::string& json) {
     if (mode_ == Mode::bar) {
         if (drawn_at_ >= 0 && seconds - drawn_at_ < kSecondsPerBar) return;
         draw_bar(share, text);
@@ -100,6 +119,10 @@ void ProgressDisplay::show(double share, double seconds, const std::string& text
         const int tenths = static_cast<int>(share * 10);
         if (tenths > tenths_) put(stream_, fmt::format("halflight: {}\n", text));
         tenths_ = tenths;
+    } else if (mode_ == Mode::json) {
+        if (share < 1 && drawn_at_ >= 0 && seconds - drawn_at_ < kSecondsPerObject) return;
+        put_object(stream_, json);
+        drawn_at_ = seconds;
     }
 }
 
@@ -112,18 +135,20 @@ void ProgressDisplay::draw_bar(double share, const std::string& text) {
     bar_shown_ = true;
 }
 
-SequenceDisplay::SequenceDisplay(std::FILE* stream, bool quiet, std::size_t frames)
+SequenceDisplay::SequenceDisplay(std::FILE* stream, ProgressForm form, std::size_t frames)
     : stream_(stream),
-      quiet_(quiet),
-      terminal_(is_terminal(stream)),
+      form_(form),
+      terminal_(form == ProgressForm::text && is_terminal(stream)),
       frames_(frames),
       line_(fmt::format("0/{} frames", frames)) {}
 
 void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) {
-    if (quiet_ || !terminal_) return;
+    const bool json = form_ == ProgressForm::json;
+    if (!json && !terminal_) return;
     if (progress.seconds < drawn_at_) drawn_at_ = -1;  // another frame has begun
-    if (drawn_at_ >= 0 && progress.seconds - drawn_at_ < kSecondsPerBar) return;
+    if (drawn_at_ >= 0 && progress.seconds - drawn_at_ < (json ? kSecondsPerObject : kSecondsPerBar)) return;
     drawn_at_ = progress.seconds;
+    if (json) return put_object(stream_, fmt::format(R"("frame": {}, {})", frame, progress_json(progress, 0)));
     std::string text =
         fmt::format("{}, frame {}: {}/{} samples", line_, frame, progress.samples_done, progress.samples_total);
     text.resize(std::min(text.size(), static_cast<std::size_t>(std::max(columns(stream_) - 1, 0))));
@@ -135,7 +160,10 @@ void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) 
 void SequenceDisplay::made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds) {
     line_ = sequence_text(made + failed, frames_, seconds);
     drawn_at_ = -1;
-    if (quiet_ || terminal_) return;
+    if (form_ == ProgressForm::json)
+        put_object(stream_, fmt::format(R"("frame": {}, "made": {}, "failed": {}, "frames": {}, "seconds": {:.2f})",
+                                        frame, made, failed, frames_, seconds));
+    if (form_ != ProgressForm::text || terminal_) return;
     put(stream_, fmt::format("halflight: frame {} written: {}\n", frame, line_));
     std::fflush(stream_);
 }

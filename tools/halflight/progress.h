@@ -1,4 +1,4 @@
-// Progress on stderr: a bar on a terminal, occasional lines elsewhere.
+// Progress on stderr: a bar on a terminal, occasional lines elsewhere, or lines of JSON.
 #pragma once
 
 #include <cstddef>
@@ -25,10 +25,24 @@ std::string progress_text(const RenderProgress& progress, double time_limit);
 /// Returns "25 %, 0:03 elapsed, 0:09 remaining".
 std::string share_text(double share, double seconds);
 
+enum class ProgressForm : std::uint8_t {
+    none,
+    text,  // a bar on a terminal, which is detected by isatty() and TERM; lines elsewhere
+    json,  // an object per line, at most one per second
+};
+
+/// Returns the form that a command line asks for.
+inline ProgressForm progress_form(bool quiet, bool json = false) {
+    if (json) return ProgressForm::json;
+    return quiet ? ProgressForm::none : ProgressForm::text;
+}
+
+/// Returns the progress of a picture as an object of JSON without its braces.
+std::string progress_json(const RenderProgress& progress, double time_limit);
+
 class ProgressDisplay {
   public:
-    /// quiet: shows nothing. A terminal is detected by isatty() and TERM.
-    ProgressDisplay(std::FILE* stream, bool quiet, double time_limit);
+    ProgressDisplay(std::FILE* stream, ProgressForm form, double time_limit);
     ProgressDisplay(const ProgressDisplay&) = delete;
     ProgressDisplay& operator=(const ProgressDisplay&) = delete;
     ~ProgressDisplay() { clear(); }
@@ -36,28 +50,28 @@ class ProgressDisplay {
     void show(const RenderProgress& progress);
     /// Shows work without samples. share: the share that is done, [0, 1]; seconds: time since its start.
     void show(double share, double seconds);
-    /// Shows "compiling shaders: 3" on a terminal; shows nothing elsewhere.
+    /// Shows "compiling shaders: 3" on a terminal, or in JSON; shows nothing elsewhere.
     void show_step(const char* what, int number);
     /// Removes the bar, so that another line can be written.
     void clear();
 
   private:
-    void show(double share, double seconds, const std::string& text);
+    void show(double share, double seconds, const std::string& text, const std::string& json);
     void draw_bar(double share, const std::string& text);
 
-    enum class Mode { quiet, lines, bar };
+    enum class Mode { quiet, lines, bar, json };
     std::FILE* stream_;
     double time_limit_;
     Mode mode_;
-    double drawn_at_ = -1;  // time of the last bar, seconds; -1: none
+    double drawn_at_ = -1;  // time of the last bar or object, seconds; -1: none
     int tenths_ = 0;        // tenths of the work at the last line
     bool bar_shown_ = false;
 };
 
-/// Progress of a sequence: one updated line on a terminal, one line per frame elsewhere.
+/// Progress of a sequence: one updated line on a terminal, one line per frame elsewhere, or lines of JSON.
 class SequenceDisplay {
   public:
-    SequenceDisplay(std::FILE* stream, bool quiet, std::size_t frames);
+    SequenceDisplay(std::FILE* stream, ProgressForm form, std::size_t frames);
     SequenceDisplay(const SequenceDisplay&) = delete;
     SequenceDisplay& operator=(const SequenceDisplay&) = delete;
     ~SequenceDisplay() { clear(); }
@@ -71,11 +85,11 @@ class SequenceDisplay {
 
   private:
     std::FILE* stream_;
-    bool quiet_;
-    bool terminal_;
+    ProgressForm form_;
+    bool terminal_;  // form_ is text, and `stream_` a terminal
     std::size_t frames_;
     std::string line_;      // text about the earlier frames
-    double drawn_at_ = -1;  // time of the last line, seconds since the start of the frame; -1: none
+    double drawn_at_ = -1;  // time of the last line or object, seconds since the start of the frame; -1: none
     bool line_shown_ = false;
 };
 

@@ -86,7 +86,7 @@ void render_picture(const RenderArguments& a) {
     bool rendering = false;  // the pilots are through
     int samples_done = 0;
     {
-        ProgressDisplay display(stderr, a.quiet, settings.time_limit);
+        ProgressDisplay display(stderr, progress_form(a.quiet, a.json_progress), settings.time_limit);
         const Interruptible stops([&] {
             stop_point(a.outputs[0],
                        rendering ? after_samples(samples_done, checkpoint) : std::string("before rendering"));

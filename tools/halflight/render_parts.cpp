@@ -24,7 +24,7 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
     choice.packing = [&](double share) {
         if (const int signal = stop_signal()) throw Interrupted(signal, a.scene.string(), "not converted: interrupted");
         if (!display) {
-            display.emplace(stderr, a.quiet, 0);
+            display.emplace(stderr, progress_form(a.quiet), 0);
             watch = Stopwatch();
         }
         display->show(share, watch.seconds());

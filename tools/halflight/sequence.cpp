@@ -50,7 +50,7 @@ void run_sequence(const RenderArguments& a) {
     std::optional<SequenceDisplay> display;
     SequenceEvents events;
     events.started = [&](std::size_t todo) {
-        display.emplace(stderr, a.quiet, todo);
+        display.emplace(stderr, progress_form(a.quiet, a.json_progress), todo);
         clock = Stopwatch();
     };
     events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {
