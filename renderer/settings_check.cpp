@@ -1,11 +1,10 @@
 #include "renderer/settings_check.h"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/settings_table.h"
 #include "passes/picture/adaptive.h"
@@ -67,7 +66,8 @@ std::string kept_problem(const Kept& kept) {
     const std::vector<std::string> known = keepable_names();
     for (const std::string& name : kept.names())
         if (std::ranges::find(known, name) == known.end())
-            return fmt::format("cannot keep '{}'; known names are: {}", name, fmt::join(known, ", "));
+            return fmt::format("cannot keep '{}'; `halflight info SCENE --needs` lists the names without a *{}", name,
+                               did_you_mean(name, known));
     return "";
 }
 

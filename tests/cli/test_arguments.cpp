@@ -156,8 +156,9 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--preview", "fog"}, 2, "--preview: fog: 'fog' is no preview mode; there are: .*cache.*");
     expect_render({"--preview", "cache", "--error", "0.1"}, 2, "--preview: cannot be given together with --error");
     expect_render({"--keep", "clearcoat,smell"}, 2,
-                  "--keep: cannot keep 'smell'; known names are: shadow, .*clearcoat, .*");
-    expect_render({"--keep", "light tree"}, 2, "--keep: cannot keep 'light tree'; known names are: .*");
+                  "--keep: cannot keep 'smell'; `halflight info SCENE --needs` lists the names without a .");
+    expect_render({"--keep", "light tree"}, 2, "--keep: cannot keep 'light tree'; `halflight info SCENE --needs` .*");
+    expect_render({"--keep", "clearcaot"}, 2, "--keep: cannot keep 'clearcaot'; .*; did you mean 'clearcoat'\\?");
     expect_render({"--aov", "albedo,smell"}, 2, "--aov: has no layer 'smell'; known layers are: none, all, .*albedo.*");
 }
 

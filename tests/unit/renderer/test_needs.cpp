@@ -181,7 +181,7 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     settings.kept = Kept({"light tree", "shadow"});
     EXPECT_TRUE(error_message([&] {
                     check_settings(settings);
-                }).starts_with("render settings: cannot keep 'light tree'; known names are: "));
+                }).starts_with("render settings: cannot keep 'light tree'; `halflight info SCENE --needs` lists "));
     EXPECT_EQ(Kept().text(), "nothing");
     EXPECT_EQ(Kept::everything().text(), "everything");
     EXPECT_EQ(Kept({"vertex colours", "alpha tests"}).text(), "alpha tests,vertex colours");
