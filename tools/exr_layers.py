@@ -1,4 +1,4 @@
-"""Reads the channels of an OpenEXR file of scan lines, uncompressed or ZIP, without OpenEXR.
+"""Reads the channels of OpenEXR files of scan lines, uncompressed or ZIP, and writes uncompressed ones, without OpenEXR.
 
 Scripts use this module to compare the files of this project with what other programs read. The reader follows
 "OpenEXR File Layout" of openexr.com.
@@ -89,3 +89,27 @@ def manifest(path, layer):
         if name.startswith("cryptomatte/") and name.endswith("/name") and value.decode() == layer:
             return {n: int(i, 16) for n, i in json.loads(attributes[name[:-4] + "manifest"]).items()}
     raise KeyError(f"{path}: has no Cryptomatte {layer!r}")
+
+
+def write(path, channels):
+    """Writes channels of float32, {"R": array[height, width], ...}, as an uncompressed file."""
+    names = sorted(channels)  # files list channels by name
+    height, width = channels[names[0]].shape
+
+    def attribute(name, kind, value):
+        return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<I", len(value)) + value
+
+    listed = b"".join(name.encode() + b"\0" + struct.pack("<IB3xII", 2, 0, 1, 1) for name in names) + b"\0"
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    head = struct.pack("<II", 20000630, 2) + attribute("channels", "chlist", listed) + attribute("compression", "compression", b"\0") \
+        + attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window) \
+        + attribute("lineOrder", "lineOrder", b"\0") + attribute("pixelAspectRatio", "float", struct.pack("<f", 1)) \
+        + attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)) \
+        + attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + b"\0"
+    rows = numpy.stack([channels[name] for name in names], axis=1).astype("<f4")  # [height, channel, width]
+    line = 8 + rows[0].nbytes
+    start = len(head) + 8 * height
+    with open(path, "wb") as file:
+        file.write(head + struct.pack(f"<{height}Q", *(start + y * line for y in range(height))))
+        for y in range(height):
+            file.write(struct.pack("<iI", y, rows[y].nbytes) + rows[y].tobytes())
