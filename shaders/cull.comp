@@ -190,12 +190,12 @@ const int kWaiting = kTileEntries > kTileMaskBits ? 2 * kTileMaskBits : kTileMas
 int waiting_texel(int place) { return (place & (kWaiting - 1)) * kNodeTexels; }
 
 void main() {
-    uint tile = gl_GlobalInvocationID.x;
+    uint tile = min(gl_GlobalInvocationID.x, tiles - 1u);  // invocations beyond the last tile read that one
     BvhHead head = bvh_head(0u);
     ShaftSpace space = shaft_space(head);
     Shaft shaft = bounds_of(space, tile);
     // The bounds of a tile without rays are inverted. Its list is never read.
-    bool asked = tile < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
+    bool asked = gl_GlobalInvocationID.x < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
 #ifdef HALFLIGHT_LIST
     bool stale = asked;  // a place in a list belongs to another pixel in the next run
 #else
@@ -218,7 +218,7 @@ void main() {
 #endif
     uvec2 sums = uvec2(seed);
 #ifdef HALFLIGHT_ANY_HIT
-    TileBlockers blockers = TileBlockers(0u, blockers_of[min(tile, tiles - 1u)].latest);
+    TileBlockers blockers = TileBlockers(0u, blockers_of[tile].latest);
 #endif
     bool more = stale;
     TileEntry entry = root_entry(space);

@@ -18,7 +18,7 @@ void main() {
     uint key = alpha_key(path);
 #ifdef HALFLIGHT_ANY_HIT
     bool over = idle || occluded[path] != kFree;
-    Hit hit = search(ray, first_entry, over ? 0u : list_size, kNoHit, key, true);
+    Hit hit = search(ray, first_entry, over ? 0u : list_size, no_hit(), key, true);
     if (hit.triangle != kMiss) {
         occluded[path] = floatBitsToUint(hit.t) == floatBitsToUint(not_a_number()) ? kUnfinished : kOccluded;
     }

@@ -53,12 +53,12 @@ void main() {
     stack_near[0] = floatBitsToInt(ray.t_min);
     int entries = ray.t_max >= ray.t_min && !still_waits ? 1 : 0;
 #ifdef HALFLIGHT_ANY_HIT
-    Hit hit = traverse_from(ray, entries, kNoHit, alpha_key(path), true);
+    Hit hit = traverse_from(ray, entries, no_hit(), alpha_key(path), true);
     bool finished = floatBitsToUint(hit.t) != floatBitsToUint(not_a_number());
     occluded[path] = hit.triangle == kMiss ? kFree : finished ? kOccluded : kUnfinished;
     bool waits = first_missing.y != kMiss && hit.triangle == kMiss;
 #else
-    Hit known = kNoHit;
+    Hit known = no_hit();
     if (again) known = hits[path];
     Hit hit = traverse_from(ray, entries, known, alpha_key(path), false);
     hits[path] = hit;

@@ -233,7 +233,7 @@ void main() {
     } while (any_entry(others));
 
     if (r.listed) {
-        store_answer(r.path, found && !again ? nearest : kNoHit);
+        store_answer(r.path, found && !again ? nearest : no_hit());
         if (again || any_entry(left_of_others)) {
             put_into_rest(RestEntry(slot_of_ray | (again ? kSearchAgain : 0u), left_of_others));
         }
@@ -251,7 +251,7 @@ void main() {
     TileRay r = tile_ray(slot);
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
-    Hit known = kNoHit;
+    Hit known = no_hit();
 #ifndef HALFLIGHT_ANY_HIT
     if (!again) known = hits[r.path];
 #endif

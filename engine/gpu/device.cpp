@@ -148,18 +148,19 @@ EglContext::EglContext(const Device& device, bool debug) {
                                    EGL_CONTEXT_MINOR_VERSION_KHR,       5,
                                    EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR};
     if (debug) attributes.insert(attributes.end(), {EGL_CONTEXT_FLAGS_KHR, EGL_CONTEXT_OPENGL_DEBUG_BIT_KHR});
-    const std::size_t plain = attributes.size();
-    // Reset notification turns the use of a lost context from undefined into an error; not every driver offers it.
-    if (major > 1 || minor >= 5) {
-        attributes.insert(attributes.end(),
-                          {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
-    }
-    attributes.push_back(EGL_NONE);
-    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, attributes.data());
-    if (context_ == EGL_NO_CONTEXT && attributes.size() > plain + 1) {
-        attributes.resize(plain);
-        attributes.push_back(EGL_NONE);
-        context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, attributes.data());
+    // Reset notification turns the use of a lost context from undefined into an error, and robust access does so with
+    // reads and writes beyond a buffer. Not every driver offers both.
+    const std::vector<EGLint> reset{EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET};
+    const std::vector<EGLint> robust{EGL_CONTEXT_OPENGL_ROBUST_ACCESS, EGL_TRUE};
+    const bool offered = major > 1 || minor >= 5;
+    for (const int extras : {2, 1, 0}) {
+        if (extras > 0 && !offered) continue;
+        std::vector<EGLint> all = attributes;
+        if (extras > 0) all.insert(all.end(), reset.begin(), reset.end());
+        if (extras > 1) all.insert(all.end(), robust.begin(), robust.end());
+        all.push_back(EGL_NONE);
+        context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, all.data());
+        if (context_ != EGL_NO_CONTEXT) break;
     }
     if (context_ == EGL_NO_CONTEXT) fail("no OpenGL 4.5 core context");
     if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {

@@ -4,10 +4,8 @@
 #include <array>
 #include <atomic>
 #include <cctype>
-#include <iterator>
 #include <map>
 #include <optional>
-#include <regex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -15,11 +13,19 @@
 #include "engine/core/error.h"
 #include "engine/core/steps.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/kept_sources.h"
+#include "engine/gpu/program_limits.h"
 
 namespace halflight::gpu {
 namespace {
 
 using Shader = Object<delete_shader>;
+
+/// Returns a remark where the text of a stage declares more than the driver allows; else "".
+std::string crowded_stage(GLenum stage, std::string_view text) {
+    const std::string what = unmet(declared_requirements(stage, text));
+    return what.empty() ? "" : fmt::format(" (a stage {})", what);
+}
 
 Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSource& expanded) {
     Shader shader(glCreateShader(stage));
@@ -36,7 +42,8 @@ Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSou
     glGetShaderInfoLog(shader.id(), log_length, &log_length, log.data());
     log.resize(static_cast<std::size_t>(log_length));
     const CompileMessage message = first_message(log, expanded);
-    throw Error(message.place, message.what.empty() ? "does not compile" : message.what);
+    throw Error(message.place, "{}{}", message.what.empty() ? "does not compile" : message.what,
+                crowded_stage(stage, expanded.text));
 }
 
 GLint value_of(GLuint program, GLenum what) {
@@ -85,23 +92,15 @@ GLuint loaded_or_made(std::string_view name, std::string_view key, const Program
     return made;
 }
 
-/// Returns a remark where the text of a stage has more storage blocks than the driver allows. Blocks that the
-/// preprocessor leaves out count, too.
+/// Returns the remark of crowded_stage() for the first stage that has one.
 std::string crowded_stage(std::span<const Shader> shaders) {
-    static const std::regex block(R"(\bbuffer\s+\w+\s*\{)");
     for (const Shader& shader : shaders) {
-        GLint stage = 0, length = 0, limit = 0;
+        GLint stage = 0, length = 0;
         glGetShaderiv(shader.id(), GL_SHADER_TYPE, &stage);
-        glGetIntegerv(stage == GL_COMPUTE_SHADER  ? GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS
-                      : stage == GL_VERTEX_SHADER ? GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS
-                                                  : GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS,
-                      &limit);
         glGetShaderiv(shader.id(), GL_SHADER_SOURCE_LENGTH, &length);
         std::string text(static_cast<std::size_t>(length), '\0');
         glGetShaderSource(shader.id(), length, nullptr, text.data());
-        const auto count = std::distance(std::sregex_iterator(text.begin(), text.end(), block), std::sregex_iterator());
-        if (count > limit)
-            return fmt::format(" (a stage declares up to {} storage blocks, and the driver allows {})", count, limit);
+        if (std::string remark = crowded_stage(static_cast<GLenum>(stage), text); !remark.empty()) return remark;
     }
     return "";
 }
@@ -160,6 +159,13 @@ std::uint64_t& owner_of(const Slot& slot) {
     return owners[{slot.kind, slot.index}];
 }
 
+/// Throws Error where the driver allows no block of the buffer's size.
+void check_size(std::string_view program, const Slot& slot, const Buffer& buffer, std::size_t most) {
+    if (buffer.bytes() > most)
+        throw Error(program, "{} '{}' gets buffer '{}' of {} bytes, the driver allows {}", name(slot.kind), slot.name,
+                    buffer.name(), buffer.bytes(), most);
+}
+
 }  // namespace
 
 Program::Program(std::string name, std::string text, GLuint id)
@@ -167,14 +173,18 @@ Program::Program(std::string name, std::string text, GLuint id)
       text_(std::move(text)),
       object_(id),
       serial_(next_serial()),
-      slots_(assign_slots(name_, id)) {}
+      slots_(assign_slots(name_, id)) {
+    if (const std::string what = unmet(slot_requirements(slots_)); !what.empty()) throw Error(name_, "{}", what);
+}
 
 Program Program::compute(const ShaderSource& source, const Defines& defines, const ProgramBinaries* binaries) {
     ExpandedSource expanded = expand(source, defines);
     const GLuint id = loaded_or_made(source.name, expanded.text, binaries, [&] {
         return linked(source.name, std::array{compile_stage(GL_COMPUTE_SHADER, source, expanded)});
     });
-    return Program(source.name, std::move(expanded.text), id);
+    Program program(source.name, std::move(expanded.text), id);
+    keep_sources(program.name(), {{"comp", program.text()}});
+    return program;
 }
 
 Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines,
@@ -187,7 +197,9 @@ Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragme
         return linked(name, std::array{compile_stage(GL_VERTEX_SHADER, vertex, vertex_text),
                                        compile_stage(GL_FRAGMENT_SHADER, fragment, fragment_text)});
     });
-    return Program(name, std::move(text), id);
+    Program program(name, std::move(text), id);
+    keep_sources(name, {{"vert", vertex_text.text}, {"frag", fragment_text.text}});
+    return program;
 }
 
 void Program::bind() const {
@@ -271,10 +283,16 @@ const Slot* Program::slot(std::string_view name, SlotKind kind, const std::strin
 }
 
 void Program::bind_storage(std::string_view block, const Buffer& buffer) const {
-    if (const Slot* s = slot(block, SlotKind::storage_block, buffer.name())) buffer.bind_storage(s->index);
+    if (const Slot* s = slot(block, SlotKind::storage_block, buffer.name())) {
+        check_size(name_, *s, buffer, run_limits().storage_block_bytes);
+        buffer.bind_storage(s->index);
+    }
 }
 void Program::bind_uniform(std::string_view block, const Buffer& buffer) const {
-    if (const Slot* s = slot(block, SlotKind::uniform_block, buffer.name())) buffer.bind_uniform(s->index);
+    if (const Slot* s = slot(block, SlotKind::uniform_block, buffer.name())) {
+        check_size(name_, *s, buffer, run_limits().uniform_block_bytes);
+        buffer.bind_uniform(s->index);
+    }
 }
 void Program::bind_texture(std::string_view sampler, const Texture& texture) const {
     if (const Slot* s = slot(sampler, SlotKind::sampler, texture.name())) texture.bind(s->index);
@@ -287,6 +305,11 @@ void Program::bind_image(std::string_view image, const Texture& texture) const {
 }
 
 void Program::dispatch(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    const std::array counts{x, y, z}, most = run_limits().groups;
+    for (std::size_t axis = 0; axis < counts.size(); ++axis)
+        if (counts[axis] > most[axis])
+            throw Error(name_, "needs {} workgroups along {}, the driver allows {} (GL_MAX_COMPUTE_WORK_GROUP_COUNT)",
+                        counts[axis], "xyz"[axis], most[axis]);
     bind();
     glDispatchCompute(x, y, z);
 }

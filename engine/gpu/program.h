@@ -26,8 +26,8 @@ class Program {
   public:
     /// Compiles and links a program. `binaries`, if not null, stores linked programs for later runs. Throws
     /// Error("shaders/x.comp:12", message) where a shader does not compile. Throws Error(name, ...) where the program
-    /// does not link, needs more storage blocks than the driver allows, or has resources that cannot be bound by name
-    /// (program_slots.h).
+    /// does not link, needs more than the driver allows (program_limits.h), or has resources that cannot be bound by
+    /// name (program_slots.h).
     static Program compute(const ShaderSource& source, const Defines& defines = {},
                            const ProgramBinaries* binaries = nullptr);
     static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {},
@@ -61,7 +61,7 @@ class Program {
 
     /// Binds a resource to the block, sampler or image of this name. The binding holds until another program's resource
     /// takes the slot, so bind right before the dispatch or draw. A name that is declared but not active does nothing.
-    /// Throws Error naming program and resource where the shader declares no such name, or another kind of resource.
+    /// Throws Error naming program and resource where the shader declares no such resource, or the buffer is too large.
     void bind_storage(std::string_view block, const Buffer& buffer) const;
     void bind_uniform(std::string_view block, const Buffer& buffer) const;
     void bind_texture(std::string_view sampler, const Texture& texture) const;
@@ -72,7 +72,7 @@ class Program {
     /// Returns whether the identifier occurs in the source, active or not.
     bool declares(std::string_view identifier) const;
 
-    /// Binds the program, as bind() does, and starts workgroups. The graph places the memory barriers.
+    /// Binds the program and starts workgroups, at most as many as the driver allows. The graph places the barriers.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
     /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer.
     void dispatch_indirect(const Buffer& arguments, std::size_t offset = 0) const;

@@ -24,10 +24,11 @@ struct TileRay {
 TileRay tile_ray(uint slot) {
 #ifdef HALFLIGHT_LIST
     bool listed = slot < header.count;
-    uint path = list[listed ? slot : 0u];
+    uint entry = list[listed ? slot : 0u];
+    uint path = listed ? entry : 0u;  // an empty list has no first entry
 #else
     bool listed = slot < capacity;
-    uint path = slot;
+    uint path = min(slot, capacity - 1u);
 #endif
     Ray ray = load_ray(path);
 #ifdef HALFLIGHT_ENDS

@@ -188,10 +188,11 @@ void note_leaf(uint node, int near) {
 }
 #endif
 
-const Hit kNoHit = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
+// Returns a miss. It is no constant, because compilers differ in whether intBitsToFloat() is one.
+Hit no_hit() { return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss); }
 
 // Returns the nearest hit among the subtrees of the lowest `entries` of the stack, and `known`, an earlier hit or
-// kNoHit.
+// no_hit().
 // - any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` is valid.
 // - t is NaN where the driver ended the traversal early.
 // - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without HALFLIGHT_ALPHA.
@@ -353,7 +354,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     // llvmpipe silently ends the loops of an invocation after 65535 iterations in total. Hits found by then are not a
     // valid result.
     if (node != kStackDone && !(any_hit && found)) return Hit(not_a_number(), 0.0, 0.0, 0u, 0u);
-    if (!found) return kNoHit;
+    if (!found) return no_hit();
     return nearest;
 }
 
@@ -361,5 +362,5 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
     stack[0] = TRAVERSAL_ROOT;
     stack_near[0] = floatBitsToInt(ray.t_min);
-    return traverse_from(ray, ray.t_max >= ray.t_min ? 1 : 0, kNoHit, alpha_key, any_hit);
+    return traverse_from(ray, ray.t_max >= ray.t_min ? 1 : 0, no_hit(), alpha_key, any_hit);
 }

@@ -39,7 +39,7 @@ uniform float narrower;  // by which shafts are, relative to the reach
 #define ANY_TEST ShaftTest
 #endif
 const int kRays = 4;
-const float kInfinite = uintBitsToFloat(0x7f800000u);
+#define INFINITE uintBitsToFloat(0x7f800000u)  // no constant: compilers differ in whether this is one
 
 )" + kRandomNumbers + R"(
 vec3 inside(vec3 lower, vec3 upper) { return mix(lower, upper, vec3(unit(), unit(), unit())); }
@@ -106,11 +106,11 @@ TimedTest test_of(BvhHead head, Bundle b) {
 // Where rays enter boxes, at the earliest; infinite where they meet none.
 vec4 entered_at(TimedTest test, vec4 lower[3], vec4 upper[3]) {
     ShaftInterval interval = shaft_interval(test.test, lower, upper);
-    vec4 at = mix(vec4(kInfinite), interval.enter * test.least_t, lessThanEqual(interval.enter, interval.leave));
+    vec4 at = mix(vec4(INFINITE), interval.enter * test.least_t, lessThanEqual(interval.enter, interval.leave));
     for (int b = 0; b < 4; ++b) {  // as nodes of the CPU's tree are
         float near = shaft_near(test, vec3(lower[0][b], lower[1][b], lower[2][b]),
                                 vec3(upper[0][b], upper[1][b], upper[2][b]));
-        at[b] = near < 0.0 ? kInfinite : max(at[b], near);
+        at[b] = near < 0.0 ? INFINITE : max(at[b], near);
     }
     return at;
 }
@@ -133,7 +133,7 @@ ShaftTest test_of(BvhHead head, Bundle b) {
 
 vec4 entered_at(ShaftTest test, vec4 lower[3], vec4 upper[3]) {
     ShaftInterval interval = shaft_interval(test, lower, upper);
-    return mix(vec4(kInfinite), vec4(0.0), lessThanEqual(interval.enter, interval.leave));
+    return mix(vec4(INFINITE), vec4(0.0), lessThanEqual(interval.enter, interval.leave));
 }
 #endif
 
@@ -159,7 +159,7 @@ vec3 any_origin() {
     return o;
 }
 
-float any_end() { return one_of(2u) ? kInfinite : one_of(4u) ? 0.0 : one_of(2u) ? 1.0 : unit(); }
+float any_end() { return one_of(2u) ? INFINITE : one_of(4u) ? 0.0 : one_of(2u) ? 1.0 : unit(); }
 
 // Cells of a grid, or world coordinates: what a node may hold.
 float coordinate(float v, float least, float greatest) {
@@ -193,7 +193,7 @@ void main() {
     float length = one_of(2u) ? 1.0 : power_of_ten(-6.0, 6.0);
     float end = any_end();
     bool alike = !one_of(4u) && spread < 0.1 && apart < 0.1;
-    Bundle bundle = Bundle(vec3(kInfinite), vec3(-kInfinite), vec3(kInfinite), vec3(-kInfinite), kInfinite);
+    Bundle bundle = Bundle(vec3(INFINITE), vec3(-INFINITE), vec3(INFINITE), vec3(-INFINITE), INFINITE);
     BoxRay box_rays[kRays];
     Way ways[kRays];
     for (int r = 0; r < kRays; ++r) {
@@ -273,7 +273,7 @@ void main() {
         for (int b = 0; b < 4; ++b) {
             bool nobody = anywhere && alike && !by_any[b];
             far += nobody ? 1u : 0u;
-            rejected += nobody && at[b] == kInfinite ? 1u : 0u;
+            rejected += nobody && at[b] == INFINITE ? 1u : 0u;
         }
     }
     atomicAdd(counts[0], triples);

@@ -10,6 +10,7 @@
 
 #include "engine/gpu/framebuffer.h"
 #include "engine/gpu/program.h"
+#include "engine/gpu/program_limits.h"
 #include "shaders/shared/rays.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
@@ -292,9 +293,77 @@ TEST_F(ProgramTest, MoreStorageBlocksThanTheDriverHasAreAnError) {
     EXPECT_NO_THROW(Program::compute({"full", kernel(limit)}));
     const std::string message = error_message([&] { Program::compute({"crowded", kernel(limit + 1)}); });
     EXPECT_TRUE(message.starts_with("crowded: does not link: ")) << message;
-    EXPECT_TRUE(message.ends_with(
-        fmt::format(" (a stage declares up to {} storage blocks, and the driver allows {})", limit + 1, limit)))
+    EXPECT_TRUE(message.ends_with(fmt::format(
+        " (a stage needs {} storage blocks, the driver allows {} (GL_MAX_*_SHADER_STORAGE_BLOCKS))", limit + 1, limit)))
         << message;
+}
+
+TEST_F(ProgramTest, MoreInvocationsThanTheDriverHasAreAnError) {
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS, &limit);
+    const auto kernel = [](int size) { return fmt::format("layout(local_size_x = {}) in;\nvoid main() {{}}\n", size); };
+    EXPECT_NO_THROW(Program::compute({"full", kernel(limit)}));
+    const std::string message = error_message([&] { Program::compute({"crowded", kernel(limit + 1)}); });
+    EXPECT_TRUE(message.starts_with("crowded:")) << message;
+    EXPECT_TRUE(message.ends_with(
+        fmt::format(" (a stage needs {} invocations in a workgroup, the driver allows {} "
+                    "(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS))",
+                    limit + 1, limit)))
+        << message;
+}
+
+TEST_F(ProgramTest, DeclarationsAreCounted) {
+    const auto needed = [](GLenum stage, const std::string& text) {
+        std::vector<std::size_t> counts;
+        for (const Requirement& r : declared_requirements(stage, text)) counts.push_back(r.needed);
+        return counts;
+    };
+    const std::string text =
+        "layout(local_size_x = 8, local_size_y = 4) in;\nlayout(std430) readonly buffer A { uint a[]; };\n"
+        "layout(std140) uniform B { vec4 b; };\nlayout(std140) uniform C { vec4 c; };\n"
+        "uniform samplerBuffer d;\nuniform usampler2D e;\nuniform sampler3D f;\nuniform uint g;\n"
+        "layout(rgba32f) writeonly uniform image2D h;\n";
+    EXPECT_EQ(needed(GL_COMPUTE_SHADER, text), (std::vector<std::size_t>{1, 2, 3, 1, 32}));
+    EXPECT_EQ(needed(GL_FRAGMENT_SHADER, text), (std::vector<std::size_t>{1, 2, 3, 1}));
+}
+
+TEST(ProgramLimits, TheFirstUnmetRequirementIsNamed) {
+    EXPECT_EQ(unmet({{"storage blocks", 8, 8, "GL_A"}, {"images", 0, 0, "GL_B"}}), "");
+    EXPECT_EQ(unmet({{"storage blocks", 8, 8, "GL_A"}, {"images", 9, 8, "GL_B"}, {"samplers", 2, 1, "GL_C"}}),
+              "needs 9 images, the driver allows 8 (GL_B)");
+}
+
+TEST_F(ProgramTest, SlotsCountToTheHighestOne) {
+    const auto needed = [](const std::vector<Slot>& slots) {
+        std::vector<std::size_t> counts;
+        for (const Requirement& r : slot_requirements(slots)) counts.push_back(r.needed);
+        return counts;
+    };
+    EXPECT_EQ(needed({}), (std::vector<std::size_t>{0, 0, 0, 0}));
+    EXPECT_EQ(needed({{"a", SlotKind::storage_block, 2}, {"b", SlotKind::sampler, 40}, {"c", SlotKind::sampler, 3},
+                      {"d", SlotKind::image, 0}}),
+              (std::vector<std::size_t>{3, 0, 41, 1}));
+}
+
+TEST_F(ProgramTest, BlocksAndDispatchesBeyondTheDriversLimitsAreErrors) {
+    const RunLimits limits = run_limits();
+    const Program program = Program::compute({"double", kDouble}, {{"OFFSET", "1"}});
+    const Buffer values = Buffer::from("values", std::vector{1u});
+    program.bind_storage("Values", values);
+    for (const std::size_t axis : {0u, 1u, 2u}) {
+        std::array<std::uint32_t, 3> groups{1, 1, 1};
+        groups[axis] = limits.groups[axis] + 1;
+        if (groups[axis] == 0) continue;  // every count is allowed
+        EXPECT_EQ(error_message([&] { program.dispatch(groups[0], groups[1], groups[2]); }),
+                  fmt::format("double: needs {} workgroups along {}, the driver allows {} "
+                              "(GL_MAX_COMPUTE_WORK_GROUP_COUNT)",
+                              groups[axis], "xyz"[axis], limits.groups[axis]));
+    }
+    if (limits.storage_block_bytes > std::size_t{256} << 20) return;  // takes too much memory
+    const Buffer large("large", limits.storage_block_bytes + 4);
+    EXPECT_EQ(error_message([&] { program.bind_storage("Values", large); }),
+              fmt::format("double: storage block 'Values' gets buffer 'large' of {} bytes, the driver allows {}",
+                          limits.storage_block_bytes + 4, limits.storage_block_bytes));
 }
 
 TEST_F(ProgramTest, CompileErrorsNameFileAndLine) {

@@ -63,10 +63,10 @@ uniform uint alpha_salt;
 uniform uint root;
 uniform uint ray_count;
 
-const float kFar = uintBitsToFloat(0x7f800000u);
+#define INFINITE uintBitsToFloat(0x7f800000u)  // no constant: compilers differ in whether this is one
 const uint kLeaveBlock = 0xffffffffu;
 
-// Returns the distance at which the ray enters the box; kFar: a miss.
+// Returns the distance at which the ray enters the box; INFINITE: a miss.
 float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) {
     vec3 a = (nodes[node].lower - origin) * inverse;
     vec3 b = (nodes[node].upper - origin) * inverse;
@@ -74,7 +74,7 @@ float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) 
     vec3 far = max(a, b);
     float enter = max(max(near.x, near.y), max(near.z, t_min));
     float leave = min(min(far.x, far.y), min(far.z, t_max));
-    return enter <= leave ? enter : kFar;
+    return enter <= leave ? enter : INFINITE;
 }
 
 void main() {
@@ -124,9 +124,9 @@ void main() {
                 near_t = far_t;
                 far_t = t;
             }
-            if (near_t < kFar) {
+            if (near_t < INFINITE) {
                 node = near;
-                if (far_t < kFar) stack[size++] = far;
+                if (far_t < INFINITE) stack[size++] = far;
             } else {
                 pop = true;
             }
@@ -181,7 +181,7 @@ void main() {
 #ifdef HALFLIGHT_ANY_HIT
     occluded[index] = hit.triangle == kMiss ? kFree : kOccluded;
 #else
-    if (hit.triangle == kMiss) hit.t = kFar;
+    if (hit.triangle == kMiss) hit.t = INFINITE;
     hits[index] = hit;
 #endif
 }

@@ -1,0 +1,124 @@
+#include "engine/gpu/program_limits.h"
+
+#include <epoxy/egl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <regex>
+#include <utility>
+
+namespace halflight::gpu {
+namespace {
+
+std::size_t limit_of(GLenum name) {
+    GLint64 value = 0;
+    glGetInteger64v(name, &value);
+    return static_cast<std::size_t>(std::max<GLint64>(value, 0));
+}
+
+std::size_t count(const std::string& text, const char* pattern) {
+    const std::regex what(pattern);
+    return static_cast<std::size_t>(
+        std::distance(std::sregex_iterator(text.begin(), text.end(), what), std::sregex_iterator()));
+}
+
+/// Returns the invocations of a workgroup, or 0 where the text gives no numbers.
+std::size_t group_size(const std::string& text) {
+    static const std::regex axis(R"(\blocal_size_[xyz]\s*=\s*(\d{1,9}))");
+    std::size_t size = 0;
+    for (auto at = std::sregex_iterator(text.begin(), text.end(), axis); at != std::sregex_iterator(); ++at)
+        size = std::max<std::size_t>(size, 1) * std::stoul((*at)[1].str());
+    return size;
+}
+
+/// A row per kind of resource: its declaration, and the limits on its number in each stage.
+struct Kind {
+    std::string_view what;
+    const char* declaration;
+    GLenum compute, vertex, fragment;
+    std::string_view limit;
+};
+constexpr Kind kKinds[] = {
+    {"storage blocks", R"(\bbuffer\s+\w+\s*\{)", GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS,
+     GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS, "GL_MAX_*_SHADER_STORAGE_BLOCKS"},
+    {"uniform blocks", R"(\buniform\s+\w+\s*\{)", GL_MAX_COMPUTE_UNIFORM_BLOCKS, GL_MAX_VERTEX_UNIFORM_BLOCKS,
+     GL_MAX_FRAGMENT_UNIFORM_BLOCKS, "GL_MAX_*_UNIFORM_BLOCKS"},
+    {"texture units", R"(\buniform\s+[iu]?sampler\w+\s)", GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS,
+     GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS, GL_MAX_TEXTURE_IMAGE_UNITS, "GL_MAX_*_TEXTURE_IMAGE_UNITS"},
+    {"images", R"(\buniform\s+[iu]?image\w+\s)", GL_MAX_COMPUTE_IMAGE_UNIFORMS, GL_MAX_VERTEX_IMAGE_UNIFORMS,
+     GL_MAX_FRAGMENT_IMAGE_UNIFORMS, "GL_MAX_*_IMAGE_UNIFORMS"},
+};
+
+/// A row per kind of slot, with the limit on its index.
+struct Slots {
+    SlotKind kind;
+    std::string_view what;
+    GLenum most;
+    std::string_view limit;
+};
+constexpr Slots kSlots[] = {
+    {SlotKind::storage_block, "bindings of storage blocks", GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS,
+     "GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS"},
+    {SlotKind::uniform_block, "bindings of uniform blocks", GL_MAX_UNIFORM_BUFFER_BINDINGS,
+     "GL_MAX_UNIFORM_BUFFER_BINDINGS"},
+    {SlotKind::sampler, "texture units in all", GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS,
+     "GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS"},
+    {SlotKind::image, "image units", GL_MAX_IMAGE_UNITS, "GL_MAX_IMAGE_UNITS"},
+};
+
+RunLimits asked_limits() {
+    RunLimits limits;
+    for (GLuint axis = 0; axis < 3; ++axis) {
+        GLint most = 0;
+        glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, axis, &most);
+        limits.groups[axis] = static_cast<std::uint32_t>(most);
+    }
+    limits.storage_block_bytes = limit_of(GL_MAX_SHADER_STORAGE_BLOCK_SIZE);
+    limits.uniform_block_bytes = limit_of(GL_MAX_UNIFORM_BLOCK_SIZE);
+    return limits;
+}
+
+}  // namespace
+
+std::vector<Requirement> declared_requirements(GLenum stage, std::string_view text) {
+    const std::string all(text);
+    std::vector<Requirement> found;
+    for (const Kind& kind : kKinds) {
+        const GLenum most = stage == GL_COMPUTE_SHADER  ? kind.compute
+                            : stage == GL_VERTEX_SHADER ? kind.vertex
+                                                        : kind.fragment;
+        found.push_back({kind.what, count(all, kind.declaration), limit_of(most), kind.limit});
+    }
+    if (stage == GL_COMPUTE_SHADER)
+        found.push_back({"invocations in a workgroup", group_size(all), limit_of(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS),
+                         "GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"});
+    return found;
+}
+
+std::vector<Requirement> slot_requirements(const std::vector<Slot>& slots) {
+    std::vector<Requirement> found;
+    for (const Slots& row : kSlots) {
+        std::size_t needed = 0;
+        for (const Slot& slot : slots)
+            if (slot.kind == row.kind) needed = std::max<std::size_t>(needed, slot.index + 1);
+        found.push_back({row.what, needed, limit_of(row.most), row.limit});
+    }
+    return found;
+}
+
+std::string unmet(const std::vector<Requirement>& requirements) {
+    for (const Requirement& r : requirements)
+        if (r.needed > r.allowed)
+            return fmt::format("needs {} {}, the driver allows {} ({})", r.needed, r.what, r.allowed, r.limit);
+    return "";
+}
+
+const RunLimits& run_limits() {
+    static thread_local std::optional<std::pair<EGLContext, RunLimits>> last;
+    if (const EGLContext now = eglGetCurrentContext(); !last || last->first != now) last.emplace(now, asked_limits());
+    return last->second;
+}
+
+}  // namespace halflight::gpu
