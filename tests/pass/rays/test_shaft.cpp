@@ -194,7 +194,6 @@ void main() {
     float end = any_end();
     bool alike = !one_of(4u) && spread < 0.1 && apart < 0.1;
     Bundle bundle = Bundle(vec3(INFINITE), vec3(-INFINITE), vec3(INFINITE), vec3(-INFINITE), INFINITE);
-    BoxRay box_rays[kRays];
     Way ways[kRays];
     for (int r = 0; r < kRays; ++r) {
         if (alike) {
@@ -205,7 +204,6 @@ void main() {
         }
         Way w = way_of(head, rays[r]);
         ways[r] = w;
-        box_rays[r] = box_ray(rays[r].origin, rays[r].direction, head.base, head.cell, head.slack);
         if (r < count && w.end >= 0.0) {
             bundle.from_lower = min(bundle.from_lower, w.from);
             bundle.from_upper = max(bundle.from_upper, w.from);
@@ -257,7 +255,8 @@ void main() {
         vec4 at = entered_at(test, box_lower, box_upper);
         bvec4 by_any = bvec4(false);
         for (int r = 0; r < count; ++r) {
-            BoxRay ray = box_rays[r];
+            // Lavapipe cannot create pipelines with arrays of this struct, which has booleans.
+            BoxRay ray = box_ray(rays[r].origin, rays[r].direction, head.base, head.cell, head.slack);
             bvec3 back = ray.backward;
             BoxHits h = intersect_boxes(ray, back.x ? box_upper[0] : box_lower[0], back.y ? box_upper[1] : box_lower[1],
                                         back.z ? box_upper[2] : box_lower[2], back.x ? box_lower[0] : box_upper[0],
