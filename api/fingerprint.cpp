@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "api/halflight/edit_text.h"
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
@@ -87,6 +88,9 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
         if (light.color) print.text(point_text(dvec3(*light.color)));
         if (light.position) print.text("at").text(point_text(*light.position));
         if (light.direction) print.text("towards").text(point_text(*light.direction));
+        if (light.intensity) print.values("intensity {}", *light.intensity);
+        if (light.temperature) print.values("temperature {}", *light.temperature);
+        if (light.off) print.text("off");
     }
     for (const auto& [index, properties] : edits.materials)
         for (const auto& [name, values] : properties)
@@ -95,6 +99,12 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
         print.values("instance {}", index);
         for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
     }
+    for (const auto& [name, edit, source] : edits.named_lights) print.text("named light").text(name).text(text(edit));
+    for (const auto& [name, edit, source] : edits.named_materials)
+        for (const auto& [property, values] : edit)
+            print.text("named material").text(name).text(property).text(property_text(values));
+    for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
+    for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
 }
 
 void add_color(Fingerprint& print, const OutputOptions& output, const ColorConfig& config) {

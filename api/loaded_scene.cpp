@@ -53,7 +53,7 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
     try {
         whole();
     } catch (const BudgetError&) {
-        if (choice.in_memory || !choice.variant.empty() || choice.line_width > 0 || !choice.edits.transforms.empty())
+        if (choice.in_memory || !choice.variant.empty() || choice.line_width > 0 || change_surfaces(choice.edits))
             throw;
         paged();
     }
@@ -190,6 +190,12 @@ bool emits(const paging::PageIndex& index, const Scene& scene) {
     return false;
 }
 
+std::size_t bytes_of(const SceneTree& tree) {
+    std::size_t bytes = tree.nodes.size() * sizeof(SceneNode) + tree.light_nodes.size() * sizeof(int);
+    for (const SceneNode& node : tree.nodes) bytes += node.name.size();
+    return bytes;
+}
+
 }  // namespace
 
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
@@ -203,11 +209,11 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (pages_) lit_later = lit_later || has_light(scene_) || emits(pages_->index(), scene_);
     if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
+    size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
+    size_.moves = surfaces_move_;
     apply_edits();
     camera_ = choose_camera(scene_, camera);
-    size_ = size_of(scene_);
-    size_.moves = surfaces_move_;
-    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents()};
+    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents() + bytes_of(tree_)};
     choice_.packing = {};  // it may refer to what the caller drops
 }
 
@@ -218,6 +224,7 @@ bool LoadedScene::load_whole(const Log& log) {
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     SceneFile file(choice_.scene, options, choice_.picture_bytes, false, choice_.tile_textures);
     scene_ = file.gltf().at_rest();
+    tree_ = file.tree_at(0);
     files_ = file.gltf().files();
     variants_ = file.gltf().variants();
     return false;
@@ -236,6 +243,7 @@ bool LoadedScene::take_file(SceneFile file, const Log& log) {
     const bool lit_later = file_->drives_light();
     surfaces_move_ = file_->surfaces_move();
     scene_ = file_->at(0);
+    tree_ = file_->tree_at(0);
     files_ = file_->gltf().files();
     variants_ = file_->gltf().variants();
     if (playing_.empty()) file_.reset();
@@ -260,7 +268,7 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
         throw Error(choice_.scene.string(), "variant '{}' cannot be chosen: pages hold the file's own materials",
                     choice_.variant);
     if (choice_.line_width > 0) throw Error(choice_.scene.string(), "pages hold no points and lines (--line-width)");
-    if (!choice_.edits.transforms.empty()) throw Error(choice_.scene.string(), "transforms cannot change with pages");
+    check_pages(choice_.edits);
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     std::vector<GltfScene> parts = open_files(choice_.scene, options);
@@ -292,10 +300,12 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
     if (same && posed) {
         lit_later = take_file(SceneFile(choice_.scene, std::move(parts[0])), log);
     } else if (same) {
+        if (!list) tree_ = parts[0].tree_at(0, {});
         parts.clear();
         const std::unique_ptr<MeshSource> source = open_parts(choice_.scene, options);
         scene_ = source->scene();
         scene_.report = source->report();
+        if (list) tree_ = tree_of(scene_);
     }
     same = same && TriangleWords(scene_).alpha_tests() == index.alpha_tests;
     const std::filesystem::path& pages = file->path();
@@ -324,23 +334,40 @@ void LoadedScene::apply_edits() {
         unedited_->take_surfaces(scene_);
         unedited_->environment = scene_.environment;
     }
-    apply(choice_.edits, scene_, choice_.edits_source);
+    apply(choice_.edits, scene_, tree_, choice_.edits_source);
+}
+
+void LoadedScene::restore_unedited() {
+    if (!unedited_) return;
+    scene_.materials = unedited_->materials;
+    scene_.lights = unedited_->lights;
+    scene_.instances = unedited_->instances;
+    scene_.environment = unedited_->environment;
 }
 
 void LoadedScene::edit(SceneEdits edits) {
     if (edits == choice_.edits) return;
-    check_edits(edits, scene_);
-    const SceneEdits earlier = std::exchange(choice_.edits, std::move(edits));
-    choice_.edits_source.clear();
-    if (unedited_) {
-        scene_.materials = unedited_->materials;
-        scene_.lights = unedited_->lights;
-        scene_.instances = unedited_->instances;
-        scene_.environment = unedited_->environment;
+    if (pages_) check_pages(edits);
+    SceneEdits earlier = std::exchange(choice_.edits, std::move(edits));
+    std::string earlier_source = std::exchange(choice_.edits_source, {});
+    restore_unedited();
+    try {
+        apply_edits();
+    } catch (...) {
+        choice_.edits = std::move(earlier);
+        choice_.edits_source = std::move(earlier_source);
+        apply_edits();
+        throw;
     }
-    apply_edits();
     ++revision_, ++choice_revision_;
-    if (choice_.edits.transforms != earlier.transforms) ++transform_revision_;
+    if (surface_edits(choice_.edits) != surface_edits(earlier)) ++transform_revision_;
+}
+
+/// Throws Error where pages cannot follow the edits.
+void LoadedScene::check_pages(const SceneEdits& edits) const {
+    if (change_surfaces(edits))
+        throw Error(choice_.scene.string(),
+                    "nodes, transforms and hidden surfaces cannot change with pages (light:NAME hides a light)");
 }
 
 void LoadedScene::set_camera(const CameraChoice& camera) {
@@ -365,8 +392,9 @@ void LoadedScene::pose(double seconds) {
     drop_empty_instances();
     scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());
     if (unedited_) unedited_->take_surfaces(scene_);
+    tree_ = file_->tree_at(seconds);
     Environment edited = std::exchange(scene_.environment, {});
-    apply(choice_.edits, scene_, choice_.edits_source);
+    apply(choice_.edits, scene_, tree_, choice_.edits_source);
     scene_.environment = std::move(edited);
     posed_at_ = seconds;
     ++revision_;
@@ -385,7 +413,8 @@ void LoadedScene::free_surfaces() {
             for (TextureImage& level : *levels) release(level.rgba);
     }
     trim_memory();
-    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.instance_bytes + size_.environment_bytes};
+    memory_ = {MemoryLedger::process(), MemoryPart::scene,
+               size_.instance_bytes + size_.environment_bytes + bytes_of(tree_)};
     freed_ = true;
 }
 
@@ -402,7 +431,9 @@ void LoadedScene::deform_by(Deformer* deformer) {
 
 Scene LoadedScene::posed(double seconds) {
     Scene posed = file_->at(seconds, scene_.images);
-    apply(choice_.edits, posed, choice_.edits_source);
+    posed.lights.insert(posed.lights.end(), suns_.begin(), suns_.end());  // edits may name them
+    apply(choice_.edits, posed, file_->tree_at(seconds), choice_.edits_source);
+    std::erase_if(posed.lights, &PunctualLight::of_environment);
     return posed;
 }
 

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
+#include "api/halflight/object_names.h"
+#include "api/node_edits.h"
 #include "engine/core/error.h"
+#include "engine/scene/black_body.h"
 #include "engine/scene/material_properties.h"
 
 namespace halflight {
@@ -61,29 +65,81 @@ std::optional<dvec3> unit_direction(const dvec3& v) {
     return glm::normalize(v / most);  // scaling keeps squares from vanishing or overflowing
 }
 
-void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source) {
-    const std::string subject = source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
+namespace {
+
+void check(const LightEdit& edit, const std::string& light) {
+    check(light, "factor", edit.factor, kEditFactor);
+    check(light, "color", dvec3(edit.color.value_or(vec3(1))), kEditColor);
+    check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
+    check(light, "intensity", edit.intensity.value_or(0), kEditIntensity);
+    if (edit.temperature) check(light, "temperature", *edit.temperature, kEditTemperature);
+    if (edit.temperature && edit.color) throw Error(light, "has both a color and a temperature");
+    if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
+        throw Error(light, "direction: is not of unit length");
+}
+
+void apply(const LightEdit& edit, PunctualLight& light) {
+    const LightColor own = color_of(light);
+    const float intensity = edit.intensity.value_or(own.intensity);
+    if (edit.color)
+        light.intensity = intensity * *edit.color;
+    else if (edit.temperature)
+        light.intensity = intensity * black_body_color(double{*edit.temperature});
+    else if (edit.intensity)
+        light.intensity = intensity * own.color;
+    light.intensity *= edit.off ? 0 : edit.factor;
+    light.position = edit.position.value_or(light.position);
+    if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
+}
+
+/// Changes properties of a material. Throws Error about `subject`.
+void apply(const MaterialEdit& properties, Material& material, const std::string& subject) {
+    for (const auto& [name, given] : properties) {
+        std::vector<float> values = given;
+        if (name == "base_color" && values.size() == 3) values.push_back(material.base_color.a);
+        set_property(material, name, values, subject);
+    }
+}
+
+std::string subject_of(const Scene& scene, const std::string& source) {
+    return source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
+}
+
+/// Calls f(index, edit, subject) for each object that an edit names.
+template <class Edit, class F>
+void for_each_named(const std::vector<NamedEdit<Edit>>& edits, const NamedObjects& objects, const Scene& scene,
+                    const std::string& subject, const F& f) {
+    std::set<std::string_view> names;
+    for (const NamedEdit<Edit>& named : edits) {
+        const std::string where = named.source.empty() ? subject : named.source + ": " + scene.name;
+        if (!names.insert(named.name).second) throw Error(where, "{} '{}' is edited twice", objects.kind, named.name);
+        for (const std::size_t index : find_objects(objects, named.name, where))
+            f(index, named.edit, fmt::format("{}: {} {}", where, objects.kind, index));
+    }
+}
+
+/// Checks everything but nodes and hidden names.
+void check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
     check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
     check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
     check(subject, "factor of emission", edits.emission, kEditFactor);
-    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
-        const LightEdit& edit = edits.lights[i];
-        const std::string light = fmt::format("{}: light {}", subject, i);
-        check(light, "factor", edit.factor, kEditFactor);
-        check(light, "color", dvec3(edit.color.value_or(vec3(1))), kEditColor);
-        check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
-        if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
-            throw Error(light, "direction: is not of unit length");
-    }
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i)
+        check(edits.lights[i], fmt::format("{}: light {}", subject, i));
+    for_each_named(edits.named_lights, lights_of(scene), scene, subject,
+                   [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
     for (const auto& [index, properties] : edits.materials) {
         if (index >= scene.materials.size())
             throw Error(subject, "there is no material {}; the scene has {}, numbered from 0", index,
                         scene.materials.size());
         Material material = scene.materials[index];
-        for (const auto& [name, values] : properties)
-            set_property(material, name, values, fmt::format("{}: material {}", subject, index));
+        apply(properties, material, fmt::format("{}: material {}", subject, index));
     }
+    for_each_named(edits.named_materials, materials_of(scene), scene, subject,
+                   [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
+                       Material material = scene.materials[index];
+                       apply(edit, material, where);
+                   });
     for (const auto& [index, transform] : edits.transforms) {
         if (index >= scene.instances.size())
             throw Error(subject, "there is no instance {}; the scene has {}, numbered from 0", index,
@@ -93,11 +149,36 @@ void check_edits(const SceneEdits& edits, const Scene& scene, const std::string&
     }
 }
 
-void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
-    check_edits(edits, scene, source);
-    for (const auto& [index, properties] : edits.materials)
-        for (const auto& [name, values] : properties) set_property(scene.materials[index], name, values, scene.name);
+}  // namespace
+
+void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source) {
+    check_values(edits, scene, subject_of(scene, source));
+    move_objects(edits, scene, tree, subject_of(scene, source));
+}
+
+void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source) {
+    check_edits(edits, scene, tree_of(scene), source);
+}
+
+void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
+    const std::string subject = subject_of(scene, source);
+    check_values(edits, scene, subject);
+    std::vector<Instance> unmoved = scene.instances;
     for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
+    MovedObjects moved;
+    try {
+        moved = move_objects(edits, scene, tree, subject);
+    } catch (...) {
+        scene.instances = std::move(unmoved);
+        throw;
+    }
+    scene.lights = std::move(moved.lights);
+    scene.instances = std::move(moved.instances);
+    for (const auto& [index, properties] : edits.materials) apply(properties, scene.materials[index], subject);
+    for_each_named(edits.named_materials, materials_of(scene), scene, subject,
+                   [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
+                       apply(edit, scene.materials[index], where);
+                   });
     turn(scene.environment.map, edits.environment_rotation);
     scene.environment.color *= edits.environment_intensity * edits.environment_tint;
     if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);
@@ -109,14 +190,16 @@ void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
         const double c = std::cos(angle), s = std::sin(angle), x = double(sun.direction.x), z = double(sun.direction.z);
         if (angle != 0) sun.direction = glm::normalize(vec3(c * x - s * z, double(sun.direction.y), s * x + c * z));
     }
-    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
-        PunctualLight& light = scene.lights[i];
-        const LightEdit& edit = edits.lights[i];
-        if (edit.color) light.intensity = color_of(light).intensity * *edit.color;
-        light.intensity *= edit.factor;
-        light.position = edit.position.value_or(light.position);
-        if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
-    }
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i)
+        apply(edits.lights[i], scene.lights[i]);
+    for_each_named(
+        edits.named_lights, lights_of(scene), scene, subject,
+        [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });
+    for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
+}
+
+void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
+    apply(edits, scene, tree_of(scene), source);
 }
 
 }  // namespace halflight

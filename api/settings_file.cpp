@@ -9,105 +9,24 @@
 #include <set>
 #include <tuple>
 
+#include "api/settings_edits.h"
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
 #include "engine/io/files.h"
-#include "engine/scene/material_properties.h"
 #include "engine/settings/settings_table.h"
 
 namespace halflight {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using settings::Element;
+using settings::Json;
+using settings::kFar;
+using settings::list;
+using settings::with;
 namespace fs = std::filesystem;
 
 constexpr int kVersion = 1;
 constexpr std::uint64_t kMaxBytes = 16 << 20;
-
-/// A value of the file and its place there, for messages.
-class Element {
-  public:
-    Element(const fs::path& file, const Json& json, std::string place = "")
-        : file_(file), json_(json), place_(std::move(place)) {}
-
-    /// Returns file and place for messages.
-    std::string where() const { return file_.string() + (place_.empty() ? "" : ": " + place_); }
-    template <class... Args>
-    [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
-        throw Error(where(), fmt::format(format, std::forward<Args>(args)...));
-    }
-
-    bool is_string() const { return json_.is_string(); }
-    bool is_object() const { return json_.is_object(); }
-    bool is_list() const { return json_.is_array(); }
-    std::optional<Element> find(const char* key) const {
-        const auto found = json_.find(key);
-        if (found == json_.end()) return std::nullopt;
-        return Element(file_, *found, place_.empty() ? key : place_ + "." + key);
-    }
-    /// Throws Error unless the value is an object with keys in `known` only.
-    void check_keys(const std::set<std::string>& known) const {
-        if (!json_.is_object()) fail("is no object");
-        for (const auto& [key, unused] : json_.items())
-            if (!known.contains(key))
-                fail("there is no setting '{}'{}", key, did_you_mean(key, {known.begin(), known.end()}));
-    }
-    std::vector<std::pair<std::string, Element>> members() const {
-        if (!json_.is_object()) fail("is no object");
-        std::vector<std::pair<std::string, Element>> all;
-        for (const auto& [key, value] : json_.items()) all.emplace_back(key, Element(file_, value, place_ + "." + key));
-        return all;
-    }
-    /// Returns the members of an object whose keys are indices.
-    std::vector<std::pair<std::size_t, Element>> indexed() const {
-        std::vector<std::pair<std::size_t, Element>> all;
-        for (const auto& [key, value] : members()) {
-            std::size_t index = 0;
-            std::from_chars(key.data(), key.data() + key.size(), index);
-            if (key != std::to_string(index)) fail("'{}' is no index", key);
-            all.emplace_back(index, value);
-        }
-        return all;
-    }
-    std::vector<Element> items() const {
-        if (!json_.is_array()) fail("is no list");
-        std::vector<Element> all;
-        for (std::size_t i = 0; i < json_.size(); ++i)
-            all.emplace_back(file_, json_[i], fmt::format("{}[{}]", place_, i));
-        return all;
-    }
-
-    std::string text() const {
-        if (!json_.is_string()) fail("is no text");
-        return json_.get<std::string>();
-    }
-    bool truth() const {
-        if (!json_.is_boolean()) fail("is neither true nor false");
-        return json_.get<bool>();
-    }
-    double number(const EditRange& range) const { return number(range.lower, range.upper); }
-    double number(double lower, double upper) const {
-        const double value = json_.is_number() ? json_.get<double>() : NAN;
-        if (!(value >= lower && value <= upper)) fail("is no number from {} to {}", lower, upper);
-        return value;
-    }
-    int whole(int lower, int upper) const {
-        const double value = number(lower, upper);
-        if (value != std::floor(value)) fail("is no whole number");
-        return static_cast<int>(value);
-    }
-    dvec3 triple(const EditRange& range) const { return triple(range.lower, range.upper); }
-    dvec3 triple(double lower, double upper) const {
-        const auto numbers = items();
-        if (numbers.size() != 3) fail("is no list of three numbers");
-        return {numbers[0].number(lower, upper), numbers[1].number(lower, upper), numbers[2].number(lower, upper)};
-    }
-
-  private:
-    const fs::path& file_;
-    const Json& json_;
-    std::string place_;
-};
 
 /// Parses JSON. Throws Error that names the file, and the line and column of a syntax error.
 Json parse_json(std::string_view text, const fs::path& path) {
@@ -120,14 +39,6 @@ Json parse_json(std::string_view text, const fs::path& path) {
     } catch (const Json::out_of_range&) {
         throw Error(path.string(), "is not valid JSON: a number is too large");
     }
-}
-
-constexpr double kFar = 1e30;  // largest coordinate and radiance
-
-/// Calls f with the value of a key if the object has it.
-template <class F>
-void with(const Element& object, const char* key, F&& f) {
-    if (const auto value = object.find(key)) f(*value);
 }
 
 CameraPose read_pose(const Element& e) {
@@ -187,10 +98,6 @@ void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
         json[setting.name] = Json::parse(text);
 }
 
-Json list(const dvec3& v) {
-    return {v.x, v.y, v.z};
-}
-
 Json pose_json(const CameraPose& pose) {
     Json json{{"from", list(pose.from)}, {"at", list(pose.at)}, {"up", list(pose.up)}, {"vfov", pose.vertical_fov}};
     if (pose.orthographic) json["ortho_height"] = pose.ortho_height;
@@ -232,74 +139,6 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
     with(e, "intensity",
          [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(kEditFactor)); });
     with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(kEditColor)); });
-}
-
-/// Reads an edit of a light: a factor alone, or an object with further members.
-LightEdit read_light(const Element& e) {
-    LightEdit light;
-    if (!e.is_object()) {
-        light.factor = static_cast<float>(e.number(kEditFactor));
-        return light;
-    }
-    e.check_keys({"factor", "color", "position", "direction"});
-    with(e, "factor", [&](const Element& v) { light.factor = static_cast<float>(v.number(kEditFactor)); });
-    with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(kEditColor)); });
-    with(e, "position", [&](const Element& v) { light.position = v.triple(kEditPosition); });
-    with(e, "direction", [&](const Element& v) {
-        light.direction = unit_direction(v.triple(kEditPosition));
-        if (!light.direction) v.fail("is no direction");
-    });
-    return light;
-}
-
-Json light_json(const LightEdit& light) {
-    if (LightEdit{light.factor} == light) return light.factor;
-    Json json{{"factor", light.factor}};
-    if (light.color) json["color"] = list(dvec3(*light.color));
-    if (light.position) json["position"] = list(*light.position);
-    if (light.direction) json["direction"] = list(*light.direction);
-    return json;
-}
-
-/// Reads properties of a material: a number, or a list of numbers, by the name of each.
-std::map<std::string, std::vector<float>> read_material(const Element& e) {
-    constexpr double kMost = std::numeric_limits<float>::max();
-    std::map<std::string, std::vector<float>> properties;
-    Material scratch;
-    for (const auto& [name, value] : e.members()) {
-        std::vector<float>& values = properties[name];
-        if (value.is_list())
-            for (const Element& one : value.items()) values.push_back(static_cast<float>(one.number(-kMost, kMost)));
-        else
-            values.push_back(static_cast<float>(value.number(-kMost, kMost)));
-        set_property(scratch, name, values, e.where());  // throws the errors of invalid values
-    }
-    return properties;
-}
-
-Json material_json(const std::map<std::string, std::vector<float>>& properties) {
-    Json json = Json::object();
-    for (const auto& [name, values] : properties) json[name] = values.size() == 1 ? Json(values[0]) : Json(values);
-    return json;
-}
-
-/// Reads an affine matrix: a list of its four rows.
-dmat4 read_transform(const Element& e) {
-    constexpr double kMost = std::numeric_limits<double>::max();
-    const auto rows = e.items();
-    dmat4 m{0};
-    for (int r = 0; r < 4; ++r) {
-        if (rows.size() != 4 || rows[std::size_t(r)].items().size() != 4) e.fail("is no list of four rows of four");
-        for (int c = 0; c < 4; ++c) m[c][r] = rows[std::size_t(r)].items()[std::size_t(c)].number(-kMost, kMost);
-    }
-    if (!is_affine(m)) e.fail("is not affine");
-    return m;
-}
-
-Json transform_json(const dmat4& m) {
-    Json rows = Json::array();
-    for (int r = 0; r < 4; ++r) rows.push_back({m[0][r], m[1][r], m[2][r], m[3][r]});
-    return rows;
 }
 
 Json environment_json(const SavedSettings& s, const fs::path& folder) {
@@ -355,6 +194,20 @@ std::set<std::string_view> saved_settings() {
     return names;
 }
 
+void take_settings(const SavedSettings& s, const fs::path& path, SceneChoice& scene, CameraChoice& camera) {
+    if (const auto* name = std::get_if<std::string>(&s.camera)) {
+        camera.camera = *name;
+        camera.source = path.string();
+    }
+    if (const auto* pose = std::get_if<CameraPose>(&s.camera)) camera.pose = *pose;
+    scene.variant = s.variant;
+    scene.line_width = s.line_width;
+    scene.environment = s.environment;
+    scene.edits = s.edits;
+    scene.edits_source = path.string();
+    if (s.moment) scene.animation = s.moment->animation, scene.frame_rate = s.moment->rate;
+}
+
 fs::path settings_file_of(const fs::path& scene) {
     return scene.string() + ".halflight.json";
 }
@@ -367,8 +220,8 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     const Json json = parse_json(text, path);
     const Element file(path, json);
     std::set<std::string> keys{
-        "halflight_settings", "camera",     "size",      "environment", "emission", "lights",    "clay",
-        "materials",          "transforms", "animation", "bookmarks",   "variant",  "line_width"};
+        "halflight_settings", "camera",    "size",      "environment", "emission",   "lights", "clay", "materials",
+        "transforms",         "animation", "bookmarks", "variant",     "line_width", "nodes",  "hide"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");
@@ -388,17 +241,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     with(file, "variant", [&](const Element& v) { s.variant = v.text(); });
     with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
-    with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(kEditFactor)); });
-    with(file, "lights", [&](const Element& v) {
-        for (const Element& one : v.items()) s.edits.lights.push_back(read_light(one));
-    });
-    with(file, "clay", [&](const Element& v) { s.edits.clay = v.truth(); });
-    with(file, "materials", [&](const Element& v) {
-        for (const auto& [index, one] : v.indexed()) s.edits.materials[index] = read_material(one);
-    });
-    with(file, "transforms", [&](const Element& v) {
-        for (const auto& [index, one] : v.indexed()) s.edits.transforms[index] = read_transform(one);
-    });
+    settings::read_edits(file, s.edits);
     with(file, "animation", [&](const Element& v) { s.moment = read_moment(v); });
     with(file, "bookmarks", [&](const Element& v) {
         for (const Element& one : v.items()) {
@@ -425,13 +268,7 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     if (!s.variant.empty()) json["variant"] = s.variant;
     if (s.line_width > 0) json["line_width"] = s.line_width;
     json["environment"] = environment_json(s, folder);
-    json["emission"] = s.edits.emission;
-    json["lights"] = Json::array();
-    for (const LightEdit& light : s.edits.lights) json["lights"].push_back(light_json(light));
-    json["clay"] = s.edits.clay;
-    for (const auto& [index, properties] : s.edits.materials)
-        json["materials"][std::to_string(index)] = material_json(properties);
-    for (const auto& [index, m] : s.edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);
+    settings::write_edits(s.edits, json);
     if (s.moment)
         json["animation"] = {{"name", s.moment->animation},
                              {"frame", s.moment->frame},

@@ -104,6 +104,8 @@ class SceneFile {
     /// Error for an invalid pose, and then leaves the scene unchanged.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
+    /// Returns the nodes at a time, for edits.
+    SceneTree tree_at(double seconds) { return file_.tree_at(seconds, playing_); }
     /// Returns whether meshes, instances, lights or materials depend on time.
     bool surfaces_move() { return file_.surfaces_move(playing_); }
     /// Returns whether light may appear later although there is none at 0 s.
@@ -136,7 +138,9 @@ class LoadedScene {
     const Scene& scene() const { return scene_; }
     /// Returns a number that changes whenever scene() changes, except for its cameras.
     std::uint64_t revision() const { return revision_; }
-    /// Returns a number that changes with each edit of transforms. Earlier hierarchies are invalid afterwards.
+    /// Returns the nodes of the scene, at the time of its last pose where something moves.
+    const SceneTree& tree() const { return tree_; }
+    /// Returns a number that changes with edits that move or hide surfaces. Earlier hierarchies are invalid afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
 
     /// Returns a number that changes with each edit and each choice of a camera.
@@ -182,6 +186,8 @@ class LoadedScene {
   private:
     struct Unedited;
     void apply_edits();
+    void restore_unedited();
+    void check_pages(const SceneEdits& edits) const;
     /// Loads the scene into memory. Returns whether its animations may bring light later.
     bool load_whole(const Log& log);
     /// Loads the scene, with its geometry from pages. Returns like load_whole().
@@ -199,6 +205,7 @@ class LoadedScene {
     std::vector<std::string> variants_;
     std::shared_ptr<const paging::PageSource> pages_;
     Scene scene_;
+    SceneTree tree_;
     SceneSize size_;
     MemoryLedger::Entry memory_;
     std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits

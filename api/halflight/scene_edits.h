@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/scene/scene_tree.h"
 
 namespace halflight {
 
@@ -15,11 +16,14 @@ namespace halflight {
 struct EditRange {
     double lower, upper;
 };
-inline constexpr EditRange kLineWidth{1e-9, 1e9};       ///< diameter of points and lines, world units
-inline constexpr EditRange kEditFactor{0, 1e9};         ///< factors of intensities and of emission
-inline constexpr EditRange kEditColor{0, 1};            ///< channels of colours and tints, linear Rec.709
-inline constexpr EditRange kEditPosition{-1e12, 1e12};  ///< coordinates of lights, metres
-inline constexpr EditRange kEditRotation{-1e6, 1e6};    ///< degrees
+inline constexpr EditRange kLineWidth{1e-9, 1e9};          ///< diameter of points and lines, world units
+inline constexpr EditRange kEditFactor{0, 1e9};            ///< factors of intensities and of emission
+inline constexpr EditRange kEditColor{0, 1};               ///< channels of colours and tints, linear Rec.709
+inline constexpr EditRange kEditPosition{-1e12, 1e12};     ///< coordinates of lights, metres
+inline constexpr EditRange kEditRotation{-1e6, 1e6};       ///< degrees
+inline constexpr EditRange kEditIntensity{0, 1e12};        ///< candela or lux
+inline constexpr EditRange kEditTemperature{1000, 40000};  ///< kelvin
+inline constexpr EditRange kEditScale{-1e6, 1e6};          ///< factors of lengths, not 0
 
 /// Edit of one punctual light. Optional members replace the light's own value.
 struct LightEdit {
@@ -27,9 +31,47 @@ struct LightEdit {
     std::optional<vec3> color{};       // colour, kEditColor; white has the intensity of the light's largest channel
     std::optional<dvec3> position{};   // world position, kEditPosition; without effect on directional lights
     std::optional<dvec3> direction{};  // unit, direction in which light travels; without effect on point lights
+    std::optional<float> intensity{};  // intensity of the largest channel, cd or lux, kEditIntensity
+    // Temperature of a black body, kelvin, kEditTemperature. Its colour (black_body_color()) replaces the light's own;
+    // not together with `color`.
+    std::optional<float> temperature{};
+    bool off = false;
     bool operator==(const LightEdit&) const = default;
 };
 
+/// Edit of a node, of what hangs below it, and of the lights among them. Relative edits follow animations: the node is
+/// scaled along the world's axes about its origin, then rotated about X, Y and Z, then moved.
+struct NodeEdit {
+    dvec3 translate{0};             // metres, kEditPosition
+    dvec3 rotate{0};                // degrees, kEditRotation
+    dvec3 scale{1};                 // factors, kEditScale
+    std::optional<dmat4> matrix{};  // affine, invertible; replaces node to world at all times, before the other members
+    bool operator==(const NodeEdit&) const = default;
+};
+
+/// Properties of a material by name (engine/scene/material_properties.h: "roughness", "base_color"), one value for each
+/// component. The alpha of "base_color" may be missing: it then stays.
+using MaterialEdit = std::map<std::string, std::vector<float>>;
+
+/// An edit of objects by name. Digits are the place of an object in its list. Other names are exact names of one
+/// object, or else patterns with * (any characters) and ? (one character) for all objects that match.
+template <class Edit>
+struct NamedEdit {
+    std::string name;
+    Edit edit{};
+    std::string source{};  // option or file and element of the edit, for errors; empty: none
+    bool operator==(const NamedEdit& other) const { return name == other.name && edit == other.edit; }
+};
+
+/// A name of nodes, meshes and lights that are hidden, nodes with everything below them. It means all objects of that
+/// name or pattern. A prefix selects a kind: "node:NAME", "mesh:NAME", "light:NAME"; numbers need one.
+struct HiddenName {
+    std::string name;
+    std::string source{};  // like NamedEdit::source
+    bool operator==(const HiddenName& other) const { return name == other.name; }
+};
+
+/// Edits by index come before those by name, which apply in their order. No name comes twice in a list.
 struct SceneEdits {
     double environment_rotation = 0;  // degrees to the right, seen from inside, kEditRotation; rounded to whole texels
     float environment_intensity = 1;  // factor, kEditFactor
@@ -42,6 +84,10 @@ struct SceneEdits {
     std::map<std::size_t, std::map<std::string, std::vector<float>>> materials{};
     // object_to_world by index into Scene::instances, affine. They replace animated transforms at all times.
     std::map<std::size_t, dmat4> transforms{};
+    std::vector<NamedEdit<LightEdit>> named_lights{};
+    std::vector<NamedEdit<MaterialEdit>> named_materials{};
+    std::vector<NamedEdit<NodeEdit>> nodes{};
+    std::vector<HiddenName> hidden{};
     bool operator==(const SceneEdits&) const = default;
 };
 
@@ -55,13 +101,25 @@ LightColor color_of(const PunctualLight& light);
 /// Returns v scaled to length 1; none where v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
-/// Checks whether edits suit a scene. Throws Error for unknown indices and properties, values outside their ranges,
-/// directions that are not unit, and transforms that are not affine. The error names `source` (the file of the edits;
-/// empty: none), the scene, and the light, material or instance.
+/// Returns whether edits move or hide surfaces, which scenes in pages cannot follow.
+bool change_surfaces(const SceneEdits& edits);
+/// Returns the part of the edits that moves or hides surfaces.
+SceneEdits surface_edits(const SceneEdits& edits);
+
+/// Returns the nodes of a scene without a file: one for each instance and light, by name.
+SceneTree tree_of(const Scene& scene);
+
+/// Checks whether edits suit a scene. Throws Error for unknown and ambiguous names, unknown indices and properties,
+/// values outside their ranges, directions that are not unit, and transforms that are not affine. The error names
+/// `source` (the file of the edits; empty: none), the scene, and the light, material, node or instance.
+void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source = {});
+/// Checks edits of a scene without a file.
 void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source = {});
 
-/// Applies edits to a scene that has none yet, except for the same transforms. Throws Error as check_edits() does, and
-/// then leaves the scene unchanged.
+/// Applies edits to a scene that has none yet. `tree` has the nodes of the scene in its pose. Throws Error as
+/// check_edits() does, and then leaves the scene unchanged.
+void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source = {});
+/// Applies edits to a scene without a file.
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source = {});
 
 }  // namespace halflight

@@ -37,6 +37,10 @@ struct SavedSettings {
 /// Returns the names of all settings that settings files can hold: SavedSettings::given for a complete file.
 std::set<std::string_view> saved_settings();
 
+/// Takes environment, edits, variant, line width, animation and camera of the file at `path`.
+void take_settings(const SavedSettings& settings, const std::filesystem::path& path, SceneChoice& scene,
+                   CameraChoice& camera);
+
 /// Returns SCENE.halflight.json.
 std::filesystem::path settings_file_of(const std::filesystem::path& scene);
 

@@ -19,7 +19,8 @@ namespace py = pybind11;
 /// A scene that renderers and edits use in turn.
 struct PyScene {
     LoadedScene scene;
-    bool busy = false;  // a renderer uses the scene without the GIL
+    SavedSettings saved{};  // settings file that the scene was loaded with
+    bool busy = false;      // a renderer uses the scene without the GIL
 };
 
 /// Marks a scene as busy during its lifetime. Throws Error where it is busy already: a callback or another thread must

@@ -7,8 +7,10 @@
 #include <variant>
 
 #include "api/python/bindings.h"
+#include "api/scene_names.h"
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
+#include "engine/settings/settings_table.h"
 
 namespace halflight::python {
 namespace {
@@ -40,26 +42,34 @@ EnvironmentChoice environment_of(const Environment3& e) {
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
                               const std::optional<std::string>& fps, bool allow_outside, bool strict,
-                              const std::optional<std::string>& variant, bool mip_levels, double line_width,
+                              const std::optional<std::string>& variant, bool mip_levels,
+                              std::optional<double> line_width, const std::optional<std::filesystem::path>& settings,
                               py::object log) {
     SceneChoice choice;
+    CameraChoice camera;
+    SavedSettings saved;
+    if (settings) {
+        saved = read_settings(*settings);
+        take_settings(saved, *settings, choice, camera);
+    }
     choice.scene = path;
-    choice.environment = environment_of(environment);
-    if (sky && !std::holds_alternative<std::monostate>(choice.environment))
-        throw Error("sky", "cannot be given together with environment");
+    if (const EnvironmentChoice wanted = environment_of(environment); !std::holds_alternative<std::monostate>(wanted)) {
+        if (sky) throw Error("sky", "cannot be given together with environment");
+        choice.environment = wanted;
+    }
     if (sky) choice.environment = parse_clear_sky("sky", *sky);
-    choice.animation = animation;
+    if (animation) choice.animation = animation;
     if (fps) choice.frame_rate = parse_frame_rate("fps", *fps);
     choice.allow_outside = allow_outside;
     choice.strict_textures = strict;
-    choice.variant = variant.value_or("");
+    if (variant) choice.variant = *variant;
     choice.mip_levels = mip_levels;
-    if (!(line_width >= 0 && line_width <= kLineWidth.upper))
+    if (line_width && !(*line_width >= 0 && *line_width <= kLineWidth.upper))
         throw Error("line_width", "is not between 0 and {}", kLineWidth.upper);
-    choice.line_width = line_width;
+    if (line_width) choice.line_width = *line_width;
     const Log sink = log_to(std::move(log));
     const py::gil_scoped_release released;
-    return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), {}, sink)});
+    return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), camera, sink), std::move(saved)});
 }
 
 /// Changes the edits by f(edits, scene), and then applies them.
@@ -78,21 +88,75 @@ std::vector<std::string> names_of(const std::vector<T>& things) {
     return names;
 }
 
-void edit_light(PyScene& s, std::size_t index, std::optional<float> factor, const std::optional<Triple>& color,
-                const std::optional<Triple>& position, const std::optional<Triple>& direction) {
-    edit(s, [&](SceneEdits& edits, const Scene& scene) {
-        if (index >= scene.lights.size())
-            throw Error(scene.name, "there is no light {}; the scene has {}, numbered from 0", index,
-                        scene.lights.size());
-        if (edits.lights.size() <= index) edits.lights.resize(index + 1);
-        LightEdit& light = edits.lights[index];
-        if (factor) light.factor = *factor;
-        if (color) light.color = vec3(vec(*color));
-        if (position) light.position = vec(*position);
-        if (!direction) return;
-        light.direction = unit_direction(vec(*direction));
-        if (!light.direction) throw Error("light", "the direction has no length");
+using Texts = std::map<std::string, std::string>;  // keys of an edit (api/halflight/edit_text.h) and their values
+
+void edit_light(PyScene& s, const std::string& which, const Texts& values) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        LightEdit& light = light_edit(edits, which);
+        for (const auto& [key, text] : values) set_key(light, fmt::format("light '{}'", which), key, text);
     });
+}
+
+void edit_material(PyScene& s, const std::string& which, const Texts& values) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        MaterialEdit& material = material_edit(edits, which);
+        for (const auto& [key, text] : values) set_key(material, fmt::format("material '{}'", which), key, text);
+    });
+}
+
+/// No values restore the node's own transform.
+void edit_node(PyScene& s, const std::string& which, const Texts& values) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        NodeEdit& node = node_edit(edits, which);
+        if (values.empty()) node = {};
+        for (const auto& [key, text] : values) set_key(node, fmt::format("node '{}'", which), key, text);
+    });
+}
+
+void hide(PyScene& s, const std::vector<std::string>& names) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        for (const std::string& name : names) add_hidden(edits, "", name);
+    });
+}
+
+void show(PyScene& s, const std::vector<std::string>& names) {
+    edit(s, [&](SceneEdits& edits, const Scene& scene) {
+        for (const std::string& name : names)
+            if (std::erase(edits.hidden, HiddenName{name}) == 0) throw Error(scene.name, "'{}' is not hidden", name);
+    });
+}
+
+/// Returns the render settings of the settings file, by the names of keyword arguments.
+Texts file_settings(const PyScene& s) {
+    Texts texts;
+    RenderSettings settings = s.saved.settings;
+    settings.preview.temporal = false;  // single pictures have no earlier ones
+    for (const std::string_view name : s.saved.given)
+        if (const std::string text = setting(name).get(settings); !text.empty()) texts.emplace(name, text);
+    if (s.saved.size)
+        texts["width"] = std::to_string(s.saved.size->x), texts["height"] = std::to_string(s.saved.size->y);
+    if (s.saved.moment) texts["frame"] = std::to_string(s.saved.moment->frame);
+    return texts;
+}
+
+void save_settings(const PyScene& s, const std::filesystem::path& path) {
+    const SceneChoice& choice = s.scene.choice();
+    const CameraChoice& camera = s.scene.camera_choice();
+    SavedSettings saved = s.saved;
+    saved.camera = std::monostate();
+    if (camera.camera) saved.camera = *camera.camera;
+    if (camera.pose) saved.camera = *camera.pose;
+    if (camera.look_from) {
+        CameraPose pose;
+        pose.from = *camera.look_from, pose.at = *camera.look_at, pose.up = camera.up;
+        pose.vertical_fov = glm::radians(camera.vertical_fov);
+        saved.camera = pose;
+    }
+    saved.variant = choice.variant;
+    saved.line_width = choice.line_width;
+    saved.environment = choice.environment;
+    saved.edits = choice.edits;
+    write_settings(path, saved);
 }
 
 py::dict material(const PyScene& s, std::size_t index) {
@@ -191,11 +255,22 @@ void bind_scene(py::module_& module) {
         .def("material", &material)
         .def("transform", &transform)
         .def("edit_light", &edit_light)
-        .def("edit_material",
-             [](PyScene& s, std::size_t index, const std::map<std::string, std::vector<float>>& values) {
-                 edit(s, [&](SceneEdits& edits, const Scene&) {
-                     for (const auto& [name, components] : values) edits.materials[index][name] = components;
-                 });
+        .def("edit_material", &edit_material)
+        .def("edit_node", &edit_node)
+        .def("hide", &hide)
+        .def("show", &show)
+        .def_property_readonly("hidden",
+                               [](const PyScene& s) {
+                                   std::vector<std::string> names;
+                                   for (const HiddenName& h : s.scene.edits().hidden) names.push_back(h.name);
+                                   return names;
+                               })
+        .def_property_readonly("nodes", [](const PyScene& s) { return names_of(s.scene.tree().nodes); })
+        .def_property_readonly("settings", &file_settings)
+        .def("save_settings", &save_settings)
+        .def("edit_options",
+             [](const PyScene& s) {
+                 return option_lines(name_facts(s.scene.scene(), s.scene.tree(), s.scene.variants()));
              })
         .def("edit_transform", &edit_transform)
         .def("edit_environment", &edit_environment)

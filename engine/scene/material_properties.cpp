@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 #include "shaders/shared/surface.h"
 
 namespace halflight {
@@ -80,7 +81,11 @@ std::string range_error(const MaterialProperty& property, const vec4& value) {
 
 void set_property(Material& material, std::string_view name, std::span<const float> values, std::string_view subject) {
     const auto found = std::ranges::find(material_properties(), name, &MaterialProperty::name);
-    if (found == material_properties().end()) throw Error(subject, "materials have no property '{}'", name);
+    if (found == material_properties().end()) {
+        std::vector<std::string> names;
+        for (const MaterialProperty& property : material_properties()) names.emplace_back(property.name);
+        throw Error(subject, "materials have no property '{}'{}", name, did_you_mean(name, names));
+    }
     const auto count = static_cast<std::size_t>(component_count(found->field));
     if (values.size() != count) throw Error(subject, "{} takes {} numbers, not {}", name, count, values.size());
     vec4 value(0);

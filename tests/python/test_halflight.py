@@ -178,6 +178,45 @@ class Edits(InFolder):
         np.testing.assert_array_equal(moved, hl.render(self.scene, **SMALL)["beauty"])
         self.check_undone()
 
+    def test_nodes_and_hidden_objects(self):
+        self.assertIn("tall block", self.scene.nodes)
+        self.scene.edit_node("tall block", translate=(0.1, 0, 0), rotate=(0, 30, 0))
+        moved = self.renderer.render()["beauty"]
+        self.assertFalse(np.array_equal(moved, self.before))
+        self.scene.edit_node("tall block")
+        np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
+        self.scene.hide("*block")
+        self.assertEqual(self.scene.hidden, ["*block"])
+        self.assertEqual(len([i for i in self.scene.instances if "block" in i]), 0)
+        self.assertFalse(np.array_equal(self.renderer.render()["beauty"], self.before))
+        self.scene.show("*block")
+        np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
+        with self.assertRaisesRegex(hl.Error, "did you mean 'tall block'"):
+            self.scene.edit_node("tal block", scale=2)
+        with self.assertRaisesRegex(hl.Error, "'gone' is not hidden"):
+            self.scene.show("gone")
+        self.check_undone()
+
+    def test_files_make_the_same_picture(self):
+        self.scene.edit_material("white", base_color="#80c0ff", roughness=0.25)
+        self.scene.edit_node("tall block", translate=(0.1, 0, 0), scale=0.9)
+        self.scene.hide("short block")
+        self.scene.edit_emission(2)
+        self.scene.look((0.1, 0.5, 2), (0, 0.5, 0), vfov=30)
+        picture = self.renderer.render()
+        path = self.folder / "look.json"
+        self.scene.save_settings(path)
+        same = hl.load(CORNELL, settings=path)
+        np.testing.assert_array_equal(hl.render(same, **{**SMALL, **same.settings})["beauty"], picture["beauty"])
+        picture.save(self.folder / "python.exr")
+        command = [os.environ["HALFLIGHT_PROGRAM"], "render", CORNELL, self.folder / "program.exr", "--settings", path, "--device", DEVICE,
+                   "--quiet", "--aov", "all", *(f"--{name}={value}" for name, value in SMALL.items() if name != "device")]
+        subprocess.run(list(map(str, command)), check=True)
+        self.assertEqual(subprocess.run([os.environ["HALFLIGHT_PROGRAM"], "compare", self.folder / "program.exr",
+                                         self.folder / "python.exr"],
+                                        capture_output=True).returncode, 0)
+        self.assertIn("--material white.roughness=0.25\n", self.scene.edit_options())
+
     def test_cameras(self):
         self.scene.look((0, 0.5, 2), (0, 0.5, 0), vfov=20)
         self.assertFalse(np.array_equal(self.renderer.render()["beauty"], self.before))

@@ -76,6 +76,22 @@ CLI::Option* Options::value(const std::string& name, const char* metavar, const 
         ->group(group_);
 }
 
+CLI::Option* Options::repeated(const std::string& name, const char* metavar, const std::string& description,
+                               std::function<void(const std::string& name, const std::string& text)> parse) {
+    return app_
+        .add_option_function<std::vector<std::string>>(
+            name,
+            [name, parse](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts) parse(name, text);
+            },
+            description)
+        ->type_name(metavar)
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->group(group_);
+}
+
 CLI::Option* Options::path(const std::string& name, const char* metavar, const std::string& description,
                            std::optional<std::filesystem::path>& target) {
     return value(name, metavar, description, [&](const auto& n, const auto& text) {
@@ -117,8 +133,11 @@ std::size_t size_of_text(const std::string& option, const std::string& text) {
 
 void add_camera_options(Options& options, ViewArguments& a) {
     options.group("Camera");
-    options.value("--camera", "NAME|N", "camera of the scene, by name or by number from 0 (default: the first)",
-                  [&](const auto&, const auto& text) { a.camera = text; });
+    options.value(
+        "--camera", "NAME|N",
+        "camera of the scene, by name or by number from 0 (default: the first). With `all`, `halflight render` makes a "
+        "picture of each. The camera's name replaces {camera} in the file's name, or stands before its first dot",
+        [&](const auto&, const auto& text) { a.camera = text; });
     options.value("--look-from", "X,Y,Z", "position of a free camera, in metres",
                   [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
     options.value("--look-at", "X,Y,Z", "point that the free camera looks at",

@@ -57,6 +57,9 @@ class Options {
     void group(std::string name) { group_ = std::move(name); }
     CLI::Option* value(const std::string& name, const char* metavar, const std::string& description,
                        std::function<void(const std::string& name, const std::string& text)> parse);
+    /// Declares an option that may be given several times; `parse` is called for each.
+    CLI::Option* repeated(const std::string& name, const char* metavar, const std::string& description,
+                          std::function<void(const std::string& name, const std::string& text)> parse);
     CLI::Option* path(const std::string& name, const char* metavar, const std::string& description,
                       std::optional<std::filesystem::path>& target);
     void flag(const std::string& name, bool& target, const std::string& description);
@@ -86,6 +89,8 @@ void add_camera_options(Options& options, ViewArguments& arguments);
 void add_environment_options(Options& options, SceneChoice& choice);
 /// Throws UsageError for environment options that contradict each other.
 void check_environment_options(const CLI::App& app);
+/// Declares --light, --material, --node and --hide.
+void add_edit_options(Options& options, ViewArguments& arguments);
 /// Declares --variant.
 void add_variant_option(Options& options, std::string& variant);
 /// Declares --line-width.

@@ -17,14 +17,23 @@
 
 namespace halflight {
 
+/// An option that edits the scene by name. Options come after the edits of a settings file, so they are kept as text.
+struct EditOption {
+    using Add = void (*)(SceneEdits& edits, const std::string& source, const std::string& text);
+    const char* name;  // "--light"
+    Add add;
+    std::string text;
+};
+
 /// Arguments of every command that makes pictures of a scene. Ranges are checked, names of cameras are not.
 struct ViewArguments : SceneChoice, CameraChoice {
     /// Values of the options and files for the table of settings (engine/settings/settings_table.h). Camera and size
     /// are chosen later, from the scene and the members below.
     RenderSettings settings;
-    std::optional<int> width;   // width of the picture, pixels; none: not given
-    std::optional<int> height;  // height of the picture, pixels; none: not given
-    int usual_width = 1280;     // width where neither is given, pixels
+    std::optional<int> width;              // width of the picture, pixels; none: not given
+    std::optional<int> height;             // height of the picture, pixels; none: not given
+    int usual_width = 1280;                // width where neither is given, pixels
+    std::vector<EditOption> edit_options;  // options that are in `edits` already
 
     std::string device;
     bool gl_debug = false;

@@ -56,6 +56,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
     add_line_width_option(options, a.line_width);
+    add_edit_options(options, a);
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
     add_page_options(options, a);

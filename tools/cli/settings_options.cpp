@@ -57,6 +57,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;
     if (given("--env-intensity")) a.edits.environment_intensity = of_options.environment_intensity;
     a.edits_source = file.string();
+    for (const EditOption& option : a.edit_options) option.add(a.edits, option.name, option.text);
     if (s.moment) {
         if (!given("--animation")) a.animation = s.moment->animation;
         if (!given("--fps")) a.frame_rate = s.moment->rate;

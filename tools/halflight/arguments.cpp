@@ -42,6 +42,7 @@ void add_light_options(Options& options, ViewArguments& a) {
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
     add_line_width_option(options, a.line_width);
+    add_edit_options(options, a);
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
@@ -193,7 +194,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
 std::vector<std::string> memory_options() {
     std::vector<std::string> names = {"--settings",      "--camera",  "--look-from",  "--look-at", "--up",
                                       "--vfov",          "--shutter", "--env",        "--sky",     "--env-rotation",
-                                      "--env-intensity", "--variant", "--line-width", "--png"};
+                                      "--env-intensity", "--variant", "--line-width", "--png",     "--light",
+                                      "--material",      "--node",    "--hide"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;
@@ -217,6 +219,7 @@ void add_memory_options(Options& options, InfoArguments& a) {
 
 void check(const InfoArguments& a, const CLI::App& app) {
     if (a.needs && !a.scene) throw UsageError("--needs", "needs a SCENE");
+    if (a.names && !a.scene) throw UsageError("--names", "needs a SCENE");
     if (a.check && !a.scene) throw UsageError("--check", "needs a page file");
     for (const std::string& option : memory_options())
         if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
@@ -294,6 +297,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
+    info_app.add_flag(
+        "--names", info.names,
+        "lists cameras, variants, lights, materials, meshes and nodes as options of `halflight render`, with "
+        "the values that they have");
     info_app.add_flag("--check", info.check, "reads a page file as a whole and tests the checksums of all its parts");
     info_app.add_flag("--time", info.time,
                       "measures, with --needs, the time that leaving out each part saves; takes minutes");

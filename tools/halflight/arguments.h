@@ -33,6 +33,7 @@ struct InfoArguments {
     std::optional<std::filesystem::path> scene;
     bool device = false;      // lists devices
     bool needs = false;       // lists the parts that rendering leaves out
+    bool names = false;       // lists names as options
     bool check = false;       // reads a page file as a whole
     bool time = false;        // measures the time that leaving parts out saves
     RenderArguments picture;  // picture whose memory is estimated: size, camera, layers, ...; without files

@@ -85,10 +85,11 @@ void run_converge(const ConvergeArguments& a) {
     const ColorConfig colors = ColorConfig::load();
     const ViewProcessor shown = colors.view({});
 
-    Scene scene = SceneFile(a.scene, gltf_options(a), 0, false).gltf().at_rest();
+    SceneFile file(a.scene, gltf_options(a), 0, false);
+    Scene scene = file.gltf().at_rest();
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
     set_environment(scene, a.environment, console);
-    apply(a.edits, scene);
+    apply(a.edits, scene, file.tree_at(0));
     CameraChoice choice = a;
     if (a.width && a.height) choice.aspect = double(*a.width) / *a.height;
     const ChosenCamera chosen = choose_camera(scene, choice);

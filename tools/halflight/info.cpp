@@ -6,6 +6,7 @@
 #include "api/facts.h"
 #include "api/halflight/camera.h"
 #include "api/halflight/loaded_scene.h"
+#include "api/scene_names.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf/gltf.h"
@@ -130,15 +131,19 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene, const TraceTable
     return list;
 }
 
-/// Returns the facts of the scene, with the light that the picture would have.
-Json facts_of(const InfoArguments& a, Scene& scene, const TraceTables& tables, bool moves) {
-    Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Log());  // the facts contain its warnings
-    const RenderSettings settings = make_settings(
-        a.picture, with_lens(choose_camera(scene, a.picture).camera, a.picture.settings.view.camera.lens));
+/// Returns the facts of the edited scene, with the light that the picture would have. own: the scene's environment.
+Json facts_of(const InfoArguments& a, Scene& scene, Environment own, const TraceTables& tables, bool moves) {
+    CameraChoice choice = a.picture;
+    const bool named = std::ranges::find(scene.cameras, "all", &Camera::name) != scene.cameras.end();
+    if (choice.camera == "all" && !named) choice.camera.reset();  // `render` makes a picture of each camera
+    const RenderSettings settings =
+        make_settings(a.picture, with_lens(choose_camera(scene, choice).camera, a.picture.settings.view.camera.lens));
     const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0};
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
-    if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) scene.environment = std::move(own);
+    if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) {
+        scene.environment = std::move(own);
+        scene.environment.color *= a.picture.edits.environment_intensity * a.picture.edits.environment_tint;
+    }
     return scene_facts(scene, tables, settings, memory);
 }
 
@@ -149,12 +154,17 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
     tile_textures({&file, 1}, size, 0);
     check_fits(size, *a.scene);
     scene = file.at_rest();
+    const SceneTree tree = file.tree_at(0, {});
+    const Environment own = scene.environment;
+    set_environment(scene, a.picture.environment, Log());  // the facts contain its warnings
+    apply(a.picture.edits, scene, tree, a.picture.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
-    facts.update(facts_of(a, scene, tables, !motion.at("animations").empty()));
+    facts.update(facts_of(a, scene, own, tables, !motion.at("animations").empty()));
     facts.update(motion);
     facts["variants"] = file.variants();
+    if (a.names) facts["names"] = name_facts(scene, tree, file.variants());
     return facts;
 }
 
@@ -226,6 +236,7 @@ void run_info(const InfoArguments& a) {
     TraceTables tables;
     const bool list = a.scene && is_part_list(*a.scene);
     const bool paged = a.scene && !list && paging::is_page_file(*a.scene);
+    if ((list || paged) && a.names) throw Error(a.scene->string(), "is no glTF scene: --names describes single files");
     if (list && a.needs) throw Error(a.scene->string(), "is a list of files: --needs describes single files");
     if (paged && a.needs) throw Error(a.scene->string(), "is a page file: --needs describes glTF scenes");
     if (a.check && !paged) throw Error(a.scene->string(), "is no page file: --check tests page files");
@@ -233,7 +244,10 @@ void run_info(const InfoArguments& a) {
     if (a.scene) facts = list ? list_facts(a) : paged ? page_facts(*a.scene, a.check) : file_facts(a, scene, tables);
     if (!a.json) {
         if (a.device) print_devices(all["devices"]);
-        print_text(facts, 0);
+        if (a.names)
+            fmt::print("{}", option_lines(facts.at("names")));
+        else
+            print_text(facts, 0);
     }
     if (a.needs) facts["left_out"] = left_out_facts(a, scene, tables);
     all.update(facts);

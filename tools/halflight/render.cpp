@@ -11,6 +11,7 @@
 #include "engine/io/files.h"
 #include "tools/cli/console.h"
 #include "tools/cli/signals.h"
+#include "tools/halflight/all_cameras.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/progress.h"
 #include "tools/halflight/render_parts.h"
@@ -139,7 +140,8 @@ void render_picture(const RenderArguments& a) {
 }  // namespace
 
 void run_render(const RenderArguments& a) {
-    a.frames.empty() ? render_picture(a) : run_sequence(a);
+    for (const RenderArguments& one : arguments_by_camera(a))
+        one.frames.empty() ? render_picture(one) : run_sequence(one);
 }
 
 }  // namespace halflight

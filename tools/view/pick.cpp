@@ -38,18 +38,24 @@ double distance(const dvec3& origin, const dvec3& direction, const dvec3& a, con
 
 }  // namespace
 
-Picker::Picker(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {
+Picker::Picker(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)), instances_(scene_->instances) {
     for (const Mesh& mesh : scene_->meshes) {
         Bounds& box = boxes_.emplace_back();
         for (const vec3& p : mesh.positions) box.add(p);
     }
 }
 
+Picker Picker::with_instances(std::vector<Instance> instances) const {
+    Picker other = *this;
+    other.instances_ = std::move(instances);
+    return other;
+}
+
 std::optional<PickResult> Picker::pick(const Ray& ray) const {
     double nearest = kFar;
     std::size_t instance = 0;
-    for (std::size_t i = 0; i < scene_->instances.size(); ++i) {
-        const Instance& in = scene_->instances[i];
+    for (std::size_t i = 0; i < instances_.size(); ++i) {
+        const Instance& in = instances_[i];
         const Mesh& mesh = scene_->meshes[static_cast<std::size_t>(in.mesh)];
         // The direction is not normalized, so distances stay world distances.
         const dmat4 to_object = glm::inverse(in.object_to_world);
@@ -66,7 +72,7 @@ std::optional<PickResult> Picker::pick(const Ray& ray) const {
 }
 
 WorldBounds Picker::bounds(std::size_t instance) const {
-    const Instance& in = scene_->instances[instance];
+    const Instance& in = instances_[instance];
     const Bounds& box = boxes_[static_cast<std::size_t>(in.mesh)];
     WorldBounds world;
     for (int corner = 0; corner < 8 && !box.empty(); ++corner) {

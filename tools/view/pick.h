@@ -11,12 +11,15 @@ namespace halflight::view {
 
 struct PickResult {
     dvec3 position;        // hit point, world units
-    std::size_t instance;  // index into Scene::instances
+    std::size_t instance;  // index into Picker::instances()
 };
 
 class Picker {
   public:
     explicit Picker(std::shared_ptr<const Scene> scene);
+    /// Returns a picker of the same meshes with other instances of them.
+    Picker with_instances(std::vector<Instance> instances) const;
+    const std::vector<Instance>& instances() const { return instances_; }
     /// Returns the nearest surface; alpha is ignored.
     std::optional<PickResult> pick(const Ray& ray) const;
     /// Returns the bounds of an instance, world units.
@@ -24,6 +27,7 @@ class Picker {
 
   private:
     std::shared_ptr<const Scene> scene_;
+    std::vector<Instance> instances_;
     std::vector<Bounds> boxes_;  // boxes of the meshes, object space
 };
 

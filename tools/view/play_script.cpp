@@ -22,6 +22,12 @@ rays::Culling culling_named(const std::string& name) {
     return settings.culling;
 }
 
+/// Returns whether a command may read a file or pose the scene, so that the script waits for it.
+bool opens(const std::string& command) {
+    constexpr std::string_view kAll[] = {"open", "animation", "frame", "environment", "variant", "undo", "redo"};
+    return std::ranges::find(kAll, command) != std::end(kAll);
+}
+
 }  // namespace
 
 void Viewer::step_script() {
@@ -30,7 +36,7 @@ void Viewer::step_script() {
         try {
             if (command.name == "wait") {
                 if (!wait_done(command)) return;
-            } else if (command.name == "open" || command.name == "animation" || command.name == "frame") {
+            } else if (opens(command.name)) {
                 if (!open_done(command)) return;
             } else if (command.name == "play") {
                 if (!play_done(command)) return;
@@ -40,6 +46,7 @@ void Viewer::step_script() {
         } catch (const Error& error) {
             throw Error(fmt::format("{}:{}", arguments_.script->string(), command.line), error.what());
         }
+        if (!opening_.valid()) edit_history_.record(session_.document(), false);
         ++next_command_;
         frames_due_ = std::max(frames_due_, 1);
     }
@@ -71,6 +78,12 @@ bool Viewer::open_done(const Command& command) {
         const Timeline& t = session_.timeline();
         if (command.name == "open")
             to_open_.push_back(command.words[0]);
+        else if (command.name == "environment")
+            start_opening(command.name, session_.lighting(parse_environment(command.name, command.words[0])));
+        else if (command.name == "variant")
+            start_opening(command.name, session_.dressing(command.words[0]));
+        else if (command.name == "undo" || command.name == "redo")
+            undo(command.name == "redo");
         else if (command.name == "animation")
             next_pose_ = {command.words[0], 0};
         else
@@ -97,6 +110,7 @@ bool Viewer::play_done(const Command& command) {
 }
 
 void Viewer::execute(const Command& c) {
+    if (execute_edit(c)) return;
     const auto n = [&](std::size_t i) { return c.numbers.at(i); };
     const ivec2 size = window_.framebuffer_size();
     const dvec2 point = c.numbers.size() >= 2 ? dvec2(n(0), n(1)) : dvec2(size) / 2.0;
@@ -145,7 +159,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "rotation") session_.edits.environment_rotation = n(0);
     if (c.name == "intensity") session_.edits.environment_intensity = static_cast<float>(n(0));
     if (c.name == "emission") session_.edits.emission = static_cast<float>(n(0));
-    if (c.name == "light" || c.name == "place" || c.name == "aim") {
+    if ((c.name == "light" && !c.numbers.empty()) || c.name == "place" || c.name == "aim") {
         const std::size_t lights = session_.scene().lights.size();
         if (n(0) < 0 || n(0) >= static_cast<double>(lights))
             throw Error(c.name, "there is no light {}; the scene has {}, numbered from 0", n(0), lights);

@@ -42,9 +42,11 @@ struct Request {
     /// (PreparedScene::update()), and all poses share its images.
     std::shared_ptr<const Scene> reference;
     std::shared_ptr<const Scene> scene;  // scene at the frame, before edits; the reference itself where nothing moves
+    std::shared_ptr<const SceneTree> reference_tree{};  // nodes of the reference; null: the scene has no file
+    std::shared_ptr<const SceneTree> tree{};            // nodes of the scene
     std::shared_ptr<const paging::PageSource> pages{};  // geometry of scenes in pages; null: the scenes have it
     std::size_t pool_bytes = 0;                         // memory for pages; 0: half of what the budget has left
-    SceneEdits edits;         // for layer "motion", both scenes must have the transforms already
+    SceneEdits edits;
     std::uint32_t frame = 0;  // FrameSettings::frame
     Camera camera;
     ivec2 size{0};  // size of the picture, pixels

@@ -11,6 +11,15 @@ namespace {
 constexpr std::size_t kSoftwareBand = std::size_t{1} << 18;  // pixels
 constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 
+/// Returns the scene with edits; the scene itself where there are none.
+std::shared_ptr<const Scene> edited(const std::shared_ptr<const Scene>& scene,
+                                    const std::shared_ptr<const SceneTree>& tree, const SceneEdits& edits) {
+    if (edits == SceneEdits()) return scene;
+    auto other = std::make_shared<Scene>(*scene);
+    apply(edits, *other, tree ? *tree : tree_of(*scene));
+    return other;
+}
+
 }  // namespace
 
 bool RendererCache::needs_scene(const Request& r) const {
@@ -26,14 +35,9 @@ bool RendererCache::reload_shaders() {
 }
 
 void RendererCache::prepare_scene(const Request& r) {
-    const auto edited = [&](const std::shared_ptr<const Scene>& scene) {
-        if (r.edits == SceneEdits()) return scene;
-        auto other = std::make_shared<Scene>(*scene);
-        apply(r.edits, *other);
-        return std::shared_ptr<const Scene>(std::move(other));
-    };
     const bool raster = row_of(r.culling).needs_cull_tree;
-    const bool known = scene_ && r.reference == request_.reference && (!raster || raster_);
+    const bool known = scene_ && r.reference == request_.reference && (!raster || raster_) &&
+                       surface_edits(r.edits) == surface_edits(request_.edits);
     try {
         if (!known) {
             renderers_.clear();
@@ -42,10 +46,11 @@ void RendererCache::prepare_scene(const Request& r) {
             PrepareOptions options{.raster_culling = raster, .pages = r.pages};
             const std::size_t pool = r.pool_bytes > 0 ? r.pool_bytes : MemoryLedger::process().free() / 2;
             options.pool_bytes = [pool](const SceneNeeds&) { return pool; };
-            scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference), options);
+            scene_ =
+                std::make_unique<PreparedScene>(context_, *edited(r.reference, r.reference_tree, r.edits), options);
         }
         if (!known && r.scene == r.reference) return;
-        if (scene_->update(*edited(r.scene)))
+        if (scene_->update(*edited(r.scene, r.tree, r.edits)))
             for (auto& [divisor, renderer] : renderers_) renderer.follow_scene();
         else
             renderers_.clear();
@@ -57,12 +62,13 @@ void RendererCache::prepare_scene(const Request& r) {
 }
 
 void RendererCache::remember_previous_view(const Request& r) {
-    if (r.reference != request_.reference) {
+    if (r.reference != request_.reference || surface_edits(r.edits) != surface_edits(request_.edits)) {
         previous_camera_.reset();
         previous_scene_.reset();
     } else if (r.scene != request_.scene || !same(r.camera, request_.camera)) {
         previous_camera_ = request_.camera;
         previous_scene_ = request_.scene;
+        previous_tree_ = request_.tree;
     }
 }
 
@@ -74,8 +80,12 @@ void RendererCache::fill_frame_settings(FrameSettings& frame) {
     // Temporal preview modes accumulate pictures of the same pose only.
     const bool motion = std::ranges::find(request_.aovs, "motion") != request_.aovs.end();
     surfaces_.reset();
-    if (motion && !request_.modes.preview.temporal && previous_scene_ && previous_scene_ != request_.scene)
-        surfaces_.emplace(*request_.scene, *previous_scene_);
+    if (motion && !request_.modes.preview.temporal && previous_scene_ && previous_scene_ != request_.scene) {
+        const SceneEdits moves = surface_edits(request_.edits);
+        moved_scene_ = edited(request_.scene, request_.tree, moves);
+        moved_previous_scene_ = edited(previous_scene_, previous_tree_, moves);
+        surfaces_.emplace(*moved_scene_, *moved_previous_scene_);
+    }
     frame.previous_surfaces = surfaces_ ? &*surfaces_ : nullptr;
 }
 
@@ -96,6 +106,7 @@ void RendererCache::prepare(const Request& r) {
     // Renderers do not depend on these members, which are set for each picture.
     Request known = request_;
     known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;
+    known.reference_tree = r.reference_tree, known.tree = r.tree;
     known.frame = r.frame, known.camera = r.camera;
     if (reloaded_ || renderers_.empty() || !serves(known, r)) {
         renderers_.clear();

@@ -53,7 +53,10 @@ class RendererCache {
     // View of the previous request, to which the layer "motion" is relative.
     std::optional<Camera> previous_camera_;
     std::shared_ptr<const Scene> previous_scene_;
-    std::optional<PreviousSurfaces> surfaces_;       // surfaces at the previous request; refers to request_.scene
+    std::shared_ptr<const SceneTree> previous_tree_;
+    // Scenes with the edits that move or hide surfaces, to which `surfaces_` refers.
+    std::shared_ptr<const Scene> moved_scene_, moved_previous_scene_;
+    std::optional<PreviousSurfaces> surfaces_;       // surfaces at the previous request
     std::shared_ptr<RadianceCache> radiance_cache_;  // shared by the renderers; null until a request needs it
     Resolution resolution_;
 };

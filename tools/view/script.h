@@ -30,6 +30,14 @@
 //     intensity FACTOR         factor on the environment
 //     emission FACTOR          factor on emissive surfaces
 //     tint R G B               colour factor on the environment, linear, 0 to 1
+//     light NAME=KEY:VALUE,... edits lights, as --light does
+//     material NAME.PROPERTY=VALUE  edits materials, as --material does
+//     node NAME=KEY:VALUE,...  moves nodes, as --node does
+//     environment VALUE        environment, as --env takes it: a file, a colour, a preset, none
+//     variant NAME             material variant; "" for the file's own materials
+//     undo, redo               takes back the last edit, repeats it
+//     hide NAME                hides nodes, meshes and lights, as --hide does
+//     show NAME                shows what `hide` of the same name has hidden
 //     light N FACTOR           factor on a punctual light, by number
 //     light N R G B            colour of a punctual light, linear, 0 to 1
 //     place N X Y Z            position of a punctual light, world units

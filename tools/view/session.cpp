@@ -42,23 +42,33 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     return t;
 }
 
-/// Moves the instances that the settings file moves, so that picking, bounds and motion agree with the picture. Panels
-/// do not change these edits. RendererCache applies all edits later; it sets the same transforms again.
-void take_transforms(const PreviewArguments& a, Scene& scene) {
-    apply({.transforms = a.edits.transforms}, scene, a.edits_source);
+/// Returns the instances as edits move and hide them; unchanged ones where the edits do not suit the scene, which the
+/// picture reports.
+std::vector<Instance> moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits) {
+    Scene frame;  // a copy without meshes and images
+    frame.instances = scene.instances;
+    frame.lights = scene.lights;
+    for (const Mesh& mesh : scene.meshes) frame.meshes.emplace_back().name = mesh.name;
+    try {
+        apply(surface_edits(edits), frame, tree);
+    } catch (const Error&) {
+        return scene.instances;
+    }
+    return std::move(frame.instances);
 }
 
 /// Poses the reference at 0 s of the animation that plays. The new scene takes the images of `images`.
 void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
     Timeline& t = o.timeline;
     Scene scene = t.file->at(0, images.images);
+    o.own_environment = std::make_shared<const Environment>(scene.environment);
     const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
     if (chosen && o.reference)
         scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
     else if (chosen || !t.file->drives_light())
         set_environment(scene, o.arguments.environment, console);
-    check_edits(o.arguments.edits, scene, o.arguments.edits_source);
-    take_transforms(o.arguments, scene);
+    o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
+    check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
     t.last = last_frame(t.file->end(), t.rate);
@@ -70,6 +80,7 @@ void take_frame(Session::Opened& o, std::uint32_t frame) {
     t.frame = frame;
     const auto before = o.scene;
     o.scene = o.reference;
+    o.tree = o.reference_tree;
     t.cameras = o.reference->cameras;
     if (frame > 0 && !t.playing.empty()) {
         const double seconds = t.rate.seconds(frame);
@@ -78,7 +89,7 @@ void take_frame(Session::Opened& o, std::uint32_t frame) {
             Scene scene = t.file->at(seconds, o.reference->images);
             scene.environment = o.reference->environment;
             take_sun(scene, *o.reference);
-            take_transforms(o.arguments, scene);
+            o.tree = std::make_shared<const SceneTree>(t.file->tree_at(seconds));
             o.scene = std::make_shared<const Scene>(std::move(scene));
         }
     }
@@ -100,12 +111,15 @@ void load_whole(Session::Opened& opened, const Console& console) {
 /// Loads a scene whose geometry is in pages. Nothing can be picked in it.
 void load_pages(Session::Opened& opened, const Console& console) {
     SceneChoice choice = opened.arguments;
-    choice.edits = {.transforms = choice.edits.transforms};  // RendererCache applies the others
+    // RendererCache applies edits; pages refuse those that move surfaces.
+    choice.edits = surface_edits(choice.edits);
     if (std::exchange(choice.animation, std::nullopt)) console.note("animations do not play with pages");
     const LoadedScene loaded(choice, opened.arguments, console);
-    check_edits(opened.arguments.edits, loaded.scene(), opened.arguments.edits_source);
+    opened.reference_tree = opened.tree = std::make_shared<const SceneTree>(loaded.tree());
+    check_edits(opened.arguments.edits, loaded.scene(), *opened.tree, opened.arguments.edits_source);
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
     opened.pages = loaded.pages();
+    opened.own_environment = std::make_shared<const Environment>();
     opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
     opened.timeline = {};
     opened.timeline.cameras = opened.reference->cameras;
@@ -147,7 +161,10 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
-    const double ahead = distance_ahead(chosen.camera, *opened.picker, *opened.scene);
+    const Picker moved = opened.pages
+                             ? *opened.picker
+                             : opened.picker->with_instances(moved_instances(*opened.scene, *opened.tree, a.edits));
+    const double ahead = distance_ahead(chosen.camera, moved, *opened.scene);
     opened.start = {a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, ahead), chosen.index};
     return opened;
 }
@@ -167,18 +184,59 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
             return load(a, colors, console);
         };
     }
-    if (has_extension(path, "exr") || has_extension(path, "hdr")) {
-        Opened opened = now();
-        opened.arguments.environment = path;
-        return [opened, console = console_]() mutable {
-            Scene other = *opened.reference;
-            set_environment(other, opened.arguments.environment, console);
-            opened.reference = std::make_shared<const Scene>(std::move(other));
-            take_frame(opened, opened.timeline.frame);
-            return opened;
-        };
-    }
+    if (has_extension(path, "exr") || has_extension(path, "hdr")) return lighting(path);
     throw Error(path.string(), "is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)");
+}
+
+std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& environment) const {
+    Opened opened = now();
+    opened.arguments.environment = environment;
+    return [opened, console = console_]() mutable {
+        Scene other = *opened.reference;
+        other.environment = *opened.own_environment;
+        set_environment(other, opened.arguments.environment, console);
+        opened.reference = std::make_shared<const Scene>(std::move(other));
+        take_frame(opened, opened.timeline.frame);
+        return opened;
+    };
+}
+
+std::function<Session::Opened()> Session::dressing(const std::string& variant) const {
+    PreviewArguments a = arguments_;
+    a.variant = variant;
+    a.edits = edits;
+    a.edits_source.clear();
+    a.animation = timeline_.animation;
+    a.settings.frame = timeline_.frame;
+    return [a, colors = colors_, console = console_] {
+        Opened opened = load(a, colors, console);
+        opened.start.reset();
+        return opened;
+    };
+}
+
+SavedSettings Session::document() const {
+    SavedSettings document = saved({0, 0});
+    document.camera = std::monostate();
+    document.moment.reset();
+    return document;
+}
+
+std::optional<std::function<Session::Opened()>> Session::restore(const SavedSettings& document) {
+    edits = document.edits;
+    transform = document.settings.view;
+    samples = document.settings.samples;
+    bounces = document.settings.bounces.value_or(bounces);
+    modes = {document.settings.preview, document.settings.clamp};
+    bookmarks = document.bookmarks;
+    if (document.variant != arguments_.variant) {
+        const EnvironmentChoice before = std::exchange(arguments_.environment, document.environment);
+        auto opening = dressing(document.variant);  // with the environment of the document
+        arguments_.environment = before;
+        return opening;
+    }
+    if (!(document.environment == arguments_.environment)) return lighting(document.environment);
+    return std::nullopt;
 }
 
 std::function<Session::Opened()> Session::posing(const std::string& animation, std::uint32_t frame) const {
@@ -198,13 +256,17 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
 }
 
 Session::Opened Session::now() const {
-    return {arguments_, reference_, scene_, pages_, timeline_, picker_, diagonal_, {}};
+    return {arguments_, reference_, scene_,  reference_tree_, tree_, own_environment_,
+            pages_,     timeline_,  picker_, diagonal_,       {}};
 }
 
 void Session::open(Opened opened) {
     arguments_ = std::move(opened.arguments);
     file_ = arguments_.scene;
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
+    reference_tree_ = std::move(opened.reference_tree), tree_ = std::move(opened.tree);
+    own_environment_ = std::move(opened.own_environment);
+    edited_picker_.reset();
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
@@ -258,7 +320,7 @@ void Session::move(const CameraPose& pose) {
 void Session::take_camera(std::size_t index) {
     scene_camera_ = index;
     take_lens(camera());
-    pose_ = pose_of(camera(), distance_ahead(camera(), *picker_, *scene_));
+    pose_ = pose_of(camera(), distance_ahead(camera(), picker(), *scene_));
 }
 
 void Session::take_camera(const std::string& name_or_number) {
@@ -271,8 +333,24 @@ void Session::reset_camera() {
     follow_camera();
 }
 
+void Session::edit(SceneEdits other) {
+    check_edits(other, *scene_, *tree_);
+    if (pages_ && change_surfaces(other)) throw Error(file_.string(), "nodes and surfaces cannot change with pages");
+    edits = std::move(other);
+}
+
+const Picker& Session::picker() const {
+    SceneEdits moves = surface_edits(edits);
+    if (pages_ || moves == SceneEdits()) return *picker_;
+    if (!edited_picker_ || moves != picked_edits_) {
+        edited_picker_ = picker_->with_instances(moved_instances(*scene_, *tree_, moves));
+        picked_edits_ = std::move(moves);
+    }
+    return *edited_picker_;
+}
+
 std::optional<PickResult> Session::pick(const dvec2& point, const ivec2& size) const {
-    return picker_->pick(ray_through(camera(), point, size));
+    return picker().pick(ray_through(camera(), point, size));
 }
 
 bool Session::focus(const dvec2& point, const ivec2& size) {
@@ -300,7 +378,7 @@ void Session::focus_lens(const dvec2& point, const ivec2& size) {
 
 bool Session::frame_object(const dvec2& point, const ivec2& size) {
     const auto picked = pick(point, size);
-    if (picked) move(frame(pose_, picker_->bounds(picked->instance), double(size.x) / size.y));
+    if (picked) move(frame(pose_, picker().bounds(picked->instance), double(size.x) / size.y));
     return picked.has_value();
 }
 
@@ -328,19 +406,11 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{reference_,
-              scene_,
-              pages_,
-              arguments_.settings.pool_bytes,
-              edits,
-              timeline_.frame,
-              camera_with_lens(),
-              size,
-              bounces,
-              required_aovs(layer_view),
-              modes,
-              culling,
-              measure};
+    Request r{reference_, scene_,          reference_tree_,
+              tree_,      pages_,          arguments_.settings.pool_bytes,
+              edits,      timeline_.frame, camera_with_lens(),
+              size,       bounces,         required_aovs(layer_view),
+              modes,      culling,         measure};
     if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
     return r;
 }
@@ -367,8 +437,12 @@ std::string Session::description() const {
     const auto count = [&](std::size_t number, const char* what, const char* how) {
         if (number > 0) words.push_back(fmt::format("{} {}{} {}", number, what, number == 1 ? "" : "s", how));
     };
-    count(edits.materials.size(), "material", "edited");
+    for (const auto& [name, edit, source] : edits.named_lights)
+        if (edit != LightEdit()) words.push_back(fmt::format("light {} edited", name));
+    count(edits.materials.size() + edits.named_materials.size(), "material", "edited");
     count(edits.transforms.size(), "instance", "moved");
+    count(edits.nodes.size(), "node", "moved");
+    count(edits.hidden.size(), "name", "hidden");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounces", bounces));

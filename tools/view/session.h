@@ -42,7 +42,7 @@ class Session {
     // Panels write to the following members.
     LayerView layer_view;
     ViewTransform transform;
-    SceneEdits edits;  // its transforms stay those of the settings file
+    SceneEdits edits;
     int bounces = 8;
     int samples = 1024;           // samples per pixel after which rendering stops
     bool estimate_error = false;  // requests Picture::relmse
@@ -52,8 +52,12 @@ class Session {
     std::vector<Bookmark> bookmarks;
 
     const std::filesystem::path& file() const { return file_; }
-    /// Returns the scene at the current frame, with the transforms of `edits` and without the other edits.
+    /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
+    /// Replaces the edits. Throws Error where they do not suit the scene, and keeps the earlier ones then.
+    void edit(SceneEdits edits);
+    /// Returns the nodes of scene().
+    const SceneTree& tree() const { return *tree_; }
     const Timeline& timeline() const { return timeline_; }
     double diagonal() const { return diagonal_; }  ///< Returns the diagonal of the scene's bounds, world units, > 0.
     /// Result of the slow part of opening a scene, an environment or a pose; open() takes it.
@@ -61,7 +65,9 @@ class Session {
         PreviewArguments arguments;
         std::shared_ptr<const Scene> reference;  // Request::reference
         std::shared_ptr<const Scene> scene;
-        std::shared_ptr<const paging::PageSource> pages{};  // Request::pages
+        std::shared_ptr<const SceneTree> reference_tree, tree;
+        std::shared_ptr<const Environment> own_environment{};  // environment of the file
+        std::shared_ptr<const paging::PageSource> pages{};     // Request::pages
         Timeline timeline;
         std::shared_ptr<const Picker> picker;
         double diagonal = 1;
@@ -73,6 +79,16 @@ class Session {
     };
     /// Returns a function that reads a file, on any thread. The call and the function throw Error.
     std::function<Opened()> opening(const std::filesystem::path& path) const;
+    /// Returns a function that changes the environment, on any thread. The function throws Error for unusable files.
+    std::function<Opened()> lighting(const EnvironmentChoice& environment) const;
+    /// Returns a function that loads the scene with another material variant ("": the file's own materials), on any
+    /// thread. Camera and settings stay. The function throws Error for unknown variants.
+    std::function<Opened()> dressing(const std::string& variant) const;
+    const EnvironmentChoice& environment() const { return arguments_.environment; }
+    /// Returns what undo and redo restore: the settings to save, without camera, size and frame.
+    SavedSettings document() const;
+    /// Restores a document. Returns a function like lighting() and dressing() where environment or variant change.
+    std::optional<std::function<Opened()>> restore(const SavedSettings& document);
     /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
     /// animations. The function throws Error for an unknown animation or an invalid pose.
     std::function<Opened()> posing(const std::string& animation, std::uint32_t frame) const;
@@ -111,6 +127,8 @@ class Session {
     void save(const ivec2& size) const;  ///< Writes settings_file(). Throws Error.
 
   private:
+    /// Returns the picker of the scene with the edits that move or hide surfaces.
+    const Picker& picker() const;
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
     Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
@@ -125,9 +143,13 @@ class Session {
     std::filesystem::path file_;
     std::shared_ptr<const Scene> reference_;
     std::shared_ptr<const Scene> scene_;
+    std::shared_ptr<const SceneTree> reference_tree_, tree_;
+    std::shared_ptr<const Environment> own_environment_;
     std::shared_ptr<const paging::PageSource> pages_;
     Timeline timeline_;
     std::shared_ptr<const Picker> picker_;
+    mutable std::optional<Picker> edited_picker_;  // cache of picker(), for `picked_edits_`
+    mutable SceneEdits picked_edits_;
     double diagonal_ = 1;
     CameraPose pose_;
     CameraPose first_pose_;

@@ -55,6 +55,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       thread_(colors_, thread_options(arguments)) {
     transform_ = session_.transform;
     display_.set_view(processor_);
+    edit_history_.start(session_.document());
     if (scripted()) panels_shown_ = false;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tools/view/display.h"
+#include "tools/view/edit_history.h"
 #include "tools/view/gui.h"
 #include "tools/view/overlay.h"
 #include "tools/view/panels.h"
@@ -56,6 +57,9 @@ class Viewer {
     bool play_done(const Command& command);
     void execute(const Command& command);
 
+    void undo(bool again);  // Restores the state before the last edit, or after it where it was undone (`again`).
+    bool execute_edit(const Command& command);  // Returns whether the command is an edit.
+
     /// Runs f. In a script its errors propagate; in the window they become the message.
     template <class F>
     void attempt(const F& f);
@@ -73,6 +77,7 @@ class Viewer {
     Navigation navigation_;
     Timings timings_;
     PassHistory history_;
+    EditHistory edit_history_;
     std::string message_;
     std::deque<std::filesystem::path> to_open_;
     std::optional<PanelRequests::FrameRequest> next_pose_;     // frame to show next

@@ -92,7 +92,7 @@ def limit_memory(size):
 
 
 def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None, sky=None,
-         mip_levels=False, line_width=0):
+         mip_levels=False, line_width=None, settings=None):
     """Loads a glTF scene and returns it as a Scene.
 
       environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
@@ -103,8 +103,10 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
       allow_outside  lets the scene name files outside its folder
       strict         refuses a scene in which an image of an optional extension cannot be read
       variant        name of a material variant of the file, or None: its own materials
-      line_width     diameter of points and lines, in units of the scene; 0 leaves them out
+      line_width     diameter of points and lines, in units of the scene; 0, the default, leaves them out
       mip_levels     makes the mip levels that the setting texture_lod needs
+      settings       path of a settings file of the viewer: camera, environment, variant, animation and edits; other
+                     arguments override it. Scene.settings has its render settings
 
     Warnings go to the logger "halflight". Raises Error.
     """
@@ -113,7 +115,21 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
     return Scene(_call(_native.load, path=path, environment=environment, sky=sky,
                        animation=None if animation is None else str(animation),
                        fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
-                       variant=variant, mip_levels=mip_levels, line_width=float(line_width), log=_log))
+                       variant=variant, mip_levels=mip_levels, line_width=None if line_width is None else float(line_width),
+                       settings=settings, log=_log))
+
+
+def _edit_text(value):
+    """Returns a value of an edit as text: a number, numbers, rows of numbers, or text such as "#8899cc"."""
+    if isinstance(value, str):
+        return value
+    if hasattr(value, "__len__"):
+        return ",".join(map(_edit_text, value))
+    return repr(float(value))
+
+
+def _edit_texts(values):
+    return {key: _edit_text(value) for key, value in values.items() if value is not None}
 
 
 class Scene:
@@ -127,6 +143,10 @@ class Scene:
     variants = property(lambda self: self._native.variants, doc="Names of the material variants, for load(variant=).")
     cameras = property(lambda self: self._native.cameras, doc="Names of the cameras.")
     materials = property(lambda self: self._native.materials, doc="Names of the materials.")
+    nodes = property(lambda self: self._native.nodes, doc="Names of the nodes of the file.")
+    hidden = property(lambda self: self._native.hidden, doc="Names that are hidden.")
+    settings = property(lambda self: self._native.settings,
+                        doc="Render settings of the settings file of load(), for render(scene, **scene.settings).")
     instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes.")
     lights = property(lambda self: self._native.lights, doc="Lights with their edits, as dicts.")
     bounds = property(lambda self: self._native.bounds, doc="Lower and upper corner of all surfaces, metres.")
@@ -159,16 +179,61 @@ class Scene:
         return self._native.material(self._index(self.materials, which, "material"))
 
     def edit_material(self, which, **properties):
-        """Replaces properties of a material: edit_material("floor", roughness=0.2, base_color=(1, 0, 0, 1))."""
-        values = {name: list(map(float, v)) if hasattr(v, "__len__") else [float(v)] for name, v in properties.items()}
-        _call(self._native.edit_material, which=self._index(self.materials, which, "material"), values=values)
+        """Replaces properties of materials: edit_material("floor", roughness=0.2, base_color="#8899cc").
 
-    def edit_light(self, which, factor=None, color=None, position=None, direction=None):
-        """Edits a light, given by name or number: factor of its intensity, colour (linear Rec.709, [0,1]), position
-        (metres) and direction in which light travels."""
-        names = [light["name"] for light in self.lights]
-        _call(self._native.edit_light, which=self._index(names, which, "light"), factor=factor, color=color,
-              position=position, direction=direction)
+        `which` is a name, a number, or a pattern with * and ?; so it is in the other methods that edit by name."""
+        _call(self._native.edit_material, which=str(which), values=_edit_texts(properties))
+
+    def edit_light(self, which, factor=None, color=None, position=None, direction=None, intensity=None,
+                   temperature=None, off=None):
+        """Edits lights, by name, number or pattern.
+
+          factor       factor of the intensity
+          intensity    intensity in place of the light's own: candela, or lux of directional lights
+          color        linear Rec.709, [0,1], or "#8899cc"
+          temperature  colour of a black body, kelvin
+          position     metres
+          direction    direction in which the light travels
+          off          True switches the light off, False on again
+
+        Values of earlier edits stay unless they are given."""
+        values = _edit_texts(dict(factor=factor, intensity=intensity, color=color, temperature=temperature,
+                                  position=position, direction=direction))
+        if off is not None:
+            values["off" if off else "on"] = ""
+        _call(self._native.edit_light, which=str(which), values=values)
+
+    def edit_node(self, which, translate=None, rotate=None, scale=None, matrix=None):
+        """Moves nodes with everything below them. edit_node(which) restores their own transforms.
+
+          translate  metres along the world's axes
+          rotate     degrees about the world's X, then Y, then Z axis through the node's origin
+          scale      one factor, or one for each axis of the world
+          matrix     three or four rows from the node to the world, in place of its own matrix
+
+        Values of earlier edits stay unless they are given."""
+        scale = (scale,) * 3 if scale is not None and not hasattr(scale, "__len__") else scale
+        _call(self._native.edit_node, which=str(which),
+              values=_edit_texts(dict(translate=translate, rotate=rotate, scale=scale, matrix=matrix)))
+
+    def hide(self, *names):
+        """Hides nodes with everything below them, meshes and lights of these names or patterns; "node:NAME",
+        "mesh:NAME" and "light:NAME" select a kind."""
+        _call(self._native.hide, names=list(names))
+
+    def show(self, *names):
+        """Shows what hide() of the same names has hidden."""
+        _call(self._native.show, names=list(names))
+
+    def edit_options(self):
+        """Returns the text of ``halflight info --names`` for the scene with its edits: objects as options of
+        ``halflight render``, one a line."""
+        return self._native.edit_options()
+
+    def save_settings(self, path):
+        """Writes camera, environment, variant and edits as a settings file, which ``halflight render --settings``,
+        the viewer and load() read."""
+        _call(self._native.save_settings, path=path)
 
     def edit_environment(self, rotation=None, intensity=None, tint=None):
         """Turns the environment by degrees to the right, scales and tints its radiance."""

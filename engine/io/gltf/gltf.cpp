@@ -394,6 +394,13 @@ std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
     });
 }
 
+SceneTree GltfScene::tree_at(double seconds, Playing playing) {
+    return guarded(state_->path, [&] {
+        state_->pose(seconds, playing);
+        return convert_tree(state_->document, resolve_nodes(state_->document));
+    });
+}
+
 bool GltfScene::surfaces_move(Playing playing) {
     std::vector<int> driven;
     for (const std::size_t index : playing) {

@@ -15,6 +15,7 @@
 #include "engine/scene/mesh_source.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/scene_size.h"
+#include "engine/scene/scene_tree.h"
 
 namespace halflight {
 
@@ -107,6 +108,8 @@ class GltfScene {
     void pose(Scene& scene, double seconds, Playing playing);
     /// Returns only the cameras of at().
     std::vector<Camera> cameras_at(double seconds, Playing playing);
+    /// Returns the nodes of at().
+    SceneTree tree_at(double seconds, Playing playing);
     /// Returns whether anything but cameras changes over time: meshes, instances, lights or materials.
     bool surfaces_move(Playing playing);
     /// Returns the files read so far: the scene's own first, then buffers, and images once at() has been called.

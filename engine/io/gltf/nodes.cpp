@@ -93,6 +93,11 @@ float to_light(double value) {
     return static_cast<float>(std::clamp(value, 0.0, double(std::numeric_limits<float>::max())));
 }
 
+/// Returns the extension by which a node is a light; null where it is none.
+const nlohmann::json* find_light(const gltf::Node& node) {
+    return gltf::find_extension(node.extensions, "KHR_lights_punctual");
+}
+
 PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     const gltf::Light& from = document.model.lights[index];
     const std::string element = fmt::format("extensions.KHR_lights_punctual.lights[{}]", index);
@@ -179,13 +184,14 @@ dmat4 compose(const dvec3& translation, const dvec4& rotation, const dvec3& scal
 
 GltfNodes resolve_nodes(GltfDocument& document) {
     const gltf::Model& model = document.model;
-    const std::vector<int> parents = find_parents(document);
+    GltfNodes nodes;
+    nodes.parents = find_parents(document);
+    const std::vector<int>& parents = nodes.parents;
     std::vector<int> roots;
     for (std::size_t i = 0; i < parents.size(); ++i) {
         if (parents[i] == kNone) roots.push_back(static_cast<int>(i));
     }
 
-    GltfNodes nodes;
     nodes.world.resize(model.nodes.size());
     std::vector<bool> reached(model.nodes.size(), false), hidden(model.nodes.size(), false);
     walk(document, roots, [&](std::size_t node) {
@@ -238,7 +244,7 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
     for (const int node : nodes.shown) {
         const auto n = static_cast<std::size_t>(node);
         const gltf::Node& from = document.model.nodes[n];
-        const nlohmann::json* extension = gltf::find_extension(from.extensions, "KHR_lights_punctual");
+        const nlohmann::json* extension = find_light(from);
         if (!extension) continue;
         const auto index = static_cast<std::size_t>(extension->at("light").get<int>());
         PunctualLight light = convert_light(document, index);
@@ -249,6 +255,17 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
         lights.push_back(std::move(light));
     }
     return lights;
+}
+
+SceneTree convert_tree(const GltfDocument& document, const GltfNodes& nodes) {
+    SceneTree tree;
+    for (std::size_t i = 0; i < document.model.nodes.size(); ++i)
+        tree.nodes.push_back({document.model.nodes[i].name, nodes.parents[i], false, nodes.world[i]});
+    for (const int node : nodes.all) tree.nodes[static_cast<std::size_t>(node)].in_scene = true;
+    std::ranges::copy_if(nodes.shown, std::back_inserter(tree.light_nodes), [&](int node) {
+        return find_light(document.model.nodes[static_cast<std::size_t>(node)]) != nullptr;
+    });
+    return tree;
 }
 
 }  // namespace halflight

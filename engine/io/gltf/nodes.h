@@ -4,11 +4,13 @@
 #include <vector>
 
 #include "engine/io/gltf/document.h"
+#include "engine/scene/scene_tree.h"
 
 namespace halflight {
 
 struct GltfNodes {
     std::vector<dmat4> world;  // per node; affine, each element in the range of float32
+    std::vector<int> parents;  // per node; kNone: none
     std::vector<int> all;      // nodes of the scene, parents first, each once
     std::vector<int> shown;    // nodes of the scene that KHR_node_visibility does not hide; cameras ignore it
 };
@@ -25,5 +27,7 @@ dmat4 compose(const dvec3& translation, const dvec4& rotation, const dvec3& scal
 
 std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nodes);
 std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNodes& nodes);
+/// Returns the nodes, and the node of each light of convert_lights().
+SceneTree convert_tree(const GltfDocument& document, const GltfNodes& nodes);
 
 }  // namespace halflight

@@ -133,7 +133,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"),
               "lights[0]: there is no setting 'colour'; did you mean 'color'?");
     EXPECT_EQ(with("\"lights\": [{\"color\": [0, 0, 2]}]"), "lights[0].color[2]: is no number from 0 to 1");
-    EXPECT_EQ(with(R"("materials": {"1st": {}})"), "materials: '1st' is no index");
+    EXPECT_EQ(with(R"("transforms": {"1st": []})"), "transforms: '1st' is no index");
     EXPECT_EQ(with(R"("materials": [{}])"), "materials: is no object");
     EXPECT_EQ(with(R"("materials": {"1": {"rough": 1}})"), "materials.1: materials have no property 'rough'");
     EXPECT_EQ(with(R"("materials": {"1": {"roughness": 2}})"), "materials.1: roughness: 2 is outside [0, 1]");

@@ -300,8 +300,11 @@ TEST_F(ViewSession, TransformsHoldInAllPoses) {
     for (const char* animation : {"slide", "none"}) {
         moved.open(moved.posing(animation, 24)());
         const Request r = moved.request(kSize);
-        for (const auto& scene : {r.reference, r.scene})
-            EXPECT_EQ(scene->instances.at(0).object_to_world, a.edits.transforms[0]) << animation;
+        for (const auto& [scene, tree] : {std::pair(r.reference, r.reference_tree), std::pair(r.scene, r.tree)}) {
+            Scene edited = *scene;
+            apply(r.edits, edited, *tree);
+            EXPECT_EQ(edited.instances.at(0).object_to_world, a.edits.transforms[0]) << animation;
+        }
     }
 }
 

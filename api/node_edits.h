@@ -1,0 +1,27 @@
+// Edits of nodes: their transforms, and what is hidden.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "api/halflight/scene_edits.h"
+
+namespace halflight {
+
+/// Objects of a scene after edits of nodes.
+struct MovedObjects {
+    std::vector<PunctualLight> lights;       // all lights, moved
+    std::vector<Instance> instances;         // instances that are not hidden, moved
+    std::vector<std::size_t> hidden_lights;  // indices of lights that are hidden
+};
+
+/// Returns the lights and instances of a scene as edits of nodes and hidden names change them. Throws Error about
+/// `subject` for names that find nothing, for values outside their ranges and for transforms that cannot be replaced.
+MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
+                          const std::string& subject);
+
+/// Throws Error about `subject` where a value is outside its range, or the matrix cannot be inverted.
+void check_values(const NodeEdit& edit, const std::string& subject);
+
+}  // namespace halflight

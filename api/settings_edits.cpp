@@ -1,0 +1,184 @@
+#include "api/settings_edits.h"
+
+#include <algorithm>
+
+#include "api/halflight/edit_text.h"
+#include "api/node_edits.h"
+
+namespace halflight::settings {
+namespace {
+
+/// Reads an edit of a light: a factor alone, or an object with further members.
+LightEdit read_light(const Element& e) {
+    LightEdit light;
+    if (!e.is_object()) {
+        light.factor = static_cast<float>(e.number(kEditFactor));
+        return light;
+    }
+    e.check_keys({"factor", "intensity", "color", "temperature", "position", "direction", "off"});
+    const auto single = [](const EditRange& range, auto& target) {
+        return [&](const Element& v) { target = static_cast<float>(v.number(range)); };
+    };
+    with(e, "factor", single(kEditFactor, light.factor));
+    with(e, "intensity", single(kEditIntensity, light.intensity));
+    with(e, "temperature", single(kEditTemperature, light.temperature));
+    with(e, "off", [&](const Element& v) { light.off = v.truth(); });
+    with(e, "color", [&](const Element& v) {
+        if (light.temperature) e.fail("has both 'color' and 'temperature'");
+        if (v.is_string()) return set_key(light, e.where(), "color", v.text());
+        light.color = vec3(v.triple(kEditColor));
+    });
+    with(e, "position", [&](const Element& v) { light.position = v.triple(kEditPosition); });
+    with(e, "direction", [&](const Element& v) {
+        light.direction = unit_direction(v.triple(kEditPosition));
+        if (!light.direction) v.fail("is no direction");
+    });
+    return light;
+}
+
+Json light_json(const LightEdit& light) {
+    if (LightEdit{light.factor} == light) return light.factor;
+    Json json = Json::object();
+    if (light.factor != 1) json["factor"] = light.factor;
+    if (light.intensity) json["intensity"] = *light.intensity;
+    if (light.temperature) json["temperature"] = *light.temperature;
+    if (light.off) json["off"] = true;
+    if (light.color) json["color"] = list(dvec3(*light.color));
+    if (light.position) json["position"] = list(*light.position);
+    if (light.direction) json["direction"] = list(*light.direction);
+    return json;
+}
+
+/// Reads properties of a material by the name of each: a number, a list of numbers, or a colour as text.
+MaterialEdit read_material(const Element& e) {
+    MaterialEdit properties;
+    for (const auto& [name, value] : e.members()) {
+        std::vector<float> values;
+        if (value.is_list())
+            for (const Element& one : value.items()) values.push_back(static_cast<float>(one.number()));
+        else if (!value.is_string())
+            values.push_back(static_cast<float>(value.number()));
+        set_key(properties, e.where(), name, value.is_string() ? value.text() : property_text(values));
+    }
+    return properties;
+}
+
+Json material_json(const MaterialEdit& properties) {
+    Json json = Json::object();
+    for (const auto& [name, values] : properties) json[name] = values.size() == 1 ? Json(values[0]) : Json(values);
+    return json;
+}
+
+/// Reads an affine matrix: a list of its four rows.
+dmat4 read_transform(const Element& e) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    const auto rows = e.items();
+    dmat4 m{0};
+    for (int r = 0; r < 4; ++r) {
+        if (rows.size() != 4 || rows[std::size_t(r)].items().size() != 4) e.fail("is no list of four rows of four");
+        for (int c = 0; c < 4; ++c) m[c][r] = rows[std::size_t(r)].items()[std::size_t(c)].number(-kMost, kMost);
+    }
+    if (!is_affine(m)) e.fail("is not affine");
+    return m;
+}
+
+Json transform_json(const dmat4& m) {
+    Json rows = Json::array();
+    for (int r = 0; r < 4; ++r) rows.push_back({m[0][r], m[1][r], m[2][r], m[3][r]});
+    return rows;
+}
+
+NodeEdit read_node(const Element& e) {
+    e.check_keys({"translate", "rotate", "scale", "matrix"});
+    NodeEdit node;
+    with(e, "translate", [&](const Element& v) { node.translate = v.triple(kEditPosition); });
+    with(e, "rotate", [&](const Element& v) { node.rotate = v.triple(kEditRotation); });
+    with(e, "scale",
+         [&](const Element& v) { node.scale = v.is_list() ? v.triple(kEditScale) : dvec3(v.number(kEditScale)); });
+    with(e, "matrix", [&](const Element& v) { node.matrix = read_transform(v); });
+    check_values(node, e.where());
+    return node;
+}
+
+Json node_json(const NodeEdit& node) {
+    Json json = Json::object();
+    if (node.translate != dvec3(0)) json["translate"] = list(node.translate);
+    if (node.rotate != dvec3(0)) json["rotate"] = list(node.rotate);
+    if (node.scale != dvec3(1)) json["scale"] = list(node.scale);
+    if (node.matrix) json["matrix"] = transform_json(*node.matrix);
+    return json;
+}
+
+/// Returns the index that a key stands for; none: a name.
+std::optional<std::size_t> index_of(const std::string& key) {
+    constexpr std::size_t kMost = 1 << 16;
+    std::size_t index = 0;
+    std::from_chars(key.data(), key.data() + key.size(), index);
+    return key == std::to_string(index) && index < kMost ? std::optional(index) : std::nullopt;
+}
+
+/// Reads edits of lights: a list by index, or an object by name or index.
+void read_lights(const Element& e, SceneEdits& edits) {
+    if (!e.is_object()) {
+        for (const Element& one : e.items()) edits.lights.push_back(read_light(one));
+        return;
+    }
+    for (const auto& [key, one] : e.members()) {
+        if (const auto index = index_of(key)) {
+            edits.lights.resize(std::max(edits.lights.size(), *index + 1));
+            edits.lights[*index] = read_light(one);
+        } else {
+            edits.named_lights.push_back({key, read_light(one), e.where()});
+        }
+    }
+}
+
+Json lights_json(const SceneEdits& edits) {
+    Json json = Json::array();
+    for (const LightEdit& light : edits.lights) json.push_back(light_json(light));
+    if (edits.named_lights.empty()) return json;
+    Json named = Json::object();
+    for (std::size_t i = 0; i < json.size(); ++i) named[std::to_string(i)] = json[i];
+    for (const auto& [name, edit, source] : edits.named_lights) named[name] = light_json(edit);
+    return named;
+}
+
+}  // namespace
+
+void read_edits(const Element& file, SceneEdits& edits) {
+    with(file, "emission", [&](const Element& v) { edits.emission = static_cast<float>(v.number(kEditFactor)); });
+    with(file, "lights", [&](const Element& v) { read_lights(v, edits); });
+    with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
+    with(file, "materials", [&](const Element& v) {
+        for (const auto& [key, one] : v.members()) {
+            if (const auto index = index_of(key))
+                edits.materials[*index] = read_material(one);
+            else
+                edits.named_materials.push_back({key, read_material(one), v.where()});
+        }
+    });
+    with(file, "transforms", [&](const Element& v) {
+        for (const auto& [index, one] : v.indexed()) edits.transforms[index] = read_transform(one);
+    });
+    with(file, "nodes", [&](const Element& v) {
+        for (const auto& [key, one] : v.members()) edits.nodes.push_back({key, read_node(one), v.where()});
+    });
+    with(file, "hide", [&](const Element& v) {
+        for (const Element& one : v.items()) add_hidden(edits, one.where(), one.text());
+    });
+}
+
+void write_edits(const SceneEdits& edits, Json& json) {
+    json["emission"] = edits.emission;
+    json["lights"] = lights_json(edits);
+    json["clay"] = edits.clay;
+    for (const auto& [index, properties] : edits.materials)
+        json["materials"][std::to_string(index)] = material_json(properties);
+    for (const auto& [name, properties, source] : edits.named_materials)
+        json["materials"][name] = material_json(properties);
+    for (const auto& [index, m] : edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);
+    for (const auto& [name, edit, source] : edits.nodes) json["nodes"][name] = node_json(edit);
+    for (const auto& [name, source] : edits.hidden) json["hide"].push_back(name);
+}
+
+}  // namespace halflight::settings

@@ -1,0 +1,12 @@
+// Colours of black bodies.
+#pragma once
+
+#include "engine/core/math.h"
+
+namespace halflight {
+
+/// Returns the colour of a black body at a temperature, linear Rec.709, largest channel 1. Colours outside the gamut
+/// (below about 1900 K) are clipped. Kelvin > 0.
+vec3 black_body_color(double kelvin);
+
+}  // namespace halflight

@@ -1,0 +1,369 @@
+// Tests edits by name: which objects a name finds, what nodes and lights become, and the texts of edits.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "api/halflight/edit_text.h"
+#include "api/halflight/object_names.h"
+#include "api/halflight/settings_file.h"
+#include "api/scene_names.h"
+#include "engine/scene/black_body.h"
+#include "tests/cli/animated_scenes.h"
+#include "tests/support/error_message.h"
+#include "tests/support/process.h"
+#include "tests/support/scenes.h"
+
+namespace halflight {
+namespace {
+
+/// A group at (1, 0, 0) with a box and a lamp one metre above, and a second box beside it.
+struct Yard {
+    Scene scene;
+    SceneTree tree;
+    Yard() {
+        scene.name = "yard";
+        scene.meshes.resize(2);
+        scene.meshes[0].name = "crate";
+        scene.meshes[1].name = "wall";
+        scene.materials.resize(3);
+        scene.materials[0].name = "wood";
+        scene.materials[1].name = "wood";
+        scene.materials[2].name = "steel.1";
+        const auto at = [](double x, double y) { return glm::translate(dmat4(1), dvec3(x, y, 0)); };
+        tree.nodes = {{"group", kNone, true, at(1, 0)},
+                      {"box a", 0, true, at(2, 0)},
+                      {"box b", kNone, true, at(5, 0)},
+                      {"key", 0, true, at(1, 1)},
+                      {"other scene", kNone, false, at(0, 0)}};
+        tree.light_nodes = {3};
+        scene.instances = {{"box a", 0, at(2, 0), 1}, {"box b", 1, at(5, 0), 2}};
+        PunctualLight lamp;
+        lamp.name = "key";
+        lamp.type = LightType::spot;
+        lamp.position = {1, 1, 0};
+        lamp.direction = {0, -1, 0};
+        lamp.intensity = {2, 4, 8};
+        scene.lights = {lamp};
+    }
+    Scene with(const SceneEdits& edits) const {
+        Scene edited = scene;
+        apply(edits, edited, tree);
+        return edited;
+    }
+    std::string message(const SceneEdits& edits) const {
+        return error_message([&] { with(edits); });
+    }
+    template <class Add>
+    std::string message(Add add, const std::string& text) const {
+        SceneEdits edits;
+        return error_message([&] {
+            add(edits, "--option", text);
+            with(edits);
+        });
+    }
+};
+
+void expect_near(const dvec3& a, const dvec3& b) {
+    EXPECT_LT(glm::length(a - b), 1e-12) << a.x << " " << a.y << " " << a.z;
+}
+
+SceneEdits edits_of(
+    std::initializer_list<std::pair<void (*)(SceneEdits&, const std::string&, const std::string&), const char*>>
+        texts) {
+    SceneEdits edits;
+    for (const auto& [add, text] : texts) add(edits, "test", text);
+    return edits;
+}
+
+TEST(ObjectNames, PatternsMatchWholeNames) {
+    for (const char* pattern : {"*", "a*", "*c", "a*c", "a?c", "???", "ab*c", "*b*", "**", "abc"})
+        EXPECT_TRUE(matches_pattern(pattern, "abc")) << pattern;
+    for (const char* pattern : {"", "?", "ab", "b*", "a?", "a*b", "abcd", "a*d*", "????"})
+        EXPECT_FALSE(matches_pattern(pattern, "abc")) << pattern;
+    EXPECT_TRUE(matches_pattern("a*ab", "aaab"));
+    EXPECT_TRUE(matches_pattern("", ""));
+}
+
+TEST(ObjectNames, NamesNumbersAndPatternsFindObjects) {
+    const Yard yard;
+    const NamedObjects nodes = nodes_of(yard.tree), materials = materials_of(yard.scene);
+    using Found = std::vector<std::size_t>;
+    EXPECT_EQ(find_objects(nodes, "box b", ""), Found{2});
+    EXPECT_EQ(find_objects(nodes, "1", ""), Found{1});
+    EXPECT_EQ(find_objects(nodes, "box ?", ""), (Found{1, 2}));
+    EXPECT_EQ(find_objects(nodes, "*", ""), (Found{0, 1, 2, 3})) << "another scene's node is left out";
+    EXPECT_EQ(error_message([&] { find_objects(nodes, "box c", "yard"); }),
+              "yard: there is no node 'box c'; did you mean 'box a'?");
+    EXPECT_EQ(error_message([&] { find_objects(nodes, "7", "yard"); }),
+              "yard: there is no node 7; the scene has 5, numbered from 0");
+    EXPECT_EQ(error_message([&] { find_objects(nodes, "z*", "yard"); }), "yard: no node matches 'z*'");
+    EXPECT_EQ(error_message([&] { find_objects(materials, "wood", "yard"); }),
+              "yard: 'wood' is the name of 2 materials; use a number: 0, 1");
+    EXPECT_EQ(error_message([&] { find_objects(lights_of(yard.scene), "sun", "yard"); }),
+              "yard: there is no light 'sun'; `halflight info SCENE --names` lists the names");
+    EXPECT_EQ(references_to(materials), (std::vector<std::string>{"0", "1", "steel.1"}));
+}
+
+TEST(NodeEdits, MoveWhatHangsBelow) {
+    const Yard yard;
+    const Scene moved = yard.with(edits_of({{add_node_edit, "group=translate:0,0,3"}}));
+    expect_near(dvec3(moved.instances[0].object_to_world[3]), {2, 0, 3});
+    expect_near(dvec3(moved.instances[1].object_to_world[3]), {5, 0, 0});
+    expect_near(moved.lights[0].position, {1, 1, 3});
+    // A turn about Z by 90 degrees through the group's origin takes +X to +Y.
+    const Scene turned = yard.with(edits_of({{add_node_edit, "group=rotate:0,0,90"}}));
+    expect_near(dvec3(turned.instances[0].object_to_world[3]), {1, 1, 0});
+    expect_near(turned.lights[0].position, {0, 0, 0});
+    EXPECT_LT(glm::length(turned.lights[0].direction - vec3(1, 0, 0)), 1e-6f);
+    const Scene scaled = yard.with(edits_of({{add_node_edit, "group=scale:2"}}));
+    expect_near(dvec3(scaled.instances[0].object_to_world[3]), {3, 0, 0});
+    expect_near(dvec3(scaled.instances[0].object_to_world[0]), {2, 0, 0});
+    // Scaling comes first, then rotation about X, Y and Z, then translation.
+    const Scene all = yard.with(edits_of({{add_node_edit, "box b=translate:0,0,1,rotate:90,0,90,scale:1,2,1"}}));
+    expect_near(dvec3(all.instances[1].object_to_world[3]), {5, 0, 1});
+    expect_near(dvec3(all.instances[1].object_to_world[1]), {0, 0, 2});  // Y doubled, X turns it to Z, Z keeps it
+    expect_near(dvec3(all.instances[1].object_to_world[0]), {0, 1, 0});
+}
+
+TEST(NodeEdits, ChildrenFollowTheirParents) {
+    const Yard yard;
+    // The order of the options does not matter: the box turns about its own origin, then moves with the group.
+    const auto one = edits_of({{add_node_edit, "group=translate:0,0,3"}, {add_node_edit, "box a=rotate:0,0,90"}});
+    const auto other = edits_of({{add_node_edit, "box a=rotate:0,0,90"}, {add_node_edit, "group=translate:0,0,3"}});
+    const dmat4 m = yard.with(one).instances[0].object_to_world;
+    expect_near(dvec3(m[3]), {2, 0, 3});
+    expect_near(dvec3(m[0]), {0, 1, 0});
+    EXPECT_EQ(yard.with(other).instances[0].object_to_world, m);
+    // Two edits of a node apply in their order, the second about the moved origin.
+    const auto twice = edits_of({{add_node_edit, "box*=translate:0,0,3"}, {add_node_edit, "box a=rotate:0,90,0"}});
+    expect_near(dvec3(yard.with(twice).instances[0].object_to_world[3]), {2, 0, 3});
+}
+
+TEST(NodeEdits, MatricesReplaceTransformsExactly) {
+    const Yard yard;
+    const auto edits = edits_of(
+        {{add_node_edit, "box a=matrix:0.1,0,0,0.3,0,0.7,0,0,0,0,1,1e-3"}, {add_node_edit, "group=translate:0,0,3"}});
+    const Scene moved = yard.with(edits);
+    const dmat4 m(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 0, 1e-3, 1));
+    EXPECT_EQ(moved.instances[0].object_to_world, m) << "a node with a matrix does not follow others";
+    const Scene group = yard.with(edits_of({{add_node_edit, "group=matrix:2,0,0,0,0,2,0,0,0,0,2,0"}}));
+    expect_near(dvec3(group.instances[0].object_to_world[3]), {2, 0, 0});
+}
+
+TEST(NodeEdits, HideNodesMeshesAndLights) {
+    const Yard yard;
+    const auto hidden = [&](const char* name) { return yard.with(edits_of({{add_hidden, name}})); };
+    const Scene group = hidden("group");
+    ASSERT_EQ(group.instances.size(), 1u);
+    EXPECT_EQ(group.instances[0].name, "box b");
+    EXPECT_EQ(group.lights[0].intensity, vec3(0)) << "the lamp hangs below the group";
+    EXPECT_EQ(hidden("mesh:crate").instances.size(), 1u);
+    EXPECT_EQ(hidden("wall").instances.size(), 1u);
+    EXPECT_EQ(hidden("node:1").instances.at(0).name, "box b");
+    EXPECT_EQ(hidden("box*").instances.size(), 0u);
+    EXPECT_EQ(hidden("light:key").lights[0].intensity, vec3(0));
+    SceneEdits bright = edits_of({{add_hidden, "key"}, {add_light_edit, "key=intensity:5"}});
+    EXPECT_EQ(yard.with(bright).lights[0].intensity, vec3(0)) << "hidden lights stay dark";
+    EXPECT_EQ(yard.message(add_hidden, "grup"),
+              "--option: yard: there is no node, mesh or light 'grup'; did you mean 'group'?");
+    EXPECT_EQ(yard.message(add_hidden, "1"), "--option: yard: '1' needs a kind: node:1, mesh:1 or light:1");
+    EXPECT_EQ(yard.message(add_hidden, "mesh:box a"),
+              "--option: yard: there is no mesh 'box a'; `halflight info SCENE --names` lists the names");
+    EXPECT_TRUE(change_surfaces(edits_of({{add_hidden, "wall"}})));
+    EXPECT_FALSE(change_surfaces(edits_of({{add_hidden, "light:key"}})));
+}
+
+TEST(LightEdits, ReplaceIntensityAndColour) {
+    const Yard yard;
+    const auto light = [&](const char* text) { return yard.with(edits_of({{add_light_edit, text}})).lights[0]; };
+    EXPECT_EQ(light("key=0.5").intensity, vec3(1, 2, 4));
+    EXPECT_EQ(light("key=factor:0.5,intensity:16").intensity, vec3(2, 4, 8));
+    EXPECT_EQ(light("key=color:1,0.5,0").intensity, vec3(8, 4, 0));
+    EXPECT_EQ(light("key=intensity:2,color:#fff").intensity, vec3(2));
+    EXPECT_EQ(light("key=off").intensity, vec3(0));
+    EXPECT_EQ(light("key=position:1,2,3").position, dvec3(1, 2, 3));
+    EXPECT_EQ(light("k*=direction:0,0,-2").direction, vec3(0, 0, -1));
+    const vec3 warm = light("key=temperature:2700").intensity;
+    EXPECT_EQ(warm.r, 8);
+    EXPECT_GT(warm.g, 2 * warm.b);
+    EXPECT_EQ(yard.with(edits_of({{add_light_edit, "key=off"}, {add_light_edit, "key=on"}})).lights[0].intensity,
+              yard.scene.lights[0].intensity);
+    EXPECT_EQ(yard.message(add_light_edit, "kye=off"), "--option: yard: there is no light 'kye'; did you mean 'key'?");
+    EXPECT_EQ(yard.message(add_light_edit, "key"), "--option: expects NAME=KEY:VALUE,... or NAME=off, not 'key'");
+    EXPECT_EQ(yard.message(add_light_edit, "key=colour:1,1,1"),
+              "--option: key: 'colour' is none of factor, intensity, color, temperature, position, direction, off, on; "
+              "did you mean 'color'?");
+    EXPECT_EQ(yard.message(add_light_edit, "key=color:mauve"),
+              "--option: key: color: expects R,G,B, #rrggbb or the name of a colour, not 'mauve'");
+    EXPECT_EQ(yard.message(add_light_edit, "key=temperature:900"),
+              "--option: key: temperature: expects numbers from 1000 to 40000, not 900");
+    EXPECT_EQ(yard.message(add_light_edit, "key=position:1,2"),
+              "--option: key: position: expects three numbers, not '1,2'");
+    EXPECT_EQ(yard.message(add_light_edit, "key=intensity:nan"),
+              "--option: key: intensity: expects numbers, not 'nan'");
+}
+
+TEST(MaterialEdits, ReplaceProperties) {
+    const Yard yard;
+    const auto edited = [&](const char* text) { return yard.with(edits_of({{add_material_edit, text}})).materials; };
+    EXPECT_EQ(edited("steel.1.roughness=0.25")[2].roughness, 0.25f);
+    EXPECT_EQ(edited("0.base_color=0.5,0.25,1")[0].base_color, vec4(0.5f, 0.25f, 1, 1));
+    EXPECT_EQ(edited("wo?d*.metallic=0")[0].metallic, 0);
+    EXPECT_EQ(vec3(edited("1.base_color=#f00")[1].base_color), vec3(1, 0, 0));
+    EXPECT_EQ(yard.message(add_material_edit, "steel.1.rouhgness=1"),
+              "--option: steel.1: materials have no property 'rouhgness'; did you mean 'roughness'?");
+    EXPECT_EQ(yard.message(add_material_edit, "roughness=1"),
+              "--option: expects NAME.PROPERTY=VALUE, not 'roughness=1'");
+    EXPECT_EQ(yard.message(add_material_edit, "0.roughness=2"), "--option: 0: roughness: 2 is outside [0, 1]");
+}
+
+TEST(NodeEdits, InvalidValuesAreNamed) {
+    const Yard yard;
+    EXPECT_EQ(yard.message(add_node_edit, "group=scale:0"),
+              "--option: group: scale: scale: 0 is no factor; --hide hides nodes");
+    EXPECT_EQ(yard.message(add_node_edit, "group=matrix:1,2"),
+              "--option: group: matrix: expects 12 or 16 numbers, not 2");
+    EXPECT_EQ(yard.message(add_node_edit, "grop=scale:2"),
+              "--option: yard: there is no node 'grop'; did you mean 'group'?");
+    SceneEdits twice;
+    twice.named_lights = {{"key", {}}, {"key", {}}};
+    EXPECT_EQ(yard.message(twice), "yard: light 'key' is edited twice");
+}
+
+/// CIE illuminant A is a black body of 2856 K. The fit of the matching functions is exact to some thousandths.
+TEST(BlackBody, HasTheChromaticityOfIlluminantA) {
+    const auto chromaticity = [](double kelvin) {
+        const dvec3 c(black_body_color(kelvin));
+        const dvec3 xyz(0.4124 * c.r + 0.3576 * c.g + 0.1805 * c.b, 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b,
+                        0.0193 * c.r + 0.1192 * c.g + 0.9505 * c.b);
+        return dvec2(xyz) / (xyz.x + xyz.y + xyz.z);
+    };
+    EXPECT_LT(glm::length(chromaticity(2856) - dvec2(0.44757, 0.40745)), 0.004);
+    EXPECT_LT(glm::length(chromaticity(6500) - dvec2(0.3135, 0.3237)), 0.004);
+    EXPECT_LT(glm::length(chromaticity(10000) - dvec2(0.2807, 0.2884)), 0.004);
+    for (const double kelvin : {1000.0, 1900.0, 40000.0}) {
+        const vec3 c = black_body_color(kelvin);
+        EXPECT_EQ(std::max({c.r, c.g, c.b}), 1) << kelvin;
+        EXPECT_GE(std::min({c.r, c.g, c.b}), 0) << kelvin;
+    }
+}
+
+TEST(EditTexts, RestoreTheEditExactly) {
+    LightEdit light;
+    light.factor = 0.1f;
+    light.intensity = 1.0f / 3;
+    light.color = vec3(0.1f, 0.7f, 1);
+    light.position = dvec3(1.0 / 3, -1e7, 1e-30);
+    light.direction = unit_direction({1, 2, 3});
+    light.off = true;
+    NodeEdit node;
+    node.translate = {0.1, 1.0 / 3, 0};
+    node.rotate = {45, 0, -1e-5};
+    node.scale = {1, 2, 1.0 / 7};
+    node.matrix = dmat4(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0.2, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 4, 1e-3, 1));
+    SceneEdits edits;
+    add_light_edit(edits, "", "a = b=" + text(light));
+    add_node_edit(edits, "", "n=" + text(node));
+    EXPECT_EQ(edits.named_lights.at(0).name, "a = b");
+    EXPECT_EQ(edits.named_lights[0].edit.position, light.position);
+    light.direction = edits.named_lights[0].edit.direction;  // normalised again
+    EXPECT_LT(glm::length(*light.direction - *unit_direction({1, 2, 3})), 1e-15);
+    EXPECT_EQ(edits.named_lights[0].edit, light);
+    EXPECT_EQ(edits.nodes.at(0).edit, node);
+
+    // Settings files restore them, too.
+    TemporaryFolder folder;
+    SavedSettings saved;
+    saved.edits = edits;
+    saved.edits.lights = {{2}};
+    saved.edits.materials[1]["roughness"] = {0.3f};
+    add_material_edit(saved.edits, "", "wall*.base_color=0.1,0.2,0.3");
+    add_hidden(saved.edits, "", "mesh:crate");
+    write_settings(folder / "a.json", saved);
+    const SceneEdits read = read_settings(folder / "a.json").edits;
+    EXPECT_EQ(read.named_materials, saved.edits.named_materials);
+    EXPECT_EQ(read.nodes, saved.edits.nodes);
+    EXPECT_EQ(read.hidden, saved.edits.hidden);
+    EXPECT_EQ(read.lights, saved.edits.lights);
+    EXPECT_EQ(read, saved.edits);
+}
+
+TEST(EditTexts, FilesTakeTheTextsOfOptions) {
+    const auto edits = [](const std::string& json) {
+        return parse_settings("{\"halflight_settings\": 1, " + json + "}", "a.json").edits;
+    };
+    EXPECT_EQ(edits(R"("lights": {"key": {"temperature": 2700, "off": true}, "fill": 0.5})"),
+              edits_of({{add_light_edit, "key=temperature:2700,off"}, {add_light_edit, "fill=0.5"}}));
+    EXPECT_EQ(edits(R"("materials": {"floor": {"base_color": "#8899cc", "roughness": 0.3}})"),
+              edits_of({{add_material_edit, "floor.base_color=#8899cc"}, {add_material_edit, "floor.roughness=0.3"}}));
+    EXPECT_EQ(edits(R"("nodes": {"crate": {"rotate": [0, 45, 0], "scale": 2}}, "hide": ["wall*"])"),
+              edits_of({{add_node_edit, "crate=rotate:0,45,0,scale:2"}, {add_hidden, "wall*"}}));
+    const auto message = [&](const std::string& json) { return error_message([&] { edits(json); }); };
+    EXPECT_EQ(message(R"("nodes": {"crate": {"turn": 1}})"), "a.json: nodes.crate: there is no setting 'turn'");
+    EXPECT_EQ(message(R"("nodes": {"crate": {"rotate": 1}})"), "a.json: nodes.crate.rotate: is no list");
+    EXPECT_EQ(message(R"("lights": {"key": {"color": [1, 1, 1], "temperature": 2700}})"),
+              "a.json: lights.key: has both 'color' and 'temperature'");
+    EXPECT_EQ(message(R"("hide": [1])"), "a.json: hide[0]: is no text");
+}
+
+TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
+    const TemporaryFolder folder;
+    LoadedScene scene({.scene = test::write_sliding_light(folder.path), .animation = "slide"});
+    const auto position = [&] { return dvec3(scene.scene().instances.at(0).object_to_world[3]); };
+    const dvec3 start = position();
+    scene.pose(1);
+    const dvec3 later = position();
+    ASSERT_NE(start, later);
+    scene.edit(edits_of({{add_node_edit, "0=translate:0,0,5"}}));
+    EXPECT_EQ(position(), later + dvec3(0, 0, 5));
+    scene.pose(0);
+    EXPECT_EQ(position(), start + dvec3(0, 0, 5));
+    const std::uint64_t before = scene.transform_revision();
+    EXPECT_NE(error_message([&] {
+                  scene.edit(edits_of({{add_node_edit, "77=scale:2"}}));
+              }).find("there is no node 77"),
+              std::string::npos);
+    EXPECT_EQ(position(), start + dvec3(0, 0, 5)) << "an invalid edit keeps the earlier ones";
+    EXPECT_EQ(scene.transform_revision(), before);
+    const std::size_t all = scene.scene().instances.size();
+    scene.edit(edits_of({{add_hidden, "node:0"}}));
+    EXPECT_EQ(scene.scene().instances.size(), all - 1);
+    EXPECT_NE(scene.transform_revision(), before);
+    scene.pose(1);
+    EXPECT_EQ(scene.scene().instances.size(), all - 1);
+    scene.edit({});
+    EXPECT_EQ(position(), later);
+}
+
+/// The lines of `info --names` can be pasted after `halflight render`: they change nothing.
+TEST(SceneNames, AreOptionsThatKeepTheScene) {
+    Yard yard;
+    yard.scene.lights[0].name = "it's \"key\"";
+    const auto names = name_facts(yard.scene, yard.tree, {"red"});
+    SceneEdits edits;
+    for (const auto& [kind, list] : names.items())
+        for (const auto& one : list)
+            for (const auto& option : one.at("options")) {
+                const std::string name = option.at(0), value = option.at(1);
+                if (name == "--light") add_light_edit(edits, name, value);
+                if (name == "--material") add_material_edit(edits, name, value);
+                if (name == "--node") add_node_edit(edits, name, value);
+            }
+    EXPECT_EQ(edits.named_lights.size(), 1u);
+    EXPECT_EQ(edits.nodes.size(), 4u);
+    const Scene same = yard.with(edits);
+    EXPECT_EQ(same.lights[0].intensity, yard.scene.lights[0].intensity);
+    EXPECT_EQ(same.lights[0].position, yard.scene.lights[0].position);
+    for (std::size_t i = 0; i < 2; ++i)
+        EXPECT_EQ(same.instances[i].object_to_world, yard.scene.instances[i].object_to_world);
+    const std::string lines = option_lines(names);
+    EXPECT_NE(lines.find("--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0'\n"),
+              std::string::npos)
+        << lines;
+    EXPECT_NE(lines.find("--variant red\n"), std::string::npos) << lines;
+    EXPECT_NE(lines.find("--node 'box a=translate:0,0,0'\n"), std::string::npos) << lines;
+    EXPECT_EQ(lines.find("other scene"), std::string::npos) << lines;
+}
+
+}  // namespace
+}  // namespace halflight

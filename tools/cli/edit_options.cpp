@@ -1,0 +1,50 @@
+#include "api/halflight/edit_text.h"
+#include "tools/cli/options.h"
+
+namespace halflight {
+namespace {
+
+/// Returns " KEY: METAVAR, help." for all rows of a table.
+template <class Edit>
+std::string list_of(std::span<const EditKey<Edit>> keys) {
+    std::string list;
+    for (const EditKey<Edit>& key : keys)
+        list += fmt::format(" {}: {}{}{}.", key.name, key.metavar, *key.metavar ? ", " : "", key.help);
+    return list;
+}
+
+}  // namespace
+
+void add_edit_options(Options& options, ViewArguments& a) {
+    options.group("Edits");
+    const auto edit = [&](const char* name, const char* metavar, const std::string& help, EditOption::Add add) {
+        options.repeated(name, metavar, help, [&a, name, add](const std::string& option, const std::string& text) {
+            parsed(
+                [&](const std::string&, const std::string&) {
+                    add(a.edits, option, text);
+                    return 0;
+                },
+                option, text);
+            a.edit_options.push_back({name, add, text});
+        });
+    };
+    edit("--light", "NAME=KEY:VALUE,...",
+         "edits lights. NAME is a name, a number from 0, or a pattern with * and ?; `halflight info SCENE --names` "
+         "lists "
+         "names. A number alone is a factor. Keys are these." +
+             list_of(light_edit_keys()),
+         add_light_edit);
+    edit("--material", "NAME.PROPERTY=VALUE",
+         "edits materials: --material floor.roughness=0.3, --material wall.base_color=#8899cc. docs/materials.md lists "
+         "the "
+         "properties. Textures multiply them",
+         add_material_edit);
+    edit("--node", "NAME=KEY:VALUE,...",
+         "moves nodes with everything below them. Keys are these." + list_of(node_edit_keys()), add_node_edit);
+    edit("--hide", "NAME",
+         "hides nodes with everything below them, meshes and lights of a name or pattern; node:NAME, mesh:NAME and "
+         "light:NAME select a kind",
+         add_hidden);
+}
+
+}  // namespace halflight

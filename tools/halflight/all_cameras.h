@@ -1,0 +1,15 @@
+// `--camera all`: one picture or sequence for each camera of the scene.
+#pragma once
+
+#include <vector>
+
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+/// Returns the arguments of each camera, whose name is part of the names of files: in place of {camera}, else before
+/// the first dot: shot.exr becomes shot.CAMERA.exr. Returns the arguments alone where they do not ask for all cameras.
+/// Throws Error for scenes without cameras and for names that are equal.
+std::vector<RenderArguments> arguments_by_camera(const RenderArguments& arguments);
+
+}  // namespace halflight

@@ -1,0 +1,53 @@
+#include "tools/view/edit_history.h"
+
+#include <utility>
+
+namespace halflight::view {
+namespace {
+
+constexpr std::size_t kMost = 1000;  // states to undo
+
+/// Returns whether the states differ in an exposure alone that metering has found.
+bool only_metered(const SavedSettings& before, const SavedSettings& now) {
+    if (!before.settings.view.metered()) return false;
+    SavedSettings same = now;
+    same.settings.view.exposure = before.settings.view.exposure;
+    return same == before;
+}
+
+}  // namespace
+
+void EditHistory::start(SavedSettings now) {
+    before_.clear();
+    after_.clear();
+    saved_ = now;
+    current_ = std::move(now);
+}
+
+void EditHistory::record(const SavedSettings& now, bool busy) {
+    if (busy || now == current_) return;
+    if (only_metered(current_, now)) {
+        if (current_ == saved_) saved_ = now;
+        current_ = now;
+        return;
+    }
+    before_.push_back(std::exchange(current_, now));
+    if (before_.size() > kMost) before_.erase(before_.begin());
+    after_.clear();
+}
+
+std::optional<SavedSettings> EditHistory::undo() {
+    if (before_.empty()) return std::nullopt;
+    after_.push_back(std::exchange(current_, std::move(before_.back())));
+    before_.pop_back();
+    return current_;
+}
+
+std::optional<SavedSettings> EditHistory::redo() {
+    if (after_.empty()) return std::nullopt;
+    before_.push_back(std::exchange(current_, std::move(after_.back())));
+    after_.pop_back();
+    return current_;
+}
+
+}  // namespace halflight::view
