@@ -97,6 +97,7 @@ ConfigFile read_config(const fs::path& path) {
     const ocio::ConfigRcPtr config = ocio::Config::CreateFromStream(text)->createEditableCopy();
     config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // base of relative file names
     ConfigFile result{config, {path}};
+    check_references(*config);
     const std::set<fs::path> luts = FileGuard(*config).check_all();
     result.files.insert(result.files.end(), luts.begin(), luts.end());
     return result;

@@ -355,5 +355,60 @@ TEST_F(BadFiles, Configs) {
                                          (lut[0] == '/' ? "" : path("")) + lut + ", interpolation: best}\n");
 }
 
+/// OpenColorIO follows references without a limit, which ends in a stack overflow or an endless run.
+TEST_F(BadFiles, ConfigsWhoseReferencesNeverEnd) {
+    std::string whole = read_text(kSeeds / "color/small");
+    for (int i = 0; i < 4; ++i) whole.erase(0, whole.find('\n') + 1);
+    const auto film = whole.find("    from_scene_reference: !<GroupTransform>");
+    ASSERT_NE(film, std::string::npos);
+    const std::string start = whole.substr(0, film);
+    const auto space = [](const std::string& name, const std::string& transform) {
+        return fmt::format("  - !<ColorSpace> {{name: {}, from_scene_reference: {}}}\n", name, transform);
+    };
+    const auto to = [](const std::string& name) {
+        return fmt::format("!<ColorSpaceTransform> {{src: lin_rec709, dst: {}}}", name);
+    };
+    const auto with_film = [&](const std::string& transform, const std::string& rest = "") {
+        return start + "    from_scene_reference: " + transform + "\n" + rest;
+    };
+    config_refused("space of itself", with_film(to("film")), {"colour space \"film\" refers to itself"});
+    config_refused("space of itself, in a group", with_film("!<GroupTransform> {children: [" + to("film") + "]}"),
+                   {"colour space \"film\" refers to itself"});
+    config_refused("two spaces", with_film(to("b"), space("b", to("film"))),
+                   {"colour space \"film\" refers to colour space \"b\", which refers to colour space \"film\" again"});
+    config_refused("look of itself",
+                   with_film("!<LookTransform> {src: lin_rec709, dst: lin_rec709, looks: warm}")
+                       .replace(whole.find("!<CDLTransform>"),
+                                whole.find("}}", whole.find("!<CDLTransform>")) + 1 - whole.find("!<CDLTransform>"),
+                                "!<LookTransform> {src: lin_rec709, dst: lin_rec709, looks: warm}"),
+                   {"look \"warm\" refers to itself"});
+    config_refused("space of its own view",
+                   with_film("!<DisplayViewTransform> {src: lin_rec709, display: sRGB, view: Film}"),
+                   {"colour space \"film\" refers to itself"});
+    config_refused("named transform of itself",
+                   with_film(to("turn")) +
+                       "named_transforms: [!<NamedTransform> {name: turn, transform: !<ColorSpaceTransform> {src: "
+                       "lin_rec709, dst: film}}]\n",
+                   {"named transform \"turn\"", "again"});
+    std::string chain, doubled;
+    for (int i = 0; i < 200; ++i) chain += space(fmt::format("s{}", i), to(fmt::format("s{}", i + 1)));
+    config_refused("chain of 200", with_film(to("s0"), chain + "  - !<ColorSpace> {name: s200}\n"), {"levels deep"});
+    for (int i = 0; i < 30; ++i)
+        doubled += space(fmt::format("s{}", i),
+                         fmt::format("!<GroupTransform> {{children: [{0}, {0}]}}", to(fmt::format("s{}", i + 1))));
+    config_refused("2^30 transforms", with_film(to("s0"), doubled + "  - !<ColorSpace> {name: s30}\n"),
+                   {"consists of more than 100000 transforms"});
+    write("config", with_film(to("b"), space("b", to("lin_rec709"))));
+    expect_loaded("config: three spaces in a row", with_config(path("config")));
+    // Two spaces that refer to each other. A conversion would end, but OpenColorIO looks at both directions of each.
+    const std::string log = "!<LogTransform> {base: 10}";
+    config_refused("two spaces in one direction each",
+                   with_film(to("b"), "  - !<ColorSpace> {name: b, from_scene_reference: " + log +
+                                          ", to_scene_reference: !<ColorSpaceTransform> {src: c, dst: lin_rec709}}\n"
+                                          "  - !<ColorSpace> {name: c, from_scene_reference: " +
+                                          to("b") + ", to_scene_reference: " + log + "}\n"),
+                   {"colour space \"b\"", "colour space \"c\"", "again"});
+}
+
 }  // namespace
 }  // namespace halflight::test
