@@ -13,6 +13,7 @@
 
 #include "engine/core/error.h"
 #include "engine/gpu/device.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/gpu/program_binaries.h"
 
 namespace halflight::gpu {
@@ -132,7 +133,9 @@ struct Search {
     std::vector<DeviceAttempt> attempts;
     std::optional<EglContext> context;
 
-    explicit Search(const ContextOptions& options) : options_(options), devices_(enumerate_devices()) {
+    explicit Search(const ContextOptions& options) : options_(options) {
+        prepare_for_drivers();
+        devices_ = enumerate_devices();
         const std::string& wanted = options.device;
         const bool by_kind = wanted == "hardware" || wanted == "software";
         const auto index = parse_index(wanted);

@@ -9,6 +9,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
+#include "engine/gpu/driver_needs.h"
 
 namespace halflight::view {
 namespace {
@@ -33,6 +34,7 @@ GLFWwindow* create(const ivec2& size, const std::string& title, int creation_api
 }  // namespace
 
 Window::Window(const ivec2& size, const std::string& title) : title_(title) {
+    gpu::prepare_for_drivers();
     if (!glfwInit()) throw Error("window", "there is no display: {}", reason());
     window_ = create(size, title, GLFW_EGL_CONTEXT_API);
     if (!window_) window_ = create(size, title, GLFW_NATIVE_CONTEXT_API);

@@ -1,0 +1,12 @@
+// Resources of the process that drivers use without checks. Without them a driver ends the process by a signal.
+#pragma once
+
+namespace halflight::gpu {
+
+/// Prepares the process for its first context, before a driver is loaded; later calls do nothing.
+/// - Throws Error where a limit of the address space (RLIMIT_AS) leaves too little for a driver.
+/// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk, disables
+///   that cache by MESA_SHADER_CACHE_DISABLE in the process's environment.
+void prepare_for_drivers();
+
+}  // namespace halflight::gpu
