@@ -8,6 +8,17 @@ namespace halflight {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Returns whether a file has the name of a cache's file: its hash, then text that contains `kind`.
+bool is_of_cache(std::string_view name, std::string_view kind) {
+    constexpr std::size_t kDigits = 16;
+    return name.substr(0, kDigits).find_first_not_of("0123456789abcdef") == std::string_view::npos &&
+           name.find(kind, kDigits) != std::string_view::npos;
+}
+
+}  // namespace
+
 fs::path cache_folder(std::string_view name) {
     const auto absolute = [](const char* variable) {
         const char* value = std::getenv(variable);
@@ -30,8 +41,7 @@ void trim_cache(const fs::path& folder, std::string_view kind, std::optional<std
     std::uintmax_t total = 0;
     std::error_code error;
     for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-        const std::string name = at->path().filename().string();
-        if (name.starts_with('.') || name.find(kind) == std::string::npos) continue;  // the former are being written
+        if (!is_of_cache(at->path().filename().string(), kind)) continue;
         std::error_code gone;  // another process may have removed the file
         const bool regular = at->symlink_status(gone).type() == fs::file_type::regular;
         const std::uintmax_t bytes = at->file_size(gone);

@@ -13,8 +13,9 @@ namespace halflight {
 std::filesystem::path cache_folder(std::string_view name);
 
 /// Deletes files of a cache, those written or used least recently first, until the others take at most `most` bytes. By
-/// default that is half of what they and the free space of their disk take. Only files are counted and deleted whose
-/// name contains `kind` and does not start with a dot; `kept` is not deleted. Files that other processes use or delete meanwhile are no error.
+/// default that is half of what they and the free space of their disk take. Only regular files with the names of our
+/// caches are counted and deleted: 16 hexadecimal digits, then more text that contains `kind`; `kept` is not deleted.
+/// Files that other processes use or delete meanwhile are no error.
 void trim_cache(const std::filesystem::path& folder, std::string_view kind, std::optional<std::uintmax_t> most = {},
                 const std::filesystem::path& kept = {});
 

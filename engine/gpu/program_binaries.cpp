@@ -1,12 +1,13 @@
 #include "engine/gpu/program_binaries.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "engine/core/cache_folder.h"
@@ -28,15 +29,57 @@ struct Header {
 constexpr std::string_view kExtension = ".program";
 constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
 
-/// Returns the content of a file; nothing if it is not regular or is longer than `max_bytes`.
-std::optional<std::string> content_of(const fs::path& file, std::uint64_t max_bytes) {
-    std::error_code error;
-    if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > max_bytes || error) return std::nullopt;
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return std::nullopt;
-    std::string content(std::istreambuf_iterator<char>(stream), {});
-    return stream.bad() ? std::nullopt : std::optional(std::move(content));
-}
+/// A file of the folder. Symbolic links are not followed, as they would lead to files of others.
+class CacheFile {
+  public:
+    CacheFile(const fs::path& path, int flags) : file_(open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC, 0666)) {}
+    CacheFile(const CacheFile&) = delete;
+    CacheFile& operator=(const CacheFile&) = delete;
+    ~CacheFile() { close(); }
+
+    /// Returns the content; nothing if the file is not regular or is longer than `max_bytes`.
+    std::optional<std::string> read(std::uint64_t max_bytes) const {
+        struct stat info {};
+        if (file_ < 0 || fstat(file_, &info) != 0 || !S_ISREG(info.st_mode)) return std::nullopt;
+        const auto size = static_cast<std::uint64_t>(info.st_size);
+        if (size > max_bytes) return std::nullopt;
+        std::string content(size, '\0');
+        for (std::size_t done = 0; done < size;) {
+            const ssize_t got = ::read(file_, content.data() + done, size - done);
+            if (got < 0 && errno == EINTR) continue;
+            if (got <= 0) return std::nullopt;
+            done += static_cast<std::size_t>(got);
+        }
+        return content;
+    }
+
+    /// Appends bytes; returns whether they were written.
+    bool write(std::string_view bytes) const {
+        while (file_ >= 0 && !bytes.empty()) {
+            const ssize_t put = ::write(file_, bytes.data(), bytes.size());
+            if (put < 0 && errno == EINTR) continue;
+            if (put < 0) return false;
+            bytes.remove_prefix(static_cast<std::size_t>(put));
+        }
+        return file_ >= 0;
+    }
+
+    /// Gives a file without a name a name, in place of an older file. Returns whether it has the name.
+    bool name(const fs::path& path) const {
+        const std::string unnamed = fmt::format("/proc/self/fd/{}", file_);
+        const auto link = [&] { return linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW); };
+        return link() == 0 || (errno == EEXIST && unlink(path.c_str()) == 0 && link() == 0);
+    }
+
+    /// Sets the time of the last use to now. A failure has no effect; the folder may be read-only.
+    void touch() const { static_cast<void>(futimens(file_, nullptr)); }
+
+    bool is_open() const { return file_ >= 0; }
+    bool close() { return file_ >= 0 && ::close(std::exchange(file_, -1)) == 0; }
+
+  private:
+    int file_;
+};
 
 /// Returns a name that no other process or thread uses.
 fs::path temporary_name(const fs::path& file) {
@@ -58,8 +101,8 @@ fs::path ProgramBinaries::file(std::string_view key) const {
 }
 
 std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
-    const fs::path path = file(key);
-    const std::optional<std::string> content = content_of(path, max_bytes_);
+    const CacheFile file_of_key(file(key), O_RDONLY | O_NONBLOCK);  // a pipe without a writer would block
+    const std::optional<std::string> content = file_of_key.read(max_bytes_);
     Header header;
     if (!content || content->size() < sizeof header) return std::nullopt;
     std::memcpy(&header, content->data(), sizeof header);
@@ -72,8 +115,7 @@ std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
         (hash_of(bytes) ^ header.format) != header.checksum) {
         return std::nullopt;
     }
-    std::error_code ignored;  // the folder may be read-only
-    fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
+    file_of_key.touch();
     return ProgramBinary{static_cast<std::uint32_t>(header.format), {bytes.begin(), bytes.end()}};
 }
 
@@ -90,14 +132,20 @@ void ProgramBinaries::store(std::string_view key, const ProgramBinary& binary) c
     std::error_code error;
     fs::create_directories(folder_, error);
     const fs::path path = file(key);
-    const fs::path temporary = temporary_name(path);
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(&header), sizeof header);
-    stream.write(full.data(), static_cast<std::streamsize>(full.size()));
-    stream.write(binary.bytes.data(), static_cast<std::streamsize>(binary.bytes.size()));
-    stream.close();
-    if (stream) fs::rename(temporary, path, error);
-    if (!stream || error) fs::remove(temporary, error);
+    const auto write_to = [&](const CacheFile& to) {
+        return to.write({reinterpret_cast<const char*>(&header), sizeof header}) && to.write(full) &&
+               to.write({binary.bytes.data(), binary.bytes.size()});
+    };
+    // A killed process leaves nothing of a file without a name. Some file systems have no such files.
+    if (const CacheFile unnamed(folder_ / ".", O_TMPFILE | O_WRONLY); unnamed.is_open()) {
+        if (write_to(unnamed)) static_cast<void>(unnamed.name(path));
+    } else {
+        const fs::path temporary = temporary_name(path);
+        CacheFile named(temporary, O_WRONLY | O_CREAT | O_EXCL);
+        const bool written = write_to(named);
+        if (named.close() && written) fs::rename(temporary, path, error);
+        if (!written || error) fs::remove(temporary, error);
+    }
     trim_cache(folder_, kExtension, max_bytes_);
 }
 

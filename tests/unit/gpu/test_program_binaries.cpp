@@ -85,6 +85,37 @@ TEST(ProgramBinaries, DamagedFilesAreIgnored) {
     EXPECT_TRUE(binaries.load("key"));
 }
 
+TEST(ProgramBinaries, LinksAreNotFollowed) {
+    const TemporaryFolder folder, elsewhere;
+    const ProgramBinaries binaries(folder.path, "driver"), others(elsewhere.path, "driver");
+    others.store("key", binary_of('x', 100));
+    const fs::path target = others.file("key"), link = binaries.file("key");
+    const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
+    fs::last_write_time(target, old);
+    fs::create_symlink(target, link);
+    EXPECT_FALSE(binaries.load("key")) << "a binary that another folder holds";
+    EXPECT_EQ(fs::last_write_time(target), old);
+    binaries.store("key", binary_of('y', 50));
+    EXPECT_FALSE(fs::is_symlink(link)) << "the link is replaced, not written through";
+    EXPECT_EQ(binaries.load("key")->bytes, std::vector<char>(50, 'y'));
+    EXPECT_EQ(others.load("key")->bytes, std::vector<char>(100, 'x'));
+}
+
+TEST(ProgramBinaries, OnlyTheirOwnFilesAreDeleted) {
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries(folder.path, "driver", 4000);
+    for (const char* name :
+         {"my.program", "my.program.txt", "0123456789abcdef.txt", "0123.program", "backup-0123456789"})
+        std::ofstream(folder / name) << std::string(5000, 'n');
+    const char* const abandoned = "0123456789abcdef.program.123.4.tmp";  // of a process that was killed
+    std::ofstream(folder / abandoned) << std::string(5000, 'n');
+    fs::last_write_time(folder / abandoned, fs::file_time_type::clock::now() - std::chrono::hours(1));
+    binaries.store("a", binary_of('a', 1500));
+    EXPECT_TRUE(binaries.load("a"));
+    EXPECT_FALSE(fs::exists(folder / abandoned));
+    EXPECT_EQ(folder.entries().size(), 6u);
+}
+
 TEST(ProgramBinaries, StayWithinTheirSize) {
     const TemporaryFolder folder;
     const ProgramBinaries binaries(folder.path, "driver", 4000);
