@@ -72,8 +72,9 @@ std::vector<std::size_t> choose_animations(GltfScene& scene, const std::filesyst
     std::vector<std::size_t> playing(animations.size());
     std::iota(playing.begin(), playing.end(), std::size_t{0});
     if (wanted != "all") playing = {find_animation(animations, wanted, file)};
-    if (playing.empty()) return {};
     for (const std::string& warning : scene.animation_warnings()) log.warn("{}", warning);
+    for (const std::size_t index : playing)
+        if (animations[index].damage) throw *animations[index].damage;
     warn_of_conflicts(animations, playing, log);
     return playing;
 }

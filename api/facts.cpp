@@ -171,8 +171,12 @@ Json scene_facts(const Scene& scene, const TraceTables& tables, const RenderSett
 Json motion_facts(GltfScene& scene, std::vector<std::string>& warnings) {
     Json animations = Json::array(), skins = Json::array(), morphed = Json::array();
     try {
-        for (const Animation& a : scene.animations())
-            animations.push_back({{"name", a.name}, {"seconds", a.end}, {"channels", a.channels.size()}});
+        for (const Animation& a : scene.animations()) {
+            if (a.damage)
+                warnings.push_back(a.damage->what());
+            else
+                animations.push_back({{"name", a.name}, {"seconds", a.end}, {"channels", a.channels.size()}});
+        }
         const auto& left_out = scene.animation_warnings();
         warnings.insert(warnings.end(), left_out.begin(), left_out.end());
     } catch (const Error& error) {

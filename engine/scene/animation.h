@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/core/error.h"
 #include "engine/scene/keyframes.h"
 
 namespace halflight {
@@ -40,7 +42,8 @@ struct AnimationChannel {
 };
 
 struct Animation {
-    std::string name;  // name; may be empty, need not be unique
+    std::string name;             // name; may be empty, need not be unique
+    std::optional<Error> damage;  // why it cannot play; unset: it can. A damaged animation has no channels.
     std::vector<Keyframes> keyframes;
     std::vector<AnimationChannel> channels;
     double begin = 0;  // seconds, time of the first key that a channel uses

@@ -315,6 +315,14 @@ TEST_F(Sequence, DamagedAnimationsAreAnErrorWhereTheyArePlayed) {
     EXPECT_TRUE(std::regex_match(played.err, std::regex("halflight: .*room.gltf: animations.0.: has no 'channels'\n")))
         << played.err;
     make("out", "1", {"--animation", "none"});
+    // The other animations of the file can play.
+    const std::string good = R"({"name": "still", "channels": [], "samplers": []})";
+    write_text(scene, text.replace(text.find(R"({"samplers": []})"), 0, good + ","));
+    EXPECT_EQ(run("out", "1").status, 1);
+    make("still", "1", {"--animation", "still"});
+    const Outcome damaged = run("still", "1", {"--animation", "1"});
+    EXPECT_EQ(damaged.status, 1);
+    EXPECT_NE(damaged.err.find("room.gltf: animations[1]: has no 'channels'\n"), std::string::npos) << damaged.err;
     const Outcome info = run_program({"info", scene, "--json"});
     EXPECT_EQ(info.status, 0) << info.err;
     EXPECT_NE(Json::parse(info.out).at("warnings").dump().find("has no 'channels'"), std::string::npos) << info.out;

@@ -31,6 +31,8 @@ class GltfAccessors {
     int components(int accessor) const;  ///< Returns the number of components per element, 1 to 16.
     /// Returns the bytes of an element without padding. Throws Error for an unknown type.
     std::size_t element_size(int accessor) const;
+    /// Throws Error that names `purpose` for elements of another number of components.
+    void check_type(int accessor, int components, std::string_view purpose) const;
     /// Throws Error where the data is shorter than the count requires.
     void check_data(int accessor) const { view(accessor); }
 
@@ -74,7 +76,6 @@ class GltfAccessors {
     View packed(int buffer_view, std::uint64_t offset, std::uint64_t count, std::size_t element_size,
                 const std::string& element) const;
     std::size_t check_range(int accessor, std::size_t first, std::size_t count) const;
-    void check_type(int accessor, int components, std::string_view purpose) const;
     void read_floats(int accessor, std::size_t first, std::size_t count, bool normalize, float* out) const;
 
     const GltfDocument& document_;

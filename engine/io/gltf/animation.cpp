@@ -4,7 +4,9 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
+#include <utility>
 
 #include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/accessor.h"
@@ -41,7 +43,10 @@ class Reader {
         Animation animation;
         animation.name = from.value("name", "");
         const Json& channels = from.at("channels");
+        if (channels.empty()) document_.warnings.add("has no channels", element_);
+        for (std::size_t i = 0; i < samplers_->size(); ++i) check_sampler(i);
         for (std::size_t i = 0; i < channels.size(); ++i) add_channel(animation, channels[i], i);
+        warn_of_duplicates(animation);
         animation.begin = std::numeric_limits<double>::infinity();
         animation.end = -animation.begin;
         for (const Keyframes& keys : animation.keyframes) {
@@ -53,14 +58,45 @@ class Reader {
     }
 
   private:
+    /// Checks what the specification requires of a sampler, whether a channel uses it or not (glTF 2.0, section 3.11).
+    void check_sampler(std::size_t index) {
+        const std::string element = fmt::format("{}.samplers[{}]", element_, index);
+        const Json& from = samplers_->at(index);
+        const std::string name = from.value("interpolation", "LINEAR");
+        const auto interpolation = interpolation_named(name);
+        if (!interpolation) document_.fail(element, "interpolation '{}' is unknown", name);
+        const int input = from.at("input");
+        accessors_.check_type(input, 1, element + ".input");
+        if (document_.model.accessors[static_cast<std::size_t>(input)].componentType != gltf::kFloat)
+            document_.fail(element, "its times in accessors[{}] are not floating-point numbers", input);
+        if (document_.without_limits.contains(input)) document_.warnings.add("its times have no min and max", element);
+        if (interpolation == Interpolation::cubic_spline && accessors_.count(input) < 2)
+            document_.warnings.add("is a cubic spline of fewer than two keys", element);
+        for (const int accessor : {input, from.at("output").get<int>()}) {
+            const int view = document_.model.accessors[static_cast<std::size_t>(accessor)].bufferView;
+            if (view != kNone && document_.model.bufferViews[static_cast<std::size_t>(view)].byteStride != 0)
+                document_.warnings.add(fmt::format("has a byteStride in bufferViews[{}], as only vertices may", view),
+                                       element);
+        }
+    }
+
+    void warn_of_duplicates(const Animation& animation) {
+        std::set<std::pair<int, int>> driven;
+        for (const AnimationChannel& channel : animation.channels)
+            if (!driven.insert({channel.field, channel.target}).second)
+                document_.warnings.add("several channels drive the same property, and only the last one counts",
+                                       element_);
+    }
+
     void add_channel(Animation& animation, const Json& from, std::size_t index) {
         const std::string element = fmt::format("{}.channels[{}]", element_, index);
-        const auto target = target_of(from.at("target"), element);
-        if (!target) return;
         const auto sampler = from.at("sampler").get<std::size_t>();
         if (sampler >= samplers_->size())
             document_.fail(element, "sampler {} is not an index into its samplers, which has {}", sampler,
                            samplers_->size());
+        const auto target = target_of(from.at("target"), element);
+        if (!target) return;
+        if (target->index == kNone) return check_output(sampler, *target);
         const AnimatedProperty property = property_of(*target);
         const int morph_targets = check_target(element, property, target->index);
         const auto [it, is_new] =
@@ -69,16 +105,15 @@ class Reader {
         animation.channels.push_back({property, target->index, target->field, it->second});
     }
 
-    /// Returns the target; none where it is left out with a warning.
+    /// Returns the target; none, or one without an index, where it is left out with a warning.
     std::optional<GltfTarget> target_of(const Json& from, const std::string& element) {
         const auto path = from.at("path").get<std::string>();
         if (path == "pointer") return pointed_at(from, element);
         const auto target = node_target(path, from.value("node", kNone));
-        if (target && target->index != kNone) return target;
-        document_.warnings.add(target ? "drives no node, it is left out"
-                                      : fmt::format("drives '{}', which is not supported; it is left out", path),
-                               element);
-        return std::nullopt;
+        if (target && target->index == kNone) document_.warnings.add("drives no node, it is left out", element);
+        if (!target)
+            document_.warnings.add(fmt::format("drives '{}', which is not supported; it is left out", path), element);
+        return target;
     }
 
     std::optional<GltfTarget> pointed_at(const Json& from, const std::string& element) {
@@ -113,25 +148,40 @@ class Reader {
         return static_cast<int>(targets);
     }
 
-    Keyframes read_sampler(std::size_t index, const GltfTarget& target, int morph_targets) {
-        const std::string element = fmt::format("{}.samplers[{}]", element_, index);
-        const Json& from = samplers_->at(index);
-        const std::string name = from.value("interpolation", "LINEAR");
-        const auto interpolation = interpolation_named(name);
-        if (!interpolation) document_.fail(element, "interpolation '{}' is unknown", name);
-        Keyframes keys;
-        keys.interpolation = *interpolation;
-        const bool weights = morph_targets > 0;
-        keys.rotation = property_of(target) == AnimatedProperty::rotation;
-        keys.components = weights ? morph_targets : components_of(target);
-        const int input = from.at("input"), output = from.at("output");
+    static Interpolation interpolation_of(const Json& sampler) {
+        return *interpolation_named(sampler.value("interpolation", "LINEAR"));  // check_sampler() knows the name
+    }
+
+    /// Returns the number of elements that a sampler's output must have, and has.
+    std::size_t check_count(const std::string& element, const Json& sampler, std::size_t per_value) const {
+        const int input = sampler.at("input"), output = sampler.at("output");
         // An accessor of weights has one element per weight.
-        const std::size_t per_key = (keys.interpolation == Interpolation::cubic_spline ? 3 : 1) *
-                                    static_cast<std::size_t>(weights ? morph_targets : 1);
+        const std::size_t per_key = per_value * (interpolation_of(sampler) == Interpolation::cubic_spline ? 3 : 1);
         const std::size_t expected = accessors_.count(input) * per_key;
         if (accessors_.count(output) != expected)
             document_.fail(element, "its output has {} elements for {} keys, {} expected", accessors_.count(output),
                            accessors_.count(input), expected);
+        return expected;
+    }
+
+    /// Checks the output of a sampler whose channel drives no node. The number of weights is then unknown.
+    void check_output(std::size_t index, const GltfTarget& target) const {
+        const std::string element = fmt::format("{}.samplers[{}]", element_, index);
+        if (property_of(target) == AnimatedProperty::weights) return;
+        accessors_.check_type(samplers_->at(index).at("output"), components_of(target), element + ".output");
+        check_count(element, samplers_->at(index), 1);
+    }
+
+    Keyframes read_sampler(std::size_t index, const GltfTarget& target, int morph_targets) {
+        const std::string element = fmt::format("{}.samplers[{}]", element_, index);
+        const Json& from = samplers_->at(index);
+        Keyframes keys;
+        keys.interpolation = interpolation_of(from);
+        const bool weights = morph_targets > 0;
+        keys.rotation = property_of(target) == AnimatedProperty::rotation;
+        keys.components = weights ? morph_targets : components_of(target);
+        const int input = from.at("input"), output = from.at("output");
+        const std::size_t expected = check_count(element, from, static_cast<std::size_t>(weights ? morph_targets : 1));
         const std::size_t bytes = sizeof(float) * (accessors_.count(input) +
                                                    expected * static_cast<std::size_t>(accessors_.components(output)));
         MemoryLedger::process().check(2 * bytes, document_.file, element);  // while they are read there is a copy
@@ -168,10 +218,26 @@ std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Ent
     std::vector<Animation> animations;
     memory = {};
     if (document.animations.is_null()) return animations;
-    Json list = document.animations;
-    check_gltf_animations(list, document.model.accessors.size(), document.model.nodes.size(), document.file);
+    if (!document.animations.is_array()) document.fail("animations", "is not an array");
+    if (document.animations.empty()) document.warnings.add("is an empty list", "animations");
     Reader reader(document, memory);
-    for (std::size_t i = 0; i < list.size(); ++i) animations.push_back(reader.read(list[i], i));
+    for (std::size_t i = 0; i < document.animations.size(); ++i) {
+        const std::size_t bytes = memory.bytes();
+        const GltfWarnings warnings = document.warnings;
+        Json from = document.animations[i];  // checks change it, and it may be read again
+        try {
+            check_gltf_animation(from, i, document.model.accessors.size(), document.model.nodes.size(), document.file);
+            animations.push_back(reader.read(from, i));
+        } catch (const BudgetError&) {
+            throw;
+        } catch (const Error& error) {
+            Animation& damaged = animations.emplace_back();
+            if (from.is_object() && from.contains("name") && from["name"].is_string()) damaged.name = from["name"];
+            damaged.damage = error;
+            memory = {MemoryLedger::process(), MemoryPart::scene, bytes};
+            document.warnings = warnings;
+        }
+    }
     return animations;
 }
 

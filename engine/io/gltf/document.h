@@ -7,6 +7,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -77,6 +78,7 @@ struct GltfDocument {
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked
     nlohmann::json animations;                           // animations of the file, unchecked; null: none
+    std::set<int> without_limits;                        // accessors of scalars without min or max
     std::vector<std::filesystem::path> files;            // files read so far, the scene's own first
     GltfWarnings warnings;
 

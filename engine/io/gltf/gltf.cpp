@@ -228,6 +228,7 @@ struct GltfScene::State {
         for (const auto& [target, values] : at_rest) set_driven_values(document, target, values);
         for (const std::size_t index : playing) {
             const Animation& animation = read_all().at(index);
+            if (animation.damage) throw *animation.damage;
             for (const AnimationChannel& channel : animation.channels) drive(animation, channel, seconds);
         }
     }

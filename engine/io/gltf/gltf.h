@@ -72,9 +72,9 @@ class GltfScene {
     GltfScene& operator=(GltfScene&&) noexcept;
     ~GltfScene();
 
-    /// Reads the animations. Throws Error that names animation, channel or sampler (animation.h).
+    /// Reads the animations. Damaged ones are marked (Animation::damage), and cannot play.
     const std::vector<Animation>& animations();
-    /// Returns the ignored channels of animations(), one line each.
+    /// Returns the ignored channels and other faults of animations() that can play, one line each.
     const std::vector<std::string>& animation_warnings();
     /// Returns the frame rate for which the file was made, from its extras: "fps" or "frame_rate" of its scene, else of
     /// its asset.

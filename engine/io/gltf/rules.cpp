@@ -74,8 +74,7 @@ GltfRules make_rules() {
         {"environment", {{"color", numbers, "", 3, kRequired}}},
         {"lights", {{"lights", objects, "light", 0, kRequired}}},
         {"light", {{"type", text, "", 0, kRequired}, {"name", text}, {"color", numbers, "", 3}, {"intensity", number}}},
-        // check_gltf_animations() checks this list when an animation is to be played.
-        {"animations", {{"animations", objects, "animation"}}},
+        // check_gltf_animation() checks these when animations are read.
         {"animation",
          {{"name", text},
           {"channels", objects, "animation channel", 0, kRequired},

@@ -277,11 +277,10 @@ void check_gltf(Json& root, const std::string& file) {
     Checker(root, file).object(root, "root", path);
 }
 
-void check_gltf_animations(Json& animations, std::size_t accessors, std::size_t nodes, const std::string& file) {
-    Json root = {{"animations", std::move(animations)}};
-    std::string path;
-    Checker({{"accessors", accessors}, {"nodes", nodes}}, file).object(root, "animations", path);
-    animations = std::move(root["animations"]);
+void check_gltf_animation(Json& animation, std::size_t index, std::size_t accessors, std::size_t nodes,
+                          const std::string& file) {
+    std::string path = fmt::format("animations[{}]", index);
+    Checker({{"accessors", accessors}, {"nodes", nodes}}, file).object(animation, "animation", path);
 }
 
 }  // namespace halflight

@@ -15,9 +15,9 @@ nlohmann::json parse_gltf_json(std::string_view text, const std::string& file);
 /// numbers in real properties become floating point. Throws Error that names `file` and the property.
 void check_gltf(nlohmann::json& root, const std::string& file);
 
-/// Checks the list `animations`, which check_gltf() ignores: a damaged animation must not prevent the rest pose. The
-/// samplers of channels are checked when they are read.
-void check_gltf_animations(nlohmann::json& animations, std::size_t accessors, std::size_t nodes,
-                           const std::string& file);
+/// Checks animations[index], which check_gltf() ignores: a damaged animation must prevent neither the rest pose nor the
+/// other animations. The samplers of channels are checked when they are read.
+void check_gltf_animation(nlohmann::json& animation, std::size_t index, std::size_t accessors, std::size_t nodes,
+                          const std::string& file);
 
 }  // namespace halflight

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -46,6 +47,10 @@ class GltfBuilder {
                   {"count", components.size() / per_element},
                   {"type", type}};
         if (normalized) a["normalized"] = true;
+        if (per_element == 1 && !components.empty()) {  // animations require them of their times
+            const auto [least, most] = std::minmax_element(components.begin(), components.end());
+            a["min"] = {*least}, a["max"] = {*most};
+        }
         return push("accessors", a);
     }
     int floats(const char* type, const std::vector<float>& components) { return accessor(type, kF32, components); }

@@ -261,6 +261,81 @@ TEST_F(GltfAnimation, DamagedAnimationsAreRefusedWhenPlayed) {
         first + ": key 1 is not finite");
 }
 
+TEST_F(GltfAnimation, ADamagedAnimationLeavesTheOthersUsable) {
+    GltfBuilder b = moving();
+    const Json good = b.json["animations"][0];
+    Json damaged = good;
+    damaged["name"] = "broken";
+    damaged["samplers"][0]["input"] = 99;
+    b.json["animations"] = {damaged, good, 7};
+    GltfScene scene = open(b);
+    ASSERT_EQ(scene.animations().size(), 3u);
+    EXPECT_EQ(scene.animations()[0].name, "broken");
+    ASSERT_TRUE(scene.animations()[0].damage);
+    EXPECT_TRUE(scene.animations()[0].channels.empty());
+    EXPECT_FALSE(scene.animations()[1].damage);
+    ASSERT_TRUE(scene.animations()[2].damage);
+    EXPECT_EQ(without_name(scene.animations()[2].damage->what()), "animations[2]: is not an object");
+    const std::size_t second[] = {1}, all[] = {0, 1};
+    EXPECT_EQ(scene.at(0.5, second).instances.at(0).object_to_world[3], dvec4(1, 0, 0, 1));
+    const std::string why = "animations[0].samplers[0].input: 99 is not an index into accessors, which has 3";
+    EXPECT_EQ(without_name(error_message([&] { scene.at(0.5, all); })), why);
+    EXPECT_EQ(without_name(error_message([&] { scene.at(0.5, kFirst); })), why);
+    EXPECT_EQ(scene.at(0.5, second).instances.at(0).object_to_world[3], dvec4(1, 0, 0, 1)) << "after the failures";
+}
+
+/// The specification forbids these, but the animation plays as it was meant.
+TEST_F(GltfAnimation, HarmlessViolationsGiveWarnings) {
+    const auto warned = [&](const std::function<void(GltfBuilder&)>& change, const std::string& warning) {
+        GltfBuilder b = moving();
+        EXPECT_TRUE(open(b).animation_warnings().empty());
+        change(b);
+        GltfScene scene = open(b);
+        EXPECT_EQ(scene.animation_warnings(), std::vector<std::string>{warning});
+        if (!scene.animations().empty()) {
+            EXPECT_NO_THROW(scene.at(0.5, kFirst));
+        }
+    };
+    const std::string first = "animations[0]", sampler = first + ".samplers[0]: ";
+    warned([](GltfBuilder& b) { b.json["animations"] = Json::array(); }, "animations: is an empty list");
+    warned([](GltfBuilder& b) { b.json["animations"][0]["channels"] = Json::array(); }, first + ": has no channels");
+    warned([](GltfBuilder& b) { b.json["accessors"][1].erase("max"); }, sampler + "its times have no min and max");
+    warned([](GltfBuilder& b) { b.json["bufferViews"][2]["byteStride"] = 12; },
+           sampler + "has a byteStride in bufferViews[2], as only vertices may");
+    warned(
+        [](GltfBuilder& b) {
+            Json& channels = b.json["animations"][0]["channels"];
+            channels.push_back(Json(channels[0]));
+        },
+        first + ": several channels drive the same property, and only the last one counts");
+    warned(
+        [](GltfBuilder& b) {
+            Json& from = b.json["animations"][0]["samplers"][0];
+            from = {{"input", b.floats("SCALAR", {0})},
+                    {"output", b.floats("VEC3", std::vector<float>(9, 1))},
+                    {"interpolation", "CUBICSPLINE"}};
+        },
+        sampler + "is a cubic spline of fewer than two keys");
+}
+
+TEST_F(GltfAnimation, SamplersAreCheckedWithoutANode) {
+    GltfBuilder b = moving();
+    b.json["animations"][0]["channels"][0]["target"].erase("node");
+    EXPECT_FALSE(open(b).animations()[0].damage);
+    const auto damage = [&](const char* key, int accessor) {
+        GltfBuilder bad = b;
+        bad.json["animations"][0]["samplers"][0][key] = accessor;
+        const auto found = open(bad).animations()[0].damage;
+        return found ? without_name(found->what()) : "none";
+    };
+    EXPECT_EQ(damage("input", b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 1})),
+              "animations[0].samplers[0]: its times in accessors[3] are not floating-point numbers");
+    EXPECT_EQ(damage("output", b.floats("VEC4", std::vector<float>(8, 1))),
+              "accessors[4]: has 4 components, animations[0].samplers[0].output needs 3");
+    EXPECT_EQ(damage("output", b.floats("VEC3", std::vector<float>(9, 1))),
+              "animations[0].samplers[0]: its output has 3 elements for 2 keys, 2 expected");
+}
+
 TEST_F(GltfAnimation, MovingInstancesAreMarkedInEveryPose) {
     const auto flags = [](const Scene& scene) {
         std::vector<std::pair<bool, bool>> all;  // whether each animation moves, and deforms

@@ -73,6 +73,23 @@ TEST_F(GltfNode, HiddenNodesHideTheirChildrenButNoCameras) {
               std::string::npos);
 }
 
+TEST_F(GltfNode, PropertiesWithoutEffectGiveWarnings) {
+    GltfBuilder b;
+    b.add_triangle();
+    EXPECT_TRUE(load(b).report.warnings.empty());
+    b.push("skins", {{"joints", {0}}});
+    b.push("nodes", {{"skin", 0}});
+    b.push("nodes", {{"weights", {1}}});
+    b.push("nodes", {{"children", {1}}});
+    b.push("scenes", {{"nodes", {0, 1, 2, 3}}});
+    b.push("bufferViews", {{"buffer", 0}, {"byteLength", 0}});
+    EXPECT_EQ(load(b).report.warnings,
+              (std::vector<std::string>{"nodes[1]: has 'skin' without a mesh, it is ignored",
+                                        "nodes[2]: has 'weights' without a mesh, it is ignored",
+                                        "bufferViews[1]: byteLength is 0, not at least 1",
+                                        "nodes[1]: is listed in a scene, but has a parent"}));
+}
+
 TEST_F(GltfNode, NestedDeeply) {
     GltfBuilder b;
     constexpr int kDepth = 5000;
