@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "api/halflight/edit_text.h"
+#include "api/source_hash.h"
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
@@ -124,7 +125,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
                                  const ColorConfig& config, const OutputOptions& output,
                                  const std::vector<std::uint32_t>& frames) {
     Fingerprint print;
-    print.text(HALFLIGHT_VERSION);
+    print.text(source_hash());
     for (const auto& file : scene.files()) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
     print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);

@@ -9,6 +9,7 @@
 
 #include "api/facts.h"
 #include "api/halflight/loaded_scene.h"
+#include "api/source_hash.h"
 
 #include "engine/core/metrics.h"
 #include "engine/core/names.h"
@@ -215,6 +216,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
 
     return {
         {"version", HALFLIGHT_VERSION},
+        {"sources", source_hash()},
         {"scene",
          {{"file", scene.choice().scene.string()}, {"environment", environment_name(scene.scene().environment)}}},
         {"counts", scene_counts(scene.scene(), scene.size())},

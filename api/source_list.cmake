@@ -1,0 +1,13 @@
+# halflight_picture_sources(ROOT VARIABLE): sets VARIABLE to the sources on which a picture depends, relative to ROOT, sorted.
+function(halflight_picture_sources root variable)
+    set(globs "")
+    foreach(folder engine passes renderer api shaders)
+        foreach(extension cpp h glsl comp frag vert ocio)
+            list(APPEND globs ${root}/${folder}/*.${extension})
+        endforeach()
+    endforeach()
+    file(GLOB_RECURSE sources RELATIVE ${root} ${globs})
+    list(FILTER sources EXCLUDE REGEX "^(engine/reference|api/python)/")
+    list(SORT sources)
+    set(${variable} ${sources} PARENT_SCOPE)
+endfunction()
