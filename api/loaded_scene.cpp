@@ -447,4 +447,12 @@ ChosenCamera LoadedScene::camera(double seconds) {
     return chosen;
 }
 
+PoseWarnings::PoseWarnings(const LoadedScene& scene)
+    : told_(scene.scene().report.warnings.begin(), scene.scene().report.warnings.end()) {}
+
+void PoseWarnings::tell(const LoadedScene& scene, const Log& log) {
+    for (const std::string& warning : scene.scene().report.warnings)
+        if (told_.insert(warning).second) log.warn("{}", warning);
+}
+
 }  // namespace halflight

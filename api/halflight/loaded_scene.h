@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -216,6 +217,17 @@ class LoadedScene {
     Deformer* deformer_ = nullptr;
     std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
     std::uint64_t revision_ = 1, transform_revision_ = 1, choice_revision_ = 1;
+};
+
+/// Warnings about poses after the first, such as values that an animation drives out of their range. Each is told once.
+class PoseWarnings {
+  public:
+    explicit PoseWarnings(const LoadedScene& scene);
+    /// Logs the warnings about the scene's last pose that have not been told.
+    void tell(const LoadedScene& scene, const Log& log);
+
+  private:
+    std::set<std::string> told_;
 };
 
 }  // namespace halflight

@@ -65,6 +65,7 @@ void render_picture(const RenderArguments& a) {
     const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
     times.context = clock.lap();
     LoadedScene scene = reading.get();
+    PoseWarnings warnings(scene);
     const ChosenCamera chosen = scene.camera(scene.frame_rate().seconds(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
                            {.context = context,
@@ -115,6 +116,7 @@ void render_picture(const RenderArguments& a) {
     if (checkpoint && !checkpoint->problem().empty()) console.warn("checkpoint not saved: {}", checkpoint->problem());
     times.load += renderer.load_seconds();
     times.render = clock.lap() - renderer.load_seconds();
+    warnings.tell(scene, console);
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
     const std::string error = judge(result.stats, a, a.outputs[0], console);
 
