@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "api/fingerprint.h"
@@ -19,6 +22,7 @@
 #include "engine/core/interruption.h"
 #include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
+#include "engine/io/file_claims.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
 
@@ -141,6 +145,7 @@ class FrameMaker {
           log_(log),
           fingerprint_(std::move(fingerprint)),
           requested_view_(settings.view),
+          warnings_(scene),
           renderer_(scene, settings, renderer) {
         log_.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, scene.chosen_camera().origin,
                   renderer_.context().renderer());
@@ -168,6 +173,7 @@ class FrameMaker {
         times.load = renderer_.load_seconds();
         times.render = clock.lap() - times.load;
         if (result.stats.interrupted) throw Stopped();
+        warnings_.tell(renderer_.scene(), log_);
         if (result.stats.biases != logged_biases_) {
             for (const std::string& bias : result.stats.biases) log_.note("biased: {}", bias);
             logged_biases_ = result.stats.biases;
@@ -198,46 +204,97 @@ class FrameMaker {
     const Log& log_;
     std::string fingerprint_;
     ViewTransform requested_view_;
+    PoseWarnings warnings_;
     bool exposure_noted_ = false;
     FrameRenderer renderer_;
     std::vector<std::string> logged_biases_;  // biases of the previous frame
 };
 
-/// Makes the frames of `todo`. A movie gets all frames in their order, existing ones included. Throws Stopped.
-void make_frames(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
-                 const std::vector<std::uint32_t>& todo, FrameMaker* maker, Movie* movie, const SequenceEvents& events,
-                 SequenceTally& tally, const Log& log) {
-    const std::set<std::uint32_t> missing(todo.begin(), todo.end());
-    for (const std::uint32_t frame : movie ? frames : todo) {
-        const bool kept = !missing.contains(frame);
-        tally.stopped_in = frame;
-        try {
-            if (events.go_on && !events.go_on()) throw Stopped();
-            if (kept)
-                movie->add(kept_view(o, frame));
-            else
-                maker->make(frame, movie);
-        } catch (const std::exception& error) {  // includes bad_alloc: other frames may need less memory
-            const std::string what =
-                dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
-            if (events.failed) events.failed(frame, what);
-            log.warn("frame {}: {}", frame, what);
-            if (tally.failed.empty()) tally.reason = what;
-            tally.failed.push_back(frame);
-            if (o.stats) add_failure(*o.stats, frame, what, log);
-            if (o.outputs.empty()) break;  // the movie would have a gap
-            continue;
-        }
-        if (movie && movie->failed() && o.outputs.empty()) break;
-        if (kept) continue;
-        ++tally.made;
-        if (events.made) events.made(frame, tally.made, tally.failed.size());
-    }
-    tally.stopped_in.reset();
-    if (!tally.failed.empty())
-        throw Error(main_name(o), "{} failed{}: {}", frames_of_all(tally.failed, o.frames.size(), o.part),
-                    o.movie && !o.outputs.empty() ? ", and there is no movie" : "", tally.reason);
+bool is_whole(const SequenceOptions& o, std::uint32_t frame, const std::string& sequence) {
+    return std::ranges::all_of(files_of(o, frame), [&](const std::filesystem::path& path) {
+        return examine_frame(path, frame_fingerprint(sequence, frame)) == FrameFile::whole;
+    });
 }
+
+/// Makes the frames of `todo`. A movie gets all frames in their order, existing ones included. Processes with the same
+/// frames share them, unless frames depend on earlier ones of this process. Throws Stopped.
+class FrameQueue {
+  public:
+    FrameQueue(const SequenceOptions& o, const SequenceEvents& events, const Log& log, std::string sequence,
+               bool temporal)
+        : options_(o), events_(events), log_(log), sequence_(std::move(sequence)) {
+        if (!o.outputs.empty() && !temporal) claims_.emplace(o.outputs[0]);
+    }
+
+    void make(const std::vector<std::uint32_t>& frames, const std::vector<std::uint32_t>& todo, FrameMaker* maker,
+              Movie* movie, SequenceTally& tally) {
+        std::set<std::uint32_t> missing(todo.begin(), todo.end());
+        const std::vector<std::uint32_t>& wanted = movie ? frames : todo;
+        std::deque<std::uint32_t> queue(wanted.begin(), wanted.end());
+        std::size_t passed = 0;  // number of frames in a row that other processes make
+        while (!queue.empty()) {
+            const std::uint32_t frame = queue.front();
+            tally.stopped_in = frame;
+            if (passed >= (movie ? 1 : queue.size())) wait();
+            try {
+                if (events_.go_on && !events_.go_on()) throw Stopped();
+                if (missing.contains(frame) && claims_) {
+                    if (!claims_->take(frame)) {
+                        if (!std::exchange(noted_, true)) log_.note("frame {}: another process makes it", frame);
+                        ++passed;
+                        if (!movie) queue.push_back(frame), queue.pop_front();
+                        continue;
+                    }
+                    // Another process may have made the frame since frames_to_make() looked. A movie cannot show an
+                    // .exr.
+                    const bool shown = !movie || wants(options_, "png");
+                    if (shown && is_whole(options_, frame, sequence_)) missing.erase(frame), ++tally.kept;
+                }
+                passed = 0;
+                queue.pop_front();
+                if (missing.contains(frame))
+                    maker->make(frame, movie);
+                else if (movie)
+                    movie->add(kept_view(options_, frame));
+            } catch (const std::exception& error) {  // includes bad_alloc: other frames may need less memory
+                if (!queue.empty() && queue.front() == frame) queue.pop_front();
+                add_failure_of(frame, error, tally);
+                if (options_.outputs.empty()) break;  // the movie would have a gap
+                continue;
+            }
+            if (movie && movie->failed() && options_.outputs.empty()) break;
+            if (!missing.contains(frame)) continue;
+            ++tally.made;
+            if (events_.made) events_.made(frame, tally.made, tally.failed.size());
+        }
+        tally.stopped_in.reset();
+        if (!tally.failed.empty())
+            throw Error(main_name(options_), "{} failed{}: {}",
+                        frames_of_all(tally.failed, options_.frames.size(), options_.part),
+                        options_.movie && !options_.outputs.empty() ? ", and there is no movie" : "", tally.reason);
+    }
+
+  private:
+    /// Waits a moment for other processes.
+    static void wait() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }
+
+    void add_failure_of(std::uint32_t frame, const std::exception& error, SequenceTally& tally) const {
+        const std::string what =
+            dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
+        if (events_.failed) events_.failed(frame, what);
+        log_.warn("frame {}: {}", frame, what);
+        if (tally.failed.empty()) tally.reason = what;
+        tally.failed.push_back(frame);
+        if (options_.stats) add_failure(*options_.stats, frame, what, log_);
+    }
+
+    const SequenceOptions& options_;
+    const SequenceEvents& events_;
+    const Log& log_;
+    const std::string sequence_;  // fingerprint of the sequence
+    std::optional<FileClaims> claims_;
+    bool noted_ = false;
+};
 
 }  // namespace
 
@@ -278,10 +335,7 @@ std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const Ren
     const std::string fingerprint = fingerprint_of(scene, of_sequence(settings, scene), shutter, colors, o);
     std::vector<std::uint32_t> bad;
     for (const std::uint32_t frame : part_of(o.frames, o.part)) {
-        const auto is_whole = [&](const std::filesystem::path& path) {
-            return examine_frame(path, frame_fingerprint(fingerprint, frame)) == FrameFile::whole;
-        };
-        if (!std::ranges::all_of(files_of(o, frame), is_whole)) bad.push_back(frame);
+        if (!is_whole(o, frame, fingerprint)) bad.push_back(frame);
     }
     return bad;
 }
@@ -309,7 +363,8 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     const auto make = [&](Movie* movie) {
         std::optional<FrameMaker> maker;
         if (!todo.empty()) maker.emplace(scene, settings, options, o, events, log, fingerprint);
-        make_frames(o, frames, todo, maker ? &*maker : nullptr, movie, events, tally, log);
+        FrameQueue queue(o, events, log, fingerprint, settings.preview.temporal);
+        queue.make(frames, todo, maker ? &*maker : nullptr, movie, tally);
     };
     try {
         if (o.movie) {

@@ -21,6 +21,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
+#include "engine/io/temporary_name.h"
 
 namespace halflight {
 namespace {
@@ -105,23 +106,6 @@ struct ReadableFile {
     std::array<std::uint64_t, 5> version{};  // version_now() when it was opened
 };
 
-/// Follows symbolic links from `path`; the last one may point to a file that does not exist.
-fs::path follow_links(const fs::path& path) {
-    constexpr int kMaxLinks = 40;  // limit of Linux, path_resolution(7)
-    fs::path target = path;
-    std::error_code none;
-    for (int i = 0; i < kMaxLinks; ++i) {
-        if (!fs::is_symlink(target, none)) return target;
-        target = target.parent_path() / fs::read_symlink(target, none);
-    }
-    throw Error(path.string(), "cannot write: {}", reason(ELOOP));
-}
-
-/// Returns the prefix of the names of a target's temporaries.
-std::string temporary_prefix(const fs::path& target) {
-    return fmt::format(".halflight-{:016x}-", hash_of(target.filename().string()));
-}
-
 /// Creates an empty file of an unused name beside `target`. It keeps the extension, which some writers depend on.
 Temporary create_beside(const fs::path& target, const std::string& subject) {
     static std::atomic<unsigned> counter{0};
@@ -157,6 +141,21 @@ void sync_folder(const fs::path& folder) {
 }
 
 }  // namespace
+
+fs::path follow_links(const fs::path& path) {
+    constexpr int kMaxLinks = 40;  // limit of Linux, path_resolution(7)
+    fs::path target = path;
+    std::error_code none;
+    for (int i = 0; i < kMaxLinks; ++i) {
+        if (!fs::is_symlink(target, none)) return target;
+        target = target.parent_path() / fs::read_symlink(target, none);
+    }
+    throw Error(path.string(), "cannot write: {}", reason(ELOOP));
+}
+
+std::string temporary_prefix(const fs::path& target) {
+    return fmt::format(".halflight-{:016x}-", hash_of(target.filename().string()));
+}
 
 void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
     const std::string subject = path.string();

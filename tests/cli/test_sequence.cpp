@@ -328,6 +328,34 @@ TEST_F(Sequence, DamagedAnimationsAreAnErrorWhereTheyArePlayed) {
     EXPECT_NE(Json::parse(info.out).at("warnings").dump().find("has no 'channels'"), std::string::npos) << info.out;
 }
 
+TEST_F(Sequence, ValuesThatAnAnimationDrivesOutOfRangeAreReported) {
+    // The intensity of a lamp goes from 1 at 0 s to -1 at 1 s.
+    scene = folder / "lamp.gltf";
+    write_text(scene,
+               R"({"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual", "KHR_animation_pointer"],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point"}]}},
+        "nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}],
+        "buffers": [{"byteLength": 16, "uri": "data:;base64,AAAAAAAAgD8AAIA/AACAvw=="}],
+        "bufferViews": [{"buffer": 0, "byteLength": 8}, {"buffer": 0, "byteOffset": 8, "byteLength": 8}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]},
+                      {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR"}],
+        "animations": [{"samplers": [{"input": 0, "output": 1}], "channels": [{"sampler": 0, "target": {
+            "path": "pointer", "extensions": {"KHR_animation_pointer": {
+                "pointer": "/extensions/KHR_lights_punctual/lights/0/intensity"}}}}]}]})");
+    const std::string warning = "lights[0]: light intensity is negative or too large, clamped\n";
+    const auto count = [&](const std::string& text) {
+        std::size_t found = 0;
+        for (std::size_t at = 0; (at = text.find(warning, at)) != std::string::npos; ++at) ++found;
+        return found;
+    };
+    EXPECT_EQ(count(make("out", "1-12").err), 0u);
+    EXPECT_EQ(count(make("out", "13-24").err), 1u) << "told once";
+    const Outcome still = run_program({"render", scene, folder / "still.exr", "--animation", "all", "--frame", "24",
+                                       "--width", "8", "--height", "8", "--samples", "1"});
+    EXPECT_EQ(still.status, 0) << still.err;
+    EXPECT_EQ(count(still.err), 1u) << still.err;
+}
+
 TEST_F(Sequence, InvalidNames) {
     const auto refused = [&](const Strings& outputs, const Strings& more, const std::string& message) {
         Strings arguments = {"render", scene};

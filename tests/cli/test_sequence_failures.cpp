@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <regex>
 #include <sstream>
+#include <thread>
 
 #include "tests/cli/sequence_test.h"
 
@@ -143,6 +145,56 @@ TEST_F(Sequence, RemainsOfAKilledRunAreRemoved) {
     EXPECT_GE(hidden(), 1) << "of a file that this run does not write";
     EXPECT_EQ(run("out", "1", movie, {.environment = {path}}).status, 1) << "that ffmpeg writes nothing";
     EXPECT_EQ(hidden(), 0);
+}
+
+/// Three processes with the same frames make each frame once, and leave nothing but the frames.
+TEST_F(Sequence, ProcessesShareTheFramesThatTheyAreGiven) {
+    make("alone", "1-12");
+    fs::create_directory(folder / "shared");
+    std::vector<Outcome> outcomes(3);
+    std::vector<std::thread> processes;
+    for (std::size_t i = 0; i < outcomes.size(); ++i)
+        processes.emplace_back([&, i] {
+            outcomes[i] = run("shared", "1-12", {"--stats", folder / fmt::format("s{}.json", i)});
+        });
+    for (std::thread& process : processes) process.join();
+    int made = 0;
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+        EXPECT_EQ(outcomes[i].status, 0) << outcomes[i].err;
+        const std::string lines = read_text(folder / fmt::format("s{}.json", i));
+        made += static_cast<int>(std::ranges::count(lines, '\n'));
+    }
+    EXPECT_EQ(made, 12);
+    EXPECT_TRUE(contents("shared") == contents("alone"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "shared"), {}), 12);
+}
+
+/// A process that waits for a frame makes it when the other one is killed.
+TEST_F(Sequence, FramesOfAKilledProcessAreMadeByOthers) {
+    make("alone", "1");
+    std::optional<std::thread> second;
+    Outcome outcome;
+    RunOptions killed;
+    killed.watch = [&](pid_t child, const std::string& err) {
+        if (second || err.find("16 x 16 pixels") == std::string::npos) return;
+        second.emplace([&, child] {
+            RunOptions waits;
+            waits.watch = [&](pid_t, const std::string& text) {
+                if (text.find("another process makes it") != std::string::npos) kill(child, SIGKILL);
+            };
+            outcome = run("out", "1", {}, waits);
+        });
+    };
+    // The first process is stopped by its kill alone: so many samples take hours.
+    const Outcome first = run_program({"render", scene, folder / "out/f.####.exr", "--frames", "1", "--width", "16",
+                                       "--height", "16", "--samples", "16777216", "--reproducible"},
+                                      killed);
+    ASSERT_TRUE(second) << first.err;
+    second->join();
+    EXPECT_EQ(first.status, 128 + SIGKILL);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(contents("out") == contents("alone"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out"), {}), 1);
 }
 
 }  // namespace
