@@ -175,6 +175,28 @@ TEST(Converge, TimeToTheSameErrorIsInterpolated) {
     EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
 }
 
+TEST(Converge, TimeToTheSameErrorHasAnInterval) {
+    MethodResult method;
+    for (const double samples : {1.0, 4.0, 16.0, 64.0}) {
+        Point& point = method.points.emplace_back();
+        point.time = {samples, samples};
+        point.mse = {1 / samples, 0.03 / samples};
+    }
+    // The error is inverse to the time, so both have the same relative interval: that of 3 % and 4 % together.
+    const TimeToError time = time_to_error(method, {1.0 / 8, 0.04 / 8}, Clock::cpu);
+    EXPECT_DOUBLE_EQ(time.seconds, 8);
+    EXPECT_NEAR(time.lower, 8 * std::exp(-0.05), 1e-9);
+    EXPECT_NEAR(time.upper, 8 * std::exp(0.05), 1e-9);
+    const TimeToError last = time_to_error(method, {1.0 / 64, 0.1 / 64}, Clock::cpu);
+    EXPECT_LT(last.lower, 64);
+    EXPECT_EQ(last.upper, std::numeric_limits<double>::infinity()) << "the largest budget may be too small";
+    for (Point& point : method.points) point.mse.half_width = std::numeric_limits<double>::infinity();
+    const TimeToError unknown = time_to_error(method, {1.0 / 8, 0}, Clock::cpu);
+    EXPECT_DOUBLE_EQ(unknown.seconds, 8);
+    EXPECT_DOUBLE_EQ(unknown.lower, 1);
+    EXPECT_EQ(unknown.upper, std::numeric_limits<double>::infinity());
+}
+
 TEST(Converge, EdgesOfLightsAreFoundInTheReferencesEmission) {
     Reference reference = fake_reference(2);
     Image& emission = reference.mean.components[0];

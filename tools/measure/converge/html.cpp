@@ -170,9 +170,10 @@ class Report {
         const auto& methods = measured_.methods;
         const auto last = [&](const MethodResult& m) {
             const Point& p = m.points.back();
-            return (off_edges ? p.off_edges_mse : p.mse).value;
+            return off_edges ? p.off_edges_mse : p.mse;
         };
-        if (methods.size() < 2 || !std::ranges::all_of(methods, [&](const auto& m) { return last(m) > 0; })) return;
+        if (methods.size() < 2 || !std::ranges::all_of(methods, [&](const auto& m) { return last(m).value > 0; }))
+            return;
         Page::Cells head{"method"};
         for (const MethodResult& m : methods) head.push_back(m.name);
         page_.begin_table(
@@ -180,17 +181,21 @@ class Report {
             fmt::format("Time to the same error{}: {} of the row's method to the MSE that the column's method has "
                         "at its largest budget, as a multiple of the time of that method. Times are interpolated "
                         "between budgets. < marks errors below that at the first budget already, – errors that "
-                        "stay above it.",
-                        off_edges ? " off the edges of lights" : "", clock()));
+                        "stay above it. The {:.0f} % intervals follow from the scatter of both errors over seeds.",
+                        off_edges ? " off the edges of lights" : "", clock(), 100 * kConfidence));
         for (const MethodResult& m : methods) {
             Page::Cells cells{m.name};
             for (const MethodResult& other : methods) {
-                const double seconds = seconds_until(m, last(other), subject_.clock, off_edges);
+                const TimeToError time = time_to_error(m, last(other), subject_.clock, off_edges);
                 const Point& first = m.points.front();
-                const bool at_once = (off_edges ? first.off_edges_mse : first.mse).value < last(other);
-                cells.push_back(std::isfinite(seconds) ? fmt::format("{}{:.2g}", at_once ? "< " : "",
-                                                                     seconds / time_of(other.points.back()))
-                                                       : kNone);
+                const bool at_once = (off_edges ? first.off_edges_mse : first.mse).value < last(other).value;
+                const auto multiple = [&](double seconds) {
+                    return std::isfinite(seconds) ? fmt::format("{:.2g}", seconds / time_of(other.points.back()))
+                                                  : std::string(kNone);
+                };
+                cells.push_back((at_once ? "< " : "") + multiple(time.seconds));
+                if (&other != &m && std::isfinite(time.seconds))
+                    cells.back() += fmt::format(" ({} to {})", multiple(time.lower), multiple(time.upper));
             }
             page_.row(cells);
         }

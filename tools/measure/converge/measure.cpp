@@ -186,18 +186,45 @@ std::size_t stage_of(std::string_view pass) {
     return 0;
 }
 
-double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
-    const auto error = [&](const Point& p) { return (off_edges ? p.off_edges_mse : p.mse).value; };
+namespace {
+
+/// Returns the seconds until `errors`, those of the method's budgets, stay at or below `wanted`.
+double seconds_until(const MethodResult& method, const std::vector<double>& errors, double wanted, Clock clock) {
     const std::vector<Point>& points = method.points;
     // The search starts at the back, since a noisy curve may fall below and rise again.
     std::size_t i = points.size();
-    while (i > 0 && error(points[i - 1]) <= mse) --i;
+    while (i > 0 && errors[i - 1] <= wanted) --i;
     if (i == points.size()) return std::numeric_limits<double>::infinity();
     const double t1 = by(clock, points[i].time);
     if (i == 0) return t1;
-    const double before = error(points[i - 1]), after = error(points[i]), t0 = by(clock, points[i - 1].time);
-    if (!(after > 0)) return t1;
-    return t0 * std::pow(t1 / t0, std::log(before / mse) / std::log(before / after));
+    const double before = errors[i - 1], after = errors[i], t0 = by(clock, points[i - 1].time);
+    if (!(after > 0) || std::isinf(before)) return t1;
+    return t0 * std::pow(t1 / t0, std::log(before / wanted) / std::log(before / after));
+}
+
+std::vector<double> errors_of(const MethodResult& method, bool off_edges,
+                              const std::function<double(const Interval&)>& error) {
+    std::vector<double> errors;
+    for (const Point& p : method.points) errors.push_back(error(off_edges ? p.off_edges_mse : p.mse));
+    return errors;
+}
+
+}  // namespace
+
+double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
+    return seconds_until(method, errors_of(method, off_edges, [](const Interval& e) { return e.value; }), mse, clock);
+}
+
+TimeToError time_to_error(const MethodResult& method, const Interval& mse, Clock clock, bool off_edges) {
+    // The ratio of both errors decides. Its logarithm has the sum of their relative variances.
+    const auto seconds = [&](double sign) {
+        const auto bound = [&](const Interval& e) {
+            if (!(e.value > 0)) return e.value;
+            return e.value * std::exp(sign * std::hypot(e.half_width / e.value, mse.half_width / mse.value));
+        };
+        return seconds_until(method, errors_of(method, off_edges, bound), mse.value, clock);
+    };
+    return {seconds_until(method, mse.value, clock, off_edges), seconds(-1), seconds(1)};
 }
 
 Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>>& painters, const Reference& reference,

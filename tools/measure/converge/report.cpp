@@ -89,11 +89,14 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
                           {"gain_of_twice_the_samples", interval_json(s.gain)}});
     Json to_error = Json::object();  // time to the error at the largest budget
     for (const MethodResult& other : measured.methods) {
-        const auto until = [&](const Interval& mse, bool off_edges) {
-            return number(seconds_until(m, mse.value, subject.clock, off_edges));
+        const auto add = [&](const std::string& key, const Interval& mse, bool off_edges) {
+            TimeToError time = time_to_error(m, mse, subject.clock, off_edges);
+            if (&other == &m) time.lower = time.upper = time.seconds;  // its own error at that budget
+            to_error[other.name][key] = number(time.seconds);
+            to_error[other.name][key + "_interval"] = {number(time.lower), number(time.upper)};
         };
-        const Point& last = other.points.back();
-        to_error[other.name] = {{"mse", until(last.mse, false)}, {"off_edges_mse", until(last.off_edges_mse, true)}};
+        add("mse", other.points.back().mse, false);
+        add("off_edges_mse", other.points.back().off_edges_mse, true);
     }
     for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
     return {{"method", m.name},
