@@ -26,5 +26,7 @@ void webp(std::string_view input);         ///< Decodes a WebP image.
 /// Reads the index of a page file, table rows and pages, each decompressed and with its size of 32 bits before it.
 void pages(std::string_view input);
 void settings(std::string_view input);  ///< Parses the contents of a settings file.
+/// Parses the contents of a settings file, and applies its edits to a small scene.
+void edits(std::string_view input);
 
 }  // namespace halflight::fuzz

@@ -37,6 +37,9 @@ TEST(FuzzRegressions, Color) {
 TEST(FuzzRegressions, Draco) {
     run_all("draco", draco);
 }
+TEST(FuzzRegressions, Edits) {
+    run_all("edits", edits);
+}
 TEST(FuzzRegressions, Environment) {
     run_all("environment", environment);
 }
