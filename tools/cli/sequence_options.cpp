@@ -114,8 +114,13 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
 std::vector<std::filesystem::path> output_files(const RenderArguments& a) {
     if (a.frames.empty()) return a.outputs;
     std::vector<std::filesystem::path> files;
-    for (const auto& pattern : a.outputs)
+    for (const auto& pattern : a.outputs) {
+        if (count_placeholders(pattern) == 0) {  // check_sequence_options() refuses it later
+            files.push_back(pattern);
+            continue;
+        }
         for (const std::uint32_t frame : a.frames) files.push_back(frame_path(pattern, frame));
+    }
     return files;
 }
 
