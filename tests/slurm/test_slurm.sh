@@ -56,7 +56,7 @@ inside() {
     small=$(told --width 64 --height 36)
     large=$(told --width=3840 --height 2160 --aov all --half)
     [ "$small" -gt 100 ] && [ "$large" -gt $((small + 2000)) ] || { echo "memory: $small, $large MiB"; return 1; }
-    # On one cluster of several, sbatch prints NUMBER;CLUSTER, and the check depends on the number.
+    # sbatch prints NUMBER;CLUSTER where there are several clusters, and the check depends on the number.
     printf '#!/bin/sh\necho "$*" >>"%s/asked"\necho "7;north"\n' "$folder" >fake/sbatch
     PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" --logs logs "${render[@]}" >said
     grep --quiet '^array 7: 8 tasks' said && grep --quiet '^check 7$' said || { cat said; return 1; }

@@ -107,7 +107,7 @@ TEST(ProgramBinaries, OnlyTheirOwnFilesAreDeleted) {
     for (const char* name :
          {"my.program", "my.program.txt", "0123456789abcdef.txt", "0123.program", "backup-0123456789"})
         std::ofstream(folder / name) << std::string(5000, 'n');
-    const char* const abandoned = "0123456789abcdef.program.123.4.tmp";  // of a process that was killed
+    const char* const abandoned = "0123456789abcdef.program.123.4.tmp";  // a killed process has left it
     std::ofstream(folder / abandoned) << std::string(5000, 'n');
     fs::last_write_time(folder / abandoned, fs::file_time_type::clock::now() - std::chrono::hours(1));
     binaries.store("a", binary_of('a', 1500));
