@@ -114,6 +114,13 @@ void add_color(Fingerprint& print, const OutputOptions& output, const ColorConfi
     print.values("{} files", config.files().size());
 }
 
+/// Adds the layout of .exr files. That of old files, zip in lines of one part, adds nothing.
+void add_layout(Fingerprint& print, const ExrLayout& layout) {
+    if (layout.compression != ExrCompression::zip) print.text(name(layout.compression));
+    if (layout.parts) print.text("parts");
+    if (layout.tile > 0) print.values("tiles {}", layout.tile);
+}
+
 void add_settings(Fingerprint& print, const RenderSettings& settings) {
     for (const Setting& setting : known_settings())
         if (setting.fingerprint) print.text(setting.name).text(setting.get(settings));
@@ -135,6 +142,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     add_environment(print, scene.choice());
     add_edits(print, scene.edits());
     add_color(print, output, config);
+    add_layout(print, output.exr);
     add_settings(print, settings);
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.

@@ -1,12 +1,14 @@
 #include "api/halflight/frame_renderer.h"
 
 #include <algorithm>
+#include <list>
 #include <span>
 #include <utility>
 
 #include "api/fingerprint.h"
 #include "api/near_frames.h"
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/stopwatch.h"
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
@@ -87,6 +89,9 @@ struct FrameRenderer::State {
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     NearFrames near_frames;                   // noisy frames near the one rendered last
     std::optional<Checkpoint> checkpoint;
+    int only_part = 0;  // CheckpointOptions::part
+    std::list<Checkpoint> merged;
+    std::vector<const Checkpoint*> merged_in_order;
     std::uint32_t checkpoint_frame = 0;
     double load_seconds = 0;
     double reference_seconds = 0;  // time to prepare the reference pose, counted with the next picture
@@ -311,7 +316,9 @@ struct FrameRenderer::State {
     void estimate_error(std::uint32_t frame, RenderResult& result, const ProgressCallback& progress) {
         set_frame(frame);
         const auto render = [&](const FrameSettings& held_out, const ProgressCallback& of_all) {
-            return picture(scene.frame_rate().seconds(frame), held_out, of_all);
+            FrameSettings whole = held_out;
+            whole.parts = 1;
+            return picture(scene.frame_rate().seconds(frame), whole, of_all);
         };
         estimate_denoised_error(settings, result, render, progress);
     }
@@ -346,22 +353,51 @@ struct FrameRenderer::State {
             own_time = still(frame, one, {});
         }
         RenderResult result = mean.take(std::move(own_time));
-        if (settings.want_view) result.view = colors.view(settings.view).apply(result.beauty);
+        if (settings.want_view)
+            result.view =
+                colors.view(settings.view).apply(settings.transparent ? straight(result.beauty) : result.beauty);
         return result;
     }
-    void open_checkpoint(const CheckpointOptions& options) {
+    void check_apart(const char* what) const {
         if (shutter.open > 0 || neighbour_frames(settings) > 0)
-            throw Error("checkpoint", "cannot be combined with motion blur, or with neighbouring frames");
+            throw Error(what, "cannot be combined with motion blur, or with neighbouring frames");
+    }
+    /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
+    std::string checkpoint_fingerprint(int of_part) const {
         const std::string sequence =
             sequence_fingerprint(scene, settings, shutter, colors, OutputOptions(), {settings.frame});
-        checkpoint.emplace(options.folder, frame_fingerprint(sequence, settings.frame), options.interval,
-                           options.fresh);
+        const std::string frame = frame_fingerprint(sequence, settings.frame);
+        return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
+    }
+    void open_checkpoint(const CheckpointOptions& options) {
+        check_apart("checkpoint");
+        if (options.part < 0 || options.part > settings.parts)
+            throw Error("checkpoint", "there is no part {} of {}", options.part, settings.parts);
+        only_part = options.part;
+        checkpoint.emplace(options.folder, checkpoint_fingerprint(only_part), options.interval, options.fresh);
+        checkpoint_frame = settings.frame;
+    }
+    void open_merged(const std::vector<std::filesystem::path>& folders) {
+        if (folders.size() != static_cast<std::size_t>(settings.parts))
+            throw Error("merge", "has {} folders of {} parts", folders.size(), settings.parts);
+        for (const auto& folder : folders) {
+            const int number = static_cast<int>(merged.size()) + 1;
+            if (!std::filesystem::exists(folder))
+                throw Error(folder.string(), "is missing: part {} of {} was not rendered", number, settings.parts);
+            merged.emplace_back(folder, checkpoint_fingerprint(number), 1e9);
+            merged_in_order.push_back(&merged.back());
+        }
         checkpoint_frame = settings.frame;
     }
     /// Renders a frame without motion blur and neighbours, from its checkpoint if it has one.
     RenderResult from_checkpoint(std::uint32_t frame, const ProgressCallback& progress) {
         FrameSettings own = settings;
-        if (checkpoint && frame == checkpoint_frame) own.checkpoint = &*checkpoint;
+        if (frame == checkpoint_frame) {
+            if (checkpoint) own.checkpoint = &*checkpoint;
+            own.merged = merged_in_order;
+            if (only_part > 0) own = settings_of_part(own, only_part);
+            if (only_part > 0) own.stays_noisy = true;
+        }
         return still(frame, own, progress);
     }
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
@@ -382,6 +418,8 @@ FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, Render
     if (!(shutter.open >= 0 && shutter.open <= 1))
         throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
     state_->set_frame(state_->settings.frame);
+    if (state_->settings.parts > 1) state_->check_apart("sample-parts");
+    if (!options.merged.empty()) state_->open_merged(options.merged);
     if (options.checkpoint) state_->open_checkpoint(*options.checkpoint);
 }
 
@@ -439,7 +477,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     RenderResult result = s.shutter.open > 0                 ? s.blurred(frame, progress)
                           : neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
                                                              : s.from_checkpoint(frame, progress);
-    if (s.settings.denoise_error > 0) s.estimate_error(frame, result, progress);
+    if (s.settings.denoise_error > 0 && s.only_part == 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
     if (s.deformer) {
         const DeformStatistics d = s.deformer->take_statistics();

@@ -13,28 +13,38 @@
 #include "engine/core/image_tools.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "engine/scene/focal_length.h"
 #include "engine/settings/layers.h"
 
 namespace halflight {
 namespace {
 
-/// Returns whether the channels are a colour, which is converted between RGB spaces. Variances are not.
-bool is_color(const std::vector<std::string>& channels) {
-    const std::size_t dot = channels[0].find('.');
-    if (dot == std::string::npos) return channels[0] == "R";  // the picture itself
-    const AovInfo* const layer = find_aov(std::string_view(channels[0]).substr(0, dot));
-    return layer && layer->is_color();
+/// Returns whether a layer is a colour, which is converted between RGB spaces. Variances are not.
+bool is_color(const ExrLayer& layer) {
+    const AovInfo* const known = find_aov(layer.name);
+    return known && known->is_color();
 }
 
 void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     std::vector<ExrLayerView> layers;
-    layers.push_back({{"R", "G", "B", "A"}, result.beauty, info.half ? ExrType::half : ExrType::float32});
-    for (const ExrLayer& aov : result.aovs) layers.push_back({aov.channels, aov.image, aov.type});
-    for (ExrLayerView& layer : layers)
-        if (is_color(layer.channels)) layer.color = info.working_space.from_rec709;
+    layers.push_back({.channels = {"R", "G", "B", "A"},
+                      .image = result.beauty,
+                      .type = info.half ? ExrType::half : ExrType::float32,
+                      .color = info.working_space.from_rec709,
+                      .name = "rgba"});
+    for (const ExrLayer& aov : result.aovs)
+        layers.push_back({.channels = aov.channels,
+                          .image = aov.image,
+                          .type = aov.type,
+                          .color = is_color(aov) ? info.working_space.from_rec709 : mat3(1),
+                          .exact = !is_color(aov),
+                          .name = aov.name});
 
-    const double aspect = static_cast<double>(result.beauty.width) / result.beauty.height;
+    const ivec2 whole = info.whole.x > 0 ? info.whole : ivec2(result.beauty.width, result.beauty.height);
+    const double aspect = static_cast<double>(whole.x) / whole.y;
     ExrAttributes attributes;
+    attributes.display = whole;
+    attributes.origin = info.origin;
     attributes.chromaticities = info.working_space.chromaticities;
     attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
     attributes.world_to_clip = standard_clip(info.camera, aspect);
@@ -52,17 +62,55 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
                                                                 {"error", info.error}};
     for (const auto& [name, value] : extra)
         if (!value.empty()) attributes.extra[name] = value;
-    write_exr_views(path, layers, attributes);
+    if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
+    attributes.numbers = info.numbers;
+    attributes.counts["samples"] = info.samples;
+    write_exr_views(path, layers, attributes, info.exr);
 }
 
 void write_png_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     if (result.view.pixels.empty())
         throw Error(path.string(), "not written: the picture was made without its view (want_view)");
-    const Image picture = rgb(result.view);
+    const Image picture = info.transparent ? result.view : rgb(result.view);
     PngText text;
     if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
     write_file(
         path, encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text));
+}
+
+/// Returns the attributes of OpenEXR's standard that describe camera, lens and exposure, as far as they are known, and
+/// the time of rendering unless files must not depend on it.
+std::map<std::string, float> numbers_of(const FrameRenderer& renderer, const RenderStats& stats,
+                                        const OutputOptions& options) {
+    const RenderSettings& settings = renderer.settings();
+    const PhysicalCamera& physical = settings.view.camera;
+    std::map<std::string, double> numbers;
+    Camera camera = settings.camera;
+    camera.lens = stats.lens;
+    if (camera.lens.sensor == 0) camera.lens.sensor = physical.lens.sensor;
+    double diameter = 0;  // diameter of the aperture, mm; 0: not known
+    if (camera.lens.blurs()) {
+        numbers["focus"] = camera.lens.focus.distance;
+        diameter = 2000 * aperture_radius(camera, double(settings.width) / settings.height);
+    }
+    if (!camera.orthographic) {
+        const double length = focal_length(camera, double(settings.width) / settings.height);
+        numbers["effectiveFocalLength"] = length;
+        if (diameter > 0) numbers["aperture"] = length / diameter;
+    }
+    if (physical.exposes()) {
+        numbers["isoSpeed"] = physical.iso > 0 ? double{physical.iso} : PhysicalCamera::kUsualIso;
+        numbers["expTime"] =
+            physical.shutter_speed.seconds > 0 ? double{physical.shutter_speed.seconds} : PhysicalCamera::kUsualSeconds;
+        if (diameter == 0)
+            numbers["aperture"] = physical.lens.fstop > 0 ? double{physical.lens.fstop} : PhysicalCamera::kUsualFstop;
+    }
+    if (renderer.shutter().open > 0)
+        numbers["expTime"] = renderer.shutter().open * renderer.scene().frame_rate().seconds(1);
+    if (!options.reproducible && !date_is_fixed()) numbers["renderTime"] = stats.render_seconds;
+    std::map<std::string, float> floats;
+    for (const auto& [name, value] : numbers) floats[name] = static_cast<float>(value);
+    return floats;
 }
 
 }  // namespace
@@ -92,6 +140,12 @@ PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& resu
     return {.camera = settings.camera,
             .working_space = working_space(renderer.colors(), options.working_space),
             .half = settings.half_color,
+            .whole = {settings.width, settings.height},
+            .origin = data_window(settings).first,
+            .transparent = settings.transparent,
+            .exr = options.exr,
+            .numbers = numbers_of(renderer, result.stats, options),
+            .samples = result.stats.samples,
             .comments = settings_line(renderer, result.stats),
             .filter = text(settings.filter),
             .lens = lens_text(settings.camera, result.stats.lens, double(settings.width) / settings.height),

@@ -345,6 +345,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     check_outputs(o);
     RendererOptions options = renderer;
     if (!options.colors) options.colors = ColorConfig::load();
+    if (o.movie && asked.transparent) throw Error(o.movie->string(), "a movie cannot be transparent");
     RenderSettings settings = of_sequence(asked, scene);
     settings.want_view = wants(o, "png") || o.movie;
     settings.measure = o.stats.has_value();
@@ -369,7 +370,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     try {
         if (o.movie) {
             const bool srgb = display.find("sRGB") != std::string::npos;
-            const MovieFormat format{{settings.width, settings.height}, scene.frame_rate(), srgb};
+            const MovieFormat format{data_window(settings).size(), scene.frame_rate(), srgb};
             write_atomically(*o.movie, [&](const std::filesystem::path& temporary) {
                 Movie movie(temporary, o.movie->string(), format);
                 make(&movie);

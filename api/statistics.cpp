@@ -142,6 +142,11 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
         "primary {}",
         scene.choice().scene.filename().string(), s.width, s.height, stats.samples, bounces_of(s), s.seed, s.frame,
         text(s.filter), environment_name(scene.scene().environment), text(stats.estimator), name(stats.primary));
+    if (has_window(s)) {
+        const PixelWindow window = data_window(s);
+        line += fmt::format(", pixels {},{} to {},{}", window.first.x, window.first.y, window.end.x, window.end.y);
+    }
+    if (s.transparent) line += ", transparent";
     if (s.adaptive) line += ", adaptive";
     if (s.denoise) line += ", denoised";
     if (neighbour_frames(s) > 0) line += fmt::format(" with {} frames before and after", neighbour_frames(s));
@@ -223,6 +228,8 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
         {"settings",
          {{"width", s.width},
           {"height", s.height},
+          {"data_window", {data_window(s).first.x, data_window(s).first.y, data_window(s).end.x, data_window(s).end.y}},
+          {"transparent", s.transparent},
           {"camera", s.camera.name},
           {"bounces", bounces_of(s)},
           {"exposure", s.want_view ? Json(s.view.stops()) : Json()},

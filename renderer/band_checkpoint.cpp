@@ -4,18 +4,10 @@
 #include "renderer/render_state.h"
 
 namespace halflight {
-namespace {
-
-std::array<gpu::Buffer*, 6> buffers_of(const SumBuffers& s) {
-    return {s.emission, s.direct, s.indirect, s.squares, s.features, s.halves};
-}
-
-}  // namespace
-
 void Renderer::State::save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete) {
     in_flight->drain();
     const auto bad_values = in_flight->counted().all();
-    const auto buffers = buffers_of(with.sample.sums);
+    const auto buffers = all_of(with.sample.sums);
     const auto& layers = with.mattes->layers();
     const auto array = [&](std::size_t i) -> Checkpoint::Bytes {
         if (i < buffers.size()) return buffers[i] ? buffers[i]->read<std::byte>() : Checkpoint::Bytes();
@@ -34,7 +26,7 @@ void Renderer::State::save(Checkpoint& to, const Band& where, const CompiledBand
 
 std::optional<SavedBand> Renderer::State::restore(const Checkpoint& from, const Band& where, CompiledBand& with) {
     executor.place(with.sample.compiled);
-    const auto buffers = buffers_of(sums_of(with.sample, 0));
+    const auto buffers = all_of(sums_of(with.sample, 0));
     const auto take = [&](std::size_t i, const Checkpoint::Bytes& bytes) {
         if (i < buffers.size()) {
             if (bytes.size() != (buffers[i] ? buffers[i]->bytes() : 0))

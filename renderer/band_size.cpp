@@ -29,18 +29,25 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
 }
 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {
-    const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // paths in a row of blocks
-    if (s.width > texture_size)
-        throw Error("render settings", "{} pixels wide: the driver allows {}", s.width, texture_size);
+    const PixelWindow window = rendered_window(s);
+    const ivec2 image = window.size(), whole(s.width, s.height);
+    const std::size_t row_paths = (static_cast<std::size_t>(image.x) + 15) / 16 * 256;  // paths in a row of blocks
+    const int widest = std::max(image.x, s.width);  // rasterizers draw the whole width
+    if (widest > texture_size)
+        throw Error("render settings", "{} pixels wide: the driver allows {}", widest, texture_size);
     const int most =
         std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, texture_size / 16 * 16);
-    const ivec2 image(s.width, s.height);
-    const int stride = window_stride(image);
-    if (stride < s.height)
-        return {image, 0, std::min(static_cast<int>(std::bit_floor(static_cast<unsigned>(most))), stride)};
-    const int bands = (s.height + most - 1) / most;
-    const int rows = ((s.height + bands - 1) / bands + 15) / 16 * 16;
-    return {image, 0, std::min(rows, s.height)};
+    Band band{.image = image, .origin = window.first, .display = whole};
+    const int stride = window_stride(whole);
+    if (stride < s.height) {
+        band.rows = std::min(static_cast<int>(std::bit_floor(static_cast<unsigned>(most))), stride);
+        while (window.first.y % band.rows != 0) band.rows /= 2;  // no band reaches across raster windows
+        return band;
+    }
+    const int bands = (image.y + most - 1) / most;
+    const int rows = ((image.y + bands - 1) / bands + 15) / 16 * 16;
+    band.rows = std::min(rows, image.y);
+    return band;
 }
 
 }  // namespace halflight

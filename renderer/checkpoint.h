@@ -39,6 +39,7 @@ class Checkpoint {
     Checkpoint& operator=(const Checkpoint&) = delete;
     ~Checkpoint();
 
+    const std::filesystem::path& folder() const { return folder_; }
     /// Returns whether the interval has passed since the last save.
     bool due() const { return since_save_.seconds() >= interval_; }
     /// Returns the seconds of earlier runs.

@@ -83,6 +83,10 @@ std::vector<IdCoverage::Count> IdCoverage::counts() const {
 
 void IdCoverage::set(std::span<const Count> counts) {
     clear();
+    add(counts);
+}
+
+void IdCoverage::add(std::span<const Count> counts) {
     for (const Count& count : counts)
         if (count.pixel < first_.size()) add(count.pixel, std::bit_cast<float>(count.id), count.samples);
 }

@@ -48,6 +48,7 @@ class IdCoverage {
     /// Returns all samples, from which set() restores them.
     std::vector<Count> counts() const;
     void set(std::span<const Count> counts);
+    void add(std::span<const Count> counts);
 
   private:
     static constexpr std::uint32_t kNone = ~0u;
@@ -80,6 +81,8 @@ class Mattes {
     const std::vector<Layer>& layers() const { return layers_; }
     /// Replaces the samples of a layer.
     void set(std::size_t layer, std::span<const IdCoverage::Count> counts) { layers_[layer].coverage.set(counts); }
+    /// Adds samples to a layer.
+    void add(std::size_t layer, std::span<const IdCoverage::Count> counts) { layers_[layer].coverage.add(counts); }
     /// Removes all samples, before another band.
     void clear();
 

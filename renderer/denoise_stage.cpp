@@ -31,6 +31,7 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
                            const FrameNeeds& needs, const SceneNeeds& scene)
     : desc_{settings.width, settings.height, GL_RGBA32F}, executor_(programs) {
     executor_.measure(settings.measure);
+    transparent_ = settings.transparent;
     if (settings.want_view) view_ = colors.view(settings.view);
     const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && bounces_of(settings) > 1;
     present_ = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
@@ -116,7 +117,7 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
         made = make(graph, add_lens_blur(graph, frame.pixels->import_pixels(graph), frame.blur), neighbours);
     if (!made) return;
     result.beauty = std::move(made->picture);
-    if (view_) result.view = view_->apply(result.beauty);
+    if (view_) result.view = view_->apply(transparent_ ? straight(result.beauty) : result.beauty);
     const AovInfo& layer = *find_aov("denoiser");
     for (ExrLayer& own : result.aovs) {
         if (own.channels != layer.channel_names()) continue;

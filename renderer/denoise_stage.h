@@ -57,6 +57,7 @@ class DenoiseStage {
     std::optional<ViewProcessor> view_;
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;
+    bool transparent_ = false;
     bool has_halves_ = false;  // a band has samples in both halves
     bool denoised_ = false;    // the last apply() has replaced the picture
 };

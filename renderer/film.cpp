@@ -133,7 +133,7 @@ void Film::add_pictures(const Band& band, const std::vector<float>& beauty, cons
 
 void Film::replace_pictures(Image beauty, const ViewProcessor* view) {
     beauty_ = std::move(beauty);
-    if (view) view_ = view->apply(beauty_);
+    if (view) view_ = view->apply(settings_.transparent ? straight(beauty_) : beauty_);
 }
 
 void Film::keep_noisy() {
@@ -189,8 +189,8 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
                               const PreviousSurfaces& surfaces, const Camera& previous) {
     Image* motion = plane("motion");
     if (!motion) return;
-    const dvec2 size(band.image);
-    const dmat4 to_clip = world_to_clip(previous, band.image, 1);  // depth is not used
+    const dvec2 size(band.whole());
+    const dmat4 to_clip = world_to_clip(previous, band.whole(), 1);  // depth is not used
     for_each_pixel(band, [&](int x, int y, std::size_t path) {
         const shared::AovRecord& r = records[path];
         if (r.triangle == shared::kMiss) return;
@@ -200,8 +200,8 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
         const dvec4 clip = to_clip * dvec4(before, 1);
         if (!(clip.w > 0)) return;  // the point is behind the camera
         const dvec2 there = dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
-        motion->at(x, y)[0] = static_cast<float>(x + 0.5 - there.x);
-        motion->at(x, y)[1] = static_cast<float>(y + 0.5 - there.y);
+        motion->at(x, y)[0] = static_cast<float>(band.origin.x + x + 0.5 - there.x);
+        motion->at(x, y)[1] = static_cast<float>(band.origin.y + y + 0.5 - there.y);
     });
 }
 
@@ -220,9 +220,17 @@ void Film::take(RenderResult& result) {
         const ExrType type = p.aov->storage == LayerStorage::ids         ? ExrType::uint32
                              : settings_.half_color && p.aov->is_color() ? ExrType::half
                                                                          : ExrType::float32;
-        result.aovs.push_back({p.aov->channel_names(), std::move(p.image), type});
+        result.aovs.push_back({p.aov->channel_names(), std::move(p.image), type, std::string(p.aov->name)});
     }
     planes_.clear();
+}
+
+void Film::take(RenderResult& result, const ivec2& first, const ivec2& size) {
+    take(result);
+    if (first == ivec2(0) && size == ivec2(settings_.width, settings_.height)) return;
+    result.beauty = part_of(result.beauty, first, size);
+    if (!result.view.pixels.empty()) result.view = part_of(result.view, first, size);
+    for (ExrLayer& layer : result.aovs) layer.image = part_of(layer.image, first, size);
 }
 
 }  // namespace halflight

@@ -63,6 +63,8 @@ class Film {
 
     /// Moves colour, view and layers, in the order of the request, to the result. Leaves the film empty.
     void take(RenderResult& result);
+    /// Moves the pixels [first, first + size) of them.
+    void take(RenderResult& result, const ivec2& first, const ivec2& size);
 
   private:
     struct Plane {

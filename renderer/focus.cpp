@@ -47,7 +47,7 @@ double find_focus(PreparedScene& scene, const ColorConfig& colors, const RenderS
     s.primary = PrimaryVisibility::traced;
     s.culling = rays::Culling::off;
     s.aovs = {"depth"};
-    s.kept = settings.kept;
+    s.kept = scene.kept();
     s.pictures = 1;
     const float depth = *Renderer(scene, colors, s).render().aovs.at(0).image.at(0, 0);
     return depth == shared::kNoDepth ? std::numeric_limits<double>::infinity() : double{depth} / along;

@@ -90,7 +90,7 @@ dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
 
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view) {
-    const ivec2 image = view.band.image;
+    const ivec2 image = view.band.whole();
     const Clip clip = clip_of(camera, reach);
     const dvec2 half = half_extent(camera, image);
     const auto from_origin = [&](const dmat4& clip_from_world) {
@@ -120,8 +120,10 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.jitter = view.jitter;
     frame.clip = vec2(clip.near_plane, clip.far_plane);
     frame.size = image;
-    frame.band_y = view.band.y;
-    frame.band_rows = std::min(view.band.rows, image.y - view.band.y);
+    frame.band_x = view.band.origin.x;
+    frame.band_y = view.band.origin.y + view.band.y;
+    frame.band_columns = view.band.image.x;
+    frame.band_rows = std::min(view.band.rows, view.band.image.y - view.band.y);
     frame.sample_index = view.sample;
     frame.seed = view.seed;
     frame.tiles_x = view.band.tiles().x;
@@ -140,7 +142,8 @@ bool in_first_half(std::uint32_t number) {
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
-    view.first_half = in_first_half(index - static_cast<std::uint32_t>(frame.first_sample));
+    // Parts of a picture have halves together, and other ranges of samples have halves of their own.
+    view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;

@@ -66,7 +66,8 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
     if (needs.reuse) widest = std::max(widest, std::size_t(s.estimator.reuse) * sizeof(shared::Ray));
     if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
     constexpr int kTextureSize = 16384;
-    return first_band(s, std::min(s.band_pixels, kBlock / widest), std::max(kTextureSize, s.width));
+    return first_band(s, std::min(s.band_pixels, kBlock / widest),
+                      std::max({kTextureSize, s.width, rendered_window(s).size().x}));
 }
 
 /// Returns the bytes per path of the buffers of a band and of its sums. Few of these buffers share memory.
@@ -98,7 +99,7 @@ std::size_t state_bytes(const SceneNeeds& scene, const SceneSize& size, const Fr
     if (!needs.tiles) return 0;
     const std::size_t boxes = size.drawn > traced(size) ? 3 : 1;
     const std::size_t each = (scene.sun ? 2 : 1) * boxes * needs.tiles.path_bytes * band.paths();
-    const auto bands = static_cast<std::size_t>((s.height + band.rows - 1) / band.rows);
+    const auto bands = static_cast<std::size_t>((band.image.y + band.rows - 1) / band.rows);
     return std::max(each, std::min(each * bands, s.state_bytes));
 }
 
@@ -158,14 +159,16 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     std::size_t colors = 4;
     for (const std::string& aov : s.aovs)
         if (find_aov(aov)->is_color()) colors += 3;
-    const auto width = static_cast<std::size_t>(s.width), height = static_cast<std::size_t>(s.height);
+    const ivec2 size = data_window(s).size();
+    const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
     const std::size_t exr = std::min(kRows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
     return (use.exr ? exr : 0) + (use.png ? width * height * kPng : 0);
 }
 
 /// Fills in the parts that belong to the whole picture.
 void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use, bool chains) {
-    const std::size_t pixels = std::size_t(s.width) * std::size_t(s.height);
+    const ivec2 size = rendered_window(s).size();
+    const std::size_t pixels = std::size_t(size.x) * std::size_t(size.y);
     constexpr std::size_t kHeldOut = 3 * kTexel;  // the two pictures, and the film of the second one
     m.film = (film_bytes(s) + (s.denoise_error > 0 ? kHeldOut : 0)) * pixels;
     m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s, chains) * pixels +
@@ -203,7 +206,8 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                     std::max({std::size_t{1}, std::size_t(s.estimator.reuse), std::size_t(s.estimator.shadow)}) +
                 paging::RowGather::bytes_per_path(static_cast<std::uint32_t>(scene.vertex_stride()));
     }
-    s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height), s.camera.lens.blurs());
+    s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height),
+                         shown_by_tracing(s.camera.lens.blurs(), has_overscan(s)));
     s.want_view = use.png;
     s.pictures = 0;
     const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));
@@ -218,7 +222,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                      .visibility = state_bytes(scene, size, needs, band, s),
                      .reading = reading_bytes(needs, s) * paths};
     add_whole_picture(m, s, use, bool(needs.chains));
-    const auto bands = static_cast<std::size_t>((s.height + band.rows - 1) / band.rows);
+    const auto bands = static_cast<std::size_t>((band.image.y + band.rows - 1) / band.rows);
     m.reading += (bands - 1) * paths * kept_bytes(needs, s);
     return m;
 }

@@ -80,7 +80,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 void Renderer::follow_lens(const Camera& camera) {
     if (state().lens == camera.lens.blurs()) return;
     // Throws for a method that shows no depth of field, as long as the state is whole.
-    resolved(state().asked.primary, 0, ivec2(1), camera.lens.blurs());
+    resolved(state().asked.primary, 0, ivec2(1), shown_by_tracing(camera.lens.blurs(), false));
     std::unique_ptr<State> last = std::move(state_);  // destroyed if this function throws
     RenderSettings asked = last->asked;
     asked.camera = camera;
@@ -97,7 +97,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     State& s = state();
     FrameSettings frame = wanted;
     if (Focus& focus = frame.camera.lens.focus; s.lens && focus.kind == Focus::Kind::point)
-        focus = {.kind = Focus::Kind::distance, .distance = find_focus(s.scene, s.colors, s.settings, frame.camera)};
+        focus = {.kind = Focus::Kind::distance, .distance = find_focus(s.scene, s.colors, s.asked, frame.camera)};
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
@@ -167,7 +167,11 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
                 of_band = samples;
                 return go_on(samples_before + std::int64_t{total} * (s.bands - b));
             };
-            if (!plan.empty())
+            if (!frame.merged.empty())
+                of_band = s.merge_parts(frame, where, with);
+            else if (frame.parts > 1 && frame.part == 0)
+                of_band = s.render_parts(frame, where, with, after_sample);
+            else if (!plan.empty())
                 of_band = s.render_band_adaptively(frame, where, with, plan, after_sample);
             else if (frame.error)
                 of_band = s.render_band_to_error(frame, where, with, time_left, after_sample, error);

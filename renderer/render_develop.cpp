@@ -36,8 +36,9 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     imported.emission = import(sums.emission);
     imported.direct = import(sums.direct);
     imported.indirect = import(sums.indirect);
-    const Composite composite =
-        add_composite(graph, band, imported, samples, scene.has_environment(), view_kernel ? &*view_kernel : nullptr);
+    const bool opaque_background = scene.has_environment() && !settings.transparent;
+    const Composite composite = add_composite(graph, band, imported, samples, opaque_background,
+                                              view_kernel ? &*view_kernel : nullptr, settings.transparent);
     graph.output(composite.beauty);
     if (composite.view) graph.output(composite.view);
     if (preview) {
@@ -91,7 +92,8 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     for (const Mattes::Layer& layer : first.mattes->layers())
         if (film.wants({layer.aov->source}))
             result.attributes.merge(cryptomatte_attributes(layer.aov->prefix, layer.names));
-    film.take(result);
+    const PixelWindow wanted = data_window(asked);
+    film.take(result, wanted.first - band.origin, wanted.size());
     RenderStats& stats = result.stats;
     stats.samples = *std::ranges::min_element(samples);
     for (int b = 0; b < bands; ++b)

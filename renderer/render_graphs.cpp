@@ -56,8 +56,8 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     }
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
-    settings.primary =
-        resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height), lens);
+    settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height),
+                                shown_by_tracing(lens, has_overscan(asked)));
     if (needs().seen)
         for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
             seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
@@ -75,7 +75,10 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
     }
     if (needs().halves) most = std::min(most, limits.storage_block_bytes / needs().halves.path_bytes);
-    band = first_band(settings, scene.buffers(), most, limits);
+    band = first_band(asked, scene.buffers(), most, limits);
+    // From here on, the rendered pixels are the picture; finish() cuts out those that were asked for.
+    settings.width = band.image.x, settings.height = band.image.y;
+    settings.crop.reset(), settings.overscan = 0;
     bands = (settings.height + band.rows - 1) / band.rows;
     in_flight.emplace(band.paths());
     if (settings.adaptive) {

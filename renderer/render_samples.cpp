@@ -4,8 +4,14 @@
 
 namespace halflight {
 
+shared::Frame Renderer::State::constants_of(const FrameSettings& frame, const SampleView& at) const {
+    shared::Frame constants = frame_constants(frame, scene.tables(), at);
+    constants.transparent = settings.transparent ? 1 : 0;
+    return constants;
+}
+
 void Renderer::State::upload_constants(const FrameSettings& frame, const SampleView& at) {
-    const shared::Frame constants = frame_constants(frame, scene.tables(), at);
+    const shared::Frame constants = constants_of(frame, at);
     frame_constants_buffer.write(0, sizeof(constants), &constants);
     current = at.band;
 }
@@ -32,7 +38,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     upload_constants(frame, at);
     const int seen = static_cast<int>(seen_constants.size());
     for (int i = 0; i < seen; ++i) {
-        const shared::Frame constants = frame_constants(frame, scene.tables(), seen_view(at, frame.filter, i, seen));
+        const shared::Frame constants = constants_of(frame, seen_view(at, frame.filter, i, seen));
         seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
     }
     executor.run(sample.compiled);

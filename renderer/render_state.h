@@ -2,6 +2,7 @@
 // made of them (render_develop.cpp).
 #pragma once
 
+#include <array>
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -67,7 +68,8 @@ struct Renderer::State {
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
-    RenderSettings settings;                             // settings with all automatic choices resolved
+    // Settings with all automatic choices resolved, and the size of the rendered pixels (rendered_window()).
+    RenderSettings settings;
     const bool lens;                                     // camera rays start on a lens
     rays::BatchServer* const given_server;               // server of the caller; null: none
     std::unique_ptr<rays::BatchServer> own_server;       // server of the culling method; null: none
@@ -122,6 +124,7 @@ struct Renderer::State {
 
     // The following functions are defined in render_samples.cpp.
 
+    shared::Frame constants_of(const FrameSettings& frame, const SampleView& at) const;
     /// Uploads the frame constants of the graphs that run next.
     void upload_constants(const FrameSettings& frame, const SampleView& at);
     /// Adds sample `done` of a picture, from 0, to a band.
@@ -145,6 +148,10 @@ struct Renderer::State {
     SumBuffers sums_of(const CompiledSample& sample, int first_half);
     /// Reads a buffer; returns an empty vector for null.
     static std::vector<double> read(const gpu::Buffer* b);
+    /// Returns the buffers of sums in a fixed order; null where the frame left them out.
+    static std::array<gpu::Buffer*, 6> all_of(const SumBuffers& sums) {
+        return {sums.emission, sums.direct, sums.indirect, sums.squares, sums.features, sums.halves};
+    }
     /// Reads the sums of emission, direct and indirect light.
     static Film::Sums light(const SumBuffers& sums);
 
@@ -154,6 +161,15 @@ struct Renderer::State {
     void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete);
     /// Restores the sums of a band that an earlier run has saved; none where there is none.
     std::optional<SavedBand> restore(const Checkpoint& from, const Band& where, CompiledBand& with);
+
+    // The following functions are defined in sample_parts.cpp.
+
+    /// Renders the parts of a band's samples (FrameSettings::parts) one after the other, and adds their sums. Returns
+    /// the number of samples.
+    int render_parts(const FrameSettings& frame, const Band& where, CompiledBand& with,
+                     const AfterSample& after_sample);
+    /// Adds the sums of a band from FrameSettings::merged. Returns the number of samples.
+    int merge_parts(const FrameSettings& frame, const Band& where, CompiledBand& with);
 
     // The following functions are defined in adaptive_band.cpp.
 

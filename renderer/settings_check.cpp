@@ -35,6 +35,24 @@ void check_settings(const RenderSettings& s) {
         !s.camera.lens.blurs() || !s.preview.temporal,
         "the preview mode temporal cannot be combined with depth of field: blurred surfaces have no single place in "
         "the last frame");
+    if (s.parts > 1) {
+        require(s.part > 0 || s.parts <= s.samples, "there are more parts than samples");
+        require(!s.error && !s.adaptive && !(s.time_limit > 0) && !s.in_turns,
+                "parts of samples cannot be combined with an error target, a time limit, adaptive sampling, or samples "
+                "of bands in turns");
+        require(!s.preview.any(), "parts of samples cannot be combined with a preview mode");
+        require(s.part > 0 || !s.checkpoint, "a picture that renders all parts of its samples keeps no checkpoint");
+    }
+    if (has_window(s)) {
+        const PixelWindow window = rendered_window(s);
+        require(std::max(window.size().x, window.size().y) <= kMaxSide, "crop and overscan make the picture too large");
+        require(!s.denoise && !s.preview.any(),
+                "crop and overscan cannot be combined with denoising or a preview mode: the filter of a pixel looks at "
+                "its surroundings in the whole picture");
+        require(!s.adaptive && !s.error,
+                "crop and overscan cannot be combined with adaptive sampling or an error target, which decide by the "
+                "whole picture");
+    }
     require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
     require(s.denoise_error == 0 || s.denoise, "an estimate for the denoised picture needs denoising");
     require(s.denoise_error == 0 || !s.adaptive || s.denoise_error >= kLeastAdaptiveSamples,

@@ -1,4 +1,4 @@
-// Makes camera rays in path order, for a tracer. Rays beyond the picture's edge are dead.
+// Makes camera rays in path order, for a tracer. Rays beyond the band's edge are dead.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
@@ -13,7 +13,7 @@ layout(std430) writeonly buffer Rays { Ray rays[]; };
 void main() {
     uint path = gl_GlobalInvocationID.x;
     ivec2 pixel = ivec2(pixel_in_band(frame, path));
-    Ray ray = camera_ray(frame_of_path(frame, path), pixel + ivec2(0, frame.band_y));
-    ray.t_max = pixel.x < frame.size.x && pixel.y < frame.band_rows ? ray.t_max : -1.0;
+    Ray ray = camera_ray(frame_of_path(frame, path), pixel + ivec2(frame.band_x, frame.band_y));
+    ray.t_max = pixel.x < frame.band_columns && pixel.y < frame.band_rows ? ray.t_max : -1.0;
     rays[path] = ray;
 }

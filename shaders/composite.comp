@@ -1,4 +1,5 @@
 // Computes the mean of the components' sums. HALFLIGHT_VIEW adds the view transform, whose GLSL stands above.
+// HALFLIGHT_STRAIGHT_VIEW divides its colours by alpha.
 #include "shaders/shared/pixel_order.h"
 #include "shaders/lib/finite.glsl"
 
@@ -44,7 +45,12 @@ void main() {
     if (pixel.x < size.x && pixel.y < size.y) {
         imageStore(beauty, pixel, mean);
 #ifdef HALFLIGHT_VIEW
-        imageStore(view, pixel, vec4(ocio_view(vec4(mean.rgb * exposure_scale, 1.0)).rgb, mean.a));
+#ifdef HALFLIGHT_STRAIGHT_VIEW
+        vec3 color = mean.a > 0.0 ? mean.rgb / mean.a : vec3(0.0);
+#else
+        vec3 color = mean.rgb;
+#endif
+        imageStore(view, pixel, vec4(ocio_view(vec4(color * exposure_scale, 1.0)).rgb, mean.a));
 #endif
     }
 }

@@ -151,7 +151,7 @@ void main() {
     bool listed = runs;
     uint path = invocation;
     ivec2 pixel = ivec2(pixel_in_band(frame, path));
-    bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
+    bool inside = pixel.x < frame.band_columns && pixel.y < frame.band_rows;
 #endif
 #ifdef HALFLIGHT_TRACED
     Ray ray = load_ray(path);
@@ -165,8 +165,8 @@ void main() {
     hit.triangle = listed ? invocation : 0u;
 #endif
 #else
-    // Invocations beyond the picture's edge look up the last pixel again, in vain.
-    pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);
+    // Invocations beyond the band's edge look up the last pixel again, in vain.
+    pixel = min(pixel, ivec2(frame.band_columns, frame.band_rows) - 1) + ivec2(frame.band_x, frame.band_y);
     Ray ray = camera_ray(frame, pixel);
     PrimarySearch seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
     Hit hit = seen.hit;
@@ -199,7 +199,12 @@ void main() {
         listed = false;
     }
 #endif
-    vec3 emission = is_hit ? material.emission : inside ? environment_radiance(direction) : vec3(0.0);
+#ifdef HALFLIGHT_LIST
+    const bool sees_environment = true;
+#else
+    bool sees_environment = inside && frame.transparent == 0u;
+#endif
+    vec3 emission = is_hit ? material.emission : sees_environment ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
 #if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
     // The ray's medium is that of its origin for emitted light, like that of light samples.

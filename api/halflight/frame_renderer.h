@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "api/halflight/loaded_scene.h"
 #include "api/halflight/log.h"
@@ -56,6 +57,7 @@ struct CheckpointOptions {
     std::filesystem::path folder;  // folder of the checkpoint, which holds nothing else
     double interval = 60;          // seconds between two saves, > 0
     bool fresh = false;            // removes the samples that an earlier run has saved
+    int part = 0;  // number of the only part of the samples that is rendered, 1 to FrameSettings::parts; 0: all samples
 };
 
 struct RendererOptions {
@@ -71,6 +73,9 @@ struct RendererOptions {
     // The frame of the settings goes on from a checkpoint, and saves its samples; other frames do not. The constructor
     // throws Error where the checkpoint has other settings or another scene.
     std::optional<CheckpointOptions> checkpoint{};
+    // Folders of the complete checkpoints of all parts, in order (FrameSettings::parts). The frame of the settings is
+    // made of their sums. The constructor throws Error where one is missing or of another picture.
+    std::vector<std::filesystem::path> merged{};
 };
 
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.

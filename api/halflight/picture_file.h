@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -10,6 +11,7 @@
 #include "api/halflight/log.h"
 #include "engine/color/color.h"
 #include "engine/core/frames.h"
+#include "engine/io/exr.h"
 #include "renderer/render_result.h"
 
 namespace halflight {
@@ -17,7 +19,8 @@ namespace halflight {
 /// Conditions for writing pictures, and properties of the files.
 struct OutputOptions {
     std::string working_space;  // linear space of colour in .exr files: "rec709" or "", or a name of the colour config
-    bool reproducible = false;  // omits the date: equal pictures make equal files
+    ExrLayout exr{};            // compression, parts and tiles of .exr files
+    bool reproducible = false;  // omits date and render time: equal pictures make equal files
     bool strict = false;        // refuses pictures in which a pass gave NaN, infinite or negative values
     bool best_effort = false;   // accepts pictures that have not reached their error target
 };
@@ -27,6 +30,12 @@ struct PictureInfo {
     Camera camera;
     LinearSpace working_space;  // space of the colour layers; variances stay linear Rec.709
     bool half = false;          // stores beauty as half floats; other layers have their own types
+    ivec2 whole{0};             // size of the whole picture, the display window; 0: that of the result
+    ivec2 origin{0};            // upper left pixel of the result in the whole picture
+    bool transparent = false;   // the .png has an alpha channel
+    ExrLayout exr{};
+    std::map<std::string, float> numbers{};  // attributes of type float, by the names of OpenEXR's standard
+    int samples = 0;                         // samples per pixel
     std::string comments;
     std::string filter;         // name of the pixel filter
     std::string lens{};         // lens_text(); empty for a pinhole

@@ -142,8 +142,13 @@ struct PyRenderer {
     }
 };
 
-OutputOptions output_of(const std::string& working_space, bool reproducible, bool strict, bool best_effort) {
-    return {.working_space = working_space, .reproducible = reproducible, .strict = strict, .best_effort = best_effort};
+OutputOptions output_of(const std::string& working_space, bool reproducible, bool strict, bool best_effort,
+                        const std::string& exr_compression, bool exr_parts, int exr_tiles) {
+    return {.working_space = working_space,
+            .exr = {exr_compression_named(exr_compression), exr_parts, exr_tiles},
+            .reproducible = reproducible,
+            .strict = strict,
+            .best_effort = best_effort};
 }
 
 RendererOptions options_of(const std::string& device, bool shader_cache,

@@ -25,6 +25,21 @@ Image rgb(const Image& rgba) {
     return result;
 }
 
+Image part_of(const Image& image, const ivec2& first, const ivec2& size) {
+    Image result(size.x, size.y, image.channels);
+    const auto row = static_cast<std::ptrdiff_t>(size.x) * image.channels;
+    for (int y = 0; y < size.y; ++y) std::copy_n(image.at(first.x, first.y + y), row, result.at(0, y));
+    return result;
+}
+
+Image straight(Image premultiplied) {
+    for (std::size_t i = 0; i + 3 < premultiplied.pixels.size(); i += 4) {
+        float* const pixel = &premultiplied.pixels[i];
+        for (int c = 0; c < 3; ++c) pixel[c] = pixel[3] > 0 ? pixel[c] / pixel[3] : 0;
+    }
+    return premultiplied;
+}
+
 bool same_bits(const Image& a, const Image& b) {
     return a.width == b.width && a.height == b.height && a.channels == b.channels &&
            std::ranges::equal(std::as_bytes(std::span(a.pixels)), std::as_bytes(std::span(b.pixels)));

@@ -2,11 +2,19 @@
 #pragma once
 
 #include "engine/core/image.h"
+#include "engine/core/math.h"
 
 namespace halflight {
 
 /// Returns the first three channels of an image with at least three. Alpha is dropped, so the picture is over black.
 Image rgb(const Image& rgba);
+
+/// Returns the pixels [first, first + size) of an image, which must have them.
+Image part_of(const Image& image, const ivec2& first, const ivec2& size);
+
+/// Divides the colours of an image of four channels, which are premultiplied by alpha, by alpha. Where that is 0, they
+/// become 0.
+Image straight(Image premultiplied);
 
 /// Returns whether both images have equal size, channels and bits.
 bool same_bits(const Image& a, const Image& b);

@@ -24,9 +24,11 @@ struct ExposureTime {
 /// Settings of a camera that decide exposure and depth of field. Members that are 0 have the usual value if another one
 /// is set.
 struct PhysicalCamera {
-    float iso = 0;                 // sensitivity; usual 100
-    ExposureTime shutter_speed{};  // exposure time; usual 1/125 s
-    Lens lens{};                   // lens, with its f-number; usual 16
+    static constexpr double kUsualIso = 100, kUsualSeconds = 1.0 / 125, kUsualFstop = 16;
+
+    float iso = 0;                 // sensitivity
+    ExposureTime shutter_speed{};  // exposure time
+    Lens lens{};                   // lens, with its f-number
 
     /// Returns whether the exposure is that of the camera. An f-number beside a focus only sets the depth of field.
     bool exposes() const { return iso > 0 || shutter_speed.seconds > 0 || (lens.fstop > 0 && !lens.focus.chosen()); }

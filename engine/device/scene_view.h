@@ -13,10 +13,15 @@ namespace halflight {
 
 /// The rows of the image that one run of the frame graph renders, padded to 16x16 blocks.
 struct Band {
-    ivec2 image{0};  // size of the whole image, pixels
+    ivec2 image{0};  // size of the image that all bands make, pixels
     int y = 0;       // first row of the band
     int rows = 0;    // number of rows, > 0
+    // Where `image` is a part of a larger picture:
+    ivec2 origin{0};   // its upper left pixel in the larger picture; may lie beyond the edge of that
+    ivec2 display{0};  // size of the larger picture, pixels; 0: `image` is the whole
 
+    /// Returns the size of the whole picture, whose camera it has.
+    ivec2 whole() const { return display.x > 0 ? display : image; }
     uvec2 tiles() const { return {(image.x + 15) / 16, (rows + 15) / 16}; }
     std::uint32_t paths() const { return tiles().x * tiles().y * 256; }
 };

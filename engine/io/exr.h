@@ -1,4 +1,4 @@
-// OpenEXR files: single part, scan lines, zip compression; read back as planes of floats.
+// OpenEXR files: one part or several, scan lines or tiles, any compression; read back as planes of floats.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +28,7 @@ struct ExrLayer {
     std::vector<std::string> channels;  // full names, one per channel of the image: "R", "albedo.R", "Z"
     Image image;
     ExrType type = ExrType::float32;
+    std::string name{};  // name of the layer's part; empty: that of its first channel before the dot
 };
 
 /// A layer whose pixels are owned elsewhere.
@@ -35,7 +36,26 @@ struct ExrLayerView {
     std::vector<std::string> channels;
     const Image& image;
     ExrType type = ExrType::float32;
-    mat3 color{1};  // matrix for the first three channels, applied while writing
+    mat3 color{1};       // matrix for the first three channels, applied while writing
+    bool exact = false;  // values are data, which lossy compression must not change
+    std::string name{};  // ExrLayer::name
+};
+
+enum class ExrCompression : std::uint8_t { none, rle, zips, zip, piz, pxr24, dwaa, dwab };
+inline constexpr ExrCompression kExrCompressions[] = {ExrCompression::none, ExrCompression::rle, ExrCompression::zips,
+                                                      ExrCompression::zip,  ExrCompression::piz, ExrCompression::pxr24,
+                                                      ExrCompression::dwaa, ExrCompression::dwab};
+const char* name(ExrCompression compression);
+/// Returns the compression of that name. Throws Error for other names.
+ExrCompression exr_compression_named(const std::string& name);
+/// Returns whether the compression changes values: pxr24 those of float32, dwaa and dwab those of colours.
+bool is_lossy(ExrCompression compression);
+
+/// Layout of a file.
+struct ExrLayout {
+    ExrCompression compression = ExrCompression::zip;
+    bool parts = false;  // each layer is a part of its own; exact layers are then stored as zip where others are lossy
+    int tile = 0;        // side of square tiles, pixels, [16, 4096]; 0: scan lines
 };
 
 /// A position in a sequence (SMPTE 12M), without drop frames.
@@ -67,18 +87,27 @@ struct ExrAttributes {
     std::string software;
     std::string comments;
     std::map<std::string, std::string> extra;  // further text attributes
+    std::map<std::string, float> numbers;      // further attributes of type float
+    std::map<std::string, int> counts;         // further attributes of type int
+    // Windows: the data window has its upper left pixel at `origin` of the display window, which begins at (0, 0).
+    ivec2 origin{0};
+    std::optional<ivec2> display;  // size of the display window, pixels; none: it is the data window
 };
 
 /// Returns the current date. $SOURCE_DATE_EPOCH (seconds, shown as UTC) replaces the clock where files must be
 /// reproducible.
 std::string capture_date_now();
+/// Returns whether $SOURCE_DATE_EPOCH is set: files must then not depend on clocks.
+bool date_is_fixed();
 
 /// Writes a file, which appears complete or not at all (files.h). Layers must have equal size, and channel names must
-/// be unique. The bytes depend on the arguments only, not on threads. Throws Error.
-void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes);
+/// be unique. The bytes depend on the arguments only, not on threads. Throws Error, also where lossy compression would
+/// change an exact layer.
+void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes,
+               const ExrLayout& layout = {});
 /// Writes a file like write_exr(), without copies of the layers: values are converted for some rows at a time.
 void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayerView> layers,
-                     const ExrAttributes& attributes);
+                     const ExrAttributes& attributes, const ExrLayout& layout = {});
 
 struct ExrChannel {
     std::string name;
@@ -87,10 +116,10 @@ struct ExrChannel {
 };
 
 struct ExrFile {
-    int width = 0;  // width of the data window, pixels; the display window is ignored
+    int width = 0;  // width of the data window, pixels
     int height = 0;
-    std::vector<ExrChannel> channels;  // channels, sorted by name
-    ExrAttributes attributes;
+    std::vector<ExrChannel> channels;  // channels, sorted by name in each part
+    ExrAttributes attributes;          // attributes of the first part
 
     const ExrChannel* find(const std::string& name) const;  // Returns null if the channel is missing.
     /// Returns 1 to 4 channels interleaved, uint32 converted to float. Throws Error that names a missing channel.
@@ -107,8 +136,9 @@ struct ExrLimits {
     std::string reason{};                              // phrase after the limit in errors, such as " (--memory)"
 };
 
-/// Reads the first part of a file with scan lines or tiles (the finest level). Throws Error for damaged, truncated,
-/// deep, subsampled and oversized data. Memory grows with the rows decoded, not with the size in the header.
+/// Reads a file with scan lines or tiles (the finest level): its first part, and the further parts that have the same
+/// data window and channels of other names. Throws Error for damaged, truncated, deep, subsampled and oversized data.
+/// Memory grows with the rows decoded, not with the size in the header.
 ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits = {});
 
 }  // namespace halflight

@@ -1,8 +1,10 @@
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
+#include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputPart.h>
+#include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfPartType.h>
@@ -13,6 +15,8 @@
 #include <bit>
 #include <cstring>
 #include <iterator>
+#include <set>
+#include <span>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -136,6 +140,9 @@ glm::dvec2 dvec2_of(const Imath::V2f& v) {
 }
 
 ExrAttributes attributes_of(const Imf::Header& header) {
+    // Attributes that every file has, or that describe the part itself.
+    static const std::set<std::string> kOfPart{
+        "type", "name", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth", "dwaCompressionLevel"};
     ExrAttributes attributes;
     if (Imf::hasChromaticities(header)) {
         const Imf::Chromaticities& c = Imf::chromaticities(header);
@@ -153,10 +160,18 @@ ExrAttributes attributes_of(const Imf::Header& header) {
         const Imf::TimeCode& t = Imf::timeCode(header);
         attributes.time_code = {t.hours(), t.minutes(), t.seconds(), t.frame(), t.fieldPhase()};
     }
+    const Imath::Box2i &data = header.dataWindow(), &display = header.displayWindow();
+    attributes.origin = ivec2(data.min.x - display.min.x, data.min.y - display.min.y);
+    attributes.display = ivec2(display.max.x - display.min.x + 1, display.max.y - display.min.y + 1);
     for (auto i = header.begin(); i != header.end(); ++i) {
         const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute());
         const std::string name = i.name();
-        if (!text || name == "type") continue;  // attributes of the part itself
+        if (kOfPart.contains(name)) continue;
+        if (const auto* number = dynamic_cast<const Imf::FloatAttribute*>(&i.attribute()))
+            attributes.numbers[name] = number->value();
+        if (const auto* count = dynamic_cast<const Imf::IntAttribute*>(&i.attribute()))
+            attributes.counts[name] = count->value();
+        if (!text) continue;
         if (name == "capDate") {
             attributes.capture_date = text->value();
         } else if (name == "software") {
@@ -174,8 +189,9 @@ ExrType type_of(Imf::PixelType type) {
     return type == Imf::HALF ? ExrType::half : type == Imf::UINT ? ExrType::uint32 : ExrType::float32;
 }
 
-void read_pixels(Imf::MultiPartInputFile& file, ExrFile& result) {
-    Imf::InputPart part(file, 0);
+/// Reads the pixels of channels [first, end of channels) from a part.
+void read_pixels(Imf::MultiPartInputFile& file, int number, std::size_t first, ExrFile& result) {
+    Imf::InputPart part(file, number);
     const Imf::Header& header = part.header();
     const Imath::Box2i window = header.dataWindow();
     const auto width = static_cast<std::size_t>(result.width);
@@ -185,7 +201,7 @@ void read_pixels(Imf::MultiPartInputFile& file, ExrFile& result) {
     for (int done = 0; done < result.height; done += band) {
         const int rows = std::min(band, result.height - done);
         Imf::FrameBuffer buffer;
-        for (ExrChannel& channel : result.channels) {
+        for (ExrChannel& channel : std::span(result.channels).subspan(first)) {
             channel.values.resize(width * static_cast<std::size_t>(done + rows));
             const Imath::V2i origin(window.min.x, window.min.y + done);
             buffer.insert(channel.name,
@@ -196,6 +212,27 @@ void read_pixels(Imf::MultiPartInputFile& file, ExrFile& result) {
         part.setFrameBuffer(buffer);
         part.readPixels(window.min.y + done, window.min.y + done + rows - 1);
     }
+}
+
+/// Returns the channels of a part. Throws Error for channels that cannot be read.
+std::vector<ExrChannel> channels_of(const std::string& subject, const Imf::Header& header) {
+    if (header.hasType() && Imf::isDeepData(header.type())) throw Error(subject, "deep data is not supported");
+    std::vector<ExrChannel> channels;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+        if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
+            throw Error(subject, "channel {} is subsampled, which is not supported", c.name());
+        channels.push_back({c.name(), type_of(c.channel().type), {}});
+    }
+    return channels;
+}
+
+/// Returns whether a further part adds to the pixels of the first: same data window, flat, channels of other names.
+bool adds_to(const ExrFile& first, const Imf::Header& window, const Imf::Header& header) {
+    if (header.hasType() && Imf::isDeepData(header.type())) return false;
+    if (header.dataWindow() != window.dataWindow()) return false;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+        if (first.find(c.name()) || c.channel().xSampling != 1 || c.channel().ySampling != 1) return false;
+    return true;
 }
 
 }  // namespace
@@ -212,24 +249,23 @@ ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
         ExrInput stream(subject, bytes);
         Imf::MultiPartInputFile file(stream, exr_threads());
         const Imf::Header& header = file.header(0);
-        if (header.hasType() && Imf::isDeepData(header.type())) throw Error(subject, "deep data is not supported");
-        if (!file.partComplete(0)) throw Error(subject, "is truncated");
-
         ExrFile result;
         result.width = header.dataWindow().max.x - header.dataWindow().min.x + 1;
         result.height = header.dataWindow().max.y - header.dataWindow().min.y + 1;
-        for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-            if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
-                throw Error(subject, "channel {} is subsampled, which is not supported", c.name());
-            result.channels.push_back({c.name(), type_of(c.channel().type), {}});
-        }
-        const std::uint64_t size = sizeof(float) * result.channels.size() * static_cast<std::uint64_t>(result.width) *
-                                   static_cast<std::uint64_t>(result.height);
-        if (size > limits.max_bytes)
-            throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
-                        limits.reason);
         result.attributes = attributes_of(header);
-        read_pixels(file, result);
+        for (int part = 0; part < file.parts(); ++part) {
+            if (part > 0 && !adds_to(result, header, file.header(part))) continue;
+            const std::size_t first = result.channels.size();
+            std::ranges::move(channels_of(subject, file.header(part)), std::back_inserter(result.channels));
+            const std::uint64_t size = sizeof(float) * result.channels.size() *
+                                       static_cast<std::uint64_t>(result.width) *
+                                       static_cast<std::uint64_t>(result.height);
+            if (size > limits.max_bytes)
+                throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
+                            limits.reason);
+            if (!file.partComplete(part)) throw Error(subject, "is truncated");
+            read_pixels(file, part, first, result);
+        }
         return result;
     } catch (const Error&) {
         throw;

@@ -1,11 +1,19 @@
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
+#include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
+#include <ImfMultiPartOutputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <ImfTiledOutputFile.h>
+#include <ImfTiledOutputPart.h>
+#include <fmt/ranges.h>
 #include <half.h>
 
 #include <algorithm>
@@ -14,6 +22,8 @@
 #include <ctime>
 
 #include "engine/core/error.h"
+#include "engine/core/names.h"
+#include "engine/core/suggestion.h"
 #include "engine/io/exr.h"
 #include "engine/io/exr_common.h"
 
@@ -56,6 +66,16 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
     if (!attributes.comments.empty()) Imf::addComments(header, attributes.comments);
     if (!attributes.software.empty()) header.insert("software", Imf::StringAttribute(attributes.software));
     for (const auto& [name, value] : attributes.extra) header.insert(name, Imf::StringAttribute(value));
+    for (const auto& [name, value] : attributes.numbers) header.insert(name, Imf::FloatAttribute(value));
+    for (const auto& [name, value] : attributes.counts) header.insert(name, Imf::IntAttribute(value));
+}
+
+/// Returns the compression of a layer. Throws Error where it would change values that must stay exact.
+ExrCompression compression_of(const std::string& subject, const ExrLayerView& layer, const ExrLayout& layout) {
+    if (!layer.exact || !is_lossy(layout.compression)) return layout.compression;
+    if (layout.parts) return ExrCompression::zip;
+    throw Error(subject, "compression {} would change data in channel {}, unless layers are parts of their own",
+                name(layout.compression), layer.channels.front());
 }
 
 void check_layers(const std::string& subject, std::span<const ExrLayerView> layers) {
@@ -85,7 +105,7 @@ constexpr int kRows = 256;
 /// Converter of a layer's rows to the types of the file, where the image differs.
 class Rows {
   public:
-    explicit Rows(const ExrLayerView& layer) : layer_(layer) {}
+    Rows(const ExrLayerView& layer, const ivec2& origin) : layer_(layer), origin_(origin) {}
 
     /// Adds the layer's channels to `buffer`, for rows [y, y + rows). The values stay until the next call.
     void prepare(int y, int rows, Imf::FrameBuffer& buffer) {
@@ -104,8 +124,9 @@ class Rows {
         }
         const std::size_t pixel = sample * layer_.channels.size();
         for (std::size_t c = 0; c < layer_.channels.size(); ++c)
-            buffer.insert(layer_.channels[c], Imf::Slice::Make(pixel_type(layer_.type), base + c * sample, {0, y},
-                                                               image.width, rows, pixel, pixel * width));
+            buffer.insert(layer_.channels[c],
+                          Imf::Slice::Make(pixel_type(layer_.type), base + c * sample, {origin_.x, origin_.y + y},
+                                           image.width, rows, pixel, pixel * width));
     }
 
   private:
@@ -119,9 +140,87 @@ class Rows {
     }
 
     const ExrLayerView& layer_;
+    ivec2 origin_;
     std::vector<float> colors_;
     std::vector<half> halves_;
 };
+
+constexpr int kLeastTile = 16, kMostTile = 4096;
+
+constexpr Imf::Compression kImfCompressions[] = {Imf::NO_COMPRESSION,   Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION,
+                                                 Imf::ZIP_COMPRESSION,  Imf::PIZ_COMPRESSION, Imf::PXR24_COMPRESSION,
+                                                 Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION};
+
+/// A part of a file: its header and its layers.
+struct Part {
+    Imf::Header header;
+    std::vector<Rows> layers{};
+    int height = 0;
+
+    void add(const ExrLayerView& layer, const ivec2& origin) {
+        for (const std::string& channel : layer.channels)
+            header.channels().insert(channel, Imf::Channel(pixel_type(layer.type)));
+        layers.emplace_back(layer, origin);
+        height = layer.image.height;
+    }
+    /// Returns the buffer of rows [y, y + rows).
+    Imf::FrameBuffer rows(int y, int rows) {
+        Imf::FrameBuffer buffer;
+        for (Rows& layer : layers) layer.prepare(y, rows, buffer);
+        return buffer;
+    }
+};
+
+/// Returns a part without layers. first: its first layer.
+Part part_of(const ExrLayerView& first, ExrCompression compression, const ExrAttributes& attributes,
+             const ExrLayout& layout) {
+    const ivec2 size(first.image.width, first.image.height), display = attributes.display.value_or(size);
+    const ivec2 last = attributes.origin + size - 1;
+    Part part{.header = Imf::Header(Imath::Box2i({0, 0}, {display.x - 1, display.y - 1}),
+                                    Imath::Box2i({attributes.origin.x, attributes.origin.y}, {last.x, last.y}))};
+    part.header.compression() = kImfCompressions[static_cast<std::size_t>(compression)];
+    part.header.lineOrder() = Imf::INCREASING_Y;
+    if (layout.tile > 0) {
+        const auto side = static_cast<unsigned>(layout.tile);
+        part.header.setTileDescription(Imf::TileDescription(side, side));
+    }
+    if (layout.parts) {
+        const std::string& channel = first.channels.front();
+        part.header.setName(first.name.empty() ? channel.substr(0, channel.find('.')) : first.name);
+        part.header.setType(layout.tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+    }
+    add_attributes(part.header, attributes);
+    return part;
+}
+
+/// Throws Error where two parts have the same name.
+void check_names(const std::string& subject, const std::vector<Part>& parts) {
+    std::vector<std::string> names;
+    for (const Part& part : parts)
+        if (part.header.hasName()) names.push_back(part.header.name());
+    std::sort(names.begin(), names.end());
+    const auto twice = std::adjacent_find(names.begin(), names.end());
+    if (twice != names.end()) throw Error(subject, "part {} comes twice", *twice);
+}
+
+template <class File>
+void write_lines(File&& file, Part& part) {
+    for (int y = 0; y < part.height; y += kRows) {
+        const int count = std::min(kRows, part.height - y);
+        file.setFrameBuffer(part.rows(y, count));
+        file.writePixels(count);
+    }
+}
+
+template <class File>
+void write_tiles(File&& file, Part& part, int tile) {
+    const int at_once = std::max(kRows / tile, 1);  // rows of tiles
+    for (int row = 0; row < file.numYTiles(); row += at_once) {
+        const int end = std::min(row + at_once, file.numYTiles());
+        file.setFrameBuffer(part.rows(row * tile, std::min(end * tile, part.height) - row * tile));
+        file.writeTiles(0, file.numXTiles() - 1, row, end - 1);
+    }
+}
 
 /// Returns N for N, or N 1000/1001, frames per second; none for other rates.
 std::optional<std::uint32_t> nominal_rate(const FrameRate& rate) {
@@ -154,40 +253,70 @@ std::string capture_date_now() {
     return {text, std::strftime(text, sizeof text, "%Y:%m:%d %H:%M:%S", &parts)};
 }
 
-void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers,
-               const ExrAttributes& attributes) {
+bool date_is_fixed() {
+    return std::getenv("SOURCE_DATE_EPOCH") != nullptr;
+}
+
+const char* name(ExrCompression compression) {
+    constexpr const char* kNames[] = {"none", "rle", "zips", "zip", "piz", "pxr24", "dwaa", "dwab"};
+    return name_among(kExrCompressions, kNames, compression);
+}
+
+ExrCompression exr_compression_named(const std::string& wanted) {
+    std::vector<std::string> names;
+    for (const ExrCompression compression : kExrCompressions) names.emplace_back(name(compression));
+    const auto found = std::ranges::find(names, wanted);
+    if (found == names.end())
+        throw Error("OpenEXR compression", "expects {}, not '{}'{}", fmt::join(names, ", "), wanted,
+                    did_you_mean(wanted, names));
+    return kExrCompressions[found - names.begin()];
+}
+
+bool is_lossy(ExrCompression compression) {
+    return compression >= ExrCompression::pxr24;
+}
+
+void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes,
+               const ExrLayout& layout) {
     std::vector<ExrLayerView> views;
-    for (const ExrLayer& layer : layers) views.push_back({layer.channels, layer.image, layer.type});
-    write_exr_views(path, views, attributes);
+    for (const ExrLayer& layer : layers)
+        views.push_back({.channels = layer.channels, .image = layer.image, .type = layer.type, .name = layer.name});
+    write_exr_views(path, views, attributes, layout);
 }
 
 void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayerView> layers,
-                     const ExrAttributes& attributes) {
+                     const ExrAttributes& attributes, const ExrLayout& layout) {
     const std::string subject = path.string();
     check_layers(subject, layers);
-    const int width = layers.front().image.width;
-    const int height = layers.front().image.height;
+    if (layout.tile != 0 && (layout.tile < kLeastTile || layout.tile > kMostTile))
+        throw Error(subject, "has tiles of {} pixels, not {} to {}", layout.tile, kLeastTile, kMostTile);
     try {
-        Imf::Header header(width, height);
-        header.compression() = Imf::ZIP_COMPRESSION;
-        header.lineOrder() = Imf::INCREASING_Y;
-        add_attributes(header, attributes);
-        for (const ExrLayerView& layer : layers)
-            for (const std::string& name : layer.channels)
-                header.channels().insert(name, Imf::Channel(pixel_type(layer.type)));
-        std::vector<Rows> rows(layers.begin(), layers.end());
+        std::vector<Part> parts;
+        for (const ExrLayerView& layer : layers) {
+            const ExrCompression compression = compression_of(subject, layer, layout);
+            if (parts.empty() || layout.parts) parts.push_back(part_of(layer, compression, attributes, layout));
+            parts.back().add(layer, attributes.origin);
+        }
+        check_names(subject, parts);
         write_atomically(path, [&](const std::filesystem::path& temporary) {
             ExrOutput stream(temporary, subject);
-            {
-                Imf::OutputFile file(stream, header, exr_threads());
-                for (int y = 0; y < height; y += kRows) {
-                    const int count = std::min(kRows, height - y);
-                    Imf::FrameBuffer buffer;
-                    for (Rows& of_layer : rows) of_layer.prepare(y, count, buffer);
-                    file.setFrameBuffer(buffer);
-                    file.writePixels(count);
+            if (parts.size() > 1) {
+                std::vector<Imf::Header> headers;
+                for (const Part& part : parts) headers.push_back(part.header);
+                Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()), false,
+                                              exr_threads());
+                for (int i = 0; i < file.parts(); ++i) {
+                    Part& part = parts[static_cast<std::size_t>(i)];
+                    if (layout.tile > 0)
+                        write_tiles(Imf::TiledOutputPart(file, i), part, layout.tile);
+                    else
+                        write_lines(Imf::OutputPart(file, i), part);
                 }
-            }  // the destructor writes the table of lines
+            } else if (layout.tile > 0) {
+                write_tiles(Imf::TiledOutputFile(stream, parts[0].header, exr_threads()), parts[0], layout.tile);
+            } else {
+                write_lines(Imf::OutputFile(stream, parts[0].header, exr_threads()), parts[0]);
+            }  // destructors write the table of lines
             stream.close();
         });
     } catch (const Error&) {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
-#include "engine/scene/scene.h"
+#include "engine/scene/focal_length.h"
 
 namespace halflight {
 namespace {
@@ -89,13 +89,16 @@ std::string lens_problem(const Camera& camera) {
     return "";
 }
 
+double focal_length(const Camera& camera, double aspect) {
+    const double sensor = camera.lens.sensor > 0 ? camera.lens.sensor : Lens::kUsualSensor;
+    const double half_side = std::tan(camera.vertical_fov / 2) * std::max(aspect, 1.0);  // longer side at distance 1
+    return sensor / (2 * half_side);
+}
+
 double aperture_radius(const Camera& camera, double aspect) {
     constexpr double kMillimetre = 1e-3;
     const Lens& lens = camera.lens;
-    const double sensor = lens.sensor > 0 ? lens.sensor : Lens::kUsualSensor;
-    const double half_side = std::tan(camera.vertical_fov / 2) * std::max(aspect, 1.0);  // longer side at distance 1
-    const double focal_length = sensor / (2 * half_side);
-    return 0.5 * kMillimetre * (lens.aperture > 0 ? lens.aperture : focal_length / double{lens.fstop});
+    return 0.5 * kMillimetre * (lens.aperture > 0 ? lens.aperture : focal_length(camera, aspect) / double{lens.fstop});
 }
 
 Camera framing_camera(const Scene& scene, double aspect, bool turns) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "engine/core/pixel_filter.h"
 #include "engine/scene/motion.h"
@@ -37,14 +38,20 @@ struct SceneSettings {
     NoisyFrame* noisy = nullptr;
     // Saves the sums of the samples, and goes on from those that an earlier run has saved; null: does neither.
     Checkpoint* checkpoint = nullptr;
+    // Complete checkpoints of all parts of the samples, in order, whose sums make the picture; empty: it is rendered.
+    std::span<const Checkpoint* const> merged{};
+    int part = 0;              // number of the part of the samples that is rendered, 1 to `parts`; 0: all parts
     bool stays_noisy = false;  // a picture that would be denoised stays the mean of its samples, without layers
     std::uint32_t frame = 0;   // frame number, which seeds the noise
 };
 
 /// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.
 struct FrameSettings : SceneSettings {
-    int samples = 64;        // samples per pixel, > 0; an upper limit where time_limit or error is set
-    int first_sample = 0;    // number of the picture's first sample in the frame's sequence, >= 0
+    int samples = 64;      // samples per pixel, > 0; an upper limit where time_limit or error is set
+    int first_sample = 0;  // number of the picture's first sample in the frame's sequence, >= 0
+    // Number of parts of equal length in which samples are summed; the sums of the parts are added in order. Parts can
+    // be rendered apart and merged, to the same bits. 1 to `samples`.
+    int parts = 1;
     int of_samples = 0;      // length of the frame's sequence where the picture is a part of it; 0: unknown
     PixelFilter filter{};    // reconstruction filter of radiance; layers at pixel centres are not filtered
     double time_limit = 0;   // seconds; > 0: samples are added until this time, at least one; 0: no limit
@@ -53,5 +60,8 @@ struct FrameSettings : SceneSettings {
     /// samples is then a multiple of kReplicates, and at least twice as many (renderer/replicates.h).
     std::optional<ErrorTarget> error{};
 };
+
+/// Returns the settings of part `number` of the samples, 1 to settings.parts.
+FrameSettings settings_of_part(const FrameSettings& settings, int number);
 
 }  // namespace halflight

@@ -11,6 +11,7 @@
 #include "engine/core/view_transform.h"
 #include "engine/paging/page_schedule.h"
 #include "engine/rays/culling.h"
+#include "engine/settings/data_window.h"
 #include "engine/settings/estimator.h"
 #include "engine/settings/frame_settings.h"
 #include "engine/settings/preview.h"
@@ -33,6 +34,10 @@ inline constexpr int kDenoiseFrames = 2;  ///< PictureSettings::denoise_frames o
 struct PictureSettings {
     int width = 1280;  // pixels, > 0
     int height = 720;  // pixels, > 0
+    // Rectangle that is rendered instead of the whole picture, whose size and camera stay. It may reach beyond the
+    // picture's edges. Its pixels have the bits of the whole picture. None: the whole picture.
+    std::optional<PixelWindow> crop{};
+    int overscan = 0;  // pixels that are added on each side of crop or picture, >= 0
     // Reflections and refractions along a path, >= 0; 0: emission only, 1: direct light; none: default_bounces() where
     // a FrameRenderer renders, else kBounces.
     std::optional<int> bounces{};
@@ -57,7 +62,10 @@ struct PictureSettings {
     bool adaptive = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
-    bool want_view = false;         // true: the picture through `view` is made, too
+    // Leaves the environment out where the camera sees it directly; alpha tells how much of a pixel is covered. Colours
+    // are premultiplied by alpha, and those of the view are not.
+    bool transparent = false;
+    bool want_view = false;  // true: the picture through `view` is made, too
     ViewTransform view;
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.

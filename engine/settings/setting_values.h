@@ -132,6 +132,31 @@ struct Value<Focus> {
     }
 };
 
+/// A rectangle of pixels: "none" or "X0,Y0,X1,Y1".
+template <>
+struct Value<std::optional<PixelWindow>> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return fmt::format("{}, or X0,Y0,X1,Y1", kNone); }
+    static std::string text(const std::optional<PixelWindow>& window) {
+        if (!window) return kNone;
+        return fmt::format("{},{},{},{}", window->first.x, window->first.y, window->end.x, window->end.y);
+    }
+    static std::string parse(const Setting& s, const std::string& text, std::optional<PixelWindow>& value) {
+        if (text == kNone) return value.reset(), "";
+        const std::vector<std::string> parts = split_names(text, kSeparators);
+        PixelWindow window;
+        int* const to[] = {&window.first.x, &window.first.y, &window.end.x, &window.end.y};
+        bool good = parts.size() == std::size(to);
+        for (std::size_t i = 0; good && i < parts.size(); ++i) good = Value<int>::parse(s, parts[i], *to[i]).empty();
+        if (!good)
+            return fmt::format("expects X0,Y0,X1,Y1, whole numbers from {} to {}, not '{}'", s.lower, s.upper, text);
+        if (window.first.x >= window.end.x || window.first.y >= window.end.y)
+            return fmt::format("has no pixels: X1 and Y1 must exceed X0 and Y0 in '{}'", text);
+        value = window;
+        return "";
+    }
+};
+
 /// A whole number, or "auto", which leaves it open.
 template <>
 struct Value<std::optional<int>> {

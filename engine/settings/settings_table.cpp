@@ -59,6 +59,34 @@ std::vector<Setting> make_table() {
                 .upper = kMaxSide,
                 .memory = true,
             }),
+        row([](auto& s) -> auto& { return s.crop; },
+            {
+                .name = "crop",
+                .group = kPicture,
+                .metavar = "X0,Y0,X1,Y1",
+                .help = "renders only the pixels from X0,Y0 to before X1,Y1; 0,0 is the upper left pixel of the whole "
+                        "picture, whose size stays the display window. Coordinates may lie beyond its edges",
+                .lower = -kMaxSide,
+                .upper = 2 * kMaxSide,
+                .memory = true,
+            }),
+        row([](auto& s) -> auto& { return s.overscan; },
+            {
+                .name = "overscan",
+                .group = kPicture,
+                .metavar = "PIXELS",
+                .help = "pixels that are added on each side of the picture, or of its crop",
+                .lower = 0,
+                .upper = 16384,
+                .memory = true,
+            }),
+        row([](auto& s) -> auto& { return s.transparent; },
+            {
+                .name = "transparent",
+                .group = kPicture,
+                .help = "shows no environment behind the scene; alpha is then the share of each pixel that surfaces "
+                        "cover",
+            }),
         row([](auto& s) -> auto& { return s.view.camera.lens.focus; },
             {
                 .name = "focus",
@@ -181,6 +209,16 @@ std::vector<Setting> make_table() {
                 .lower = 1,
                 .upper = kMaxSamples,
                 .saved = true,
+            }),
+        row([](auto& s) -> auto& { return s.parts; },
+            {
+                .name = "sample-parts",
+                .group = kPicture,
+                .metavar = "N",
+                .help = "number of parts in which samples are summed, which other machines can render with --part and "
+                        "`halflight merge` joins to the same bits",
+                .lower = 1,
+                .upper = 4096,
             }),
         row([](auto& s) -> auto& { return s.time_limit; },
             {

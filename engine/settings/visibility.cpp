@@ -16,10 +16,15 @@ const char* name(PrimaryVisibility primary) {
     return "";
 }
 
-PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image, bool lens) {
-    if (lens && primary == PrimaryVisibility::raster)
-        throw Error("render settings", "primary raster shows no depth of field, for which every ray is traced");
-    if (lens) return PrimaryVisibility::traced;
+std::string_view shown_by_tracing(bool lens, bool overscan) {
+    return lens ? "depth of field" : overscan ? "overscan" : "";
+}
+
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image,
+                           std::string_view traced_for) {
+    if (!traced_for.empty() && primary == PrimaryVisibility::raster)
+        throw Error("render settings", "primary raster shows no {}, for which every ray is traced", traced_for);
+    if (!traced_for.empty()) return PrimaryVisibility::traced;
     if (primary != PrimaryVisibility::automatic) return primary;
     const double pixels = double(image.x) * double(image.y);
     return double(triangles) > kTracedTrianglesPerPixel * pixels ? PrimaryVisibility::traced

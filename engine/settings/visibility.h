@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 #include "engine/core/math.h"
 
@@ -20,8 +21,11 @@ const char* name(PrimaryVisibility primary);
 /// visits the nodes that a ray meets. docs/measuring.md has the times from which the number follows.
 inline constexpr double kTracedTrianglesPerPixel = 0.25;
 /// Resolves `automatic` from the triangle count (each instance counts) and the image size in pixels. The choice can
-/// change pictures, so it depends on scene, camera and picture alone. lens: the camera's lens blurs, which only tracing
-/// can show. Throws Error for `raster` then.
-PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image, bool lens = false);
+/// change pictures, so it depends on scene, camera and picture alone. traced_for: what only tracing can show, such as
+/// "depth of field"; empty: nothing. Throws Error for `raster` then.
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image,
+                           std::string_view traced_for = {});
+/// Returns what only tracing can show: depth of field, or pixels beyond the edges of the picture. Empty: nothing.
+std::string_view shown_by_tracing(bool lens, bool overscan);
 
 }  // namespace halflight

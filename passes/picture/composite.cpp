@@ -24,7 +24,7 @@ void ViewKernel::bind(const gpu::Program& program) const {
 }
 
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
-                        bool opaque_background, const ViewKernel* view_kernel) {
+                        bool opaque_background, const ViewKernel* view_kernel, bool straight_view) {
     Composite out;
     gpu::Defines defines;
     graph::Pass pass = graph.add_pass("composite");
@@ -35,6 +35,7 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
         out.view = pass.write(graph.create_texture("view", picture), Access::image_write, "view");
         defines.set("HALFLIGHT_VIEW");
     }
+    if (view_kernel && straight_view) defines.set("HALFLIGHT_STRAIGHT_VIEW");
     if (opaque_background) defines.set("HALFLIGHT_OPAQUE_BACKGROUND");
     pass.execute([=](graph::Resources& r) {
         const gpu::Program& program =

@@ -36,8 +36,8 @@ struct Composite {
 };
 
 /// Divides the sums by `samples`. `view_kernel` may be null and must outlive the graph. `opaque_background` tells
-/// whether the environment is visible behind surfaces.
+/// whether the environment is visible behind surfaces. straight_view: the colours of the view are divided by alpha.
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
-                        bool opaque_background, const ViewKernel* view_kernel);
+                        bool opaque_background, const ViewKernel* view_kernel, bool straight_view = false);
 
 }  // namespace halflight

@@ -14,13 +14,14 @@ namespace {
 
 using graph::Access;
 
-/// Scissor test of a band. Nothing is drawn or cleared outside of its rows and their neighbours.
+/// Scissor test of a band. Nothing is drawn or cleared outside of its pixels and their neighbours.
 class BandScissor {
   public:
     BandScissor(const Band& band, const RasterWindow& window) {
-        const int first = std::max(band.y - 1 - window.y, 0);
+        const int y = band.origin.y + band.y, first = std::max(y - 1 - window.y, 0);
+        const int x = std::max(band.origin.x - 1, 0), end = std::min(band.origin.x + band.image.x + 1, band.whole().x);
         glEnable(GL_SCISSOR_TEST);
-        glScissor(0, first, band.image.x, band.y + band.rows + 1 - window.y - first);
+        glScissor(x, first, end - x, y + band.rows + 1 - window.y - first);
     }
     ~BandScissor() { glDisable(GL_SCISSOR_TEST); }
     BandScissor(const BandScissor&) = delete;
@@ -40,8 +41,9 @@ float widen_viewport(const gpu::Framebuffer& target) {
 
 void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     const int rows = raster_window(view.band).rows;
-    const gpu::TextureDesc visibility{view.band.image.x, rows, GL_RG32UI};
-    const gpu::TextureDesc depth{view.band.image.x, rows, GL_DEPTH_COMPONENT32F};
+    const int columns = view.band.whole().x;
+    const gpu::TextureDesc visibility{columns, rows, GL_RG32UI};
+    const gpu::TextureDesc depth{columns, rows, GL_DEPTH_COMPONENT32F};
     graph::Pass pass = graph.add_pass("gbuffer: rasterize");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);

@@ -37,7 +37,7 @@ struct GBufferOutputs {
 /// light is within 0.002 %. Triangles smaller than a pixel do not profit: one pixel in 108 differs at 32x24, and the
 /// mean is 0.1 % low.
 ///
-/// Camera rays that start on a lens (SceneView::lens) must be traced.
+/// Camera rays that start on a lens (SceneView::lens), and those beyond the edges of the whole picture, must be traced.
 ///
 /// The bits of a pixel do not depend on its band (passes/surface/raster_window.h).
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs = {},

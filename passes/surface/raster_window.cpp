@@ -19,9 +19,10 @@ int window_stride(const ivec2& image) {
 }
 
 RasterWindow raster_window(const Band& band) {
-    const int stride = window_stride(band.image);
-    if (stride == band.image.y) return {0, stride};
-    return {std::max(band.y / stride * stride - 1, 0), stride + 2};
+    const ivec2 whole = band.whole();
+    const int stride = window_stride(whole);
+    if (stride == whole.y) return {0, stride};
+    return {std::max((band.origin.y + band.y) / stride * stride - 1, 0), stride + 2};
 }
 
 }  // namespace halflight

@@ -14,7 +14,8 @@ struct RasterWindow {
 };
 
 /// Returns the rows from one window to the next: a power of two, or the picture's height. No band may reach across
-/// windows. Its rows divide this number and its first row is a multiple of them, or it is the whole picture.
+/// windows. Its rows divide this number and its first row is a multiple of them, or it is the whole picture. image:
+/// size of the whole picture, Band::whole().
 int window_stride(const ivec2& image);
 
 /// Returns the window that contains the band, and a row above and below it where the picture has these. All windows of

@@ -8,6 +8,6 @@ uint alpha_key_of_pixel(Frame frame, ivec2 pixel, uint salt) {
 }
 
 uint alpha_key_of_path(Frame frame, uint path, uint salt) {
-    ivec2 pixel = ivec2(pixel_in_band(frame, path)) + ivec2(0, frame.band_y);
+    ivec2 pixel = ivec2(pixel_in_band(frame, path)) + ivec2(frame.band_x, frame.band_y);
     return alpha_key_of_pixel(frame_of_path(frame, path), pixel, salt);
 }

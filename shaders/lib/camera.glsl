@@ -53,7 +53,7 @@ vec3 camera_direction(Frame frame, uint path, vec3 point) {
     vec3 origin = frame.camera_position.xyz;
     vec3 along = frame.camera_forward.xyz;
 #ifdef HALFLIGHT_LENS
-    vec3 lens = lens_offset(frame_of_path(frame, path), ivec2(pixel_in_band(frame, path)) + ivec2(0, frame.band_y));
+    vec3 lens = lens_offset(frame_of_path(frame, path), ivec2(pixel_in_band(frame, path)) + ivec2(frame.band_x, frame.band_y));
     origin += lens;
     along = normalize(along - lens * frame.lens_x.w);
 #endif

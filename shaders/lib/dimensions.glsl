@@ -14,10 +14,10 @@ uint vertex_dimension(uint depth, uint which) { return depth * kDimensionsPerVer
 // Returns the sampler of a pixel of the whole image.
 Sampler pixel_sampler(Frame frame, uvec2 pixel) {
     if (frame.shared_count > 0u)
-        return make_shared_sampler(pixel.x, pixel.y, frame.sample_index, frame.shared_count, frame.seed);
+        return make_shared_sampler(pixel.x & 0xffffu, pixel.y & 0xffffu, frame.sample_index, frame.shared_count, frame.seed);
     return make_sampler(pixel.x, pixel.y, frame.sample_index, frame.seed);
 }
 
 Sampler path_sampler(Frame frame, uint path) {
-    return pixel_sampler(frame_of_path(frame, path), pixel_in_band(frame, path) + uvec2(0u, frame.band_y));
+    return pixel_sampler(frame_of_path(frame, path), pixel_in_band(frame, path) + uvec2(frame.band_x, frame.band_y));
 }

@@ -31,7 +31,7 @@ AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     record.motion = vec2(0.0);
 #ifdef HALFLIGHT_MOTION
     vec4 before = frame.previous_view_projection * vec4(position, 1.0);
-    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(0.0, frame.band_y) + frame.jitter;
+    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(frame.band_x, frame.band_y) + frame.jitter;
     vec2 there = (before.xy / before.w * 0.5 + 0.5) * vec2(frame.size);
     // A point that was behind the camera had no place in the picture before.
     if (seen && before.w > 0.0) record.motion = here - there;

@@ -19,8 +19,8 @@ struct Frame {
     vec4 camera_forward;  // xyz: unit direction of view
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
     vec2 clip;            // near and far distance along camera_forward; far may be +inf
-    ivec2 size;           // size of the image, pixels
-    int band_y;           // first row of the band
+    ivec2 size;           // size of the whole image, pixels, also where a part of it is rendered
+    int band_y;           // first row of the band; beyond the image's edge in pictures with overscan
     int band_rows;        // number of rows of the band
     uint sample_index;    // index in the frame's sequence, from 0
     uint seed;            // seed of the frame: user's seed and frame number
@@ -30,11 +30,15 @@ struct Frame {
     uint begins;          // 1: sums begin with this sample; else 0
     uint shared_count;    // 0: one sequence per pixel; > 0: all pixels share one, with as many samples of each in a row
     uint first_half;      // 1: the sample belongs to the first of the two halves that the denoiser compares; else 0
+    int band_x;           // first column of the band; beyond the image's edge in pictures with overscan
+    int band_columns;     // number of columns of the band
+    uint transparent;     // 1: the environment is not seen directly; else 0
+    uint reserved0;
     // Lens of cameras with depth of field (HALFLIGHT_LENS).
     vec4 lens_x;  // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
     vec4 lens_y;  // xyz: y axis of the aperture; w: number of blades, 0: round
 };
-HALFLIGHT_SHARED_SIZE(Frame, 288)
+HALFLIGHT_SHARED_SIZE(Frame, 304)
 
 HALFLIGHT_SHARED_END
 

@@ -41,9 +41,9 @@ class Refusal : public testing::Test {
 
 TEST_F(Refusal, InvalidCommands) {
     const std::string exr = folder / "out.exr", png = folder / "out.png";
-    expect({}, 2, "command: is missing; commands are: render, view, converge, info, pack, bench, compare");
+    expect({}, 2, "command: is missing; commands are: render, merge, view, converge, info, pack, bench, compare");
     expect({"frobnicate"}, 2,
-           "frobnicate: is no command; commands are: render, view, converge, info, pack, bench, compare");
+           "frobnicate: is no command; commands are: render, merge, view, converge, info, pack, bench, compare");
     expect({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
     expect({"render"}, 2, "SCENE: is missing; see halflight render --help");
     expect({"render", scene}, 2, "OUTPUT: is missing; see halflight render --help");

@@ -85,7 +85,7 @@ TEST_F(CheckpointOption, OptionsThatKeepNoneAreRefused) {
         EXPECT_NE(outcome.err.find("--checkpoint"), std::string::npos) << outcome.err;
     }
     const Outcome alone = run_program({"render", scene, file("a.exr"), "--overwrite"});
-    EXPECT_EQ(alone.err, "halflight: --overwrite: needs --frames or --checkpoint\n");
+    EXPECT_EQ(alone.err, "halflight: --overwrite: needs --frames, --checkpoint or --part\n");
 }
 
 }  // namespace

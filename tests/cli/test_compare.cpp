@@ -105,6 +105,9 @@ TEST_F(Compare, ThresholdsDecide) {
     };
     compare(with({}), 2);
     EXPECT_NE(compare(with({"--fail", "0.03"}), 0).out.find("\nwithin the thresholds\n"), std::string::npos);
+    EXPECT_EQ(figures(with({"--fail", "0.03"}), 0)["verdict"], "within the thresholds");
+    EXPECT_EQ(figures({a, a}, 0)["verdict"], "same");
+    EXPECT_EQ(figures(with({"--fail", "0.02"}), 2)["verdict"], "fail");
     compare(with({"--fail", "0.02"}), 2);
     compare(with({"--warn", "0.02"}), 1);
     compare(with({"--warn", "0.02", "--fail", "0.0205"}), 2);

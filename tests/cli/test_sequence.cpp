@@ -374,7 +374,7 @@ TEST_F(Sequence, InvalidNames) {
     refused({"f.#.exr", "f.%d.exr"}, frames, ".*f.1.exr: is given twice as output");
     refused({"animated.glb#.exr"}, {"--frames", "2-1"}, "--frames: '2-1' ends before it begins");
     refused({"f.#.exr"}, {"--frames", "1-2", "--frame", "1"}, "--frames: cannot be given together with --frame");
-    refused({"f.exr"}, {"--overwrite"}, "--overwrite: needs --frames or --checkpoint");
+    refused({"f.exr"}, {"--overwrite"}, "--overwrite: needs --frames, --checkpoint or --part");
     refused({"f.exr"}, {"--fps", "24"}, "--fps: needs --frames or --animation");
     for (const char* fps : {"0", "-1", "nan", "24/0", "1e3", "24/1.5", "2000000"})
         refused({"f.#.exr"}, {"--frames", "1", "--fps", fps}, "--fps: expects .* not '.*'");

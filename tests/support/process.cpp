@@ -105,7 +105,7 @@ Outcome run(const std::vector<std::string>& command, const RunOptions& options) 
 }
 
 std::vector<std::string> on_test_device(std::vector<std::string> arguments) {
-    static const std::set<std::string> kRendering = {"render", "view", "converge", "bench"};
+    static const std::set<std::string> kRendering = {"render", "merge", "view", "converge", "bench"};
     const auto given = [&](const char* option) {
         return std::ranges::any_of(arguments, [&](const std::string& a) { return a.starts_with(option); });
     };

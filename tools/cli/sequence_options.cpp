@@ -81,11 +81,14 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.turntable = whole(name, text, 1, 1000000); });
     options.flag("--overwrite", a.overwrite,
                  "replaces frames, or a checkpoint, that were made with other settings or from another scene");
-    options.value("--part", "I/N", "renders the I-th of N parts of the frames, for use on N machines",
-                  [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
+    options.value(
+        "--part", "I/N",
+        "renders the I-th of N parts of the frames, or of the samples of a single picture, for use on N machines",
+        [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
     options.flag("--check", a.check,
                  "renders nothing; fails if a frame is missing, damaged or made with other settings");
-    options.flag("--reproducible", a.reproducible, "writes no date into files, so that equal pictures are equal files");
+    options.flag("--reproducible", a.reproducible,
+                 "writes neither date nor render time into files, so that equal pictures are equal files");
 }
 
 void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
@@ -93,9 +96,8 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     exclude(app, "--frames", "--frame");
     exclude(app, "--turntable", "--frame");
     exclude(app, "--frames", "--dump-graph");
-    if (app.count("--overwrite") > 0 && !sequence && !a.checkpoint)
-        throw UsageError("--overwrite", "needs --frames or --checkpoint");
-    if (app.count("--part") > 0 && !sequence) throw UsageError("--part", "needs --frames");
+    if (app.count("--overwrite") > 0 && !sequence && !a.checkpoint && a.part.of == 1)
+        throw UsageError("--overwrite", "needs --frames, --checkpoint or --part");
     if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
     exclude(app, "--check", "--overwrite");
     if (a.movie) check_movie(app, a);

@@ -2,193 +2,15 @@
 
 #include <fmt/ranges.h>
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
-#include "passes/picture/adaptive.h"
-#include "renderer/render.h"
-#include "renderer/replicates.h"
-#include "renderer/settings_check.h"
 #include "tools/cli/options.h"
 #include "tools/halflight/converge_options.h"
-#include "tools/halflight/render_parts.h"
+#include "tools/halflight/render_options.h"
 
 namespace halflight {
 namespace {
-
-void add_picture_options(Options& options, RenderArguments& a) {
-    options.group("Picture");
-    options.settings(a.settings);
-    options.value("--error-metric", "NAME", "metric of --error: relmse, mse (default relmse)",
-                  [&](const auto& name, const auto& text) {
-                      if (!a.settings.error) throw UsageError(name, "needs --error");
-                      const std::string target = fmt::format("{} {}", a.settings.error->error, text);
-                      const std::string problem = setting("error").set(a.settings, target);
-                      if (!problem.empty()) throw UsageError(name, problem);
-                  });
-    options.flag("--best-effort", a.best_effort, "writes the picture even if its error target was not reached");
-    options.value(
-        "--checkpoint", "SECONDS",
-        "saves the samples in the folder OUTPUT.checkpoint every SECONDS, and when a signal ends the program; "
-        "the same command then goes on from there, to the same bits",
-        [&](const auto& name, const auto& text) { a.checkpoint = real(name, text, 0.001, 1e9); });
-}
-
-void add_light_options(Options& options, ViewArguments& a) {
-    options.group("Light");
-    options.settings(a.settings);
-    add_environment_options(options, a);
-    add_variant_option(options, a.variant);
-    add_line_width_option(options, a.line_width);
-    add_edit_options(options, a);
-}
-
-void add_color_options(Options& options, RenderArguments& a) {
-    add_view_options(options, a.ocio, a.settings);
-    options.value("--working-space", "NAME",
-                  "linear colour space of the .exr: rec709, acescg or a space of the config (default rec709)",
-                  [&](const auto&, const auto& text) { a.working_space = text; });
-}
-
-void add_run_options(Options& options, RenderArguments& a) {
-    add_device_options(options, a);
-    options.settings(a.settings);
-    options.flag(
-        "--keep-all", [&] { a.settings.kept = Kept::everything(); }, "builds all parts that --keep can name");
-    options.flag(
-        "--strict", [&] { a.strict = a.strict_textures = true; },
-        "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
-        "optional extension of the scene adds");
-    add_page_options(options, a);
-    options.value("--page-schedule", "NAME",
-                  fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "
-                              "docs/page-files.md",
-                              name(paging::kDefaultPageSchedule)),
-                  [&](const auto& option, const auto& text) {
-                      const auto found =
-                          std::ranges::find(paging::kPageSchedules, text, [](auto s) { return std::string(name(s)); });
-                      if (found == std::end(paging::kPageSchedules))
-                          throw UsageError(option, "expects demand, set or queries, not '{}'", text);
-                      a.settings.page_schedule = *found;
-                  });
-    options.value("--texture-pool", "SIZE",
-                  "loads textures in tiles, and sets the memory for tiles on the device, such as 512M. By default, "
-                  "textures that do not fit into the memory budget get half of what it has left",
-                  [&](const auto& name, const auto& text) {
-                      a.settings.tile_bytes = size_of_text(name, text);
-                      a.tile_textures = true;
-                  });
-    options.value("--progress", "text|json",
-                  "form of progress on stderr: a bar or lines of text, or lines of JSON, which --quiet leaves (default "
-                  "text)",
-                  [&](const auto& name, const auto& text) {
-                      if (text != "text" && text != "json")
-                          throw UsageError(name, "expects text or json, not '{}'", text);
-                      a.json_progress = text == "json";
-                  });
-    options.flag("--no-shader-cache", a.no_shader_cache,
-                 "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
-    options.path("--stats", "FILE.json",
-                 "writes statistics, including the time of each pass; measuring makes rendering slower. For a "
-                 "sequence, appends one line per frame",
-                 a.stats);
-    options.path("--dump-graph", "FILE.dot", "writes the render graph of the frame for Graphviz", a.graph);
-}
-
-/// Returns the absolute path of a file, which need not exist.
-std::filesystem::path place(const std::filesystem::path& name) {
-    std::error_code error;  // ignored: opening the file reports the error
-    const auto absolute = std::filesystem::absolute(name, error);
-    const auto canonical = std::filesystem::weakly_canonical(absolute, error);
-    return error ? absolute : canonical;
-}
-
-using Paths = std::vector<std::filesystem::path>;
-
-/// Throws UsageError where a file is written twice, or read and written.
-void check_files(const Paths& read, const Paths& written) {
-    std::set<std::filesystem::path> inputs, outputs;
-    for (const auto& path : read) inputs.insert(place(path));
-    for (const auto& path : written) {
-        const auto at = place(path);
-        if (!outputs.insert(at).second) throw UsageError(path.string(), "is given twice as output");
-        if (inputs.contains(at)) throw UsageError(path.string(), "is both input and output");
-    }
-}
-
-void check_files(const RenderArguments& a) {
-    Paths read = {a.scene}, written = output_files(a);
-    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
-    if (a.ocio) read.push_back(*a.ocio);
-    if (a.settings_file) read.push_back(*a.settings_file);
-    if (a.movie) written.push_back(*a.movie);
-    if (a.stats) written.push_back(*a.stats);
-    if (a.graph) written.push_back(*a.graph);
-    check_files(read, written);
-}
-
-/// Throws UsageError where options of denoising and of adaptive samples do not fit together.
-void check_filter_options(const CLI::App& app, const RenderArguments& a) {
-    const RenderSettings& s = a.settings;
-    if (s.preview.any()) exclude(app, "--denoise", "--preview");
-    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
-    if (s.preview.any()) exclude(app, "--adaptive", "--preview");
-    exclude(app, "--adaptive", "--shutter");
-    if (!s.error) exclude(app, "--adaptive", "--time");
-    for (const char* option : {"--denoise-frames", "--denoise-error"})
-        if (app.count(option) > 0 && !s.denoise) throw UsageError(option, "needs --denoise");
-    if (!s.denoise && std::ranges::find(s.aovs, "denoiser") != s.aovs.end())
-        throw UsageError("--aov", "the layer denoiser needs --denoise");
-    if (s.denoise && s.samples < 2) throw UsageError("--denoise", "needs at least two --samples");
-    if (s.adaptive && s.samples < kLeastAdaptiveSamples)
-        throw UsageError("--adaptive", "needs at least {} --samples", kLeastAdaptiveSamples);
-    if (s.adaptive && s.denoise_error > 0 && s.denoise_error < kLeastAdaptiveSamples)
-        throw UsageError("--denoise-error", "needs at least {} samples where --adaptive is given",
-                         kLeastAdaptiveSamples);
-}
-
-/// Throws UsageError where something else is requested that keeps no checkpoint.
-void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
-    if (!a.checkpoint) return;
-    for (const char* other : {"--frames", "--turntable", "--shutter", "--error", "--adaptive", "--denoise-frames"})
-        exclude(app, "--checkpoint", other);
-    const Preview& preview = a.settings.preview;
-    if (preview.cache || preview.temporal)
-        throw UsageError("--checkpoint", "cannot be combined with the preview modes cache and temporal");
-}
-
-void check(const RenderArguments& a, const CLI::App& app) {
-    const auto given = [&](const char* option) { return app.count(option) > 0; };
-    if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
-    for (const auto& path : a.outputs) {
-        if (!has_extension(path, "exr") && !has_extension(path, "png"))
-            throw UsageError(path.string(), "an output is an .exr or a .png");
-    }
-    check_sequence_options(app, a);
-    check_preview_options(app, a);
-    check_filter_options(app, a);
-    check_checkpoint(app, a);
-    check_files(a);  // includes the files that settings name
-    const bool error = a.settings.error.has_value();
-    if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
-    if (error && a.settings.samples < kFirstLook * kReplicates)
-        throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,
-                         kFirstLook * kReplicates);
-    if (const std::string problem = kept_problem(a.settings.kept); !problem.empty())
-        throw UsageError("--keep", problem);
-    check_camera_options(app, a);
-    check_environment_options(app);
-    const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
-    for (const char* option : {"--aov", "--half", "--working-space"})
-        if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
-    const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
-    for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed"})
-        if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
-    if (given("--fstop") && !given("--focus") && !png && !a.movie)
-        throw UsageError("--fstop", "needs a .png output, a movie or --focus");
-}
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
@@ -261,20 +83,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
 
     RenderArguments render;
     CLI::App& render_app = *app.add_subcommand("render", "Renders a glTF scene to .exr and .png");
-    render_app.allow_extras();
-    render_app.add_option("SCENE", render.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
-    render_app
-        .add_option("OUTPUT", render.outputs, ".exr: scene-linear, with layers; .png: through the view transform")
-        ->type_name("");
-    Options options(render_app);
-    add_settings_option(options, render);
-    add_camera_options(options, render);
-    options.settings(render.settings);
-    add_picture_options(options, render);
-    add_sequence_options(options, render);
-    add_light_options(options, render);
-    add_color_options(options, render);
-    add_run_options(options, render);
+    add_render_options(render_app, render);
+
+    RenderArguments merge;
+    merge.merge = true;
+    CLI::App& merge_app = *app.add_subcommand("merge", "Joins the parts of a picture that `render --part` has made");
+    add_render_options(merge_app, merge);
 
     PreviewArguments preview;
     CLI::App& preview_app = *app.add_subcommand("view", "Shows a scene in an interactive window");
@@ -346,6 +160,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
         throw usage_error(error, render_app.parsed()     ? "halflight render"
+                                 : merge_app.parsed()    ? "halflight merge"
                                  : preview_app.parsed()  ? "halflight view"
                                  : converge_app.parsed() ? "halflight converge"
                                  : pack_app.parsed()     ? "halflight pack"
@@ -355,21 +170,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     check_command(app);
     if (render_app.parsed()) {
-        check_leftovers(render_app, "halflight render");
-        if (render.turntable > 0 && render.frames.empty()) {
-            render.frames.resize(static_cast<std::size_t>(render.turntable));
-            std::iota(render.frames.begin(), render.frames.end(), 0u);
-        }
-        check_files(render);  // precedes reading: the settings file may be one of the files
-        take_size_options(render_app, render);
-        if (render.settings_file) use_settings(render_app, render);
-        const RenderSettings& s = render.settings;
-        if ((s.time_limit > 0 || s.error) && render_app.count("--samples") == 0) render.settings.samples = kMaxSamples;
-        check(render, render_app);
-        render.picture_bytes = picture_bytes(render);
-        render.mip_levels = render.settings.texture_lod;
-        if (!render.frames.empty() && !render.animation) render.animation = "all";
+        finish_render_options(render_app, render);
         return render;
+    }
+    if (merge_app.parsed()) {
+        finish_render_options(merge_app, merge);
+        return merge;
     }
     if (preview_app.parsed()) {
         finish_preview_options(preview_app, preview);

@@ -36,10 +36,36 @@ void stop_point(const std::filesystem::path& output, std::string_view when) {
         throw Interrupted(signal, output.string(), fmt::format("not written: interrupted {}", when));
 }
 
-/// Returns where the samples of the picture are saved; none without --checkpoint.
+/// Returns the number of the part of the samples that is rendered; 0: all samples are.
+int part_of_samples(const RenderArguments& a) {
+    return a.part.of > 1 ? static_cast<int>(a.part.number) : 0;
+}
+
+/// Returns the folder for the sums of a part of the samples, such as "still.exr.parts/2-of-4".
+std::filesystem::path folder_of_part(const RenderArguments& a, int number) {
+    return std::filesystem::path(a.outputs[0].string() + ".parts") / fmt::format("{}-of-{}", number, a.settings.parts);
+}
+
+/// Returns where the samples of the picture are saved; none without --checkpoint and --part.
 std::optional<CheckpointOptions> checkpoint_of(const RenderArguments& a) {
+    constexpr double kUsualInterval = 300;  // seconds, for parts
+    if (const int part = part_of_samples(a))
+        return CheckpointOptions{folder_of_part(a, part), a.checkpoint.value_or(kUsualInterval), a.overwrite, part};
     if (!a.checkpoint) return std::nullopt;
     return CheckpointOptions{a.outputs[0].string() + ".checkpoint", *a.checkpoint, a.overwrite};
+}
+
+/// Returns the folders of the parts that are merged.
+std::vector<std::filesystem::path> merged_parts(const RenderArguments& a) {
+    std::vector<std::filesystem::path> folders;
+    for (int number = 1; a.merge && number <= a.settings.parts; ++number) folders.push_back(folder_of_part(a, number));
+    return folders;
+}
+
+/// Returns the samples per pixel of the picture, or of its part.
+int samples_to_render(const RenderSettings& settings, const RenderArguments& a) {
+    const int part = part_of_samples(a);
+    return part > 0 ? settings_of_part(settings, part).samples : settings.samples;
 }
 
 /// Returns when a signal has ended the rendering, and what becomes of the samples.
@@ -72,7 +98,8 @@ void render_picture(const RenderArguments& a) {
                             .colors = config,
                             .shutter = a.shutter,
                             .frees_scene = true,
-                            .checkpoint = checkpoint_of(a)});
+                            .checkpoint = checkpoint_of(a),
+                            .merged = merged_parts(a)});
     Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
     times.load = clock.lap();
@@ -81,8 +108,9 @@ void render_picture(const RenderArguments& a) {
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, chosen.origin,
                  context->renderer());
 
-    if (const double samples = checkpoint ? checkpoint->earlier_samples(settings.height) : 0; samples > 0)
-        console.note("goes on after {:g} of {} samples per pixel", samples, settings.samples);
+    if (const double samples = checkpoint ? checkpoint->earlier_samples(rendered_window(settings).size().y) : 0;
+        samples > 0)
+        console.note("goes on after {:g} of {} samples per pixel", samples, samples_to_render(settings, a));
 
     RenderResult result;
     bool rendering = false;  // the pilots are through
@@ -114,6 +142,12 @@ void render_picture(const RenderArguments& a) {
     }
     if (result.stats.interrupted) stop_point(a.outputs[0], after_samples(samples_done, checkpoint));
     if (checkpoint && !checkpoint->problem().empty()) console.warn("checkpoint not saved: {}", checkpoint->problem());
+    if (const int part = part_of_samples(a)) {
+        if (!checkpoint->problem().empty()) throw Error(checkpoint->folder().string(), "{}", checkpoint->problem());
+        console.note("wrote {}: part {} of {}, {} samples per pixel in {:.1f} s", checkpoint->folder().string(), part,
+                     settings.parts, result.stats.samples, clock.seconds());
+        return;
+    }
     times.load += renderer.load_seconds();
     times.render = clock.lap() - renderer.load_seconds();
     warnings.tell(scene, console);

@@ -320,7 +320,8 @@ def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=N
     return _call(_native.RendererOptions, **locals())
 
 
-def _output(working_space="", reproducible=False, strict=False, best_effort=False):
+def _output(working_space="", reproducible=False, strict=False, best_effort=False, exr_compression="zip",
+            exr_parts=False, exr_tiles=0):
     return _call(_native.OutputOptions, **locals())
 
 
@@ -339,8 +340,8 @@ class Renderer:
       measure   times each pass, which makes rendering slower
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
-                shutter and shutter_times (motion blur), working_space, reproducible, strict and best_effort of
-                ``halflight render``
+                shutter and shutter_times (motion blur), working_space, reproducible, strict, best_effort,
+                exr_compression, exr_parts and exr_tiles of ``halflight render``
 
     Edits and camera changes of the scene hold from the next picture on."""
 

@@ -76,5 +76,19 @@ TEST(HashOfBytes, IsFnv1a) {
     EXPECT_EQ(hash_of("foobar"), 0x85944171f73967e8u);
 }
 
+TEST(ImageTools, PartsAndStraightColours) {
+    Image image(4, 3, 4);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<float>(i);
+    const Image part = part_of(image, {1, 1}, {2, 2});
+    EXPECT_EQ(part.width, 2);
+    EXPECT_EQ(part.height, 2);
+    EXPECT_EQ(part.at(0, 0)[0], image.at(1, 1)[0]);
+    EXPECT_EQ(part.at(1, 1)[3], image.at(2, 2)[3]);
+
+    Image colors(2, 1, 4);
+    colors.pixels = {0.25f, 0.5f, 2, 0.5f, 3, 3, 3, 0};
+    EXPECT_EQ(straight(colors).pixels, (std::vector<float>{0.5f, 1, 4, 0.5f, 0, 0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace halflight

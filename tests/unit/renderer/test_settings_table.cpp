@@ -21,6 +21,10 @@ RenderSettings unusual() {
     s.filter = {PixelFilter::Shape::blackman_harris, 1.0 / 3};
     s.clamp = 0.1f;
     s.texture_lod = true;
+    s.crop = PixelWindow{{-3, 4}, {50, 60}};
+    s.overscan = 8;
+    s.transparent = true;
+    s.parts = 3;
     s.samples = 7;
     s.time_limit = 1e-3;
     s.error = ErrorTarget{ErrorMetric::mse, 0.1};
@@ -57,6 +61,7 @@ TEST(SettingsTable, TextsAreReadBack) {
     EXPECT_EQ(to.aovs, from.aovs);
     EXPECT_EQ(to.view, from.view);
     EXPECT_EQ(to.kept, from.kept);
+    EXPECT_EQ(to.crop, from.crop);
 }
 
 TEST(SettingsTable, NamesAreUnique) {

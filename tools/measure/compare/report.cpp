@@ -46,6 +46,15 @@ std::string reasons(const LayerResult& layer, const CompareArguments& a) {
     return lines;
 }
 
+/// Returns the verdict in words, which table and JSON share. different: something differs.
+std::string in_words(Verdict verdict, bool different) {
+    return verdict == Verdict::same && different ? "within the thresholds" : name(verdict);
+}
+
+bool differs(const Comparison& result) {
+    return std::ranges::any_of(result.layers, [](const LayerResult& layer) { return layer.different > 0; });
+}
+
 }  // namespace
 
 std::string table(const Comparison& result, const CompareArguments& a, const PictureFile& image) {
@@ -77,10 +86,7 @@ std::string table(const Comparison& result, const CompareArguments& a, const Pic
                             fmt::join(result.missing[side], ", "));
     }
     for (const LayerResult& layer : result.layers) text += reasons(layer, a);
-    if (result.verdict == Verdict::same) {
-        const bool same = std::ranges::all_of(result.layers, [](const LayerResult& l) { return l.different == 0; });
-        text += same ? "same\n" : "within the thresholds\n";
-    }
+    if (result.verdict == Verdict::same) text += in_words(result.verdict, differs(result)) + "\n";
     return text;
 }
 
@@ -89,8 +95,9 @@ Json json(const Comparison& result, const CompareArguments& a, const PictureFile
     for (const LayerResult& layer : result.layers) {
         Json metrics = Json::object();
         for (const MetricResult& m : layer.metrics) {
-            metrics[name(m.metric)] = {
-                {"value", m.value}, {"share_of_worst_thousandth", m.worst_share}, {"verdict", name(m.verdict)}};
+            metrics[name(m.metric)] = {{"value", m.value},
+                                       {"share_of_worst_thousandth", m.worst_share},
+                                       {"verdict", in_words(m.verdict, m.value != 0)}};
         }
         layers.push_back({{"layer", layer.name},
                           {"metrics", metrics},
@@ -98,7 +105,7 @@ Json json(const Comparison& result, const CompareArguments& a, const PictureFile
                           {"different_pixels", layer.different},
                           {"not_finite_pixels", {layer.not_finite[0], layer.not_finite[1]}},
                           {"not_finite_alike", layer.not_finite_alike},
-                          {"verdict", name(layer.verdict)}});
+                          {"verdict", in_words(layer.verdict, layer.different > 0)}});
     }
     return {{"schema", 1},
             {"image", a.image.string()},
@@ -110,7 +117,7 @@ Json json(const Comparison& result, const CompareArguments& a, const PictureFile
             {"layers", layers},
             {"missing_in_image", result.missing[0]},
             {"missing_in_reference", result.missing[1]},
-            {"verdict", name(result.verdict)},
+            {"verdict", in_words(result.verdict, differs(result))},
             {"exit_status", static_cast<int>(result.verdict)}};
 }
 

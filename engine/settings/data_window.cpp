@@ -1,0 +1,47 @@
+#include "engine/settings/data_window.h"
+
+#include <algorithm>
+
+#include "engine/settings/render_settings.h"
+
+namespace halflight {
+namespace {
+
+constexpr int kBlock = 16;  // pixels, side of the blocks of shaders/shared/pixel_order.h
+
+/// Returns the largest multiple of kBlock that is at most `pixel`.
+int block_start(int pixel) {
+    const int rest = pixel % kBlock;
+    return pixel - (rest < 0 ? rest + kBlock : rest);
+}
+
+/// Returns the end of the blocks up to the pixel before `end`, for a picture of `size` pixels.
+int block_end(int end, int size) {
+    const int blocks = block_start(end + kBlock - 1);
+    return end <= size ? std::min(blocks, size) : blocks;
+}
+
+}  // namespace
+
+PixelWindow data_window(const PictureSettings& s) {
+    const PixelWindow whole{{0, 0}, {s.width, s.height}};
+    const PixelWindow inner = s.crop.value_or(whole);
+    return {inner.first - s.overscan, inner.end + s.overscan};
+}
+
+bool has_window(const PictureSettings& s) {
+    return data_window(s) != PixelWindow{{0, 0}, {s.width, s.height}};
+}
+
+bool has_overscan(const PictureSettings& s) {
+    const PixelWindow window = data_window(s);
+    return window.first.x < 0 || window.first.y < 0 || window.end.x > s.width || window.end.y > s.height;
+}
+
+PixelWindow rendered_window(const PictureSettings& s) {
+    const PixelWindow window = data_window(s);
+    return {{block_start(window.first.x), block_start(window.first.y)},
+            {block_end(window.end.x, s.width), block_end(window.end.y, s.height)}};
+}
+
+}  // namespace halflight

@@ -1,0 +1,173 @@
+// Tests options of pictures and their files: crops, alpha, layouts of OpenEXR, and parts of the samples that are
+// merged.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+
+#include "engine/core/image_tools.h"
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "tests/cli/output_test.h"
+
+namespace halflight::test {
+namespace {
+
+class PictureOptions : public Output {
+  protected:
+    /// Runs a command that must fail with a usage error, and returns its line.
+    std::string refused(Strings more) {
+        Strings arguments = {"render", scene, file("refused.exr")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 2) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(file("refused.exr")));
+        return outcome.err;
+    }
+    Image png(const std::string& name) const {
+        const std::string path = file(name);
+        return read_png(path, read_file(path, 1 << 30), 4096);
+    }
+};
+
+TEST_F(PictureOptions, CropsHaveWindowsAndThePixelsOfTheWhole) {
+    const Strings size = {"--width", "48", "--height", "40", "--samples", "2", "--aov", "normal,cryptoobject"};
+    const auto with = [&](Strings arguments) {
+        arguments.insert(arguments.end(), size.begin(), size.end());
+        return arguments;
+    };
+    render(with({file("whole.exr"), file("whole.png")}));
+    render(with({file("part.exr"), file("part.png"), "--crop", "20,7,41,33"}));
+    const ExrFile whole = read_exr(file("whole.exr")), part = read_exr(file("part.exr"));
+    EXPECT_EQ(part.width, 21);
+    EXPECT_EQ(part.height, 26);
+    EXPECT_EQ(part.attributes.origin, ivec2(20, 7));
+    EXPECT_EQ(part.attributes.display, ivec2(48, 40));
+    EXPECT_EQ(part.attributes.world_to_clip, whole.attributes.world_to_clip);
+    ASSERT_EQ(channel_names(part), channel_names(whole));
+    for (std::size_t c = 0; c < whole.channels.size(); ++c)
+        for (std::size_t y = 0; y < 26; ++y)
+            for (std::size_t x = 0; x < 21; ++x)
+                ASSERT_EQ(part.channels[c].values[y * 21 + x], whole.channels[c].values[(y + 7) * 48 + x + 20]);
+    EXPECT_TRUE(same_bits(png("part.png"), part_of(png("whole.png"), {20, 7}, {21, 26})));
+    render(with({file("wide.exr"), "--overscan", "5"}));
+    EXPECT_EQ(read_exr(file("wide.exr")).attributes.origin, ivec2(-5, -5));
+    EXPECT_EQ(read_exr(file("wide.exr")).width, 58);
+    EXPECT_NE(refused({"--crop", "5,5,5,9"}).find("--crop: has no pixels"), std::string::npos);
+    EXPECT_NE(refused({"--crop", "5,5,9"}).find("--crop: expects X0,Y0,X1,Y1"), std::string::npos);
+    EXPECT_NE(refused({"--crop", "5,5,9,9", "--denoise"}).find("--crop: cannot be given"), std::string::npos);
+}
+
+TEST_F(PictureOptions, TransparentPicturesHaveAlpha) {
+    const Strings arguments = {file("a.exr"), file("a.png"), "--env", "1,1,1",  "--look-from",
+                               "0,1,6",       "--look-at",   "0,1,0", "--vfov", "90"};
+    Strings clear = arguments;
+    clear.emplace_back("--transparent");
+    render(arguments);
+    EXPECT_EQ(png("a.png").channels, 3);
+    const ExrFile opaque = read_exr(file("a.exr"));
+    EXPECT_EQ(std::ranges::count(opaque.find("A")->values, 1.0f), 32 * 32);
+    render(clear);
+    EXPECT_EQ(png("a.png").channels, 4);
+    const ExrFile exr = read_exr(file("a.exr"));
+    const std::vector<float>& alpha = exr.find("A")->values;
+    EXPECT_GT(std::ranges::count(alpha, 0.0f), 0);
+    EXPECT_GT(std::ranges::count(alpha, 1.0f), 0);
+    for (std::size_t i = 0; i < alpha.size(); ++i) {
+        EXPECT_TRUE(alpha[i] > 0 || exr.find("R")->values[i] == 0);
+        EXPECT_EQ(png("a.png").pixels[4 * i + 3], std::round(255 * alpha[i]) / 255);
+    }
+}
+
+TEST_F(PictureOptions, FilesTellHowTheyWereMade) {
+    render({file("a.exr"), file("a.png"), "--samples", "3", "--camera", "front", "--focus", "2", "--fstop", "2.8",
+            "--iso", "200"});
+    ExrAttributes a = read_exr(file("a.exr")).attributes;
+    EXPECT_EQ(a.extra["cameraLabel"], "front");
+    EXPECT_EQ(a.counts["samples"], 3);
+    EXPECT_EQ(a.numbers["focus"], 2);
+    EXPECT_NEAR(a.numbers["aperture"], 2.8, 1e-5);
+    EXPECT_EQ(a.numbers["isoSpeed"], 200);
+    EXPECT_NEAR(a.numbers["expTime"], 1 / 125.0, 1e-7);
+    EXPECT_GT(a.numbers["effectiveFocalLength"], 1);
+    EXPECT_GT(a.numbers["renderTime"], 0);
+    // Files that must not depend on clocks have no time.
+    render({file("b.exr")}, fixed_date);
+    EXPECT_FALSE(read_exr(file("b.exr")).attributes.numbers.contains("renderTime"));
+    render({file("c.exr"), "--reproducible"});
+    EXPECT_FALSE(read_exr(file("c.exr")).attributes.numbers.contains("renderTime"));
+    EXPECT_FALSE(read_exr(file("c.exr")).attributes.numbers.contains("focus"));
+}
+
+TEST_F(PictureOptions, LayoutsKeepDataExact) {
+    const Strings layers = {"--aov", "albedo,depth,cryptomaterial"};
+    const auto with = [&](Strings arguments) {
+        arguments.insert(arguments.end(), layers.begin(), layers.end());
+        return arguments;
+    };
+    render(with({file("zip.exr")}));
+    const ExrFile zip = read_exr(file("zip.exr"));
+    for (const char* compression : {"none", "rle", "zips", "piz"}) {
+        render(with({file("a.exr"), "--exr-compression", compression, "--exr-tiles", "16"}));
+        EXPECT_TRUE(same_pixels(file("zip.exr"), file("a.exr"))) << compression;
+    }
+    for (const char* compression : {"pxr24", "dwaa", "dwab"}) {
+        EXPECT_NE(refused(with({"--exr-compression", compression})).find("--exr-parts keeps them exact"),
+                  std::string::npos);
+        render(with({file("a.exr"), "--exr-compression", compression, "--exr-parts"}));
+        const ExrFile lossy = read_exr(file("a.exr"));
+        ASSERT_EQ(lossy.channels.size(), zip.channels.size());
+        for (const ExrChannel& channel : zip.channels) {
+            const bool color = channel.name.size() == 1 ? channel.name != "Z" : channel.name.starts_with("albedo");
+            EXPECT_TRUE(color || lossy.find(channel.name)->values == channel.values) << channel.name;
+        }
+    }
+    EXPECT_NE(refused({"--exr-compression", "dwa"}).find("did you mean"), std::string::npos);
+}
+
+TEST_F(PictureOptions, PartsAreMergedToTheSameBits) {
+    const Strings size = {"--width", "48", "--height", "48", "--samples", "30", "--denoise", "--aov", "variance,noisy"};
+    const auto with = [&](Strings arguments) {
+        arguments.insert(arguments.end(), size.begin(), size.end());
+        return arguments;
+    };
+    render(with({file("one.exr"), "--sample-parts", "4"}));
+    const Strings merge = with({"merge", scene, file("a.exr"), file("a.png"), "--sample-parts", "4"});
+    EXPECT_EQ(run_program(merge).status, 1);
+    for (const int part : {2, 1, 4, 3}) {
+        const Strings command = with({"render", scene, file("a.exr"), "--part", fmt::format("{}/4", part)});
+        if (part == 4) {  // a task that is preempted and queued again
+            bool sent = false;
+            RunOptions preempted;
+            preempted.terminal = true;
+            preempted.watch = [&](pid_t child, const std::string& err) {
+                if (!sent && err.find("sample") != std::string::npos) sent = kill(child, SIGTERM) == 0;
+            };
+            const Outcome stopped = run_program(command, preempted);
+            EXPECT_EQ(stopped.status, 128 + SIGTERM) << stopped.err;
+            const Outcome early = run_program(merge);
+            EXPECT_EQ(early.status, 1);
+            EXPECT_NE(early.err.find("4-of-4"), std::string::npos) << early.err;
+        }
+        const Outcome outcome = run_program(command);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find(fmt::format("part {} of 4", part)), std::string::npos) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
+    }
+    const Outcome merged = run_program(merge);
+    EXPECT_EQ(merged.status, 0) << merged.err;
+    EXPECT_TRUE(same_pixels(file("one.exr"), file("a.exr")));
+    Strings other = merge;
+    other.insert(other.end(), {"--seed", "5"});
+    EXPECT_NE(run_program(other).err.find("was made with other settings"), std::string::npos);
+    EXPECT_NE(refused({"--sample-parts", "3", "--samples", "2"}).find("3 parts are more than 2 samples"),
+              std::string::npos);
+    EXPECT_NE(refused({"--part", "1/2", "--time", "5"}).find("--part: cannot be given together with --time"),
+              std::string::npos);
+}
+
+}  // namespace
+}  // namespace halflight::test

@@ -1,0 +1,287 @@
+// Options of `halflight render` and `halflight merge`.
+#include "tools/halflight/render_options.h"
+
+#include <fmt/ranges.h>
+#include <algorithm>
+#include <numeric>
+#include <set>
+
+#include "engine/core/error.h"
+#include "engine/settings/layers.h"
+#include "passes/picture/adaptive.h"
+#include "renderer/render.h"
+#include "renderer/replicates.h"
+#include "renderer/settings_check.h"
+#include "tools/halflight/render_parts.h"
+
+namespace halflight {
+namespace {
+
+/// Returns the absolute path of a file, which need not exist.
+std::filesystem::path place(const std::filesystem::path& name) {
+    std::error_code error;  // ignored: opening the file reports the error
+    const auto absolute = std::filesystem::absolute(name, error);
+    const auto canonical = std::filesystem::weakly_canonical(absolute, error);
+    return error ? absolute : canonical;
+}
+
+void add_picture_options(Options& options, RenderArguments& a) {
+    options.group("Picture");
+    options.settings(a.settings);
+    options.value("--error-metric", "NAME", "metric of --error: relmse, mse (default relmse)",
+                  [&](const auto& name, const auto& text) {
+                      if (!a.settings.error) throw UsageError(name, "needs --error");
+                      const std::string target = fmt::format("{} {}", a.settings.error->error, text);
+                      const std::string problem = setting("error").set(a.settings, target);
+                      if (!problem.empty()) throw UsageError(name, problem);
+                  });
+    options.flag("--best-effort", a.best_effort, "writes the picture even if its error target was not reached");
+    options.value(
+        "--checkpoint", "SECONDS",
+        "saves the samples in the folder OUTPUT.checkpoint every SECONDS, and when a signal ends the program; "
+        "the same command then goes on from there, to the same bits",
+        [&](const auto& name, const auto& text) { a.checkpoint = real(name, text, 0.001, 1e9); });
+}
+
+void add_color_options(Options& options, RenderArguments& a) {
+    add_view_options(options, a.ocio, a.settings);
+    options.value("--working-space", "NAME",
+                  "linear colour space of the .exr: rec709, acescg or a space of the config (default rec709)",
+                  [&](const auto&, const auto& text) { a.working_space = text; });
+}
+
+void add_file_options(Options& options, RenderArguments& a) {
+    options.group("Files");
+    std::vector<std::string> names;
+    for (const ExrCompression compression : kExrCompressions) names.emplace_back(name(compression));
+    options.value(
+        "--exr-compression", "NAME",
+        fmt::format("compression of the .exr: {} (default zip). pxr24, dwaa and dwab change values; layers of "
+                    "data then need --exr-parts, and stay exact",
+                    fmt::join(names, ", ")),
+        [&](const auto& option, const auto& text) {
+            try {
+                a.exr.compression = exr_compression_named(text);
+            } catch (const Error& error) {
+                const std::string what = error.what();
+                throw UsageError(option, "{}", what.substr(what.find(": ") + 2));
+            }
+        });
+    options.flag("--exr-parts", a.exr.parts, "makes each layer of the .exr a part of its own");
+    options.value("--exr-tiles", "PIXELS", "stores the .exr in square tiles of this side, 16 to 4096, instead of lines",
+                  [&](const auto& option, const auto& text) { a.exr.tile = whole(option, text, 16, 4096); });
+}
+
+/// Throws UsageError where the compression of an .exr would damage data.
+void check_compression(const RenderArguments& a) {
+    if (!is_lossy(a.exr.compression) || a.exr.parts) return;
+    for (const std::string& layer : a.settings.aovs)
+        if (!find_aov(layer)->is_color())
+            throw UsageError("--exr-compression", "{} would change the data of layer {}; --exr-parts keeps them exact",
+                             name(a.exr.compression), layer);
+}
+
+void add_run_options(Options& options, RenderArguments& a) {
+    add_device_options(options, a);
+    options.settings(a.settings);
+    options.flag(
+        "--keep-all", [&] { a.settings.kept = Kept::everything(); }, "builds all parts that --keep can name");
+    options.flag(
+        "--strict", [&] { a.strict = a.strict_textures = true; },
+        "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
+        "optional extension of the scene adds");
+    add_page_options(options, a);
+    options.value("--page-schedule", "NAME",
+                  fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "
+                              "docs/page-files.md",
+                              name(paging::kDefaultPageSchedule)),
+                  [&](const auto& option, const auto& text) {
+                      const auto found =
+                          std::ranges::find(paging::kPageSchedules, text, [](auto s) { return std::string(name(s)); });
+                      if (found == std::end(paging::kPageSchedules))
+                          throw UsageError(option, "expects demand, set or queries, not '{}'", text);
+                      a.settings.page_schedule = *found;
+                  });
+    options.value("--texture-pool", "SIZE",
+                  "loads textures in tiles, and sets the memory for tiles on the device, such as 512M. By default, "
+                  "textures that do not fit into the memory budget get half of what it has left",
+                  [&](const auto& name, const auto& text) {
+                      a.settings.tile_bytes = size_of_text(name, text);
+                      a.tile_textures = true;
+                  });
+    options.value("--progress", "text|json",
+                  "form of progress on stderr: a bar or lines of text, or lines of JSON, which --quiet leaves (default "
+                  "text)",
+                  [&](const auto& name, const auto& text) {
+                      if (text != "text" && text != "json")
+                          throw UsageError(name, "expects text or json, not '{}'", text);
+                      a.json_progress = text == "json";
+                  });
+    options.flag("--no-shader-cache", a.no_shader_cache,
+                 "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
+    options.path("--stats", "FILE.json",
+                 "writes statistics, including the time of each pass; measuring makes rendering slower. For a "
+                 "sequence, appends one line per frame",
+                 a.stats);
+    options.path("--dump-graph", "FILE.dot", "writes the render graph of the frame for Graphviz", a.graph);
+}
+
+void check_render_files(const RenderArguments& a) {
+    Paths read = {a.scene}, written = output_files(a);
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
+    if (a.ocio) read.push_back(*a.ocio);
+    if (a.settings_file) read.push_back(*a.settings_file);
+    if (a.movie) written.push_back(*a.movie);
+    if (a.stats) written.push_back(*a.stats);
+    if (a.graph) written.push_back(*a.graph);
+    check_files(read, written);
+}
+
+/// Throws UsageError where options of denoising and of adaptive samples do not fit together.
+void check_filter_options(const CLI::App& app, const RenderArguments& a) {
+    const RenderSettings& s = a.settings;
+    for (const char* window : {"--crop", "--overscan"}) {
+        for (const char* other : {"--denoise", "--adaptive", "--error"}) exclude(app, window, other);
+        if (s.preview.any()) exclude(app, window, "--preview");
+    }
+    exclude(app, "--transparent", "--movie");
+    if (s.preview.any()) exclude(app, "--denoise", "--preview");
+    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
+    if (s.preview.any()) exclude(app, "--adaptive", "--preview");
+    exclude(app, "--adaptive", "--shutter");
+    if (!s.error) exclude(app, "--adaptive", "--time");
+    for (const char* option : {"--denoise-frames", "--denoise-error"})
+        if (app.count(option) > 0 && !s.denoise) throw UsageError(option, "needs --denoise");
+    if (!s.denoise && std::ranges::find(s.aovs, "denoiser") != s.aovs.end())
+        throw UsageError("--aov", "the layer denoiser needs --denoise");
+    if (s.denoise && s.samples < 2) throw UsageError("--denoise", "needs at least two --samples");
+    if (s.adaptive && s.samples < kLeastAdaptiveSamples)
+        throw UsageError("--adaptive", "needs at least {} --samples", kLeastAdaptiveSamples);
+    if (s.adaptive && s.denoise_error > 0 && s.denoise_error < kLeastAdaptiveSamples)
+        throw UsageError("--denoise-error", "needs at least {} samples where --adaptive is given",
+                         kLeastAdaptiveSamples);
+}
+
+/// Takes --part of a single picture, and checks the parts of its samples.
+void take_sample_parts(const CLI::App& app, RenderArguments& a) {
+    const bool part = app.get_option_no_throw("--part") != nullptr && app.count("--part") > 0;
+    if (part && a.frames.empty()) {
+        const int of = static_cast<int>(a.part.of);
+        if (app.count("--sample-parts") > 0 && a.settings.parts != of)
+            throw UsageError("--part", "names {} parts, but --sample-parts {}", of, a.settings.parts);
+        a.settings.parts = of;
+    }
+    if (a.merge && a.settings.parts < 2) throw UsageError("--sample-parts", "tells the number of parts to merge");
+    if (a.settings.parts == 1) return;
+    const char* const option = part ? "--part" : "--sample-parts";
+    if (a.settings.parts > a.settings.samples)
+        throw UsageError(option, "{} parts are more than {} samples", a.settings.parts, a.settings.samples);
+    if (!a.frames.empty() && part) return;
+    for (const char* other : {"--shutter", "--error", "--time", "--adaptive", "--denoise-frames"})
+        exclude(app, option, other);
+    if (a.settings.preview.any()) exclude(app, option, "--preview");
+    if (!part) exclude(app, option, "--checkpoint");
+}
+
+/// Throws UsageError where something else is requested that keeps no checkpoint.
+void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
+    if (!a.checkpoint) return;
+    for (const char* other : {"--frames", "--turntable", "--shutter", "--error", "--adaptive", "--denoise-frames"})
+        exclude(app, "--checkpoint", other);
+    const Preview& preview = a.settings.preview;
+    if (preview.cache || preview.temporal)
+        throw UsageError("--checkpoint", "cannot be combined with the preview modes cache and temporal");
+}
+
+void check(const RenderArguments& a, const CLI::App& app) {
+    const auto given = [&](const char* option) { return app.count(option) > 0; };
+    if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
+    for (const auto& path : a.outputs) {
+        if (!has_extension(path, "exr") && !has_extension(path, "png"))
+            throw UsageError(path.string(), "an output is an .exr or a .png");
+    }
+    check_sequence_options(app, a);
+    check_preview_options(app, a);
+    check_filter_options(app, a);
+    check_checkpoint(app, a);
+    if (a.merge)
+        for (const char* option : {"--frames", "--turntable", "--part", "--check", "--checkpoint", "--overwrite"})
+            if (given(option)) throw UsageError(option, "has no meaning for halflight merge");
+    check_render_files(a);  // includes the files that settings name
+    const bool error = a.settings.error.has_value();
+    if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
+    if (error && a.settings.samples < kFirstLook * kReplicates)
+        throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,
+                         kFirstLook * kReplicates);
+    if (const std::string problem = kept_problem(a.settings.kept); !problem.empty())
+        throw UsageError("--keep", problem);
+    check_camera_options(app, a);
+    check_environment_options(app);
+    const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
+    check_compression(a);
+    for (const char* option : {"--aov", "--half", "--working-space", "--exr-compression", "--exr-parts", "--exr-tiles"})
+        if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
+    const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
+    for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed"})
+        if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
+    if (given("--fstop") && !given("--focus") && !png && !a.movie)
+        throw UsageError("--fstop", "needs a .png output, a movie or --focus");
+}
+
+}  // namespace
+
+void check_files(const Paths& read, const Paths& written) {
+    std::set<std::filesystem::path> inputs, outputs;
+    for (const auto& path : read) inputs.insert(place(path));
+    for (const auto& path : written) {
+        const auto at = place(path);
+        if (!outputs.insert(at).second) throw UsageError(path.string(), "is given twice as output");
+        if (inputs.contains(at)) throw UsageError(path.string(), "is both input and output");
+    }
+}
+
+void add_light_options(Options& options, ViewArguments& a) {
+    options.group("Light");
+    options.settings(a.settings);
+    add_environment_options(options, a);
+    add_variant_option(options, a.variant);
+    add_line_width_option(options, a.line_width);
+    add_edit_options(options, a);
+}
+
+void add_render_options(CLI::App& app, RenderArguments& a) {
+    app.allow_extras();
+    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    app.add_option("OUTPUT", a.outputs, ".exr: scene-linear, with layers; .png: through the view transform")
+        ->type_name("");
+    Options options(app);
+    add_settings_option(options, a);
+    add_camera_options(options, a);
+    options.settings(a.settings);
+    add_picture_options(options, a);
+    add_sequence_options(options, a);
+    add_light_options(options, a);
+    add_color_options(options, a);
+    add_file_options(options, a);
+    add_run_options(options, a);
+}
+
+void finish_render_options(const CLI::App& app, RenderArguments& a) {
+    check_leftovers(app, "halflight " + app.get_name());
+    if (a.turntable > 0 && a.frames.empty()) {
+        a.frames.resize(static_cast<std::size_t>(a.turntable));
+        std::iota(a.frames.begin(), a.frames.end(), 0u);
+    }
+    check_render_files(a);  // precedes reading: the settings file may be one of the files
+    take_size_options(app, a);
+    if (a.settings_file) use_settings(app, a);
+    if ((a.settings.time_limit > 0 || a.settings.error) && app.count("--samples") == 0)
+        a.settings.samples = kMaxSamples;
+    take_sample_parts(app, a);
+    check(a, app);
+    a.picture_bytes = picture_bytes(a);
+    a.mip_levels = a.settings.texture_lod;
+    if (!a.frames.empty() && !a.animation) a.animation = "all";
+}
+
+}  // namespace halflight

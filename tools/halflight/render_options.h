@@ -1,0 +1,25 @@
+// Options of `halflight render`, which `halflight merge` shares.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "tools/cli/options.h"
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+using Paths = std::vector<std::filesystem::path>;
+
+/// Throws UsageError where a file is written twice, or read and written.
+void check_files(const Paths& read, const Paths& written);
+
+/// Declares the options of the scene's light.
+void add_light_options(Options& options, ViewArguments& arguments);
+
+/// Declares all options of `halflight render`.
+void add_render_options(CLI::App& app, RenderArguments& arguments);
+/// Completes and checks the arguments of a command with these options.
+void finish_render_options(const CLI::App& app, RenderArguments& arguments);
+
+}  // namespace halflight
