@@ -86,10 +86,11 @@ std::size_t film_bytes(const RenderSettings& s) {
     return channels * sizeof(float);
 }
 
-Film::Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages)
+Film::Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages,
+           const std::vector<std::string>& aovs)
     : settings_(settings), tables_(tables), pages_(pages), beauty_(settings.width, settings.height, 4) {
     if (settings.want_view) view_ = Image(settings.width, settings.height, 4);
-    choose(settings.aovs);
+    choose(aovs);
 }
 
 void Film::choose(const std::vector<std::string>& aovs) {

@@ -29,7 +29,11 @@ std::size_t film_bytes(const RenderSettings& settings);
 class Film {
   public:
     /// Allocates the layers that the settings request. pages: the scene's pages; null where its geometry is in memory.
-    Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages = nullptr);
+    Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages = nullptr)
+        : Film(settings, tables, pages, settings.aovs) {}
+    /// Allocates some of the layers, as choose() does.
+    Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages,
+         const std::vector<std::string>& aovs);
     /// Replaces the layers before anything is added. Throws Error for a layer whose data is not rendered because the
     /// settings do not request it.
     void choose(const std::vector<std::string>& aovs);

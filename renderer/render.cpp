@@ -110,8 +110,6 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
 
     RenderResult result;
     RenderStats& stats = result.stats;
-    Film film(s.settings, s.scene.tables(), s.pages());
-    if (frame.stays_noisy) film.choose({});
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error && !s.settings.adaptive;
@@ -125,8 +123,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
             report.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
-                Film own(s.settings, s.scene.tables(), s.pages());
-                own.choose(aovs);
+                Film own(s.settings, s.scene.tables(), s.pages(), aovs);
                 s.develop(frame, done, own);
                 s.apply_to_picture(frame, done, own);
                 s.finish(so_far, own, frame, done, watch, compiled_before);
@@ -136,8 +133,12 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
         stats.interrupted = !progress(report);
         return !stats.interrupted;
     };
-    if (in_turns) {
+    // Pictures in turns come from the callback. Their layers take memory only once all samples are there.
+    if (in_turns)
         s.render_in_turns(frame, frame.time_limit, done, [&] { return go_on(std::int64_t{frame.samples} * s.bands); });
+    Film film(s.settings, s.scene.tables(), s.pages(),
+              frame.stays_noisy ? std::vector<std::string>() : s.settings.aovs);
+    if (in_turns) {
         s.develop(frame, done, film);
     } else if (frame.error && s.settings.adaptive) {
         s.render_to_error_adaptively(frame, done, go_on, error);

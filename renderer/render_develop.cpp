@@ -24,10 +24,15 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     const bool data = with.aov && (reprojects || frame.noisy || film.wants({Source::record}));
     const bool debug = with.debug && film.wants({Source::debug});
     if (data || debug) {
+        // The pages of residency are those of the samples, so the debug layers come first.
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
         centres.jitter = vec2(0.5f);
         upload_constants(frame, centres);
-        executor.run(with.data);
+        if (debug) {
+            executor.run(with.debug_data);
+            film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
+        }
+        if (data) executor.run(with.data);
     }
 
     graph::Graph graph;
@@ -71,7 +76,6 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         if (frame.previous_surfaces && reprojects)
             preview->add_motion(where, records, scene.tables(), *frame.previous_surfaces);
     }
-    if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
 }
 
 void Renderer::State::apply_to_picture(const FrameSettings& frame, std::span<const int> samples, Film& film) {

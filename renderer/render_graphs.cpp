@@ -183,19 +183,24 @@ void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
         asked_for(settings, {LayerSource::record}) || settings.preview.temporal || neighbour_frames(settings) > 0;
     const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling"),
                              asked_for(settings, "residency")};
-    if (!aov && !debug.any()) return;
-    const SceneView seen = view(to.data_graph, place);
     const bool keep = settings.kept.is_everything();
+    if (debug.any()) {
+        const SceneView seen = view(to.debug_graph, place);
+        const GBuffer gbuffer =
+            add_gbuffer(to.debug_graph, seen, {.rays = true, .hits = debug.residency || keep}, settings.primary);
+        to.debug_graph.output(to.debug = add_debug_aov(to.debug_graph, seen, gbuffer, debug));
+        to.debug_data = graph::compile(to.debug_graph);
+    }
+    if (!aov) return;
+    const SceneView seen = view(to.data_graph, place);
     const bool motion = asked_for(settings, "motion") || keep;
-    const GBuffer gbuffer = add_gbuffer(
-        to.data_graph, seen, {.rays = debug.any() || keep, .hits = aov || debug.residency || keep}, settings.primary);
-    if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
+    const GBuffer gbuffer = add_gbuffer(to.data_graph, seen, {.rays = keep, .hits = true}, settings.primary);
+    to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
     if (needs().chains && neighbour_frames(settings) > 0) {
         to.chains =
             add_specular_chains(to.data_graph, seen, gbuffer, {.bounces = bounces_of(settings), .places = true}).places;
         to.data_graph.output(to.chains);
     }
-    if (debug.any()) to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
     to.data = graph::compile(to.data_graph);
 }
 

@@ -55,12 +55,14 @@ struct CompiledBand {
     int first_samples = 0;                   // number of samples that all pixels have, and that the mattes hold; 0: all
     std::vector<std::uint32_t> samples;      // number of samples of each block of paths; empty: all have the same
     std::unique_ptr<CompiledSample> cached;  // sample with the radiance cache; null: none
-    // Graph of layers at the pixels' centres; empty unless requested
+    // Graphs of layers at the pixels' centres; empty unless requested
     graph::Graph data_graph;
     graph::BufferHandle aov;
     graph::BufferHandle chains;  // ChainPlace per path
-    graph::BufferHandle debug;
     graph::CompiledGraph data;
+    graph::Graph debug_graph;
+    graph::BufferHandle debug;
+    graph::CompiledGraph debug_data;
 };
 
 struct Renderer::State {

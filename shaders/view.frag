@@ -1,6 +1,10 @@
 // Draws a picture for the display. With HALFLIGHT_VIEW the picture is linear and the text of ocio_view() stands above;
-// without it the picture is display-encoded already.
+// without it the picture is display-encoded already. With HALFLIGHT_DIFFERENCE the absolute difference from another
+// picture is drawn.
 uniform sampler2D picture;
+#ifdef HALFLIGHT_DIFFERENCE
+uniform sampler2D other;
+#endif
 #ifdef HALFLIGHT_VIEW
 uniform float exposure_scale;
 #endif
@@ -8,6 +12,9 @@ layout(location = 0) out vec4 color;
 
 void main() {
     vec3 pixel = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
+#ifdef HALFLIGHT_DIFFERENCE
+    pixel = abs(pixel - texelFetch(other, ivec2(gl_FragCoord.xy) * textureSize(other, 0) / textureSize(picture, 0), 0).rgb);
+#endif
 #ifdef HALFLIGHT_VIEW
     pixel = ocio_view(vec4(pixel * exposure_scale, 1.0)).rgb;
 #endif

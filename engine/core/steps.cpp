@@ -6,6 +6,7 @@ namespace halflight {
 namespace {
 
 thread_local StepWatch* innermost = nullptr;
+thread_local WorkPart part;
 
 }  // namespace
 
@@ -13,6 +14,20 @@ StepWatch::StepWatch(Begun begun) : begun_(std::move(begun)), outer_(std::exchan
 
 StepWatch::~StepWatch() {
     innermost = outer_;
+}
+
+WorkPart current_part() {
+    return part;
+}
+
+WorkParts::WorkParts(std::size_t count) : outer_(std::exchange(part, {0, static_cast<int>(count)})) {}
+
+WorkParts::~WorkParts() {
+    part = outer_;
+}
+
+void WorkParts::begin_next() {
+    ++part.number;
 }
 
 void begin_step(const char* what) {

@@ -1,6 +1,7 @@
 // Reports the steps of work whose number is unknown in advance, such as programs that are compiled at their first use.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 
 namespace halflight {
@@ -22,6 +23,27 @@ class StepWatch {
     int steps_ = 0;
     StepWatch* outer_;
     friend void begin_step(const char* what);
+};
+
+/// Part of the thread's current work, such as a pass of a frame.
+struct WorkPart {
+    int number = 0;  // number of the part, from 1; 0: the work has no parts
+    int count = 0;   // number of all parts
+};
+/// Returns the current part of the thread's work.
+WorkPart current_part();
+
+/// Numbers the parts of work on this thread during its lifetime. The objects of a thread may be nested.
+class WorkParts {
+  public:
+    explicit WorkParts(std::size_t count);
+    WorkParts(const WorkParts&) = delete;
+    WorkParts& operator=(const WorkParts&) = delete;
+    ~WorkParts();
+    void begin_next();  ///< Begins the next part.
+
+  private:
+    WorkPart outer_;
 };
 
 /// Marks the begin of a step. Throws what the thread's StepWatch throws; does nothing where there is none.

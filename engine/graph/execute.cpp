@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/steps.h"
 #include "engine/gpu/context.h"
 
 namespace halflight::graph {
@@ -261,7 +262,11 @@ void Executor::run_pass(const CompiledGraph& graph, const PlannedPass& pass) {
 
 void Executor::run(const CompiledGraph& graph) {
     place(graph);
-    for (const PlannedPass& pass : graph.passes) run_pass(graph, pass);
+    WorkParts parts(graph.passes.size());
+    for (const PlannedPass& pass : graph.passes) {
+        parts.begin_next();
+        run_pass(graph, pass);
+    }
     // Later runs and readers outside the graph must see the shaders' writes.
     glMemoryBarrier(GL_ALL_BARRIER_BITS);
     for (const PlannedResource& resource : graph.resources) {

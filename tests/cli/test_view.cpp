@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/core/image_tools.h"
+#include "engine/core/process.h"
 #include "engine/io/exr.h"
 #include "engine/io/png.h"
 #include "engine/settings/layers.h"
@@ -440,6 +441,75 @@ TEST_F(View, LightsAreMoved) {
     EXPECT_EQ(view("place 1 0 0 0\n", {"--quiet"}).err,
               fmt::format("halflight: {}1: place: there is no light 1; the scene has 1, numbered from 0\n",
                           file("script.txt:")));
+}
+
+/// Taps of keys that are shorter than a frame, and fast clicks, while samples are made.
+TEST_F(View, NoInputIsLost) {
+    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+    const std::string taps = R"(
+        xdotool mousemove 100 200
+        for i in $(seq 50); do xdotool key --delay 1 bracketright; done
+        for i in $(seq 25); do xdotool click --delay 1 2; xdotool click --delay 1 3; done)";
+    write_text(folder / "taps.sh", fmt::format("until [ -f {0} ]; do sleep 0.1; done\n{1}\ntouch {2}\n",
+                                               file("ready.json"), taps, file("tapped")));
+    Process input({"sh", file("taps.sh")}, ProcessOptions{.environment = {"DISPLAY=" + display->name()}});
+    expect_done(view(R"(
+        wait samples 1
+        state @ready.json
+        input until @tapped
+        state @state.json)"));
+    input.wait();
+    const auto state = nlohmann::json::parse(read_text(file("state.json")));
+    EXPECT_EQ(state["exposure"], 50 * 0.25) << "each tap adds a quarter of a stop";
+    EXPECT_EQ(state["clicks"], 50);
+    EXPECT_EQ(state["view"], nlohmann::json::parse(read_text(file("ready.json")))["view"])
+        << "a change of exposure has discarded samples";
+}
+
+TEST_F(View, InspectsPixelsAndCompares) {
+    expect_done(view(R"(
+        wait samples 3
+        screenshot @seen.exr
+        screenshot @seen.png
+        probe 160 170 @probe.json
+        histogram @histogram.json
+        state @before.json
+        view albedo
+        wait first
+        view final
+        wait first
+        state @after.json
+        against @seen.exr
+        comparison difference
+        screenshot @none.png
+        exposure 1
+        comparison split
+        split 0
+        screenshot @other.png
+        exposure 0
+        view luminance
+        wait first
+        screenshot @luminance.png)"));
+    const auto json = [&](const char* name) { return nlohmann::json::parse(read_text(file(name))); };
+    const auto probe = json("probe.json");
+    const Image seen = exr("seen.exr");
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(probe["value"][std::size_t(c)].get<float>(), seen.at(160, 170)[c]);
+    EXPECT_EQ(probe["samples"], 3);
+    EXPECT_GT(probe["depth"], 0);
+    EXPECT_EQ(probe["position"][1].get<double>(), 0) << "the floor";
+    const auto histogram = json("histogram.json");
+    double sum = histogram["black"];
+    for (const double share : histogram["shares"]) sum += share;
+    EXPECT_NEAR(sum, 1, 1e-4);
+    EXPECT_EQ(json("after.json")["samples"], 3) << "a change of layer has discarded samples";
+    EXPECT_EQ(json("after.json")["view"], json("before.json")["view"]);
+    EXPECT_LE(mean(png("none.png")), 1e-3) << "a picture differs from itself";
+    EXPECT_GT(difference(png("other.png"), png("seen.png")), 10) << "exposure applies to the file, too";
+    EXPECT_GT(difference(png("luminance.png"), png("seen.png")), 10) << "it has no colours of its own";
+    const Outcome wrong = view("wait samples 1\nscreenshot @a.png\nagainst @a.png\ncomparison difference\n");
+    EXPECT_EQ(wrong.err, fmt::format("halflight: {}4: comparison: a linear picture and a display-encoded one have no "
+                                     "difference\n",
+                                     file("script.txt:")));
 }
 
 TEST_F(View, ErrorsNameTheLine) {

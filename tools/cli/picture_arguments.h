@@ -68,6 +68,7 @@ struct PreviewArguments : ViewArguments {
 
     std::optional<std::filesystem::path> settings_file;  // file to load and save; none: the file beside the scene
     std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
+    std::optional<double> ui_scale;                      // size of text and controls; none: that of the monitor
     double budget = 100;                                 // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;

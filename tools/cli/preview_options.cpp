@@ -45,6 +45,8 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
                     "first (default {:g})",
                     a.budget),
         [&](const auto& name, const auto& text) { a.budget = real(name, text, 1, 1e6); });
+    options.value("--ui-scale", "S", "factor on the size of text and controls, 0.5 to 4 (default: that of the monitor)",
+                  [&](const auto& name, const auto& text) { a.ui_scale = real(name, text, 0.5, 4); });
     options.path("--settings", "FILE.json",
                  "settings file: read at the start if it exists, written by Ctrl-S (default: SCENE.halflight.json)",
                  a.settings_file);

@@ -9,8 +9,12 @@
 #include "engine/gpu/framebuffer.h"
 #include "engine/gpu/program.h"
 #include "tools/view/layer_view.h"
+#include "tools/view/window_layout.h"
 
 namespace halflight::view {
+
+/// Methods to show two pictures. flicker: one after the other, in turns.
+enum class ComparisonMode { split, difference, flicker };
 
 /// Owns the textures of the picture and of the comparison picture. Its context must be current during its lifetime.
 class Display {
@@ -23,15 +27,23 @@ class Display {
     bool empty() const { return !picture_; }
     /// Keeps the current picture as comparison picture. Precondition: not empty().
     void keep_comparison();
-    void close_comparison() { comparison_.reset(); }
+    /// Takes a picture of a file as comparison picture.
+    void set_comparison(const DisplayImage& seen);
+    void close_comparison();
+    /// Switches to the absolute difference of both pictures in place of the picture. Coarse pictures are compared with
+    /// the nearest pixels. Linear pictures are subtracted before the view transform. Nothing changes unless
+    /// can_subtract().
+    void set_difference(bool on);
+    /// Returns whether both pictures are there, and both are linear or both encoded.
+    bool can_subtract() const { return picture_ && comparison_ && picture_->encoded == comparison_->encoded; }
     bool comparing() const { return comparison_.has_value(); }
     /// Rebuilds programs whose shaders have changed (HALFLIGHT_SHADERS). Throws what gpu::ProgramCache::reload()
     /// throws.
     void reload_shaders();
 
-    /// Draws the picture, scaled to the window's framebuffer; black without a picture. A comparison picture is drawn to
-    /// the right of `split`, a share of the width in [0, 1]. Both use the same view transform.
-    void draw(const ivec2& framebuffer, float split);
+    /// Draws the picture into a rectangle of the window's framebuffer; everything else is black. A comparison picture is
+    /// drawn to the right of `split`, a share of the width in [0, 1]. Both use the same view transform.
+    void draw(const ivec2& framebuffer, const Rectangle& where, float split);
     /// Returns what draw() shows, at the resolution of the picture: RGB, display-encoded, 8 bits per channel.
     /// Precondition: not empty().
     Image read(float split);
@@ -51,15 +63,17 @@ class Display {
         bool view_applied = false;  // `shown` is up to date with `linear` and the view transform
     };
     void apply_view(Source& picture);
-    /// Applies the view and copies both pictures to a framebuffer. `from` and `to` are its rows at the top and bottom
-    /// edge.
-    void compose(GLuint framebuffer, int width, int from, int to, float split);
+    void upload(const DisplayImage& seen, std::optional<Source>& to);
+    /// Applies the view and copies both pictures to a framebuffer. `left` and `right` are its columns at the edges,
+    /// `top` and `bottom` its rows.
+    void compose(GLuint framebuffer, int left, int right, int top, int bottom, float split);
 
     gpu::ProgramCache programs_;
     std::string view_id_;  // GpuShader::cache_id of `view_`
     std::optional<View> view_;
     std::optional<Source> picture_;
     std::optional<Source> comparison_;
+    bool difference_ = false;
 };
 
 }  // namespace halflight::view

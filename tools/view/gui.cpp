@@ -1,69 +1,267 @@
 #include "tools/view/gui.h"
 
-#include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
 
 #include "engine/core/error.h"
+#include "tools/view/clock.h"
+#include "tools/view/fonts.h"
 
 namespace halflight::view {
+namespace {
 
-Gui::Gui(Window& window) {
+constexpr float kTextHeight = 14;     // height of text at scale 1, pixels
+constexpr float kDefaultHeight = 13;  // height of Dear ImGui's own font, which is made of pixels
+constexpr float kSideWidth = 25;      // width of the side bar, heights of text
+
+// Latin with its extensions, Greek, Cyrillic, punctuation, arrows: names in scenes.
+constexpr ImWchar kGlyphs[] = {0x20, 0x24f, 0x370, 0x52f, 0x2010, 0x2030, 0x2190, 0x2199, 0};
+
+const char* clipboard(void* window) {
+    return glfwGetClipboardString(static_cast<GLFWwindow*>(window));
+}
+void set_clipboard(void* window, const char* text) {
+    glfwSetClipboardString(static_cast<GLFWwindow*>(window), text);
+}
+
+void map_keys(ImGuiIO& io) {
+    constexpr std::pair<int, int> kKeys[] = {
+        {ImGuiKey_Tab, GLFW_KEY_TAB},           {ImGuiKey_LeftArrow, GLFW_KEY_LEFT},
+        {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},  {ImGuiKey_UpArrow, GLFW_KEY_UP},
+        {ImGuiKey_DownArrow, GLFW_KEY_DOWN},    {ImGuiKey_PageUp, GLFW_KEY_PAGE_UP},
+        {ImGuiKey_PageDown, GLFW_KEY_PAGE_DOWN}, {ImGuiKey_Home, GLFW_KEY_HOME},
+        {ImGuiKey_End, GLFW_KEY_END},           {ImGuiKey_Insert, GLFW_KEY_INSERT},
+        {ImGuiKey_Delete, GLFW_KEY_DELETE},     {ImGuiKey_Backspace, GLFW_KEY_BACKSPACE},
+        {ImGuiKey_Space, GLFW_KEY_SPACE},       {ImGuiKey_Enter, GLFW_KEY_ENTER},
+        {ImGuiKey_KeyPadEnter, GLFW_KEY_KP_ENTER}, {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
+        {ImGuiKey_A, GLFW_KEY_A},               {ImGuiKey_C, GLFW_KEY_C},
+        {ImGuiKey_V, GLFW_KEY_V},               {ImGuiKey_X, GLFW_KEY_X},
+        {ImGuiKey_Y, GLFW_KEY_Y},               {ImGuiKey_Z, GLFW_KEY_Z},
+    };
+    for (const auto& [ours, glfw] : kKeys) io.KeyMap[ours] = glfw;
+}
+
+/// Returns the name of a key for KeyPress; empty for keys that actions do not use. signs: names keys by their signs.
+std::string name_of(const InputEvent& e, bool signs) {
+    if (e.symbol != 0) return signs ? std::string{e.symbol} : "";
+    if (e.code >= GLFW_KEY_F1 && e.code <= GLFW_KEY_F25) return fmt::format("F{}", e.code - GLFW_KEY_F1 + 1);
+    switch (e.code) {
+        case GLFW_KEY_SPACE:
+            return "Space";
+        case GLFW_KEY_DELETE:
+            return "Delete";
+        case GLFW_KEY_ESCAPE:
+            return "Escape";
+        default:
+            return "";
+    }
+}
+
+}  // namespace
+
+Gui::Gui(Window& window, std::optional<double> scale) : window_(window), clock_(now()) {
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;  // Dear ImGui writes no settings file
-    ImGui::StyleColorsDark();
-    ImGui::GetStyle().WindowRounding = 4;
-    ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
-    if (ImGui_ImplOpenGL3_Init("#version 450 core")) return;
-    ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
-    throw Error("window", "Dear ImGui cannot use this OpenGL context");
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;  // Dear ImGui writes no settings file
+    io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors;
+    io.GetClipboardTextFn = clipboard;
+    io.SetClipboardTextFn = set_clipboard;
+    io.ClipboardUserData = window.handle();
+    map_keys(io);
+    cursors_.resize(ImGuiMouseCursor_COUNT);
+    for (const auto& [ours, glfw] : {std::pair{ImGuiMouseCursor_TextInput, GLFW_IBEAM_CURSOR},
+                                     {ImGuiMouseCursor_ResizeNS, GLFW_VRESIZE_CURSOR},
+                                     {ImGuiMouseCursor_ResizeEW, GLFW_HRESIZE_CURSOR},
+                                     {ImGuiMouseCursor_Hand, GLFW_HAND_CURSOR}})
+        cursors_[static_cast<std::size_t>(ours)] = glfwCreateStandardCursor(glfw);
+    set_scale(static_cast<float>(scale.value_or(window.monitor_scale())));
+    if (!ImGui_ImplOpenGL3_Init("#version 450 core")) {
+        ImGui::DestroyContext();
+        throw Error("window", "Dear ImGui cannot use this OpenGL context");
+    }
+    load_font();
 }
 
 Gui::~Gui() {
+    for (GLFWcursor* cursor : cursors_)
+        if (cursor) glfwDestroyCursor(cursor);
     ImGui_ImplOpenGL3_Shutdown();
-    ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext();
 }
 
-void Gui::begin() {
-    ImGui_ImplOpenGL3_NewFrame();
-    ImGui_ImplGlfw_NewFrame();
-    ImGui::NewFrame();
+void Gui::set_scale(float scale) {
+    scale = std::clamp(scale, kLeastUiScale, kMostUiScale);
+    scale_changed_ |= scale != scale_;
+    scale_ = scale;
 }
 
-Input Gui::input() const {
-    const ImGuiIO& io = ImGui::GetIO();
-    Input in;
-    in.seconds = double{io.DeltaTime};
-    if (!io.WantCaptureMouse) {
-        in.drag = dvec2(io.MouseDelta.x, io.MouseDelta.y) / double{std::max(io.DisplaySize.y, 1.0f)};
-        in.left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
-        in.middle = ImGui::IsMouseDown(ImGuiMouseButton_Middle);
-        in.right = ImGui::IsMouseDown(ImGuiMouseButton_Right);
-        in.shift = io.KeyShift;
-        in.wheel = double{io.MouseWheel};
-        if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left))
-            in.double_click =
-                dvec2(io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y);
+void Gui::load_font() {
+    ImGuiIO& io = ImGui::GetIO();
+    io.Fonts->Clear();
+    const char* folders = std::getenv("XDG_DATA_DIRS");
+    const auto file = find_font(folders ? folders : "");
+    ImFont* font = nullptr;
+    if (file)
+        font = io.Fonts->AddFontFromFileTTF(file->c_str(), std::round(kTextHeight * scale_), nullptr, kGlyphs);
+    has_font_ = font != nullptr;
+    if (!font) {
+        ImFontConfig config;
+        config.SizePixels = std::round(kDefaultHeight * scale_);
+        io.Fonts->AddFontDefault(&config);
     }
-    if (!io.WantCaptureKeyboard && !io.KeyCtrl) {
-        const auto axis = [](int more, int less) {
-            return (ImGui::IsKeyDown(more) ? 1.0 : 0.0) - (ImGui::IsKeyDown(less) ? 1.0 : 0.0);
-        };
-        in.movement = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)};
+    ImGuiStyle style;
+    ImGui::StyleColorsDark(&style);
+    style.WindowRounding = 0;
+    style.FrameRounding = 3;
+    style.GrabMinSize = 12;
+    style.Colors[ImGuiCol_WindowBg] = {0.11f, 0.11f, 0.12f, 1};
+    style.Colors[ImGuiCol_PopupBg] = {0.14f, 0.14f, 0.15f, 1};
+    style.ScaleAllSizes(scale_);
+    ImGui::GetStyle() = style;
+    ImGui_ImplOpenGL3_DestroyFontsTexture();  // NewFrame() makes it from the new font
+    ImGui_ImplOpenGL3_CreateFontsTexture();
+    scale_changed_ = false;
+}
+
+void Gui::take(const InputEvent& e) {
+    ImGuiIO& io = ImGui::GetIO();
+    switch (e.kind) {
+        case InputEvent::Kind::key:
+            if (e.code >= 0 && e.code < 512) io.KeysDown[e.code] = e.down;
+            // The event tells which modifiers were held before it.
+            io.KeyCtrl = io.KeysDown[GLFW_KEY_LEFT_CONTROL] || io.KeysDown[GLFW_KEY_RIGHT_CONTROL];
+            io.KeyShift = io.KeysDown[GLFW_KEY_LEFT_SHIFT] || io.KeysDown[GLFW_KEY_RIGHT_SHIFT];
+            io.KeyAlt = io.KeysDown[GLFW_KEY_LEFT_ALT] || io.KeysDown[GLFW_KEY_RIGHT_ALT];
+            io.KeySuper = io.KeysDown[GLFW_KEY_LEFT_SUPER] || io.KeysDown[GLFW_KEY_RIGHT_SUPER];
+            break;
+        case InputEvent::Kind::letter:
+            io.AddInputCharacter(e.letter);
+            break;
+        case InputEvent::Kind::button:
+            if (e.code >= 0 && e.code < ImGuiMouseButton_COUNT) io.MouseDown[e.code] = e.down;
+            break;
+        case InputEvent::Kind::wheel:
+            io.MouseWheelH += static_cast<float>(e.value.x);
+            io.MouseWheel += static_cast<float>(e.value.y);
+            break;
+        case InputEvent::Kind::position:
+            io.MousePos = {static_cast<float>(e.value.x), static_cast<float>(e.value.y)};
+            break;
+        case InputEvent::Kind::focus:
+            io.AddFocusEvent(e.down);
+            if (e.down) break;
+            io.ClearInputKeys();
+            std::ranges::fill(io.MouseDown, false);
+            break;
     }
-    return in;
+}
+
+void Gui::show_cursor() {
+    if (ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NoMouseCursorChange) return;
+    const int shape = ImGui::GetMouseCursor();
+    glfwSetCursor(window_.handle(), shape < 0 ? nullptr : cursors_[static_cast<std::size_t>(shape)]);
+}
+
+void Gui::begin() {
+    if (scale_changed_) load_font();
+    ImGuiIO& io = ImGui::GetIO();
+    const ivec2 size = window_.framebuffer_size();
+    io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
+    events_ = window_.events().take();
+    for (const InputEvent& event : events_) take(event);
+    // Frames for events that have waited pass in the time of the events, so that double clicks stay double clicks.
+    const double time = pending() && !events_.empty() ? events_.back().time : now();
+    io.DeltaTime = static_cast<float>(std::max(time - clock_, 1e-5));
+    clock_ = std::max(time, clock_);
+    ImGui_ImplOpenGL3_NewFrame();
+    show_cursor();
+    ImGui::NewFrame();
+    for (const bool clicked : io.MouseClicked) clicks_ += clicked ? 1 : 0;
+}
+
+void Gui::skip() {
+    ImGui::EndFrame();
 }
 
 void Gui::draw() {
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
+    const ImGuiIO& io = ImGui::GetIO();
+    Input in;
+    in.seconds = double{io.DeltaTime};
+    if (!io.WantCaptureMouse) {
+        in.drag = dvec2(io.MouseDelta.x, io.MouseDelta.y) / double(std::max(layout.picture.size.y, 1));
+        in.left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
+        in.middle = ImGui::IsMouseDown(ImGuiMouseButton_Middle);
+        in.right = ImGui::IsMouseDown(ImGuiMouseButton_Right);
+        in.shift = io.KeyShift;
+        in.wheel = double{io.MouseWheel};
+        if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left) && layout.picture.contains(mouse()))
+            in.double_click = picture_point(layout, picture, mouse());
+    }
+    if (!io.WantTextInput && !io.KeyCtrl) {
+        // A key that was tapped between two frames counts, too.
+        const auto held = [&](int key) {
+            return ImGui::IsKeyDown(key) || std::ranges::any_of(events_, [&](const InputEvent& e) {
+                return e.kind == InputEvent::Kind::key && e.code == key && !e.down;
+            });
+        };
+        const auto axis = [&](int more, int less) { return (held(more) ? 1.0 : 0.0) - (held(less) ? 1.0 : 0.0); };
+        in.movement = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)};
+    }
+    return in;
+}
+
+std::vector<KeyPress> Gui::pressed() const {
+    std::vector<KeyPress> all;
+    if (ImGui::GetIO().WantTextInput) return all;
+    for (const InputEvent& e : events_) {
+        if (!e.down) continue;
+        const bool ctrl = (e.modifiers & GLFW_MOD_CONTROL) != 0;
+        if (e.kind == InputEvent::Kind::key) {
+            // Without Ctrl, a key with a sign on it comes as a letter, too.
+            std::string key = name_of(e, ctrl);
+            if (!key.empty()) all.push_back({std::move(key), ctrl});
+        } else if (e.kind == InputEvent::Kind::letter && e.letter > ' ' && e.letter < 0x7f) {
+            all.push_back({{static_cast<char>(std::toupper(static_cast<int>(e.letter)))}, false});
+        }
+    }
+    return all;
+}
+
+dvec2 Gui::mouse() const {
+    const ImGuiIO& io = ImGui::GetIO();
+    return {io.MousePos.x, io.MousePos.y};
+}
+
+std::optional<double> Gui::event_time() const {
+    if (events_.empty()) return std::nullopt;
+    return events_.front().time;
+}
+
+float Gui::text_height() const {
+    return std::round((has_font_ ? kTextHeight : kDefaultHeight) * scale_);
+}
+
+Parts Gui::parts() const {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float height = text_height();
+    return {.menu = static_cast<int>(std::ceil(height + 2 * style.FramePadding.y)),
+            .status = static_cast<int>(std::ceil(height + 2 * style.FramePadding.y + 2 * scale_)),
+            .side = static_cast<int>(std::ceil(kSideWidth * height))};
 }
 
 }  // namespace halflight::view

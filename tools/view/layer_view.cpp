@@ -173,18 +173,20 @@ bool LayerView::is_sum() const {
 std::vector<std::string> layer_view_names() {
     std::vector<std::string> all = {kFinal, kError};
     for (const AovInfo& aov : known_aovs()) all.emplace_back(aov.name);
+    all.emplace_back(kLuminance);
     return all;
 }
 
 std::vector<std::string> required_aovs(const LayerView& layer_view) {
     if (layer_view.is_sum()) return {kComponents.begin(), kComponents.end()};
-    if (layer_view.layer == kFinal) return {};
+    if (layer_view.layer == kFinal || layer_view.layer == kLuminance) return {};
     if (layer_view.layer == kError) return {"variance"};
     return {layer_view.layer};
 }
 
 std::string description(const std::string& view) {
     if (view == kFinal) return "the rendered picture";
+    if (view == kLuminance) return "luminance of the rendered picture, before exposure and view transform";
     if (view == kError) return "standard error of each pixel's mean luminance, relative to its value";
     return std::string(info(view).description);
 }
@@ -194,6 +196,12 @@ DisplayImage display_image(const LayerView& layer_view, const std::vector<std::s
     const std::string& view = layer_view.layer;
     if (layer_view.is_sum()) return {sum_of(layer_view, aovs, result), false};
     if (view == kFinal) return {result.beauty, false};
+    if (view == kLuminance) {
+        constexpr int kDecades = 4;
+        return on_scale(
+            result.beauty, "luminance", [](const float* p, int, int) { return luminance(vec3(p[0], p[1], p[2])); },
+            kDecades);
+    }
     if (view == kError) return relative_errors(layer("variance", aovs, result), result.beauty);
     const AovInfo& aov = info(view);
     const Image& image = layer(view, aovs, result);
@@ -207,8 +215,25 @@ DisplayImage display_image(const LayerView& layer_view, const std::vector<std::s
     return data_picture(view, image);
 }
 
+RenderResult shown_result(const LayerView& layer_view, const std::vector<std::string>& aovs,
+                          const RenderResult& result) {
+    RenderResult shown;
+    shown.beauty = result.beauty;
+    shown.attributes = result.attributes;
+    shown.stats = result.stats;
+    for (const std::string& aov : required_aovs(layer_view))
+        shown.aovs.push_back(
+            result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())));
+    if (!layer_view.is_sum()) return shown;
+    const Image sum = sum_of(layer_view, aovs, result);
+    for (int y = 0; y < sum.height; ++y)
+        for (int x = 0; x < sum.width; ++x) std::copy_n(sum.at(x, y), 3, shown.beauty.at(x, y));
+    return shown;
+}
+
 const std::vector<std::string>& biases_of(const LayerView& layer_view, const RenderStats& stats) {
-    const bool of_picture = (layer_view.layer == kFinal && !layer_view.is_sum()) || layer_view.layer == kError;
+    const bool of_picture = (layer_view.layer == kFinal && !layer_view.is_sum()) || layer_view.layer == kError ||
+                            layer_view.layer == kLuminance;
     return of_picture ? stats.biases : stats.layer_biases;
 }
 

@@ -13,6 +13,7 @@ namespace halflight::view {
 
 inline constexpr const char* kFinal = "final";
 inline constexpr const char* kError = "error";
+inline constexpr const char* kLuminance = "luminance";  // false colours of the final picture
 /// AOVs whose sum is the picture.
 inline constexpr std::array<std::string_view, 5> kComponents = {"emission", "direct_diffuse", "direct_glossy",
                                                                 "indirect_diffuse", "indirect_glossy"};
@@ -24,7 +25,7 @@ struct LayerView {
     bool is_sum() const;  ///< Returns whether this is the final picture without some component.
 };
 
-/// Returns "final", "error" and the names of known_aovs().
+/// Returns "final", "error", the names of known_aovs(), and "luminance".
 std::vector<std::string> layer_view_names();
 /// Returns the AOVs that a picture must have for this view.
 std::vector<std::string> required_aovs(const LayerView& layer_view);
@@ -58,6 +59,10 @@ struct DisplayImage {
 /// the pixel's mean luminance divided by sqrt(value^2 + 0.01), as in relMSE.
 DisplayImage display_image(const LayerView& layer_view, const std::vector<std::string>& aovs,
                            const RenderResult& result);
+
+/// Returns the result with the picture and the layers of a view only, for a file.
+RenderResult shown_result(const LayerView& layer_view, const std::vector<std::string>& aovs,
+                          const RenderResult& result);
 
 /// Returns the biases of the displayed layer. Biases of preview modes that change the whole picture do not apply to its
 /// components and to other layers.

@@ -7,21 +7,18 @@
 #include <vector>
 
 #include "tools/view/layer_view.h"
+#include "tools/view/window_layout.h"
 
 namespace halflight::view {
 
-/// Horizontal range for labels, pixels of the window.
-struct LabelArea {
-    float left;
-    float right;
-};
-
 struct Overlay {
-    std::optional<Scale> scale;           // colour scale of the picture; none: plain colours
-    std::vector<std::string> notices;     // lines that must be visible, such as biases and errors
-    std::string here;                     // short description of the picture
-    std::optional<std::string> other;     // short description of the comparison picture; none: no comparison
-    std::optional<LabelArea> label_area;  // area for labels; none: the whole window
+    Rectangle area;                    // area of the picture; labels stay in it
+    Rectangle picture;                 // picture in that area
+    std::optional<Scale> scale;        // colour scale of the picture; none: plain colours
+    std::vector<std::string> notices;  // lines that must be visible, such as biases and errors
+    std::string here;                  // short description of the picture
+    std::optional<std::string> other;  // short description of the comparison picture; none: no comparison
+    bool line = true;                  // a line divides both pictures
 };
 
 /// Draws the overlay; call it between Gui::begin() and draw(). `split` is that of Display::draw(); dragging the line

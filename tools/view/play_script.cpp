@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -10,10 +11,14 @@
 #include "engine/io/files.h"
 #include "engine/settings/settings_table.h"
 #include "tools/view/clock.h"
+#include "tools/view/inspection.h"
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
 namespace {
+
+constexpr double kLongInput = 1e6;  // seconds
+constexpr double kGrace = 0.5;      // seconds
 
 rays::Culling culling_named(const std::string& name) {
     RenderSettings settings;
@@ -40,8 +45,12 @@ void Viewer::step_script() {
                 if (!open_done(command)) return;
             } else if (command.name == "play") {
                 if (!play_done(command)) return;
+            } else if (command.name == "input") {
+                if (!input_done(command)) return;
             } else {
                 execute(command);
+                writer_.finish();  // files are complete before the next command
+                report_files();
             }
         } catch (const Error& error) {
             throw Error(fmt::format("{}:{}", arguments_.script->string(), command.line), error.what());
@@ -55,7 +64,6 @@ void Viewer::step_script() {
 
 /// Returns whether the window shows what the command waits for.
 bool Viewer::wait_done(const Command& command) {
-    if (command.words[0] == "error") session_.estimate_error = !reference_;
     request_picture();
     const RenderThread::Status status = thread_.status();
     if (status.ended || status.failed == request_) throw Error("", status.error);
@@ -109,10 +117,38 @@ bool Viewer::play_done(const Command& command) {
     return true;
 }
 
+/// Returns whether the time for real input is over; the first call starts it. Pictures gain samples meanwhile.
+bool Viewer::input_done(const Command& command) {
+    if (!input_until_) input_until_ = now() + (command.numbers.empty() ? kLongInput : command.numbers[0]);
+    thread_.limit(session_.samples);
+    frames_due_ = std::max(frames_due_, 1);
+    const bool there = command.numbers.empty() && std::filesystem::exists(command.words[1]);
+    if (there && window_.events().empty() && !input_seen_end_) {
+        input_seen_end_ = true;  // events may be on their way from the window system
+        input_until_ = now() + kGrace;
+    }
+    if (now() < *input_until_) return false;
+    input_seen_end_ = false;
+    input_until_.reset();
+    return true;
+}
+
+/// Returns what actions have changed, for tests of real input.
+nlohmann::ordered_json Viewer::state() const {
+    const auto newest = thread_.picture();
+    return {{"layer", session_.layer_view.layer},
+            {"exposure", session_.transform.exposure.stops},
+            {"bookmarks", session_.bookmarks.size()},
+            {"messages", toasts_.total()},
+            {"clicks", gui_.clicks()},
+            {"view", thread_.view()},
+            {"samples", newest && newest->divisor == 1 ? newest->result.stats.samples : 0}};
+}
+
 void Viewer::execute(const Command& c) {
     if (execute_edit(c)) return;
     const auto n = [&](std::size_t i) { return c.numbers.at(i); };
-    const ivec2 size = window_.framebuffer_size();
+    const ivec2 size = picture_size_;
     const dvec2 point = c.numbers.size() >= 2 ? dvec2(n(0), n(1)) : dvec2(size) / 2.0;
     const dvec2 drag = point / double(size.y);
     const CameraPose& pose = session_.pose();
@@ -126,7 +162,10 @@ void Viewer::execute(const Command& c) {
     if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is no surface at this pixel");
     if (c.name == "lens") session_.focus_lens(point, size);
     if (c.name == "fstop") session_.transform.camera.lens.fstop = static_cast<float>(n(0));
-    if (c.name == "key") key(c.words[0][0], point);
+    if (c.name == "key") {
+        const KeyPress press = key_press(c.words[0]);
+        perform(action_of(press)->action, press, point);
+    }
     if (c.name == "view") {
         const std::vector<std::string> all = layer_view_names();
         if (std::ranges::find(all, c.words[0]) == all.end())
@@ -147,6 +186,28 @@ void Viewer::execute(const Command& c) {
         update_picture();
         compare(c.on());
     }
+    if (c.name == "against") compare_with(c.words[0]);
+    if (c.name == "comparison") {
+        const std::array<std::string, 3> names = {"split", "difference", "flicker"};
+        const auto known = std::ranges::find(names, c.words[0]);
+        if (known == names.end())
+            throw Error("comparison", "unknown mode '{}'; valid are {}", c.words[0], fmt::join(names, ", "));
+        set_comparison(static_cast<ComparisonMode>(known - names.begin()));
+    }
+    if (c.name == "probe") {
+        update_picture();
+        const auto complete = thread_.complete_picture();
+        const auto known = picture_ ? probe(*picture_, complete.get(), size, ivec2(point)) : std::nullopt;
+        if (!known) throw Error("probe", "there is no picture at this pixel");
+        write_file(c.words[2], json_of(*known).dump(2) + "\n");
+    }
+    if (c.name == "histogram") {
+        update_picture();
+        if (!picture_) throw Error("histogram", "there is no picture yet");
+        write_file(c.words[0],
+                   json_of(histogram(picture_->result.beauty, session_.transform.exposure.stops)).dump(2) + "\n");
+    }
+    if (c.name == "state") write_file(c.words[0], state().dump(2) + "\n");
     if (c.name == "split") split_ = static_cast<float>(n(0));
     if (c.name == "exposure") session_.transform.exposure = static_cast<float>(n(0));
     if (c.name == "transform") {
@@ -181,10 +242,15 @@ void Viewer::execute(const Command& c) {
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
     if (c.name == "measure") session_.measure = c.on();
     if (c.name == "culling") session_.culling = culling_named(c.words[0]);
+    if (c.name == "section") {
+        const auto known = std::ranges::find(sections(), c.words[0], &Section::name);
+        if (known == sections().end()) throw Error("section", "there is no section '{}'", c.words[0]);
+        section_ = c.words[0];
+    }
     if (c.name == "bounces") session_.bounces = static_cast<int>(n(0));
     if (c.name == "bookmark") session_.bookmark(c.words[0]);
     if (c.name == "recall") session_.recall(c.words[0]);
-    if (c.name == "save") session_.save(size);
+    if (c.name == "save") save();
     if (c.name == "quit") quit_ = true;
     if (c.name == "screenshot") {
         update_picture(), frame();  // shows the latest changes

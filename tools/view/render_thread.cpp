@@ -1,11 +1,16 @@
 #include "tools/view/render_thread.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
 #include "engine/core/interruption.h"
+#include "engine/core/steps.h"
+#include "engine/settings/layers.h"
 #include "tools/view/clock.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/renderer_cache.h"
@@ -18,6 +23,15 @@ constexpr auto kSettle = std::chrono::milliseconds(100);  // time without a requ
 constexpr double kLookEvery = 0.1;                        // minimum time between whole pictures, seconds
 constexpr double kLookShare = 0.2;                        // maximum share of time for making pictures of samples
 constexpr auto kWatch = std::chrono::milliseconds(500);   // time between checks of the shader files
+
+constexpr std::string_view kMotion = "motion";
+
+/// Returns `aovs` and those of `more` that are missing in it. Mattes are left out.
+std::vector<std::string> with(std::vector<std::string> aovs, const std::vector<std::string>& more) {
+    for (const std::string& name : more)
+        if (!find_aov(name)->is_matte() && std::ranges::find(aovs, name) == aovs.end()) aovs.push_back(name);
+    return aovs;
+}
 
 }  // namespace
 
@@ -37,20 +51,35 @@ bool Request::operator==(const Request& o) const {
     return same(camera, o.camera) && members(*this) == members(o);
 }
 
-std::vector<std::string> gathered(const Request& request) {
-    std::vector<std::string> aovs;
-    for (const std::string& name : request.aovs)
-        if (const AovInfo* aov = find_aov(name); !aov || !aov->at_any_time()) aovs.push_back(name);
-    return aovs;
-}
-
 bool serves(const Request& made, const Request& wanted) {
     Request other = wanted;
     other.aovs = made.aovs;
-    if (!(other == made)) return false;
-    const std::vector<std::string> there = gathered(made);
-    return std::ranges::all_of(gathered(wanted),
-                               [&](const std::string& aov) { return std::ranges::find(there, aov) != there.end(); });
+    return other == made;
+}
+
+std::vector<std::string> sampled_aovs() {
+    std::vector<std::string> aovs;
+    for (const AovInfo& aov : known_aovs())
+        if (!aov.is_matte()) aovs.emplace_back(aov.name);
+    return aovs;
+}
+
+std::vector<std::string> complete_aovs() {
+    std::vector<std::string> aovs;
+    for (const AovInfo& aov : known_aovs())
+        if (!aov.is_matte() && !aov.debug() && aov.name != kMotion) aovs.emplace_back(aov.name);
+    return aovs;
+}
+
+bool wants_motion(const Request& request) {
+    return std::ranges::find(request.aovs, kMotion) != request.aovs.end();
+}
+
+std::vector<std::string> mattes_of(const std::vector<std::string>& aovs) {
+    std::vector<std::string> mattes;
+    for (const std::string& name : aovs)
+        if (const AovInfo* aov = find_aov(name); aov && aov->is_matte()) mattes.push_back(name);
+    return mattes;
 }
 
 RenderThread::RenderThread(ColorConfig colors, Options options)
@@ -67,10 +96,12 @@ RenderThread::~RenderThread() {
 
 std::uint64_t RenderThread::show(Request request) {
     const std::lock_guard lock(mutex_);
+    ++number_;
+    if (number_ == 1 || !serves(wanted_, request)) view_ = number_;
     wanted_ = std::move(request);
     since_ = now();
     wake_.notify_all();
-    return ++number_;
+    return number_;
 }
 
 void RenderThread::limit(int samples) {
@@ -90,6 +121,16 @@ std::shared_ptr<const Picture> RenderThread::picture() const {
     return picture_;
 }
 
+std::shared_ptr<const Picture> RenderThread::complete_picture() const {
+    const std::lock_guard lock(mutex_);
+    return complete_;
+}
+
+std::uint64_t RenderThread::view() const {
+    const std::lock_guard lock(mutex_);
+    return view_;
+}
+
 RenderThread::Status RenderThread::status() const {
     const std::lock_guard lock(mutex_);
     return status_;
@@ -100,6 +141,10 @@ void RenderThread::publish(Picture picture) {
     auto made = std::make_shared<const Picture>(std::move(picture));
     {
         const std::lock_guard lock(mutex_);
+        const auto has = [&](const std::string& aov) {
+            return std::ranges::find(made->aovs, aov) != made->aovs.end();
+        };
+        if (std::ranges::all_of(complete_aovs(), has)) complete_ = made;
         picture_ = std::move(made);
         status_.error.clear();
         status_.failed = 0;
@@ -110,6 +155,7 @@ void RenderThread::publish(Picture picture) {
 void RenderThread::say(std::string activity) {
     {
         const std::lock_guard lock(mutex_);
+        if (status_.activity == activity) return;
         status_.activity = std::move(activity);
     }
     options_.changed();
@@ -133,9 +179,14 @@ bool RenderThread::follow(const Request& made, Job& job) {
     return true;
 }
 
-void RenderThread::go_on(std::uint64_t number, bool first_is_there) const {
+void RenderThread::go_on(const Job& job, bool first_is_there) const {
     const std::lock_guard lock(mutex_);
-    if (stop_ || (first_is_there && (number != number_ || !work_.empty()))) throw Stale();
+    if (stop_ || (first_is_there && (job.view != view_ || !work_.empty()))) throw Stale();
+}
+
+void RenderThread::show_step(const char* what) {
+    const WorkPart part = current_part();
+    say(part.number > 0 ? fmt::format("{}, pass {} of {}", what, part.number, part.count) : std::string(what));
 }
 
 void RenderThread::settle(std::uint64_t number) {
@@ -192,7 +243,7 @@ std::optional<std::variant<RenderThread::Job, RenderThread::Work>> RenderThread:
         lock.lock();
     }
     if (stop_) return std::nullopt;
-    if (work_.empty()) return Job{wanted_, number_, since_};
+    if (work_.empty()) return Job{wanted_, number_, view_, since_};
     Work work = std::move(work_.front());
     work_.pop_front();
     return work;
@@ -205,6 +256,7 @@ void RenderThread::run(ColorConfig colors) {
             const std::lock_guard lock(mutex_);
             status_.device = context.renderer();
         }
+        const StepWatch steps([this](const char* what, int) { show_step(what); });
         RendererCache renderers(context, std::move(colors), options_.budget);
         std::uint64_t done = 0;  // number of the last job
         bool again = false;      // the last job must be repeated
@@ -245,6 +297,15 @@ void RenderThread::serve(RendererCache& renderers, const Job& job) {
     refine(renderers, job, divisor > 1);
 }
 
+void RenderThread::add_mattes(RendererCache& renderers, const Job& job, int divisor, int samples, Picture& picture) {
+    const std::vector<std::string> mattes = mattes_of(job.request.aovs);
+    if (mattes.empty()) return;
+    RenderResult made = renderers.mattes(divisor, samples, mattes);
+    std::ranges::move(made.aovs, std::back_inserter(picture.result.aovs));
+    picture.result.attributes.merge(made.attributes);
+    picture.aovs.insert(picture.aovs.end(), mattes.begin(), mattes.end());
+}
+
 Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divisor) {
     FrameSettings frame;
     renderers.fill_frame_settings(frame);
@@ -253,19 +314,25 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     Renderer& renderer = renderers.renderer(divisor);
     const double start = now();
     struct Done {};  // ends render() before it makes a picture with fewer AOVs
-    RenderResult result;
-    const Interruptible stops([&] { go_on(job.number, false); });
+    Picture picture{.request = job.number,
+                    .view = job.view,
+                    .divisor = divisor,
+                    .camera = job.request.camera,
+                    .aovs = with(complete_aovs(), job.request.aovs)};
+    const Interruptible stops([&] { go_on(job, false); });
     try {
         renderer.render(frame, [&](const RenderProgress& progress) {
-            go_on(job.number, false);
+            go_on(job, false);
             if (!progress.picture) return true;
-            result = progress.picture(job.request.aovs);
+            picture.result = progress.picture(picture.aovs);
             throw Done();
         });
     } catch (const Done&) {
     }
+    add_mattes(renderers, job, divisor, 1, picture);
     if (!is_new) renderers.resolution().record(divided(job.request.size, divisor), now() - start);
-    return {job.number, divisor, now() - job.since, job.request.camera, job.request.aovs, {}, std::move(result)};
+    picture.seconds = now() - job.since;
+    return picture;
 }
 
 void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
@@ -275,16 +342,19 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     frame.samples = kMostSamples;
     const bool is_new = renderers.is_new(1);
     Renderer& renderer = renderers.renderer(1);
-    const Interruptible stops([&] { go_on(job.number, shown); });
+    const Interruptible stops([&] { go_on(job, shown); });
     int published = 0;     // samples of the last published picture
+    int complete = 0;      // samples of the last complete picture
     double looked = -1e9;  // time of the last publication, seconds
     double cost = 0;       // time to make a picture from the samples, seconds
     bool due = false;      // a picture must be published
     renderer.render(frame, [&](const RenderProgress& progress) {
         for (;;) {
             due |= follow(made, job);
-            go_on(job.number, shown);
+            go_on(job, shown);
+            if (wants_motion(job.request) && !wants_motion(made) && renderers.pose_is_new()) throw Stale();
             take_shaders(renderers);
+            say("rendering");
             if (!progress.picture) return true;
             const int samples = progress.samples_done;
             int limit = 0;
@@ -296,12 +366,22 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
             due |= published < samples &&
                    (published == 0 || samples >= limit || before - looked > std::max(kLookEvery, cost / kLookShare));
             if (due) {
-                RenderResult result = progress.picture(job.request.aovs);
+                const bool all = samples >= 2 * complete;
+                Picture picture{.request = job.number,
+                                .view = job.view,
+                                .divisor = 1,
+                                .camera = made.camera,
+                                .aovs = with(all ? complete_aovs() : std::vector<std::string>{"variance"},
+                                             job.request.aovs)};
+                picture.result = progress.picture(picture.aovs);
+                add_mattes(renderers, job, 1, samples, picture);
                 looked = now();
                 cost = looked - before;
                 if (samples == 1 && published == 0 && !is_new)
                     renderers.resolution().record(made.size, progress.seconds + cost);
-                publish({job.number, 1, looked - job.since, made.camera, job.request.aovs, {}, std::move(result)});
+                picture.seconds = looked - job.since;
+                publish(std::move(picture));
+                if (all) complete = samples;
                 published = samples;
                 shown = true;
                 due = false;

@@ -57,20 +57,29 @@ struct Request {
     bool measure = false;  // RenderSettings::measure
     bool operator==(const Request& other) const;
 };
-/// Returns whether samples that were made for one request can also give the picture of another one. The requests may
-/// differ in AOVs only, and the samples must contain the wanted AOVs.
+/// Returns whether samples that were made for one request can also give the picture of another one: the requests differ
+/// in AOVs only.
 bool serves(const Request& made, const Request& wanted);
-/// Returns the AOVs of the request that must be gathered while samples are made.
-std::vector<std::string> gathered(const Request& request);
+/// Returns the AOVs that samples are made with, whatever a request wants. Mattes would need much memory. They are made
+/// from samples of their own.
+std::vector<std::string> sampled_aovs();
+/// Returns the AOVs of a complete picture: all that cost no rays of their own. Pictures are complete whenever their
+/// samples have doubled, so that another layer can be shown at once.
+std::vector<std::string> complete_aovs();
+/// Returns whether motion of surfaces is wanted; it needs a comparison of poses before the samples begin.
+bool wants_motion(const Request& request);
+/// Returns the names of the mattes among the AOVs.
+std::vector<std::string> mattes_of(const std::vector<std::string>& aovs);
 
 struct Picture {
     std::uint64_t request = 0;       // number of the request that the picture was made for
+    std::uint64_t view = 0;          // number of the first request that its samples were made for
     int divisor = 1;                 // request's width and height divided by the picture's; 1: whole picture
     double seconds = 0;              // time since the first request that its samples were made for, seconds
     Camera camera;                   // camera of the request
-    std::vector<std::string> aovs;   // names of the request's AOVs, which the result contains
+    std::vector<std::string> aovs;   // names of the result's AOVs: those of the request, and others
     std::optional<double> relmse{};  // estimated_relmse() of a whole picture; none for a coarse one
-    RenderResult result;
+    RenderResult result{};
 };
 
 class RenderThread {
@@ -100,6 +109,9 @@ class RenderThread {
     void perform(std::string activity, std::function<void()> work);
 
     std::shared_ptr<const Picture> picture() const;  ///< Returns the newest picture; null before the first one.
+    /// Returns the newest picture with complete_aovs(); null before the first one.
+    std::shared_ptr<const Picture> complete_picture() const;
+    std::uint64_t view() const;  ///< Returns Picture::view of the current request's pictures.
     struct Status {
         std::string device;         // name of the context's renderer; empty until the context exists
         std::string activity;       // description of the current work; empty: idle
@@ -116,6 +128,7 @@ class RenderThread {
     struct Job {
         Request request;
         std::uint64_t number = 0;
+        std::uint64_t view = 0;  // Picture::view
         double since = 0;  // time of the request, seconds
     };
     struct Work {
@@ -134,8 +147,13 @@ class RenderThread {
     std::optional<std::variant<Job, Work>> next(RendererCache& renderers, std::uint64_t done, bool again);
     /// Switches the job to the current request if the samples made serve it; returns whether it did.
     bool follow(const Request& made, Job& job);
-    /// Throws Stale if the thread has to end or, with `first_is_there`, if another request or work is waiting.
-    void go_on(std::uint64_t number, bool first_is_there) const;
+    /// Throws Stale if the thread has to end or, with `first_is_there`, if work or a request is waiting that the samples
+    /// do not serve.
+    void go_on(const Job& job, bool first_is_there) const;
+    /// Adds the wanted mattes to a picture of `samples` samples.
+    void add_mattes(RendererCache& renderers, const Job& job, int divisor, int samples, Picture& picture);
+    /// Shows what a StepWatch reports.
+    void show_step(const char* what);
     /// Waits a short time for a camera at rest. Throws Stale if another request or work comes within that time.
     void settle(std::uint64_t number);
     /// Waits until more samples, another request or other work is wanted.
@@ -157,7 +175,8 @@ class RenderThread {
     int limit_ = 1;
     std::deque<Work> work_;
     bool stop_ = false;
-    std::shared_ptr<const Picture> picture_;
+    std::uint64_t view_ = 0;  // Picture::view of `wanted_`
+    std::shared_ptr<const Picture> picture_, complete_;
     Status status_;
     std::thread thread_;  // last member, so that all others exist when it starts
 };

@@ -1,8 +1,11 @@
 #include "tools/view/renderer_cache.h"
 
 #include <algorithm>
+#include <span>
 
 #include "engine/core/memory_ledger.h"
+#include "engine/settings/layers.h"
+#include "renderer/hand_over.h"
 
 namespace halflight::view {
 namespace {
@@ -18,6 +21,12 @@ std::shared_ptr<const Scene> edited(const std::shared_ptr<const Scene>& scene,
     auto other = std::make_shared<Scene>(*scene);
     apply(edits, *other, tree ? *tree : tree_of(*scene));
     return other;
+}
+
+std::vector<std::string> names_of(std::span<const AovInfo> aovs) {
+    std::vector<std::string> names;
+    for (const AovInfo& aov : aovs) names.emplace_back(aov.name);
+    return names;
 }
 
 }  // namespace
@@ -40,7 +49,7 @@ void RendererCache::prepare_scene(const Request& r) {
                        surface_edits(r.edits) == surface_edits(request_.edits);
     try {
         if (!known) {
-            renderers_.clear();
+            clear_renderers();
             scene_.reset();  // frees the old scene first: two may not fit into memory
             raster_ = raster;
             PrepareOptions options{.raster_culling = raster, .pages = r.pages};
@@ -50,12 +59,11 @@ void RendererCache::prepare_scene(const Request& r) {
                 std::make_unique<PreparedScene>(context_, *edited(r.reference, r.reference_tree, r.edits), options);
         }
         if (!known && r.scene == r.reference) return;
-        if (scene_->update(*edited(r.scene, r.tree, r.edits)))
-            for (auto& [divisor, renderer] : renderers_) renderer.follow_scene();
-        else
-            renderers_.clear();
+        if (!scene_->update(*edited(r.scene, r.tree, r.edits))) return clear_renderers();
+        for (auto* renderers : {&renderers_, &matte_renderers_})
+            for (auto& [divisor, renderer] : *renderers) renderer.follow_scene();
     } catch (...) {
-        renderers_.clear();
+        clear_renderers();
         scene_.reset();
         throw;
     }
@@ -78,9 +86,8 @@ void RendererCache::fill_frame_settings(FrameSettings& frame) {
     frame.history = &history_;
     frame.previous_camera = previous_camera_;
     // Temporal preview modes accumulate pictures of the same pose only.
-    const bool motion = std::ranges::find(request_.aovs, "motion") != request_.aovs.end();
     surfaces_.reset();
-    if (motion && !request_.modes.preview.temporal && previous_scene_ && previous_scene_ != request_.scene) {
+    if (wants_motion(request_) && !request_.modes.preview.temporal && pose_is_new()) {
         const SceneEdits moves = surface_edits(request_.edits);
         moved_scene_ = edited(request_.scene, request_.tree, moves);
         moved_previous_scene_ = edited(previous_scene_, previous_tree_, moves);
@@ -107,9 +114,9 @@ void RendererCache::prepare(const Request& r) {
     Request known = request_;
     known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;
     known.reference_tree = r.reference_tree, known.tree = r.tree;
-    known.frame = r.frame, known.camera = r.camera;
+    known.frame = r.frame, known.camera = r.camera, known.aovs = r.aovs;
     if (reloaded_ || renderers_.empty() || !serves(known, r)) {
-        renderers_.clear();
+        clear_renderers();
         history_.forget();
         resolution_.reset();
         known = r;
@@ -118,15 +125,18 @@ void RendererCache::prepare(const Request& r) {
     reloaded_ = false;
 }
 
-Renderer& RendererCache::renderer(int divisor) {
-    const auto known = renderers_.find(divisor);
-    if (known != renderers_.end()) return known->second;
+void RendererCache::clear_renderers() {
+    renderers_.clear();
+    matte_renderers_.clear();
+}
+
+RenderSettings RendererCache::settings(int divisor) const {
     const ivec2 size = divided(request_.size, divisor);
     RenderSettings s;
     s.width = size.x, s.height = size.y;
     s.camera = request_.camera;
     s.bounces = request_.bounces;
-    s.aovs = gathered(request_);
+    s.aovs = sampled_aovs();
     s.clamp = request_.modes.clamp;
     s.preview = request_.modes.preview;
     // The time for filtering a coarse picture is better spent on its resolution.
@@ -136,7 +146,39 @@ Renderer& RendererCache::renderer(int divisor) {
     s.measure = request_.measure;
     s.band_pixels = context_.software() ? kSoftwareBand : kHardwareBand;
     s.in_turns = true;
-    return renderers_.try_emplace(divisor, *scene_, colors_, s).first->second;
+    return s;
+}
+
+Renderer& RendererCache::renderer(int divisor) {
+    const auto known = renderers_.find(divisor);
+    if (known != renderers_.end()) return known->second;
+    return renderers_.try_emplace(divisor, *scene_, colors_, settings(divisor)).first->second;
+}
+
+RenderResult RendererCache::mattes(int divisor, int samples, const std::vector<std::string>& aovs) {
+    auto known = matte_renderers_.find(divisor);
+    if (known == matte_renderers_.end()) {
+        RenderSettings s = settings(divisor);
+        s.bounces = 0;
+        s.preview = {};
+        s.radiance_cache.reset();
+        s.aovs = mattes_of(names_of(known_aovs()));
+        s.measure = false;
+        known = matte_renderers_.try_emplace(divisor, *scene_, colors_, s).first;
+    }
+    FrameSettings frame;
+    frame.camera = request_.camera;
+    frame.frame = request_.frame;
+    // The mean of a picture lacks its cached samples.
+    const int cached = request_.modes.preview.cache ? kCachedSamples : 0;
+    frame.samples = std::clamp(samples - cached, 1, kMatteSamples);
+    RenderResult all = known->second.render(frame);
+    std::vector<ExrLayer> wanted;
+    const std::vector<std::string> made = mattes_of(names_of(known_aovs()));
+    for (const std::string& aov : aovs)
+        wanted.push_back(all.aovs[static_cast<std::size_t>(std::ranges::find(made, aov) - made.begin())]);
+    all.aovs = std::move(wanted);
+    return all;
 }
 
 }  // namespace halflight::view

@@ -13,6 +13,8 @@
 
 namespace halflight::view {
 
+inline constexpr int kMatteSamples = 16;  ///< maximum samples of mattes
+
 /// Owns the prepared scene and its renderers. Use it on the thread of its context only.
 class RendererCache {
   public:
@@ -33,6 +35,11 @@ class RendererCache {
     /// Returns the renderer for the size of the last prepared request, divided by `divisor`. Throws what a Renderer
     /// throws.
     Renderer& renderer(int divisor);
+    /// Returns whether the previous request showed the scene in another pose.
+    bool pose_is_new() const { return previous_scene_ && previous_scene_ != request_.scene; }
+    /// Makes mattes of the last prepared request at the size of renderer(divisor). They have as many samples as the
+    /// picture, but no more than kMatteSamples, from camera rays only.
+    RenderResult mattes(int divisor, int samples, const std::vector<std::string>& aovs);
     Resolution& resolution() { return resolution_; }
     /// Fills in camera, frame and history of the last prepared request. They are valid until the next call.
     void fill_frame_settings(FrameSettings& frame);
@@ -40,6 +47,8 @@ class RendererCache {
   private:
     /// Prepares the scene and removes renderers that cannot continue with it.
     void prepare_scene(const Request& request);
+    void clear_renderers();
+    RenderSettings settings(int divisor) const;
     void remember_previous_view(const Request& request);
 
     gpu::Context& context_;
@@ -49,6 +58,7 @@ class RendererCache {
     std::unique_ptr<PreparedScene> scene_;
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // keyed by divisor
+    std::map<int, Renderer> matte_renderers_;
     PictureHistory history_;             // pictures since the last prepare() that changed more than the camera
     // View of the previous request, to which the layer "motion" is relative.
     std::optional<Camera> previous_camera_;

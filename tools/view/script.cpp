@@ -8,6 +8,7 @@
 
 #include "api/halflight/scene_edits.h"
 #include "engine/core/error.h"
+#include "tools/view/actions.h"
 
 namespace halflight::view {
 namespace {
@@ -71,6 +72,14 @@ constexpr std::array kForms = {
     Form{"preview", "t"},
     Form{"clamp", "n", 0, 1e9},
     Form{"culling", "t"},
+    Form{"section", "t"},
+    Form{"against", "t"},
+    Form{"comparison", "t"},
+    Form{"probe", "nnt", 0, kPixels},
+    Form{"histogram", "t"},
+    Form{"input", "n", 0, 1e6},
+    Form{"input", "tt"},
+    Form{"state", "t"},
     Form{"measure", "o"},
     Form{"bookmark", "t"},
     Form{"recall", "t"},
@@ -158,9 +167,8 @@ class Parser {
                                                : c.words.size() == 1 && c.words[0] == "first";
         if (c.name == "wait" && !until)
             fail("unknown 'wait {}'; valid are 'wait first', 'wait samples N' and 'wait error E'", c.words[0]);
-        if (c.name == "key" &&
-            (c.words[0].size() != 1 || std::string_view("FHLR123456789").find(c.words[0][0]) == std::string_view::npos))
-            fail("unknown key '{}'; valid are F, H, L, R and 1 to 9", c.words[0]);
+        if (c.name == "key" && !action_of(key_press(c.words[0])))
+            fail("unknown key '{}'; F1 shows the keys", c.words[0]);
         const auto ends_in = [&](std::string_view end) { return c.words[0].ends_with(end); };
         if (c.name == "screenshot" && !ends_in(".png") && !ends_in(".exr"))
             fail("a screenshot must be a .png or an .exr");

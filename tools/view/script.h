@@ -19,10 +19,12 @@
 //     focus X Y                aims at the surface at that pixel
 //     lens X Y                 focuses the lens on the surface at that pixel: depth of field
 //     fstop N                  f-number of the lens
-//     key K                    a key: F H L R 1 to 9
+//     key K                    a key of the table of actions (actions.h), such as F, F1 or Ctrl+S
 //     view NAME                layer: final, error, or one of --aov; give `wait first` before saving it
 //     component NAME on|off    component of the final picture, such as direct_diffuse; needs no new samples
 //     compare on|off           keeps the current picture as B, shown to the right of the live picture
+//     against FILE             takes the picture of an .exr or a .png as B
+//     comparison MODE          split, difference or flicker
 //     split SHARE              share of the window's width that shows the live picture, 0 to 1
 //     exposure STOPS           exposure, stops
 //     transform DISPLAY VIEW   view transform
@@ -47,6 +49,7 @@
 //     preview LIST             preview modes, as for --preview: NAME,... or none
 //     clamp L                  maximum luminance of a sample of indirect light, biased; 0 for none
 //     culling NAME             as for --culling
+//     section NAME             section of the side bar
 //     measure on|off           pass times and culling counters
 //     bookmark NAME            stores the camera
 //     recall NAME              restores the camera
@@ -54,6 +57,11 @@
 //     screenshot FILE          the picture: .png as displayed, .exr linear
 //     window FILE.png          the whole window, including panels if they are shown (key H)
 //     save                     saves the settings
+//     probe X Y FILE.json      what is known about a pixel
+//     histogram FILE.json      distribution of luminance
+//     input SECONDS            takes real input of mouse and keys for that time
+//     input until FILE         takes real input until a file exists
+//     state FILE.json          layer, exposure, bookmarks, samples, views so far
 //     timings FILE.json        timings of the pictures since the last `timings`
 //     quit                     ends the viewer, like the end of the file
 //

@@ -145,10 +145,17 @@ std::uint32_t last_frame(double end, const FrameRate& rate) {
     return static_cast<std::uint32_t>(std::clamp(frames, 0.0, kMost));
 }
 
-Session::Session(const PreviewArguments& arguments, ColorConfig colors)
-    : console_(arguments.quiet), colors_(std::move(colors)) {
-    open(load(arguments, colors_, console_));
+std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
+    return [arguments, colors] { return load(arguments, colors, Console(arguments.quiet)); };
 }
+
+Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened opened)
+    : console_(arguments.quiet), colors_(std::move(colors)) {
+    open(std::move(opened));
+}
+
+Session::Session(const PreviewArguments& arguments, ColorConfig colors)
+    : Session(arguments, colors, load(arguments, colors, Console(arguments.quiet))) {}
 
 Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
     Opened opened;
@@ -406,13 +413,11 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{reference_, scene_,          reference_tree_,
+    return {reference_, scene_,          reference_tree_,
               tree_,      pages_,          arguments_.settings.pool_bytes,
               edits,      timeline_.frame, camera_with_lens(),
               size,       bounces,         required_aovs(layer_view),
               modes,      culling,         measure};
-    if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
-    return r;
 }
 
 std::string Session::description() const {

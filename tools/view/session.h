@@ -36,7 +36,13 @@ std::uint32_t last_frame(double end, const FrameRate& rate);
 
 class Session {
   public:
-    /// Loads the scene. Throws Error, also for a view transform that `colors` does not have.
+    struct Opened;
+    /// Returns a function that loads the scene of the arguments, on any thread. It throws Error, also for a view
+    /// transform that `colors` does not have.
+    static std::function<Opened()> starting(const PreviewArguments& arguments, const ColorConfig& colors);
+    /// Starts with a loaded scene.
+    Session(const PreviewArguments& arguments, ColorConfig colors, Opened opened);
+    /// Loads the scene, as starting() does.
     Session(const PreviewArguments& arguments, ColorConfig colors);
 
     // Panels write to the following members.
@@ -45,7 +51,6 @@ class Session {
     SceneEdits edits;
     int bounces = 8;
     int samples = 1024;           // samples per pixel after which rendering stops
-    bool estimate_error = false;  // requests Picture::relmse
     PreviewModes modes;
     rays::Culling culling = rays::Culling::automatic;
     bool measure = false;

@@ -5,23 +5,30 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "tools/view/bars.h"
+#include "tools/view/clock.h"
 #include "tools/view/display.h"
 #include "tools/view/edit_history.h"
+#include "tools/view/file_writer.h"
 #include "tools/view/gui.h"
 #include "tools/view/overlay.h"
-#include "tools/view/panels.h"
+#include "tools/view/progress.h"
 #include "tools/view/script.h"
+#include "tools/view/side_bar.h"
 #include "tools/view/timings.h"
+#include "tools/view/toasts.h"
 
 namespace halflight::view {
 
 class Viewer {
   public:
-    /// Loads the scene, then opens the window. Throws Error, also for an invalid script.
+    /// Opens the window, which shows the progress while the scene is loaded. Throws Error, also for an invalid script.
     explicit Viewer(const PreviewArguments& arguments);
 
     /// Runs until the window is closed, a signal asks to stop, or the script ends. Throws Error "SCRIPT:LINE: what"
@@ -29,12 +36,23 @@ class Viewer {
     void run();
 
   private:
-    void frame(const std::filesystem::path& shot = {});  // Draws a frame; `shot`: file to write the window to.
-    void keys();
-    void key(char key, const dvec2& point);
+    Session::Opened load_first();
+    /// Draws a frame; `shot`: file to write the window to. All waiting input is taken in before.
+    void frame(const std::filesystem::path& shot = {});
+    void declare();    // Takes in input and declares all panels; performs what they request.
+    WindowLayout layout() const;
+    void follow_window();  // Gives the picture the size of its area where the user has resized the window.
     void request_picture();
     void update_picture();
     void update_error();
+    void apply_transform();
+    void reload_shaders();
+    Progress progress() const;
+    std::vector<std::string> notices() const;
+    std::string title() const;
+
+    // The following functions are defined in viewer_opening.cpp.
+
     void open_dropped_files();
     void start_opening(const std::string& activity, std::function<Session::Opened()> opening);
     void open_next();       // Starts the next waiting file or frame on the render thread.
@@ -42,44 +60,68 @@ class Viewer {
     void set_playing(bool on);
     void advance_playback();  // Requests the frame that is due, once the previous one is visible.
     std::uint32_t next_frame() const;
-    void compare(bool on);
-    void reload_shaders();
-    std::vector<std::string> notices(const RenderThread::Status& status) const;
+
+    // The following functions are defined in viewer_actions.cpp.
+
+    void perform(Action action, const KeyPress& press, const dvec2& point);
     void perform(const PanelRequests& requests);
+    void recall(std::size_t number);
+    void step_layer(int step);
+    void compare(bool on);
+    void compare_with(const std::filesystem::path& path);  // Takes the picture of a file as B.
+    void set_comparison(ComparisonMode mode);
+    float shown_split() const;  // Returns the split of Display::draw() in the current mode.
+    void save();
     void screenshot(const std::filesystem::path& path);
-    std::filesystem::path unused_name(const char* extension) const;
-    std::string title() const;
+    std::filesystem::path unused_name(const char* extension);
+    void report_files();  // Tells the user which files have been written.
+    void tell(std::string message) { toasts_.tell(std::move(message), now()); }
+
+    // The following functions are defined in play_script.cpp.
 
     bool scripted() const { return arguments_.script.has_value(); }
     void step_script();
     bool wait_done(const Command& command);
     bool open_done(const Command& command);
     bool play_done(const Command& command);
+    bool input_done(const Command& command);
+    nlohmann::ordered_json state() const;
     void execute(const Command& command);
 
     void undo(bool again);  // Restores the state before the last edit, or after it where it was undone (`again`).
     bool execute_edit(const Command& command);  // Returns whether the command is an edit.
 
-    /// Runs f. In a script its errors propagate; in the window they become the message.
+    /// Runs f. In a script its errors propagate; in the window they become messages.
     template <class F>
     void attempt(const F& f);
 
     PreviewArguments arguments_;
     std::vector<Command> script_;
     std::size_t next_command_ = 0;
+    bool input_seen_end_ = false;        // the file that ends real input is there
+    std::optional<double> input_until_;  // time until which a script takes real input, seconds
     bool script_opens_ = false;  // a command that opens something has started
+    bool panels_shown_ = true;
     ColorConfig colors_;
-    Session session_;
     ViewProcessor processor_;
     Window window_;
     Gui gui_;
+    ivec2 picture_size_;  // size of the picture, pixels
+    ivec2 window_size_;   // size of the framebuffer for which it was chosen
     Display display_;
+    float split_ = 0.5f;  // split of Display::draw()
+    Session session_;
     Navigation navigation_;
     Timings timings_;
     PassHistory history_;
     EditHistory edit_history_;
-    std::string message_;
+    SampleClock sample_clock_;
+    Toasts toasts_;
+    FilePrompt file_prompt_;
+    std::string section_ = "Look";  // open section of the side bar
+    bool shortcuts_shown_ = false;
     std::deque<std::filesystem::path> to_open_;
+    std::string opening_name_;  // name of the file being opened
     std::optional<PanelRequests::FrameRequest> next_pose_;     // frame to show next
     std::optional<PanelRequests::FrameRequest> opening_pose_;  // frame being opened
     // no picture of the session's current frame has been drawn yet
@@ -91,14 +133,15 @@ class Viewer {
     };
     std::optional<Play> play_;
     std::optional<std::string> comparison_;  // description of picture B
-    float split_ = 0.5f;                     // split of Display::draw()
+    ComparisonMode comparison_mode_ = ComparisonMode::split;
+    bool picking_ = false;  // the next click in the picture focuses the lens
     std::uint64_t reloads_ = 0;              // reloads of the render thread's shaders that the display has followed
-    bool panels_shown_ = true;
     bool quit_ = false;
     int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event
 
     std::optional<Request> requested_;        // the current request
     std::uint64_t request_ = 0;               // number of `requested_`
+    std::optional<double> input_time_;        // time of the oldest input since the last drawn frame
     ViewTransform transform_;                 // current transform of the display
     LayerView layer_view_;                    // layer view of the displayed picture
     std::optional<Scale> scale_;              // colour scale of the displayed picture
@@ -107,7 +150,21 @@ class Viewer {
     std::optional<double> relmse_;            // relMSE of the displayed picture against it, else Picture::relmse
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
-    RenderThread thread_;                     // last member, so that it ends first
+    std::set<std::filesystem::path> names_;   // names of files that have been given out
+    FileWriter writer_;
+    RenderThread thread_;  // last member, so that it ends first
 };
+
+template <class F>
+void Viewer::attempt(const F& f) {
+    if (scripted()) return f();
+    try {
+        f();
+    } catch (const std::bad_alloc&) {
+        toasts_.fail("out of memory", now());
+    } catch (const std::exception& error) {
+        toasts_.fail(error.what(), now());
+    }
+}
 
 }  // namespace halflight::view

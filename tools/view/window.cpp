@@ -4,12 +4,15 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <utility>
 
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
 #include "engine/gpu/driver_needs.h"
+#include "tools/view/clock.h"
 
 namespace halflight::view {
 namespace {
@@ -20,24 +23,27 @@ std::string reason() {
     return glfwGetError(&text) == GLFW_NO_ERROR || !text ? "unknown reason" : text;
 }
 
-GLFWwindow* create(const ivec2& size, const std::string& title, int creation_api) {
+constexpr ivec2 kFirstSize(640, 360);  // size until the sizes of text and picture are known
+
+GLFWwindow* create(const std::string& title, int creation_api) {
     glfwDefaultWindowHints();
+    glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
     glfwWindowHint(GLFW_CONTEXT_CREATION_API, creation_api);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
-    return glfwCreateWindow(size.x, size.y, title.c_str(), nullptr, nullptr);
+    return glfwCreateWindow(kFirstSize.x, kFirstSize.y, title.c_str(), nullptr, nullptr);
 }
 
 }  // namespace
 
-Window::Window(const ivec2& size, const std::string& title) : title_(title) {
+Window::Window(const std::string& title) : title_(title) {
     gpu::prepare_for_drivers();
     if (!glfwInit()) throw Error("window", "there is no display: {}", reason());
-    window_ = create(size, title, GLFW_EGL_CONTEXT_API);
-    if (!window_) window_ = create(size, title, GLFW_NATIVE_CONTEXT_API);
+    window_ = create(title, GLFW_EGL_CONTEXT_API);
+    if (!window_) window_ = create(title, GLFW_NATIVE_CONTEXT_API);
     if (!window_) {
         const std::string why = reason();
         glfwTerminate();
@@ -51,9 +57,52 @@ Window::Window(const ivec2& size, const std::string& title) : title_(title) {
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glfwSetWindowUserPointer(window_, this);
+    listen();
+}
+
+void Window::add(InputEvent event) {
+    event.time = now();
+    events_.add(event);
+}
+
+void Window::listen() {
+    static constexpr auto self = [](GLFWwindow* window) {
+        return static_cast<Window*>(glfwGetWindowUserPointer(window));
+    };
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int modifiers) {
+        self(window)->repeating_ = action == GLFW_REPEAT;
+        if (action == GLFW_REPEAT) return;  // Dear ImGui repeats keys itself
+        const char* name = glfwGetKeyName(key, scancode);
+        const bool sign = name && name[0] > ' ' && name[0] < 0x7f && name[1] == 0;
+        self(window)->add({.kind = InputEvent::Kind::key,
+                           .code = key,
+                           .down = action == GLFW_PRESS,
+                           .modifiers = modifiers,
+                           .symbol = sign ? static_cast<char>(std::toupper(name[0])) : char{0}});
+    });
+    glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned letter) {
+        self(window)->add(
+            {.kind = InputEvent::Kind::letter, .down = !self(window)->repeating_, .letter = std::uint32_t{letter}});
+    });
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int modifiers) {
+        self(window)->add({.kind = InputEvent::Kind::button,
+                           .code = button,
+                           .down = action == GLFW_PRESS,
+                           .modifiers = modifiers});
+    });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
+        const dvec2 factor = dvec2(self(window)->framebuffer_size()) / glm::max(dvec2(self(window)->size()), 1.0);
+        self(window)->add({.kind = InputEvent::Kind::position, .value = factor * dvec2(x, y)});
+    });
+    glfwSetScrollCallback(window_, [](GLFWwindow* window, double x, double y) {
+        self(window)->add({.kind = InputEvent::Kind::wheel, .value = {x, y}});
+    });
+    glfwSetWindowFocusCallback(window_, [](GLFWwindow* window, int focused) {
+        self(window)->add({.kind = InputEvent::Kind::focus, .down = focused == GLFW_TRUE});
+    });
     glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** paths) {
-        auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
-        self->dropped_.insert(self->dropped_.end(), paths, paths + count);
+        std::vector<std::filesystem::path>& all = self(window)->dropped_;
+        all.insert(all.end(), paths, paths + count);
     });
 }
 
@@ -68,8 +117,40 @@ ivec2 Window::framebuffer_size() const {
     return size;
 }
 
+ivec2 Window::size() const {
+    ivec2 size;
+    glfwGetWindowSize(window_, &size.x, &size.y);
+    return size;
+}
+
+void Window::resize(const ivec2& size) {
+    const dvec2 factor = dvec2(this->size()) / glm::max(dvec2(framebuffer_size()), 1.0);
+    const ivec2 wanted(glm::round(factor * dvec2(size)));
+    glfwSetWindowSize(window_, wanted.x, wanted.y);
+    glfwShowWindow(window_);
+}
+
+ivec2 Window::largest() const {
+    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+    if (!monitor) return ivec2(1 << 14);
+    ivec2 at, size;
+    glfwGetMonitorWorkarea(monitor, &at.x, &at.y, &size.x, &size.y);
+    const dvec2 factor = dvec2(framebuffer_size()) / glm::max(dvec2(this->size()), 1.0);
+    return ivec2(factor * dvec2(size));
+}
+
+double Window::monitor_scale() const {
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return double{std::max(x, y)};
+}
+
 bool Window::closing() const {
     return glfwWindowShouldClose(window_) != 0;
+}
+
+void Window::close() {
+    glfwSetWindowShouldClose(window_, GLFW_TRUE);
 }
 
 void Window::set_title(const std::string& title) {

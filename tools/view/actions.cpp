@@ -1,0 +1,88 @@
+#include "tools/view/actions.h"
+
+#include <algorithm>
+#include <array>
+
+namespace halflight::view {
+namespace {
+
+constexpr std::array kActions = {
+    ActionRow{Action::open, Menu::file, "Open ...", "Ctrl+O", "opens a scene or an environment"},
+    ActionRow{Action::save, Menu::file, "Save settings", "Ctrl+S", "saves the settings"},
+    ActionRow{Action::screenshot, Menu::file, "Save .png", "P", "saves the picture as shown"},
+    ActionRow{Action::exr, Menu::file, "Save .exr", "Ctrl+E", "saves the linear picture with the layer shown"},
+    ActionRow{Action::quit, Menu::file, "Quit", "Ctrl+Q", "ends the viewer"},
+    ActionRow{Action::hide_panels, Menu::view, "Hide panels", "H", "hides or shows everything but the picture"},
+    ActionRow{Action::larger_ui, Menu::view, "Larger text", "Ctrl++, Ctrl+=", "enlarges text and controls"},
+    ActionRow{Action::smaller_ui, Menu::view, "Smaller text", "Ctrl+-", "reduces text and controls"},
+    ActionRow{Action::brighter, Menu::view, "Brighter", "]", "raises the exposure by a quarter of a stop"},
+    ActionRow{Action::darker, Menu::view, "Darker", "[", "lowers the exposure by a quarter of a stop"},
+    ActionRow{Action::reset_exposure, Menu::view, "Exposure 0", "\\", "sets the exposure to 0"},
+    ActionRow{Action::next_layer, Menu::view, "Next layer", ".", "shows the next layer"},
+    ActionRow{Action::previous_layer, Menu::view, "Previous layer", ",", "shows the previous layer"},
+    ActionRow{Action::final_layer, Menu::view, "Final picture", "0", "shows the final picture"},
+    ActionRow{Action::frame_object, Menu::camera, "Frame object", "F", "frames the object under the mouse"},
+    ActionRow{Action::focus_lens, Menu::camera, "Focus lens", "L",
+              "focuses the lens on the surface under the mouse: depth of field"},
+    ActionRow{Action::reset_camera, Menu::camera, "Reset camera", "R", "returns to the initial view"},
+    ActionRow{Action::bookmark, Menu::camera, "Add bookmark", "B", "stores the view as a bookmark"},
+    ActionRow{Action::recall, Menu::camera, "Recall bookmark", "1-9", "recalls a bookmark"},
+    ActionRow{Action::play, Menu::camera, "Play", "Space", "plays the animation, or stops it"},
+    ActionRow{Action::keep, Menu::compare, "Keep picture as B", "K", "keeps the picture for comparison"},
+    ActionRow{Action::close_comparison, Menu::compare, "Close comparison", "Ctrl+K", "removes the picture B"},
+    ActionRow{Action::shortcuts, Menu::help, "Shortcuts", "F1, ?", "shows mouse and keys"},
+};
+
+}  // namespace
+
+const char* name(Menu menu) {
+    switch (menu) {
+        case Menu::file:
+            return "File";
+        case Menu::view:
+            return "View";
+        case Menu::camera:
+            return "Camera";
+        case Menu::compare:
+            return "Compare";
+        case Menu::help:
+            return "Help";
+    }
+    return "";
+}
+
+std::span<const ActionRow> actions() {
+    return kActions;
+}
+
+const ActionRow& row_of(Action action) {
+    return *std::ranges::find(kActions, action, &ActionRow::action);
+}
+
+KeyPress key_press(std::string_view text) {
+    constexpr std::string_view kCtrl = "Ctrl+";
+    const bool ctrl = text.starts_with(kCtrl);
+    return {std::string(ctrl ? text.substr(kCtrl.size()) : text), ctrl};
+}
+
+bool has_key(const ActionRow& row, const KeyPress& press) {
+    constexpr std::string_view kNext = ", ";
+    const std::string_view keys = row.keys;
+    for (std::size_t from = 0; from < keys.size();) {
+        const std::size_t to = std::min(keys.find(kNext, from), keys.size());
+        const KeyPress own = key_press(keys.substr(from, to - from));
+        if (own.ctrl == press.ctrl) {
+            if (own.key == press.key) return true;
+            if (own.key == "1-9" && press.key.size() == 1 && press.key[0] >= '1' && press.key[0] <= '9') return true;
+        }
+        from = to + kNext.size();
+    }
+    return false;
+}
+
+const ActionRow* action_of(const KeyPress& press) {
+    const auto found = std::ranges::find_if(kActions, [&](const ActionRow& row) { return has_key(row, press); });
+    return found == kActions.end() ? nullptr : &*found;
+}
+
+}  // namespace halflight::view

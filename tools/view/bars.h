@@ -1,0 +1,36 @@
+// Menu bar, status line, shortcut sheet, messages and the prompt for a file name.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "tools/view/progress.h"
+#include "tools/view/side_bar.h"
+#include "tools/view/toasts.h"
+
+namespace halflight::view {
+
+/// Declares the menu bar. Chosen actions go to the requests.
+void menu_bar(PanelContext& c);
+/// Declares the status line: the progress on the left, the picture on the right.
+void status_line(const Rectangle& where, const Progress& progress, const std::string& right);
+/// Shows the progress in the middle of the area, where there is no picture yet.
+void waiting_text(const Rectangle& area, const Progress& progress);
+/// Declares the sheet of mouse and keys; `open` becomes false where the user closes it.
+void shortcut_sheet(bool& open);
+/// Declares the messages at the lower edge of the picture's area. Removes those that the user dismisses.
+void messages(const Rectangle& area, Toasts& toasts);
+
+/// Prompt for the name of a file.
+class FilePrompt {
+  public:
+    void ask() { asked_ = true; }
+    /// Declares the prompt; returns the name once the user has given it.
+    std::optional<std::string> declare();
+
+  private:
+    bool asked_ = false;
+    std::array<char, 4096> name_{};
+};
+
+}  // namespace halflight::view

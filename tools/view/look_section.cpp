@@ -1,0 +1,76 @@
+// The section "Look": layer, components, exposure, colour, comparison. Nothing here needs new samples.
+#include <algorithm>
+#include <array>
+
+#include "tools/view/side_bar.h"
+#include "tools/view/widgets.h"
+
+namespace halflight::view {
+namespace {
+
+void layer(PanelContext& c) {
+    heading("Layer");
+    LayerView& view = c.session.layer_view;
+    const std::vector<std::string> all = layer_view_names();
+    choose("Layer", view.layer, all, "picture or layer of data; \".\" and \",\" step through them");
+    faint_text(description(view.layer));
+    if (view.layer != kFinal) return;
+    for (std::size_t i = 0; i < kComponents.size(); ++i) {
+        std::string name(kComponents[i]);
+        std::ranges::replace(name, '_', ' ');
+        checkbox(name.c_str(), view.components[i], "component of the final picture");
+    }
+}
+
+void color(PanelContext& c) {
+    heading("Colour");
+    ViewTransform& t = c.session.transform;
+    float stops = t.exposure.stops;
+    slider("Exposure", "exposure", stops, "%.2f stops", kClamp);
+    if (stops != t.exposure.stops) t.exposure = stops;
+    std::string display = t.display.empty() ? c.colors.default_display() : t.display;
+    const std::vector<std::string> displays = c.colors.displays();
+    if (choose("Display", display, displays, "kind of display")) {
+        t.display = display;
+        t.view.clear();
+    }
+    std::string view = t.view.empty() ? c.colors.default_view(display) : t.view;
+    const std::vector<std::string> views = c.colors.views(display);
+    if (choose("View", view, views, "view transform")) t.view = view;
+    std::vector<std::string> looks = c.colors.looks();
+    if (looks.empty()) return;
+    looks.insert(looks.begin(), "From the view");
+    std::string look = t.look.empty() ? looks.front() : t.look;
+    if (choose("Look", look, looks, "look before the view transform")) t.look = look == looks.front() ? "" : look;
+}
+
+void comparison(PanelContext& c) {
+    heading("Comparison");
+    if (!c.now.picture) return faint_text("There is no picture yet.");
+    if (button(c.now.comparing ? "Keep as B again" : "Keep as B", "keeps the picture for comparison (K)"))
+        c.requests.actions.push_back(Action::keep);
+    if (c.now.comparing && button("Close comparison", "removes the picture B (Ctrl+K)", true))
+        c.requests.actions.push_back(Action::close_comparison);
+    static std::array<char, 4096> file{};
+    label("File", "picture B from an .exr or a .png; Enter reads it");
+    if (ImGui::InputText("##against", file.data(), file.size(), ImGuiInputTextFlags_EnterReturnsTrue) && file[0] != 0)
+        c.requests.against = file.data();
+    if (!c.now.comparing) return;
+    using Mode = ComparisonMode;
+    const auto choice = [&](const char* name, Mode mode, const char* help, bool same_line) {
+        if (radio(name, c.now.comparison == mode, help, same_line)) c.requests.comparison = mode;
+    };
+    choice("Split", Mode::split, "B stands right of a line that can be dragged", false);
+    choice("Difference", Mode::difference, "absolute difference of both; needs the same kind of picture", true);
+    choice("Flicker", Mode::flicker, "both pictures in turns, each for half a second", true);
+}
+
+}  // namespace
+
+void look_section(PanelContext& c) {
+    layer(c);
+    color(c);
+    comparison(c);
+}
+
+}  // namespace halflight::view

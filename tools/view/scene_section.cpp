@@ -1,0 +1,58 @@
+// The section "Scene": the file, its animation, and what it contains.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "api/halflight/statistics.h"
+#include "tools/view/side_bar.h"
+#include "tools/view/widgets.h"
+
+namespace halflight::view {
+namespace {
+
+/// Shows the combo box even if no animation is chosen, so that one can be chosen.
+void animation(const Timeline& t, PanelContext& c) {
+    heading("Animation");
+    std::vector<std::string> all = {"none", "all"};
+    all.insert(all.end(), t.animations.begin(), t.animations.end());
+    std::string chosen = t.animation;
+    if (choose("Animation", chosen, all, "animation that moves the scene")) c.requests.frame = {chosen, 0};
+    if (t.playing.empty()) return;
+    int frame = static_cast<int>(std::min(c.now.frame, std::uint32_t{1} << 24));
+    if (slider("Frame", frame, 0, static_cast<int>(t.last), "frame of the animation"))
+        c.requests.frame = {t.animation, static_cast<std::uint32_t>(frame)};
+    bool play = c.now.playing;
+    if (checkbox("Play (Space)", play, "plays the animation in a loop; late frames are left out"))
+        c.requests.play = play;
+    value("Time", fmt::format("{:.2f} s of {:.2f} s", t.rate.seconds(t.frame), t.rate.seconds(t.last)));
+}
+
+}  // namespace
+
+void scene_section(PanelContext& c) {
+    const Scene& scene = c.session.scene();
+    heading("File");
+    text(c.session.file().filename().string());
+    tooltip(c.session.file().string().c_str());
+    if (button("Open ...", "opens a scene or an environment (Ctrl+O)")) c.requests.actions.push_back(Action::open);
+    if (button("Save settings", "saves the settings (Ctrl+S)", true)) c.requests.actions.push_back(Action::save);
+    if (button("Save .png", "saves the picture as shown (P)")) c.requests.actions.push_back(Action::screenshot);
+    if (button("Save .exr", "saves the linear picture with the layer shown (Ctrl+E)", true))
+        c.requests.actions.push_back(Action::exr);
+    if (c.session.timeline().file) animation(c.session.timeline(), c);
+    heading("Contents");
+    std::size_t triangles = 0;
+    for (const Instance& instance : scene.instances)
+        triangles += scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.size();
+    const auto count = [](const char* what, std::size_t number) { value(what, fmt::format("{}", number)); };
+    count("Instances", scene.instances.size());
+    count("Meshes", scene.meshes.size());
+    if (triangles > 0) count("Triangles", triangles);
+    count("Materials", scene.materials.size());
+    count("Lights", scene.lights.size());
+    count("Cameras", scene.cameras.size());
+    value("Environment", environment_name(scene.environment));
+    value("Diagonal", fmt::format("{:.6g} m", c.session.diagonal()), "diagonal of the scene's bounds, world units");
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,63 @@
+#include "tools/view/side_bar.h"
+
+#include <array>
+
+#include "tools/view/widgets.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr std::array kSections = {
+    Section{"Scene", "file, animation, and what the scene contains", scene_section},
+    Section{"Camera", "camera, mouse mode, lens, bookmarks", camera_section},
+    Section{"Light", "environment, emissive surfaces, lamps", light_section},
+    Section{"Look", "layer, components, exposure, colour, comparison", look_section},
+    Section{"Quality", "samples, preview modes, tracing", quality_section},
+    Section{"Inspect", "pixel under the mouse, histogram, memory, passes", inspect_section},
+};
+
+/// Shows the names of all sections as buttons, in lines as wide as the side bar.
+void section_buttons(std::string& section) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float right = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {style.ItemInnerSpacing.x, style.ItemSpacing.y});
+    for (const Section& s : kSections) {
+        const bool open = section == s.name;
+        const float width = ImGui::CalcTextSize(s.name).x + 2 * style.FramePadding.x;
+        if (&s != &kSections.front() && ImGui::GetItemRectMax().x + style.ItemSpacing.x + width <= right)
+            ImGui::SameLine();
+        ImGui::PushStyleColor(ImGuiCol_Button,
+                              ImGui::GetStyleColorVec4(open ? ImGuiCol_ButtonActive : ImGuiCol_FrameBg));
+        if (ImGui::Button(s.name)) section = s.name;
+        ImGui::PopStyleColor();
+        tooltip(s.help);
+    }
+    ImGui::PopStyleVar();
+    ImGui::Separator();
+}
+
+}  // namespace
+
+std::span<const Section> sections() {
+    return kSections;
+}
+
+void side_bar(const Rectangle& where, std::string& section, PanelContext& c) {
+    ImGui::SetNextWindowPos({static_cast<float>(where.origin.x), static_cast<float>(where.origin.y)});
+    ImGui::SetNextWindowSize({static_cast<float>(where.size.x), static_cast<float>(where.size.y)});
+    ImGui::Begin("side bar", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                     ImGuiWindowFlags_NoBringToFrontOnFocus);
+    section_buttons(section);
+    ImGui::BeginChild("section");
+    for (const Section& s : kSections) {
+        if (section != s.name) continue;
+        ImGui::PushID(s.name);
+        s.declare(c);
+        ImGui::PopID();
+    }
+    ImGui::EndChild();
+    ImGui::End();
+}
+
+}  // namespace halflight::view

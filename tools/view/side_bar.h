@@ -1,0 +1,81 @@
+// The side bar: one section per task. It stands beside the picture and never covers it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/color/color.h"
+#include "tools/view/actions.h"
+#include "tools/view/display.h"
+#include "tools/view/navigation.h"
+#include "tools/view/pass_history.h"
+#include "tools/view/session.h"
+#include "tools/view/window_layout.h"
+
+namespace halflight::view {
+
+/// Contents of the sections, apart from the session.
+struct PanelState {
+    const Picture* picture = nullptr;      // shown picture; null at first
+    const PassHistory* history = nullptr;  // pass times of the pictures so far; not null
+    RenderThread::Status status;
+    const Picture* complete = nullptr;  // newest picture with all layers; null at first
+    std::optional<ivec2> pixel{};       // pixel under the mouse; none: the mouse is elsewhere
+    bool comparing = false;             // a comparison picture exists
+    ComparisonMode comparison = ComparisonMode::split;
+    bool picking = false;     // the next click in the picture focuses the lens
+    bool playing = false;     // the animation is playing
+    std::uint32_t frame = 0;  // frame of the animation that is shown or requested
+    ivec2 size{0};            // size of the picture, pixels
+};
+
+/// Actions requested in the side bar and in the menu. The viewer performs them.
+struct PanelRequests {
+    std::vector<Action> actions{};     // actions to perform, in order
+    std::optional<CameraPose> pose{};  // camera pose to move to
+    struct FrameRequest {
+        std::string animation;
+        std::uint32_t frame;
+    };
+    std::optional<FrameRequest> frame{};  // frame to show
+    std::optional<bool> play{};
+    std::optional<ivec2> size{};       // size of the picture to take, pixels
+    std::optional<std::string> open{};     // file to open
+    std::optional<std::string> against{};  // file to compare with
+    std::optional<ComparisonMode> comparison{};
+    bool pick_focus = false;  // the next click in the picture focuses the lens
+    std::vector<std::string> done{};   // actions that the sections have carried out, as messages to the user
+};
+
+/// Everything that a section works with.
+struct PanelContext {
+    Session& session;
+    const ColorConfig& colors;
+    Navigation& navigation;
+    const PanelState& now;
+    PanelRequests& requests;
+};
+
+/// A section of the side bar. A new one needs its function and a row in side_bar.cpp.
+struct Section {
+    const char* name;
+    const char* help;
+    void (*declare)(PanelContext&);
+};
+std::span<const Section> sections();
+
+void scene_section(PanelContext& c);
+void camera_section(PanelContext& c);
+void light_section(PanelContext& c);
+void look_section(PanelContext& c);
+void quality_section(PanelContext& c);
+void inspect_section(PanelContext& c);
+
+/// Declares the side bar in its rectangle; call it between Gui::begin() and draw(). section: name of the open section,
+/// which a click changes.
+void side_bar(const Rectangle& where, std::string& section, PanelContext& c);
+
+}  // namespace halflight::view

@@ -1,0 +1,211 @@
+// Actions of keys, menu and side bar.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "api/halflight/picture_file.h"
+#include "api/halflight/statistics.h"
+#include "engine/core/image_tools.h"
+#include "engine/io/exr.h"
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "tools/view/viewer.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr std::uint64_t kMostPictureBytes = std::uint64_t{1} << 32;  // maximum size of a picture to compare with
+constexpr float kStopStep = 0.25f;        // stops per press of a key
+constexpr float kMostStops = 64;          // limit of exposures by keys
+constexpr float kUiStep = 1.125f;         // factor on the scale of text and controls per press of a key
+
+}  // namespace
+
+void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
+    Exposure& exposure = session_.transform.exposure;
+    const auto expose = [&](float stops) {
+        exposure = std::clamp(stops, -kMostStops, kMostStops);
+        tell(fmt::format("Exposure {:.2f} stops", exposure.stops));
+    };
+    switch (action) {
+        case Action::open:
+            return file_prompt_.ask();
+        case Action::save:
+            return save();
+        case Action::screenshot:
+            return screenshot(unused_name("png"));
+        case Action::exr:
+            return screenshot(unused_name("exr"));
+        case Action::quit:
+            return window_.close();
+        case Action::hide_panels:
+            panels_shown_ = !panels_shown_;
+            return tell(panels_shown_ ? "Panels shown" : "Panels hidden; H shows them");
+        case Action::larger_ui:
+        case Action::smaller_ui:
+            gui_.set_scale(gui_.scale() * (action == Action::larger_ui ? kUiStep : 1 / kUiStep));
+            return tell(fmt::format("Scale of text and controls {:.2f}", gui_.scale()));
+        case Action::brighter:
+            return expose(exposure.stops + kStopStep);
+        case Action::darker:
+            return expose(exposure.stops - kStopStep);
+        case Action::reset_exposure:
+            return expose(0);
+        case Action::next_layer:
+            return step_layer(1);
+        case Action::previous_layer:
+            return step_layer(-1);
+        case Action::final_layer:
+            session_.layer_view.layer = kFinal;
+            return step_layer(0);
+        case Action::frame_object:
+            return tell(session_.frame_object(point, picture_size_) ? "Object framed" : "No object under the mouse");
+        case Action::focus_lens:
+            session_.focus_lens(point, picture_size_);
+            return tell("Lens focused");
+        case Action::reset_camera:
+            session_.reset_camera();
+            return tell("Initial view");
+        case Action::bookmark:
+            session_.bookmark();
+            return tell(fmt::format("Bookmark \"{}\" added", session_.bookmarks.back().name));
+        case Action::recall:
+            return recall(static_cast<std::size_t>(press.key[0] - '1'));
+        case Action::play:
+            set_playing(!play_);
+            return tell(play_ ? "Playing" : session_.timeline().playing.empty() ? "No animation is chosen" : "Stopped");
+        case Action::keep:
+            return compare(true);
+        case Action::close_comparison:
+            return compare(false);
+        case Action::shortcuts:
+            shortcuts_shown_ = !shortcuts_shown_;
+            return;
+    }
+}
+
+void Viewer::recall(std::size_t number) {
+    const auto& all = session_.bookmarks;
+    if (number >= all.size()) return tell(fmt::format("There is no bookmark {}", number + 1));
+    session_.move(all[number].pose);
+    tell(fmt::format("Bookmark \"{}\"", all[number].name));
+}
+
+void Viewer::step_layer(int step) {
+    const std::vector<std::string> all = layer_view_names();
+    std::string& layer = session_.layer_view.layer;
+    const auto now = std::ranges::find(all, layer) - all.begin();
+    const auto count = static_cast<std::ptrdiff_t>(all.size());
+    layer = all[static_cast<std::size_t>((now + step + count) % count)];
+    tell(fmt::format("Layer {}: {}", layer, description(layer)));
+}
+
+void Viewer::compare(bool on) {
+    if (!on) {
+        if (comparison_) tell("Comparison closed");
+        comparison_.reset();
+        set_comparison(ComparisonMode::split);
+        display_.close_comparison();
+        return;
+    }
+    if (!picture_) throw Error("compare", "there is no picture yet");
+    display_.keep_comparison();
+    comparison_ = fmt::format("{}, {} samples", session_.description(), picture_->result.stats.samples);
+    tell("Picture kept as B");
+}
+
+void Viewer::compare_with(const std::filesystem::path& path) {
+    const std::string bytes = read_file(path, kMostPictureBytes);
+    const bool png = is_png(bytes);
+    display_.set_comparison({png ? rgb(read_png(path.string(), bytes, kMaxSide))
+                                 : rgb(read_exr(path).image({"R", "G", "B"})),
+                             png});
+    comparison_ = path.filename().string();
+    tell(fmt::format("Comparing with {}", *comparison_));
+}
+
+void Viewer::set_comparison(ComparisonMode mode) {
+    if (mode == ComparisonMode::difference && comparison_ && !display_.can_subtract())
+        throw Error("comparison", "a linear picture and a display-encoded one have no difference");
+    comparison_mode_ = mode;
+    display_.set_difference(mode == ComparisonMode::difference);
+}
+
+float Viewer::shown_split() const {
+    constexpr double kTurn = 0.5;  // seconds
+    if (comparison_mode_ == ComparisonMode::split) return split_;
+    if (comparison_mode_ == ComparisonMode::difference) return 1;
+    return std::fmod(now(), 2 * kTurn) < kTurn ? 1.0f : 0.0f;
+}
+
+void Viewer::perform(const PanelRequests& requests) {
+    for (const std::string& message : requests.done) tell(message);
+    if (requests.pose) attempt([&] { session_.move(*requests.pose); });
+    if (requests.size && *requests.size != picture_size_) {
+        picture_size_ = *requests.size;
+        tell(fmt::format("Picture of {}x{} pixels", picture_size_.x, picture_size_.y));
+    }
+    if (requests.against) attempt([&] { compare_with(*requests.against); });
+    if (requests.comparison) attempt([&] { set_comparison(*requests.comparison); });
+    if (requests.pick_focus) picking_ = !picking_;
+    if (requests.open) to_open_.emplace_back(*requests.open);
+    if (requests.frame) next_pose_ = requests.frame;
+    if (requests.frame || requests.play) set_playing(requests.play.value_or(false));
+    for (const Action action : requests.actions)
+        attempt([&] { perform(action, {}, dvec2(picture_size_) / 2.0); });
+}
+
+/// Returns an unused file name in the current folder, made of the scene's name.
+std::filesystem::path Viewer::unused_name(const char* extension) {
+    for (int i = 1;; ++i) {
+        const std::filesystem::path name = fmt::format("{}-{:04}.{}", session_.file().stem().string(), i, extension);
+        std::error_code none;
+        if (names_.contains(name) || std::filesystem::exists(name, none)) continue;
+        names_.insert(name);  // the file may not be there yet
+        return name;
+    }
+}
+
+void Viewer::save() {
+    const std::filesystem::path path = session_.settings_file();
+    writer_.write(path.string(),
+                  [path, settings = session_.saved(picture_size_)] { write_settings(path, settings); });
+}
+
+void Viewer::screenshot(const std::filesystem::path& path) {
+    if (!picture_) throw Error(path.string(), "not written: there is no picture yet");
+    if (!has_extension(path, "exr"))
+        return writer_.write(path.string(), [path, image = display_.read(shown_split())] { write_png(path, image); });
+    const RenderStats& stats = picture_->result.stats;
+    PictureInfo facts{
+        .camera = picture_->camera,
+        .working_space = colors_.linear_space(""),
+        .comments = fmt::format("scene {}, shown by halflight view, {} samples, {}",
+                                session_.file().filename().string(), stats.samples, session_.description()),
+        .filter = text(PixelFilter{}),
+        .lens = lens_text(picture_->camera, stats.lens,
+                          double(picture_->result.beauty.width) / picture_->result.beauty.height),
+        .shutter = "",
+        .bias = fmt::format("{}", fmt::join(layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
+        .error = ""};
+    writer_.write(path.string(), [path, facts = std::move(facts), picture = picture_, view = layer_view_] {
+        write_picture(path, shown_result(view, picture->aovs, picture->result), facts);
+    });
+}
+
+void Viewer::report_files() {
+    for (const FileWriter::Result& result : writer_.results()) {
+        frames_due_ = std::max(frames_due_, 1);
+        if (result.error.empty())
+            tell(fmt::format("Saved {}", result.name));
+        else if (scripted())
+            throw Error("", result.error);
+        else
+            toasts_.fail(result.error, now());
+    }
+}
+
+}  // namespace halflight::view

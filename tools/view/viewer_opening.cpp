@@ -1,0 +1,83 @@
+// Opening of files, and playing of animations.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "tools/view/viewer.h"
+
+namespace halflight::view {
+
+void Viewer::open_dropped_files() {
+    for (auto& path : window_.dropped()) to_open_.push_back(std::move(path));
+    finish_opening();
+    open_next();
+}
+
+void Viewer::start_opening(const std::string& activity, std::function<Session::Opened()> opening) {
+    const auto task = std::make_shared<std::packaged_task<Session::Opened()>>(std::move(opening));
+    opening_ = task->get_future();
+    thread_.perform(activity, [task] { (*task)(); });
+}
+
+void Viewer::open_next() {
+    if (opening_.valid()) return;
+    if (!to_open_.empty()) {
+        const std::filesystem::path path = std::move(to_open_.front());
+        to_open_.pop_front();
+        opening_name_ = path.filename().string();
+        attempt([&] { start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
+        return;
+    }
+    opening_pose_ = std::exchange(next_pose_, {});
+    const Timeline& t = session_.timeline();
+    if (!opening_pose_ || (opening_pose_->animation == t.animation && opening_pose_->frame == t.frame))
+        return opening_pose_.reset();
+    attempt([&] {
+        start_opening(fmt::format("frame {}", opening_pose_->frame),
+                      session_.posing(opening_pose_->animation, opening_pose_->frame));
+    });
+}
+
+bool Viewer::finish_opening() {
+    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+        frames_due_ = std::max(frames_due_, 2);
+        const bool pose_only = std::exchange(opening_pose_, {}).has_value();
+        const std::optional<Play> going_on = std::exchange(play_, {});  // restored unless opening fails
+        attempt([&] {
+            Session::Opened opened = opening_.get();
+            if (opened.start)
+                next_pose_.reset();  // drops a frame request for the previous file
+            else
+                play_ = going_on;
+            pose_pending_ = true;
+            session_.open(std::move(opened));
+            if (!pose_only) tell(fmt::format("Opened {}", opening_name_));
+        });
+    }
+    return !opening_.valid() && to_open_.empty() && !next_pose_;
+}
+
+void Viewer::set_playing(bool on) {
+    play_.reset();
+    if (on && !session_.timeline().playing.empty()) play_ = {now(), session_.timeline().frame};
+}
+
+void Viewer::advance_playback() {
+    if (!play_) return;
+    const Timeline& t = session_.timeline();
+    if (t.playing.empty() || thread_.status().failed == request_) return set_playing(false);
+    if (finish_opening() && play_ && !pose_pending_) {
+        const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
+        const auto due = static_cast<std::uint32_t>(std::fmod(play_->first + passed, t.last + 1.0));
+        if (due != t.frame) next_pose_ = {t.animation, due};
+    }
+    open_next();
+}
+
+std::uint32_t Viewer::next_frame() const {
+    return next_pose_ ? next_pose_->frame : opening_pose_ ? opening_pose_->frame : session_.timeline().frame;
+}
+
+}  // namespace halflight::view

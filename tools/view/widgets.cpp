@@ -1,0 +1,176 @@
+#include "tools/view/widgets.h"
+
+#include <algorithm>
+#include <cfloat>
+
+namespace halflight::view {
+namespace {
+
+constexpr float kLabelShare = 0.42f;  // share of the width that labels take
+
+float left_edge() {
+    return ImGui::GetWindowContentRegionMin().x;
+}
+float right_edge() {
+    return ImGui::GetWindowContentRegionMax().x;
+}
+
+/// Puts an item of that width beside the last one if there is room.
+void beside(float width) {
+    const float right = ImGui::GetWindowPos().x + right_edge();
+    if (ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + width <= right) ImGui::SameLine();
+}
+
+/// Gives the controls of a row an id of their own.
+class Id {
+  public:
+    explicit Id(const char* name) { ImGui::PushID(name); }
+    ~Id() { ImGui::PopID(); }
+    Id(const Id&) = delete;
+    Id& operator=(const Id&) = delete;
+};
+
+}  // namespace
+
+void text(const std::string& line) {
+    ImGui::PushTextWrapPos();
+    ImGui::TextUnformatted(line.c_str());
+    ImGui::PopTextWrapPos();
+}
+
+void faint_text(const std::string& line) {
+    ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    text(line);
+    ImGui::PopStyleColor();
+}
+
+void tooltip(const char* help) {
+    if (*help == 0 || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(24 * ImGui::GetFontSize());
+    ImGui::TextUnformatted(help);
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+}
+
+void value(const char* name, const std::string& text, const char* help) {
+    ImGui::TextUnformatted(name);
+    tooltip(help);
+    const float column = left_edge() + kLabelShare * (right_edge() - left_edge());
+    const float gap = ImGui::GetStyle().ItemSpacing.x;
+    if (left_edge() + ImGui::CalcTextSize(name).x + gap < column) ImGui::SameLine(column);
+    ImGui::PushTextWrapPos();
+    ImGui::TextUnformatted(text.c_str());
+    ImGui::PopTextWrapPos();
+}
+
+void heading(const char* title) {
+    ImGui::Spacing();
+    ImGui::TextUnformatted(title);
+    ImGui::Separator();
+}
+
+void label(const char* text, const char* help) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(text);
+    tooltip(help);
+    const float column = left_edge() + kLabelShare * (right_edge() - left_edge());
+    const float end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x;
+    if (end + ImGui::GetStyle().ItemSpacing.x < column) ImGui::SameLine(column);
+    ImGui::SetNextItemWidth(-FLT_MIN);
+}
+
+bool slider(const char* name, int& value, int lower, int upper, const char* help, ImGuiSliderFlags flags,
+            const char* format) {
+    const Id id(name);
+    label(name, help);
+    const bool changed = ImGui::SliderInt("##slider", &value, lower, upper, format, flags);
+    tooltip(help);
+    return changed;
+}
+
+bool slider(const char* name, float& value, float lower, float upper, const char* format, const char* help,
+            ImGuiSliderFlags flags) {
+    const Id id(name);
+    label(name, help);
+    const bool changed = ImGui::SliderFloat("##slider", &value, lower, upper, format, flags);
+    tooltip(help);
+    return changed;
+}
+
+bool slider(const char* name, const char* setting_name, int& value) {
+    const Setting& s = setting(setting_name);
+    return slider(name, value, static_cast<int>(s.slider_from), static_cast<int>(s.slider_to), s.help);
+}
+
+bool slider(const char* name, const char* setting_name, float& value, const char* format, ImGuiSliderFlags flags) {
+    const Setting& s = setting(setting_name);
+    return slider(name, value, static_cast<float>(s.slider_from), static_cast<float>(s.slider_to), format, s.help,
+                  flags);
+}
+
+bool checkbox(const char* name, bool& value, const char* help) {
+    const bool changed = ImGui::Checkbox(name, &value);
+    tooltip(help);
+    return changed;
+}
+
+bool drag(const char* name, dvec3& value, float speed, const char* help) {
+    const Id id(name);
+    constexpr const char* kAxes[] = {"X", "Y", "Z"};
+    bool changed = false;
+    ImGui::TextUnformatted(name);
+    tooltip(help);
+    for (int axis = 0; axis < 3; ++axis) {
+        const Id own(kAxes[axis]);
+        label(kAxes[axis], help);
+        changed |= ImGui::DragScalar("##drag", ImGuiDataType_Double, &value[axis], speed, nullptr, nullptr, "%.4g");
+    }
+    return changed;
+}
+
+bool choose(const char* name, std::string& chosen, std::span<const std::string> all, const char* help) {
+    const Id id(name);
+    label(name, help);
+    bool changed = false;
+    if (ImGui::BeginCombo("##combo", chosen.c_str(), ImGuiComboFlags_HeightLarge)) {
+        for (const std::string& one : all) {
+            if (!ImGui::Selectable(one.c_str(), one == chosen)) continue;
+            changed = one != chosen;
+            chosen = one;
+        }
+        ImGui::EndCombo();
+    } else {
+        tooltip(help);
+    }
+    return changed;
+}
+
+bool pick_color(const char* name, vec3& linear, const char* help) {
+    constexpr float kGamma = 2.2f;
+    const Id id(name);
+    label(name, help);
+    vec3 shown = glm::pow(linear, vec3(1 / kGamma));
+    const bool changed = ImGui::ColorEdit3("##color", &shown.r, ImGuiColorEditFlags_NoInputs);
+    tooltip(help);
+    if (changed) linear = glm::pow(glm::clamp(shown, 0.0f, 1.0f), vec3(kGamma));
+    return changed;
+}
+
+bool button(const char* name, const char* help, bool same_line) {
+    if (same_line) beside(ImGui::CalcTextSize(name, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x);
+    const bool clicked = ImGui::Button(name);
+    tooltip(help);
+    return clicked;
+}
+
+bool radio(const char* name, bool on, const char* help, bool same_line) {
+    if (same_line)
+        beside(ImGui::CalcTextSize(name, nullptr, true).x + ImGui::GetFrameHeight() +
+               ImGui::GetStyle().ItemInnerSpacing.x);
+    const bool clicked = ImGui::RadioButton(name, on);
+    tooltip(help);
+    return clicked;
+}
+
+}  // namespace halflight::view
