@@ -281,11 +281,11 @@ TEST_F(Refusal, NoDevice) {
 constexpr int kTooFewBytes = 8192;
 
 TEST_F(Refusal, LimitOfFileSize) {
-    // The driver's shader cache must not reach the limit.
+    // The driver's shader cache and the kept sources of shaders must not reach the limit.
     expect({"render", scene, folder / "out.exr", "--width", "64", "--height", "64", "--samples", "1", "--aov", "all",
             "--quiet"},
            1, ".*out.exr: .*File too large",
-           {.environment = {"MESA_SHADER_CACHE_DISABLE=true"},
+           {.environment = {"MESA_SHADER_CACHE_DISABLE=true", "HALFLIGHT_SHADER_SOURCES"},
             .wrapper = {"prlimit", "--fsize=" + std::to_string(kTooFewBytes)}});
 }
 

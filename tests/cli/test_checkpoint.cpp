@@ -70,7 +70,7 @@ TEST_F(CheckpointOption, OtherPicturesAreRefused) {
 
 TEST_F(CheckpointOption, FullDisksEndNoPicture) {
     // The sums of a band take 700 kB, the picture 60 kB.
-    const RunOptions limited{.wrapper = {"prlimit", "--fsize=300000"}};
+    const RunOptions limited{.environment = {"HALFLIGHT_SHADER_SOURCES"}, .wrapper = {"prlimit", "--fsize=300000"}};
     const Outcome outcome = run_program(arguments(file("a.exr")), limited);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("warning: checkpoint not saved: " + saved.string()), std::string::npos) << outcome.err;

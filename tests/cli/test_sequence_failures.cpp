@@ -63,7 +63,8 @@ TEST_F(Sequence, FullDisk) {
     const Outcome outcome =
         run_program({"render", scene, folder / "out" / "f.%02d.exr", "--frames", "1-2", "--width", "64", "--height",
                      "64", "--samples", "1", "--animation", "none", "--aov", "normal", "--quiet"},
-                    {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .wrapper = {"prlimit", "--fsize=8192"}});
+                    {.environment = {"MESA_SHADER_CACHE_DISABLE=true", "HALFLIGHT_SHADER_SOURCES"},
+                     .wrapper = {"prlimit", "--fsize=8192"}});
     EXPECT_EQ(outcome.status, 1);
     EXPECT_TRUE(std::regex_match(
         outcome.err, std::regex("halflight: .*f.%02d.exr: frames 1,2 of 2 failed: .*f.01.exr: .*File too large\n")))

@@ -47,6 +47,13 @@ void expect_same(const RenderResult& a, const RenderResult& b) {
         EXPECT_TRUE(same_bits(a.aovs[i].image, b.aovs[i].image)) << a.aovs[i].channels[0];
 }
 
+void expect_includes(const RenderResult& a, const RenderResult& b) {
+    EXPECT_TRUE(same_bits(a.beauty, b.beauty));
+    EXPECT_TRUE(same_bits(a.view, b.view));
+    for (const ExrLayer& wanted : b.aovs)
+        EXPECT_TRUE(same_bits(layer(a, wanted.channels[0]), wanted.image)) << wanted.channels[0];
+}
+
 MeanValue mean_radiance(const RenderResult& result, int channel) {
     const Image& variances = layer(result, "variance.R");
     const double count = static_cast<double>(variances.width) * variances.height;

@@ -20,6 +20,8 @@ RenderResult render(gpu::Context& context, const Scene& scene, const RenderSetti
 const Image& layer(const RenderResult& result, const std::string& channel);
 /// Compares beauty, view and AOVs bit by bit.
 void expect_same(const RenderResult& a, const RenderResult& b);
+/// Compares beauty, view and all layers of `b` bit by bit. `a` may have further layers.
+void expect_includes(const RenderResult& a, const RenderResult& b);
 
 struct MeanValue {
     double value = 0;

@@ -1,6 +1,7 @@
 // Tests the viewer's render thread: a coarse picture comes first, then the picture of `render`, bit for bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -10,6 +11,7 @@
 namespace halflight::view {
 namespace {
 
+using test::expect_includes;
 using test::expect_same;
 using test::layer;
 using test::small_settings;
@@ -23,13 +25,14 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     const std::uint64_t number = thread->show(r);
     EXPECT_EQ(number, 1u);
     ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
-    expect_same(thread.pictures.back()->result, expected(r, 5));
-    EXPECT_EQ(thread.pictures.back()->aovs, r.aovs);
+    expect_includes(thread.pictures.back()->result, expected(r, 5));
+    for (const std::string& aov : r.aovs)
+        EXPECT_EQ(std::ranges::count(thread.pictures.back()->aovs, aov), 1) << aov;
     EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "times were not requested";
     // Rendering continues from the samples so far.
     thread->limit(7);
     ASSERT_TRUE(thread.until_samples(number, 7));
-    expect_same(thread.pictures.back()->result, expected(r, 7));
+    expect_includes(thread.pictures.back()->result, expected(r, 7));
     for (const auto& picture : thread.pictures) {
         EXPECT_EQ(picture->request, number);
         EXPECT_LE(picture->result.stats.samples, 7);
@@ -51,7 +54,7 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     r.camera.camera_to_world[3].x += 0.1;
     const std::uint64_t third = thread->show(r);
     ASSERT_TRUE(thread.until_samples(third, 1));
-    expect_same(thread.pictures.back()->result, expected(r, 1));
+    expect_includes(thread.pictures.back()->result, expected(r, 1));
     for (const auto& picture : thread.pictures) EXPECT_TRUE(picture->request != third || picture->divisor == 1);
 
     RecordingThread hasty(1e-9);
@@ -123,13 +126,13 @@ TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     r.edits.clay = true;
     r.edits.emission = 0.25f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_same(thread.pictures.back()->result, expected(r, 2));
+    expect_includes(thread.pictures.back()->result, expected(r, 2));
     EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, plain->result.beauty));
     // Hierarchies are kept. Renderers are kept, too, if only lights change.
     EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
     r.edits.emission = 0.5f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_same(thread.pictures.back()->result, expected(r, 2));
+    expect_includes(thread.pictures.back()->result, expected(r, 2));
     EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
     r.edits = {};
     r.measure = true;
@@ -150,14 +153,14 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     parts.aovs = {"direct_diffuse", "indirect_diffuse"};
     const std::uint64_t number = thread->show(parts);
     ASSERT_TRUE(thread.until_samples(number, 3));
-    expect_same(thread.pictures.back()->result, expected(parts, 3));
+    expect_includes(thread.pictures.back()->result, expected(parts, 3));
     EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "their age is that of the samples";
     // Rendering continues from the samples so far, and their AOVs are kept.
     thread->limit(5);
     ASSERT_TRUE(thread.until_samples(number, 5));
     const std::uint64_t again = thread->show(r);
     ASSERT_TRUE(thread.until_samples(again, 5));
-    expect_same(thread.pictures.back()->result, expected(r, 5));
+    expect_includes(thread.pictures.back()->result, expected(r, 5));
     EXPECT_GT(thread.pictures.back()->relmse.value(), 0);
     for (const auto& picture : thread.pictures) {
         EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "rendering has restarted";
@@ -188,7 +191,7 @@ TEST_F(RenderThreadTest, CullingIsChosen) {
         SCOPED_TRACE(rays::name(culling));
         r.culling = culling;
         ASSERT_TRUE(thread.until_samples(thread->show(r), 2)) << thread->status().error;
-        expect_same(thread.pictures.back()->result, expected(r, 2));
+        expect_includes(thread.pictures.back()->result, expected(r, 2));
         EXPECT_EQ(thread.pictures.back()->result.stats.raster.empty(), culling != rays::Culling::raster);
     }
 }
@@ -225,7 +228,7 @@ TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
     ASSERT_TRUE(thread.until([&] { return done.load(); }));
     thread->limit(2);
     ASSERT_TRUE(thread.until_samples(number, 2));
-    expect_same(thread.pictures.back()->result, expected(r, 2));
+    expect_includes(thread.pictures.back()->result, expected(r, 2));
 }
 
 TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
@@ -247,7 +250,7 @@ TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
         RecordingThread thread;  // a thread that has not rendered the reference
         thread->limit(2);
         ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-        expect_same(thread.pictures.back()->result, expected_pose(r));
+        expect_includes(thread.pictures.back()->result, expected_pose(r));
     }
     RecordingThread thread;
     thread->limit(2);
@@ -255,7 +258,7 @@ TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
     const auto first = thread.pictures.back();
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
     const auto second = thread.pictures.back();
-    expect_same(second->result, expected_pose(r));
+    expect_includes(second->result, expected_pose(r));
     EXPECT_FALSE(same_bits(first->result.beauty, second->result.beauty));
     ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
     expect_same(thread.pictures.back()->result, first->result);
