@@ -487,6 +487,7 @@ TEST_F(View, InspectsPixelsAndCompares) {
         split 0
         screenshot @other.png
         exposure 0
+        split 1
         view luminance
         wait first
         screenshot @luminance.png)"));
