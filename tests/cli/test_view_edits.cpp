@@ -114,6 +114,52 @@ TEST_F(ViewEdit, EditsAreUndoneAndRedone) {
     EXPECT_NE(view("undo\n").err.find("there is no edit"), std::string::npos);
 }
 
+TEST_F(ViewEdit, KeysUndoAndRedo) {
+    const Outcome outcome = view(R"(
+        material floor.roughness=0.25
+        environment studio
+        key Ctrl+Z
+        key Ctrl+Z
+        key Ctrl+Z
+        save
+        wait samples 2
+        screenshot @undone.exr
+        key Ctrl+Shift+Z
+        key Ctrl+Y
+        wait samples 2
+        screenshot @redone.exr
+        save
+    )");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(same_bits(exr("redone.exr"), render({"--settings", scene + ".halflight.json"})));
+    EXPECT_FALSE(same_bits(exr("redone.exr"), exr("undone.exr")));
+    EXPECT_TRUE(same_bits(exr("undone.exr"), render({"--width", "160", "--height", "120"})));
+}
+
+/// The viewer asks before it ends with edits that are not saved. Enter saves them.
+TEST_F(ViewEdit, UnsavedEditsAreAskedAbout) {
+    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+    const std::string settings = scene + ".halflight.json";
+    write_text(folder / "keys.sh", fmt::format(R"(xdotool search --sync --name '^halflight: ' >{0}
+        xdotool mousemove 20 60
+        xdotool key bracketright
+        xdotool search --sync --name 'not saved$' >{0}
+        xdotool key ctrl+q
+        touch {1}
+        while [ ! -f '{2}' ]; do xdotool key Return; sleep 0.1; done
+    )",
+                                               file("window"), file("asked"), settings));
+    Process input({"sh", file("keys.sh")}, ProcessOptions{.environment = {fmt::format("DISPLAY={}", display->name())}});
+    RunOptions options;
+    options.environment = {fmt::format("DISPLAY={}", display->name()), "LIBGL_ALWAYS_SOFTWARE=1"};
+    options.most_seconds = 60;
+    const Outcome outcome = run_program({"view", scene, "--size", "64x48", "--exposure", "0"}, options);
+    input.wait();
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(file("asked"))) << "the viewer ended before it was asked to";
+    EXPECT_EQ(nlohmann::json::parse(read_text(settings)).at("exposure"), 0.25);
+}
+
 TEST_F(ViewEdit, ErrorsNameTheObject) {
     const Outcome unknown = view("material flor.roughness=0.5\n");
     EXPECT_EQ(unknown.status, 1);

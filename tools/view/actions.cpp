@@ -12,6 +12,8 @@ constexpr std::array kActions = {
     ActionRow{Action::screenshot, Menu::file, "Save .png", "P", "saves the picture as shown"},
     ActionRow{Action::exr, Menu::file, "Save .exr", "Ctrl+E", "saves the linear picture with the layer shown"},
     ActionRow{Action::quit, Menu::file, "Quit", "Ctrl+Q", "ends the viewer"},
+    ActionRow{Action::undo, Menu::edit, "Undo", "Ctrl+Z", "takes back the last edit"},
+    ActionRow{Action::redo, Menu::edit, "Redo", "Ctrl+Y, Ctrl+Shift+Z", "repeats the edit that was taken back last"},
     ActionRow{Action::hide_panels, Menu::view, "Hide panels", "H", "hides or shows everything but the picture"},
     ActionRow{Action::larger_ui, Menu::view, "Larger text", "Ctrl++, Ctrl+=", "enlarges text and controls"},
     ActionRow{Action::smaller_ui, Menu::view, "Smaller text", "Ctrl+-", "reduces text and controls"},
@@ -39,6 +41,8 @@ const char* name(Menu menu) {
     switch (menu) {
         case Menu::file:
             return "File";
+        case Menu::edit:
+            return "Edit";
         case Menu::view:
             return "View";
         case Menu::camera:
@@ -60,9 +64,14 @@ const ActionRow& row_of(Action action) {
 }
 
 KeyPress key_press(std::string_view text) {
-    constexpr std::string_view kCtrl = "Ctrl+";
-    const bool ctrl = text.starts_with(kCtrl);
-    return {std::string(ctrl ? text.substr(kCtrl.size()) : text), ctrl};
+    const auto take = [&](std::string_view prefix) {
+        const bool there = text.starts_with(prefix);
+        if (there) text.remove_prefix(prefix.size());
+        return there;
+    };
+    const bool ctrl = take("Ctrl+");
+    const bool shift = ctrl && take("Shift+");
+    return {std::string(text), ctrl, shift};
 }
 
 bool has_key(const ActionRow& row, const KeyPress& press) {
@@ -71,7 +80,8 @@ bool has_key(const ActionRow& row, const KeyPress& press) {
     for (std::size_t from = 0; from < keys.size();) {
         const std::size_t to = std::min(keys.find(kNext, from), keys.size());
         const KeyPress own = key_press(keys.substr(from, to - from));
-        if (own.ctrl == press.ctrl) {
+        const bool letter = own.key.size() == 1 && own.key[0] >= 'A' && own.key[0] <= 'Z';
+        if (own.ctrl == press.ctrl && (!own.ctrl || !letter || own.shift == press.shift)) {
             if (own.key == press.key) return true;
             if (own.key == "1-9" && press.key.size() == 1 && press.key[0] >= '1' && press.key[0] <= '9') return true;
         }

@@ -13,6 +13,8 @@ enum class Action {
     screenshot,
     exr,
     quit,
+    undo,
+    redo,
     hide_panels,
     larger_ui,
     smaller_ui,
@@ -34,14 +36,14 @@ enum class Action {
 };
 
 /// Menu of an action; the order is that of the menu bar.
-enum class Menu { file, view, camera, compare, help };
+enum class Menu { file, edit, view, camera, compare, help };
 const char* name(Menu menu);
 
 struct ActionRow {
     Action action;
     Menu menu;
     const char* label;  // text of the menu
-    const char* keys;   // keys, separated by ", ": "Ctrl+S", "P", "F1", "?"
+    const char* keys;   // keys, separated by ", ": "Ctrl+S", "Ctrl+Shift+Z", "P", "F1", "?"
     const char* help;   // effect, in one phrase
 };
 
@@ -53,12 +55,13 @@ const ActionRow& row_of(Action action);
 struct KeyPress {
     std::string key;  // name of the key: "S", "F1", "Space", or the letter that was typed, such as "?"
     bool ctrl = false;
+    bool shift = false;  // matters for letters with Ctrl only: signs depend on the keyboard's layout
 };
 /// Returns whether an action has this key. "1-9" stands for all digits from 1 on.
 bool has_key(const ActionRow& row, const KeyPress& press);
 /// Returns the row of a key; null for none.
 const ActionRow* action_of(const KeyPress& press);
-/// Parses "Ctrl+S" or "S".
+/// Parses "Ctrl+Shift+Z", "Ctrl+S" or "S".
 KeyPress key_press(std::string_view text);
 
 }  // namespace halflight::view

@@ -52,7 +52,7 @@ void layer_items(PanelContext& c) {
 
 void menu_bar(PanelContext& c) {
     if (!ImGui::BeginMainMenuBar()) return;
-    for (const Menu menu : {Menu::file, Menu::view, Menu::camera, Menu::compare, Menu::help}) {
+    for (const Menu menu : {Menu::file, Menu::edit, Menu::view, Menu::camera, Menu::compare, Menu::help}) {
         if (!ImGui::BeginMenu(name(menu))) continue;
         for (const ActionRow& row : actions()) {
             if (row.menu != menu || row.action == Action::recall) continue;

@@ -234,9 +234,9 @@ std::vector<KeyPress> Gui::pressed() const {
         if (e.kind == InputEvent::Kind::key) {
             // Without Ctrl, a key with a sign on it comes as a letter, too.
             std::string key = name_of(e, ctrl);
-            if (!key.empty()) all.push_back({std::move(key), ctrl});
+            if (!key.empty()) all.push_back({std::move(key), ctrl, (e.modifiers & GLFW_MOD_SHIFT) != 0});
         } else if (e.kind == InputEvent::Kind::letter && e.letter > ' ' && e.letter < 0x7f) {
-            all.push_back({{static_cast<char>(std::toupper(static_cast<int>(e.letter)))}, false});
+            all.push_back({{static_cast<char>(std::toupper(static_cast<int>(e.letter)))}});
         }
     }
     return all;

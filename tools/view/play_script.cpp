@@ -38,6 +38,7 @@ bool opens(const std::string& command) {
 void Viewer::step_script() {
     while (next_command_ < script_.size() && !quit_) {
         const Command& command = script_[next_command_];
+        if (opening_.valid() && !script_opens_ && !play_ && !finish_opening()) return;  // a key has started it
         try {
             if (command.name == "wait") {
                 if (!wait_done(command)) return;
@@ -165,6 +166,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "key") {
         const KeyPress press = key_press(c.words[0]);
         perform(action_of(press)->action, press, point);
+        undo_waiting();
     }
     if (c.name == "view") {
         const std::vector<std::string> all = layer_view_names();

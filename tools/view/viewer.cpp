@@ -99,12 +99,18 @@ Session::Opened Viewer::load_first() {
 std::string Viewer::title() const {
     const auto camera = session_.scene_camera();
     const std::string name = camera ? session_.scene().cameras[*camera].name : "";
-    return one_line(fmt::format("halflight: {}{}", session_.file().filename().string(),
-                                name.empty() ? "" : fmt::format(" ({})", name)));
+    return one_line(fmt::format("halflight: {}{}{}", session_.file().filename().string(),
+                                name.empty() ? "" : fmt::format(" ({})", name),
+                                edit_history_.unsaved() ? ", not saved" : ""));
 }
 
 void Viewer::run() {
-    while (!window_.closing() && !quit_ && stop_signal() == 0) {
+    while (!quit_ && stop_signal() == 0) {
+        if (window_.closing()) {
+            if (may_lose_edits("the viewer ends", [this] { quit_ = true; })) break;
+            window_.stay_open();
+            frames_due_ = std::max(frames_due_, 2);
+        }
         const bool at_once = frames_due_ > 0 || play_ || next_command_ < script_.size();
         const bool turns = comparison_ && comparison_mode_ == ComparisonMode::flicker;
         const double patience = navigation_.moving() || at_once ? kMoving : turns ? kTurn : kIdle;
@@ -177,7 +183,6 @@ void Viewer::request_picture() {
     request_ = thread_.show(request);
     requested_ = std::move(request);
     timings_.record_request(request_, asked);
-    window_.set_title(title());
 }
 
 WindowLayout Viewer::layout() const {
@@ -209,7 +214,7 @@ void Viewer::declare() {
     const WindowLayout now = layout();
     if (const auto time = gui_.event_time(); time && !input_time_) input_time_ = time;
     PanelRequests requests;
-    if (!scripted() || input_until_) {
+    if (takes_input() && !unsaved_prompt_.asking()) {
         const dvec2 point = picture_point(now, picture_size_, gui_.mouse());
         const bool in_picture = now.picture.contains(gui_.mouse()) && !ImGui::GetIO().WantCaptureMouse;
         if (picking_ && in_picture && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
@@ -258,6 +263,8 @@ void Viewer::declare() {
                  split_);
     if (!picture_) waiting_text(now.area, progress());
     perform(requests);
+    if (takes_input()) ask_about_edits(), undo_waiting(), record_edits();
+    window_.set_title(title());
 }
 
 void Viewer::apply_transform() {

@@ -23,6 +23,7 @@
 #include "tools/view/side_bar.h"
 #include "tools/view/timings.h"
 #include "tools/view/toasts.h"
+#include "tools/view/unsaved_prompt.h"
 
 namespace halflight::view {
 
@@ -80,6 +81,8 @@ class Viewer {
     // The following functions are defined in play_script.cpp.
 
     bool scripted() const { return arguments_.script.has_value(); }
+    /// Returns whether mouse and keys act.
+    bool takes_input() const { return !scripted() || input_until_; }
     void step_script();
     bool wait_done(const Command& command);
     bool open_done(const Command& command);
@@ -88,8 +91,16 @@ class Viewer {
     nlohmann::ordered_json state() const;
     void execute(const Command& command);
 
+    // The following functions are defined in viewer_edits.cpp.
+
     void undo(bool again);  // Restores the state before the last edit, or after it where it was undone (`again`).
+    /// Undoes or redoes as asked by keys. Steps wait while something is being opened.
+    void undo_waiting();
+    void record_edits();
     bool execute_edit(const Command& command);  // Returns whether the command is an edit.
+    /// Returns whether no edits would be lost. Otherwise it asks the user, and f() follows later if the user agrees.
+    bool may_lose_edits(const std::string& what, std::function<void()> f);
+    void ask_about_edits();
 
     /// Runs f. In a script its errors propagate; in the window they become messages.
     template <class F>
@@ -115,6 +126,10 @@ class Viewer {
     Timings timings_;
     PassHistory history_;
     EditHistory edit_history_;
+    int undos_waiting_ = 0;  // steps to undo; negative: to redo
+    std::optional<SavedSettings> saving_;  // state that is being written to the settings file
+    UnsavedPrompt unsaved_prompt_;
+    bool discards_edits_ = false;  // the user has agreed to lose the edits
     SampleClock sample_clock_;
     Toasts toasts_;
     FilePrompt file_prompt_;

@@ -41,6 +41,12 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return screenshot(unused_name("exr"));
         case Action::quit:
             return window_.close();
+        case Action::undo:
+            ++undos_waiting_;
+            return;
+        case Action::redo:
+            --undos_waiting_;
+            return;
         case Action::hide_panels:
             panels_shown_ = !panels_shown_;
             return tell(panels_shown_ ? "Panels shown" : "Panels hidden; H shows them");
@@ -171,6 +177,7 @@ std::filesystem::path Viewer::unused_name(const char* extension) {
 
 void Viewer::save() {
     const std::filesystem::path path = session_.settings_file();
+    saving_ = session_.document();
     writer_.write(path.string(),
                   [path, settings = session_.saved(picture_size_)] { write_settings(path, settings); });
 }
@@ -199,6 +206,9 @@ void Viewer::screenshot(const std::filesystem::path& path) {
 void Viewer::report_files() {
     for (const FileWriter::Result& result : writer_.results()) {
         frames_due_ = std::max(frames_due_, 1);
+        const bool settings = result.name == session_.settings_file().string();
+        if (const auto state = settings ? std::exchange(saving_, {}) : std::nullopt; state && result.error.empty())
+            edit_history_.mark_saved(*state);
         if (result.error.empty())
             tell(fmt::format("Saved {}", result.name));
         else if (scripted())

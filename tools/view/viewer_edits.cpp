@@ -1,4 +1,6 @@
-// Edits of the scene: undo and redo, and the commands of scripts that edit.
+// Edits of the scene: undo and redo, the question before edits are lost, and the commands of scripts that edit.
+#include <imgui.h>
+
 #include <utility>
 
 #include "api/halflight/edit_text.h"
@@ -11,6 +13,47 @@ void Viewer::undo(bool again) {
     const auto state = again ? edit_history_.redo() : edit_history_.undo();
     if (!state) throw Error(again ? "redo" : "undo", "there is no edit");
     if (auto opening = session_.restore(*state)) start_opening(again ? "redoing" : "undoing", std::move(*opening));
+}
+
+void Viewer::undo_waiting() {
+    while (undos_waiting_ != 0 && !opening_.valid()) {
+        const bool again = undos_waiting_ < 0;
+        undos_waiting_ += again ? 1 : -1;
+        edit_history_.record(session_.document(), false);
+        if (again ? !edit_history_.can_redo() : !edit_history_.can_undo()) {
+            tell(again ? "There is no edit to repeat" : "There is no edit to take back");
+            continue;
+        }
+        undo(again);
+        tell(again ? "Edit repeated" : "Edit taken back");
+    }
+}
+
+void Viewer::record_edits() {
+    // An opening changes environment or variant when it ends.
+    edit_history_.record(session_.document(), opening_.valid() || ImGui::IsAnyItemActive());
+}
+
+bool Viewer::may_lose_edits(const std::string& what, std::function<void()> f) {
+    if (!takes_input() || std::exchange(discards_edits_, false)) return true;
+    if (!opening_.valid()) edit_history_.record(session_.document(), false);
+    if (!edit_history_.unsaved()) return true;
+    if (!unsaved_prompt_.asking()) unsaved_prompt_.ask(what, std::move(f));
+    return false;
+}
+
+void Viewer::ask_about_edits() {
+    const UnsavedPrompt::Answer answer = unsaved_prompt_.declare();
+    if (answer == UnsavedPrompt::Answer::save)
+        attempt([&] {
+            write_settings(session_.settings_file(), session_.saved(picture_size_));
+            edit_history_.mark_saved(session_.document());
+            unsaved_prompt_.proceed();
+        });
+    if (answer == UnsavedPrompt::Answer::discard) {
+        discards_edits_ = true;
+        unsaved_prompt_.proceed();
+    }
 }
 
 bool Viewer::execute_edit(const Command& c) {

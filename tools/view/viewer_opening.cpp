@@ -22,10 +22,12 @@ void Viewer::start_opening(const std::string& activity, std::function<Session::O
 }
 
 void Viewer::open_next() {
-    if (opening_.valid()) return;
+    if (opening_.valid() || unsaved_prompt_.asking()) return;
     if (!to_open_.empty()) {
         const std::filesystem::path path = std::move(to_open_.front());
         to_open_.pop_front();
+        const bool scene = !has_extension(path, "exr") && !has_extension(path, "hdr");
+        if (scene && !may_lose_edits("another scene is opened", [this, path] { to_open_.push_front(path); })) return;
         opening_name_ = path.filename().string();
         attempt([&] { start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
         return;
@@ -52,8 +54,11 @@ bool Viewer::finish_opening() {
             else
                 play_ = going_on;
             pose_pending_ = true;
+            const bool other_scene = opened.start.has_value();
             session_.open(std::move(opened));
-            if (!pose_only) tell(fmt::format("Opened {}", opening_name_));
+            if (other_scene) edit_history_.start(session_.document());
+            const std::string name = std::exchange(opening_name_, {});
+            if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));
         });
     }
     return !opening_.valid() && to_open_.empty() && !next_pose_;

@@ -153,6 +153,10 @@ void Window::close() {
     glfwSetWindowShouldClose(window_, GLFW_TRUE);
 }
 
+void Window::stay_open() {
+    glfwSetWindowShouldClose(window_, GLFW_FALSE);
+}
+
 void Window::set_title(const std::string& title) {
     if (title != title_) glfwSetWindowTitle(window_, title.c_str());
     title_ = title;

@@ -106,9 +106,14 @@ TEST(Actions, KeysAreUnambiguous) {
     EXPECT_EQ(action_of(key_press("0"))->action, Action::final_layer);
     EXPECT_EQ(action_of(key_press(","))->action, Action::previous_layer);
     EXPECT_EQ(action_of(key_press("S")), nullptr) << "it moves the camera";
+    EXPECT_EQ(action_of(key_press("Ctrl+Z"))->action, Action::undo);
+    EXPECT_EQ(action_of(key_press("Ctrl+Shift+Z"))->action, Action::redo);
+    EXPECT_EQ(action_of(key_press("Ctrl+Y"))->action, Action::redo);
+    EXPECT_EQ(action_of({.key = "Z", .ctrl = true, .shift = true})->action, Action::redo);
+    EXPECT_EQ(action_of({.key = "=", .ctrl = true, .shift = true})->action, Action::larger_ui) << "a plus sign";
     std::vector<std::string> keys;
     for (char sign = '!'; sign < 0x7f; ++sign) keys.push_back({sign});
-    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q"})
+    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y", "Ctrl+Z", "Ctrl+Shift+Z"})
         keys.push_back(name);
     for (const std::string& name : keys) {
         const auto has = [&](const ActionRow& row) { return has_key(row, key_press(name)); };

@@ -1,0 +1,46 @@
+#include "tools/view/unsaved_prompt.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <utility>
+
+#include "tools/view/widgets.h"
+
+namespace halflight::view {
+
+void UnsavedPrompt::ask(std::string what, std::function<void()> f) {
+    what_ = std::move(what);
+    then_ = std::move(f);
+}
+
+void UnsavedPrompt::proceed() {
+    if (const auto then = std::exchange(then_, {})) then();
+}
+
+UnsavedPrompt::Answer UnsavedPrompt::declare() {
+    constexpr const char* kTitle = "Unsaved edits";
+    if (!then_) return Answer::none;
+    if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({22 * ImGui::GetFontSize(), 0});
+    if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings))
+        return Answer::none;
+    ImGui::TextUnformatted(
+        fmt::format("There are edits that have not been saved.\nSave them before {}?", what_).c_str());
+    ImGui::Spacing();
+    Answer answer = Answer::none;
+    if (button("Save", "writes the settings file (Enter)")) answer = Answer::save;
+    if (button("Discard", "loses the edits", true)) answer = Answer::discard;
+    if (button("Cancel", "keeps the edits and goes on (Escape)", true)) answer = Answer::cancel;
+    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false); };
+    if (pressed(ImGuiKey_Enter) || pressed(ImGuiKey_KeyPadEnter)) answer = Answer::save;
+    if (pressed(ImGuiKey_Escape)) answer = Answer::cancel;
+    if (answer != Answer::none) ImGui::CloseCurrentPopup();
+    if (answer == Answer::cancel) then_ = {};
+    ImGui::EndPopup();
+    return answer;
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,25 @@
+// The question whether edits are to be saved before they would be lost.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace halflight::view {
+
+/// A modal question with three answers: save the edits, discard them, or stay.
+class UnsavedPrompt {
+  public:
+    /// Asks before f is called. what: phrase such as "closing the window".
+    void ask(std::string what, std::function<void()> f);
+    bool asking() const { return static_cast<bool>(then_); }
+    enum class Answer { none, save, discard, cancel };
+    /// Declares the question while it is open. After save and discard, proceed() does what was asked about.
+    Answer declare();
+    void proceed();
+
+  private:
+    std::string what_;
+    std::function<void()> then_;  // what was asked about; null: nothing is being asked
+};
+
+}  // namespace halflight::view
