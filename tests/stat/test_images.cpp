@@ -23,9 +23,9 @@ namespace {
 struct Trial {
     std::string name;
     Camera camera;
-    int width = 64, height = 48;
-    int samples = 256;         // samples per pixel of the engine
-    int oracle_samples = 256;  // samples per pixel of the oracle
+    int width = 48, height = 36;
+    int samples = 128;         // samples per pixel of the engine
+    int oracle_samples = 128;  // samples per pixel of the oracle
     int bounces = 8;
     // Single pixels are tested against the variance of their samples, blocks of components against the scatter of
     // batches.
@@ -134,13 +134,13 @@ class ImageTest : public GpuTest {
 
 TEST_F(ImageTest, Cornell) {
     const Scene scene = load("cornell");
-    expect_agreement(scene, {.name = "cornell", .camera = scene.cameras[0], .samples = 1024, .oracle_samples = 1024});
+    expect_agreement(scene, {.name = "cornell", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
 TEST_F(ImageTest, CornellMetal) {
     const Scene scene = load("cornell-metal");
     expect_agreement(scene,
-                     {.name = "cornell-metal", .camera = scene.cameras[0], .samples = 1024, .oracle_samples = 1024});
+                     {.name = "cornell-metal", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
 }
 
 TEST_F(ImageTest, Atrium) {
@@ -173,7 +173,7 @@ TEST_F(ImageTest, Sheen) {
         m.clearcoat = roughness > 0.5f ? 0.5f : 0.0f;
         roughness = roughness > 0.8f ? 0.3f : roughness + 0.3f;
     }
-    expect_agreement(scene, {.name = "sheen", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+    expect_agreement(scene, {.name = "sheen", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 /// Gives all vertices a tangent, horizontal where the normal is not vertical.
@@ -200,7 +200,7 @@ TEST_F(ImageTest, Anisotropy) {
         strength = strength > 0.8f ? 0.4f : strength + 0.3f;
     }
     set_tangents(scene);
-    expect_agreement(scene, {.name = "anisotropy", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+    expect_agreement(scene, {.name = "anisotropy", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, Iridescence) {
@@ -216,7 +216,7 @@ TEST_F(ImageTest, Iridescence) {
         m.iridescence_thickness_maximum = thickness;
         thickness = thickness > 500 ? 250 : thickness + 150;
     }
-    expect_agreement(scene, {.name = "iridescence", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+    expect_agreement(scene, {.name = "iridescence", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, Solids) {
@@ -244,7 +244,7 @@ TEST_F(ImageTest, Solids) {
     add_quad(scene, add_material(scene, pane), {-0.7f, 0.1f, 0.8f}, {1, 0, 0.2f}, {0, 0.5f, 0});  // open
     add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
     scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.8)};
-    expect_agreement(scene, {.name = "solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+    expect_agreement(scene, {.name = "solids", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, DiffuseTransmission) {
@@ -272,8 +272,8 @@ TEST_F(ImageTest, DiffuseTransmission) {
     scene.lights[1].direction = glm::normalize(vec3(0.2f, -0.5f, 1));
     expect_agreement(scene, {.name = "diffuse-transmission",
                              .camera = scene.cameras[0],
-                             .samples = 256,
-                             .oracle_samples = 256,
+                             .samples = 128,
+                             .oracle_samples = 128,
                              .bounces = 5});
 }
 
@@ -292,7 +292,7 @@ TEST_F(ImageTest, Dispersion) {
     add_box(scene, add_material(scene, frosted), {0.3f, 0.05f, -0.4f}, {1.1f, 0.8f, 0.4f});
     add_quad(scene, add_material(scene, light_material({2, 1.8f, 1.5f})), {-1.5f, 2.5f, -1}, {3, 0, 0}, {0, 0, 2});
     scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
-    expect_agreement(scene, {.name = "dispersion", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+    expect_agreement(scene, {.name = "dispersion", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, BrushedSolidsWithFilms) {
@@ -314,7 +314,7 @@ TEST_F(ImageTest, BrushedSolidsWithFilms) {
     set_tangents(scene);
     scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
     expect_agreement(scene,
-                     {.name = "brushed-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+                     {.name = "brushed-solids", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, SolidsOfLittleSpecularUnderACoat) {
@@ -338,7 +338,7 @@ TEST_F(ImageTest, SolidsOfLittleSpecularUnderACoat) {
     set_tangents(scene);
     scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
     expect_agreement(scene,
-                     {.name = "coated-solids", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+                     {.name = "coated-solids", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, SmoothMeshesOfFewTriangles) {
@@ -376,7 +376,7 @@ TEST_F(ImageTest, SmoothMeshesOfFewTriangles) {
     scene.lights.push_back(sun);
     set_tangents(scene);
     scene.cameras = {look_at_camera({0.3, 1.2, 4}, {0, 0.5, 0}, {0, 1, 0}, 0.7)};
-    expect_agreement(scene, {.name = "smooth", .camera = scene.cameras[0], .samples = 512, .oracle_samples = 512});
+    expect_agreement(scene, {.name = "smooth", .camera = scene.cameras[0], .samples = 256, .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, MaskAndBlend) {
@@ -414,8 +414,8 @@ TEST_F(ImageTest, DepthOfFieldOfBlades) {
     Scene scene = load("still-life");
     expect_agreement(scene, {.name = "blades",
                              .camera = focused(scene.cameras[0], 1, {.aperture = 60, .blades = 5, .rotation = 25}),
-                             .samples = 512,
-                             .oracle_samples = 512});
+                             .samples = 256,
+                             .oracle_samples = 256});
 }
 
 TEST_F(ImageTest, DepthOfFieldOfAnOrthographicCamera) {

@@ -107,11 +107,11 @@ TEST_F(ReuseTest, KeepsTheMeanBehindSlats) {
 }
 
 TEST_F(ReuseTest, KeepsTheMeanOfGlossyReceiversAndPoints) {
-    expect_the_same_mean("glossy", glossy_room(), 32);
+    expect_the_same_mean("glossy", glossy_room(), 16);
 }
 
 TEST_F(ReuseTest, KeepsTheMeanAlongBentNormals) {
-    expect_the_same_mean("textures", textured_scene(), 32);
+    expect_the_same_mean("textures", textured_scene(), 16);
 }
 
 TEST_F(ReuseTest, KeepsTheMeanThroughVeils) {
