@@ -136,6 +136,33 @@ TEST_F(ViewEdit, KeysUndoAndRedo) {
     EXPECT_TRUE(same_bits(exr("undone.exr"), render({"--width", "160", "--height", "120"})));
 }
 
+/// Handles and the choice of objects give the edits that options have.
+TEST_F(ViewEdit, HandlesMoveTheSelectedNode) {
+    const Outcome outcome = view(R"(
+        key H
+        select node:1
+        handles move
+        drag 80 60 100 50
+        handles none
+        select material:floor
+        section Light
+        section Scene
+        search lamp
+        window @window.png
+        key H
+        wait samples 2
+        screenshot @moved.exr
+        save
+    )");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(same_bits(exr("moved.exr"), render({"--settings", scene + ".halflight.json"})));
+    EXPECT_FALSE(same_bits(exr("moved.exr"), render({"--width", "160", "--height", "120"})));
+    const auto nodes = nlohmann::json::parse(read_text(scene + ".halflight.json")).at("nodes");
+    EXPECT_EQ(nodes.at("1").size(), 1u) << nodes;
+    EXPECT_TRUE(nodes.at("1").contains("translate")) << nodes;
+    EXPECT_NE(view("select node:1\ndrag 1 1 9 9\n").err.find("there is no handle at this pixel"), std::string::npos);
+}
+
 /// The viewer asks before it ends with edits that are not saved. Enter saves them.
 TEST_F(ViewEdit, UnsavedEditsAreAskedAbout) {
     if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";

@@ -17,6 +17,7 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
 
 /// Rows of the shortcut sheet beside the table of actions.
 constexpr std::pair<const char*, const char*> kMouse[] = {
+    {"click", "selects the object under the mouse"},
     {"left drag", "orbits around the focus; turns the head in the modes Fly and Walk"},
     {"middle drag, Shift and drag", "moves sideways"},
     {"right drag, wheel", "moves closer or farther"},

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "api/halflight/statistics.h"
-#include "tools/view/side_bar.h"
+#include "tools/view/inspector.h"
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
@@ -27,6 +27,15 @@ void animation(const Timeline& t, PanelContext& c) {
     value("Time", fmt::format("{:.2f} s of {:.2f} s", t.rate.seconds(t.frame), t.rate.seconds(t.last)));
 }
 
+void variants(PanelContext& c) {
+    if (c.session.variants().empty()) return;
+    std::vector<std::string> all = {"the file's own"};
+    all.insert(all.end(), c.session.variants().begin(), c.session.variants().end());
+    std::string chosen = c.session.variant().empty() ? all[0] : c.session.variant();
+    if (choose("Variant", chosen, all, "material variant of the file"))
+        c.requests.variant = chosen == all[0] ? "" : chosen;
+}
+
 }  // namespace
 
 void scene_section(PanelContext& c) {
@@ -39,8 +48,12 @@ void scene_section(PanelContext& c) {
     if (button("Save .png", "saves the picture as shown (P)")) c.requests.actions.push_back(Action::screenshot);
     if (button("Save .exr", "saves the linear picture with the layer shown (Ctrl+E)", true))
         c.requests.actions.push_back(Action::exr);
-    if (c.session.timeline().file) animation(c.session.timeline(), c);
-    heading("Contents");
+    if (c.session.timeline().file && !c.session.timeline().animations.empty()) animation(c.session.timeline(), c);
+    heading("Objects");
+    variants(c);
+    object_list(c);
+    inspector(c);
+    if (!ImGui::CollapsingHeader("Contents")) return;
     std::size_t triangles = 0;
     for (const Instance& instance : scene.instances)
         triangles += scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.size();
@@ -48,9 +61,6 @@ void scene_section(PanelContext& c) {
     count("Instances", scene.instances.size());
     count("Meshes", scene.meshes.size());
     if (triangles > 0) count("Triangles", triangles);
-    count("Materials", scene.materials.size());
-    count("Lights", scene.lights.size());
-    count("Cameras", scene.cameras.size());
     value("Environment", environment_name(scene.environment));
     value("Diagonal", fmt::format("{:.6g} m", c.session.diagonal()), "diagonal of the scene's bounds, world units");
 }

@@ -38,6 +38,11 @@
 //     environment VALUE        environment, as --env takes it: a file, a colour, a preset, none
 //     variant NAME             material variant; "" for the file's own materials
 //     undo, redo               takes back the last edit, repeats it
+//     select OBJECT            selects node:NAME, light:NAME, material:NAME, mesh:NAME, camera:NAME, environment or none
+//     click X Y                selects the node of the surface at that pixel
+//     search TEXT              shows objects whose names contain the text in the list; "" for all
+//     handles NAME             handles of the selected object: move, rotate, scale or none
+//     drag X Y X Y             drags the nearest handle from the first pixel to the second
 //     hide NAME                hides nodes, meshes and lights, as --hide does
 //     show NAME                shows what `hide` of the same name has hidden
 //     light N FACTOR           factor on a punctual light, by number

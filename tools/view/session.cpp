@@ -104,6 +104,7 @@ void load_whole(Session::Opened& opened, const Console& console) {
     const Scene rest = timeline.file->gltf().at_rest();
     for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
     take_reference(opened, rest, console);
+    opened.variants = timeline.file->gltf().variants();
     take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();
 }
@@ -263,8 +264,8 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
 }
 
 Session::Opened Session::now() const {
-    return {arguments_, reference_, scene_,  reference_tree_, tree_, own_environment_,
-            pages_,     timeline_,  picker_, diagonal_,       {}};
+    return {arguments_, reference_, scene_,    reference_tree_, tree_,     own_environment_,
+            variants_,  pages_,     timeline_, picker_,         diagonal_, {}};
 }
 
 void Session::open(Opened opened) {
@@ -273,15 +274,17 @@ void Session::open(Opened opened) {
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
     reference_tree_ = std::move(opened.reference_tree), tree_ = std::move(opened.tree);
     own_environment_ = std::move(opened.own_environment);
+    variants_ = std::move(opened.variants);
     edited_picker_.reset();
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
+    if (opened.start) edits = arguments_.edits, selection = {};
+    find_references(opened.start.has_value());
     if (!opened.start) return follow_camera();
     pose_ = first_pose_ = opened.start->pose;
     scene_camera_ = first_camera_ = opened.start->camera;
     transform = arguments_.settings.view;
-    edits = arguments_.edits;
     bounces = arguments_.settings.bounces.value_or(default_bounces(*scene_));
     samples = arguments_.settings.samples;
     modes = {arguments_.settings.preview, arguments_.settings.clamp};

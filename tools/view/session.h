@@ -15,6 +15,7 @@
 #include "tools/view/layer_view.h"
 #include "tools/view/pick.h"
 #include "tools/view/render_thread.h"
+#include "tools/view/selection.h"
 
 namespace halflight::view {
 
@@ -33,6 +34,17 @@ struct Timeline {
 std::vector<std::string> titles(const std::vector<Animation>& animations);
 /// Returns the last frame that is no later than `end` seconds, with a tolerance of 10^-3 frames; at most 10^6.
 std::uint32_t last_frame(double end, const FrameRate& rate);
+
+/// Texts by which edits find the objects of a scene, one for each object (references_to()).
+struct ObjectReferences {
+    std::vector<std::string> lights, materials, meshes, nodes, cameras;
+};
+
+/// The place of a node, on which its edit acts.
+struct NodeFrame {
+    dvec3 origin;  // origin of the node before its edit, but after its matrix, world units
+    dmat4 above;   // world to world: the motion by edits of the nodes above
+};
 
 class Session {
   public:
@@ -55,14 +67,38 @@ class Session {
     rays::Culling culling = rays::Culling::automatic;
     bool measure = false;
     std::vector<Bookmark> bookmarks;
+    Selection selection;
 
     const std::filesystem::path& file() const { return file_; }
     /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
+    const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
     /// Replaces the edits. Throws Error where they do not suit the scene, and keeps the earlier ones then.
     void edit(SceneEdits edits);
     /// Returns the nodes of scene().
     const SceneTree& tree() const { return *tree_; }
+    const std::shared_ptr<const SceneTree>& shared_tree() const { return tree_; }
+    bool in_pages() const { return pages_ != nullptr; }  ///< Returns whether the geometry is in pages.
+
+    // The following functions are defined in session_selection.cpp.
+
+    const ObjectReferences& references() const { return references_; }  ///< Returns the references of scene().
+    /// Returns lights and materials as the picture shows them, except for clay and hidden lights. The scene has no
+    /// meshes and images.
+    Scene edited_values() const;
+    /// Returns the instances of picker() that belong to the selected node, with those below it, or mesh.
+    std::vector<std::size_t> selected_instances() const;
+    /// Selects the node of the surface visible at a pixel, or nothing.
+    void select(const dvec2& point, const ivec2& size);
+    /// Selects an object by "node:NAME", "light:NAME", "material:NAME", "mesh:NAME", "camera:NAME", "environment" or
+    /// "none". Throws Error for unknown names.
+    void select(const std::string& name);
+    /// Returns kind and reference of an object: "node crate".
+    std::string name_of(const Selection& object) const;
+    NodeFrame node_frame(std::size_t index) const;  ///< Returns the place of a node.
+
+    /// Returns the picker of the scene with the edits that move or hide surfaces.
+    const Picker& picker() const;
     const Timeline& timeline() const { return timeline_; }
     double diagonal() const { return diagonal_; }  ///< Returns the diagonal of the scene's bounds, world units, > 0.
     /// Result of the slow part of opening a scene, an environment or a pose; open() takes it.
@@ -72,6 +108,7 @@ class Session {
         std::shared_ptr<const Scene> scene;
         std::shared_ptr<const SceneTree> reference_tree, tree;
         std::shared_ptr<const Environment> own_environment{};  // environment of the file
+        std::vector<std::string> variants{};                   // material variants of the file
         std::shared_ptr<const paging::PageSource> pages{};     // Request::pages
         Timeline timeline;
         std::shared_ptr<const Picker> picker;
@@ -90,6 +127,8 @@ class Session {
     /// thread. Camera and settings stay. The function throws Error for unknown variants.
     std::function<Opened()> dressing(const std::string& variant) const;
     const EnvironmentChoice& environment() const { return arguments_.environment; }
+    const std::string& variant() const { return arguments_.variant; }
+    const std::vector<std::string>& variants() const { return variants_; }
     /// Returns what undo and redo restore: the settings to save, without camera, size and frame.
     SavedSettings document() const;
     /// Restores a document. Returns a function like lighting() and dressing() where environment or variant change.
@@ -132,10 +171,11 @@ class Session {
     void save(const ivec2& size) const;  ///< Writes settings_file(). Throws Error.
 
   private:
-    /// Returns the picker of the scene with the edits that move or hide surfaces.
-    const Picker& picker() const;
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
+    /// Finds the references of the current scene. With the same scene in another pose or environment, edits of lights
+    /// that the earlier environment had are removed.
+    void find_references(bool other_scene);
     Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
     /// Takes the lens of a camera of the scene as that of the session, unless the user has chosen one.
     void take_lens(const Camera& camera);
@@ -150,6 +190,8 @@ class Session {
     std::shared_ptr<const Scene> scene_;
     std::shared_ptr<const SceneTree> reference_tree_, tree_;
     std::shared_ptr<const Environment> own_environment_;
+    std::vector<std::string> variants_;
+    ObjectReferences references_;
     std::shared_ptr<const paging::PageSource> pages_;
     Timeline timeline_;
     std::shared_ptr<const Picker> picker_;

@@ -8,7 +8,7 @@ namespace halflight::view {
 namespace {
 
 constexpr std::array kSections = {
-    Section{"Scene", "file, animation, and what the scene contains", scene_section},
+    Section{"Scene", "file, animation, objects and their properties", scene_section},
     Section{"Camera", "camera, mouse mode, lens, bookmarks", camera_section},
     Section{"Light", "environment, emissive surfaces, lamps", light_section},
     Section{"Look", "layer, components, exposure, colour, comparison", look_section},

@@ -10,7 +10,9 @@
 #include "engine/color/color.h"
 #include "tools/view/actions.h"
 #include "tools/view/display.h"
+#include "tools/view/gizmo.h"
 #include "tools/view/navigation.h"
+#include "tools/view/outliner.h"
 #include "tools/view/pass_history.h"
 #include "tools/view/session.h"
 #include "tools/view/window_layout.h"
@@ -47,6 +49,8 @@ struct PanelRequests {
     std::optional<std::string> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};
     bool pick_focus = false;  // the next click in the picture focuses the lens
+    std::optional<EnvironmentChoice> environment{};  // environment to take
+    std::optional<std::string> variant{};            // material variant to take
     std::vector<std::string> done{};   // actions that the sections have carried out, as messages to the user
 };
 
@@ -55,6 +59,8 @@ struct PanelContext {
     Session& session;
     const ColorConfig& colors;
     Navigation& navigation;
+    Outliner& outliner;
+    GizmoMode& handles;
     const PanelState& now;
     PanelRequests& requests;
 };

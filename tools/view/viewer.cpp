@@ -221,7 +221,12 @@ void Viewer::declare() {
             picking_ = false;
             attempt([&] { perform(Action::focus_lens, {}, point); });
         } else {
-            attempt([&] { navigation_.steer(session_, gui_.input(now, picture_size_), picture_size_); });
+            Input input = gui_.input(now, picture_size_);
+            if (drag_handles(now))
+                input.left = false, input.double_click.reset();
+            else
+                select_clicked(now);
+            attempt([&] { navigation_.steer(session_, input, picture_size_); });
         }
         for (const KeyPress& press : gui_.pressed())
             if (const ActionRow* row = action_of(press)) attempt([&] { perform(row->action, press, point); });
@@ -242,12 +247,15 @@ void Viewer::declare() {
                                .playing = play_.has_value(),
                                .frame = next_frame(),
                                .size = picture_size_};
-        PanelContext context{session_, colors_, navigation_, state, requests};
+        PanelContext context{session_, colors_, navigation_, outliner_, gizmo_.mode, state, requests};
         menu_bar(context);
         side_bar(now.side, section_, context);
         status_line(now.status, progress(),
                     fmt::format("{}, {}x{}", session_.layer_view.layer, picture_size_.x, picture_size_.y));
     }
+    if (panels_shown_)
+        object_overlay_.draw(session_, gizmo_, now.picture, picture_size_, gui_.scale(), lit_handle_,
+                             section_ == "Scene" || section_ == "Light");
     if (panels_shown_ || !scripted()) {
         messages(now.area, toasts_);
         shortcut_sheet(shortcuts_shown_);

@@ -17,6 +17,7 @@
 #include "tools/view/edit_history.h"
 #include "tools/view/file_writer.h"
 #include "tools/view/gui.h"
+#include "tools/view/object_overlay.h"
 #include "tools/view/overlay.h"
 #include "tools/view/progress.h"
 #include "tools/view/script.h"
@@ -101,6 +102,15 @@ class Viewer {
     /// Returns whether no edits would be lost. Otherwise it asks the user, and f() follows later if the user agrees.
     bool may_lose_edits(const std::string& what, std::function<void()> f);
     void ask_about_edits();
+    /// Starts the change once nothing else is being opened. The newest one counts.
+    void change_environment(const EnvironmentChoice& environment);
+    void change_variant(const std::string& variant);
+    void step_handles();
+    void hide_selected();
+    /// Gives the mouse to the handles of the selected object; returns whether they take it.
+    bool drag_handles(const WindowLayout& layout);
+    void select_clicked(const WindowLayout& layout);
+    void drag_handle(const dvec2& from, const dvec2& to);  // Drags from pixel to pixel; throws Error without a handle.
 
     /// Runs f. In a script its errors propagate; in the window they become messages.
     template <class F>
@@ -133,6 +143,11 @@ class Viewer {
     SampleClock sample_clock_;
     Toasts toasts_;
     FilePrompt file_prompt_;
+    Outliner outliner_;
+    Gizmo gizmo_;
+    std::optional<int> lit_handle_;  // axis of the handle under the mouse
+    ObjectOverlay object_overlay_;
+    std::function<void()> next_change_;  // starts the change of environment or variant that waits; null: none
     std::string section_ = "Look";  // open section of the side bar
     bool shortcuts_shown_ = false;
     std::deque<std::filesystem::path> to_open_;

@@ -47,6 +47,13 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::redo:
             --undos_waiting_;
             return;
+        case Action::handles:
+            return step_handles();
+        case Action::hide_object:
+            return hide_selected();
+        case Action::unselect:
+            session_.selection = {};
+            return;
         case Action::hide_panels:
             panels_shown_ = !panels_shown_;
             return tell(panels_shown_ ? "Panels shown" : "Panels hidden; H shows them");
@@ -158,6 +165,8 @@ void Viewer::perform(const PanelRequests& requests) {
     if (requests.comparison) attempt([&] { set_comparison(*requests.comparison); });
     if (requests.pick_focus) picking_ = !picking_;
     if (requests.open) to_open_.emplace_back(*requests.open);
+    if (requests.environment) change_environment(*requests.environment);
+    if (requests.variant) change_variant(*requests.variant);
     if (requests.frame) next_pose_ = requests.frame;
     if (requests.frame || requests.play) set_playing(requests.play.value_or(false));
     for (const Action action : requests.actions)

@@ -1,6 +1,8 @@
 // Edits of the scene: undo and redo, the question before edits are lost, and the commands of scripts that edit.
+#include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "api/halflight/edit_text.h"
@@ -31,7 +33,8 @@ void Viewer::undo_waiting() {
 
 void Viewer::record_edits() {
     // An opening changes environment or variant when it ends.
-    edit_history_.record(session_.document(), opening_.valid() || ImGui::IsAnyItemActive());
+    const bool busy = opening_.valid() || next_change_ || gizmo_.dragging() || ImGui::IsAnyItemActive();
+    edit_history_.record(session_.document(), busy);
 }
 
 bool Viewer::may_lose_edits(const std::string& what, std::function<void()> f) {
@@ -56,6 +59,74 @@ void Viewer::ask_about_edits() {
     }
 }
 
+void Viewer::change_environment(const EnvironmentChoice& environment) {
+    next_change_ = [this, environment] { start_opening("changing the environment", session_.lighting(environment)); };
+}
+
+void Viewer::change_variant(const std::string& variant) {
+    next_change_ = [this, variant] { start_opening("loading the variant", session_.dressing(variant)); };
+}
+
+void Viewer::step_handles() {
+    constexpr int kModes = 4;
+    gizmo_.mode = static_cast<GizmoMode>((static_cast<int>(gizmo_.mode) + 1) % kModes);
+    tell(fmt::format("Handles: {}", name(gizmo_.mode)));
+}
+
+void Viewer::hide_selected() {
+    const Selection& object = session_.selection;
+    if (object.kind == ObjectKind::none) return tell("Nothing is selected");
+    if (!can_be_hidden(object, session_)) return tell(fmt::format("{} cannot be hidden", session_.name_of(object)));
+    const bool shown = HiddenObjects(session_).contains(object);
+    set_shown(session_, object, shown);
+    tell(fmt::format("{} {}", shown ? "Shown:" : "Hidden:", session_.name_of(object)));
+}
+
+bool Viewer::drag_handles(const WindowLayout& layout) {
+    const dvec2 point = picture_point(layout, picture_size_, gui_.mouse());
+    if (gizmo_.dragging()) {
+        gizmo_.drag(session_, point);
+        if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) gizmo_.end(session_);
+        return true;
+    }
+    lit_handle_.reset();
+    const bool free = panels_shown_ && !ImGui::GetIO().WantCaptureMouse && layout.picture.contains(gui_.mouse());
+    if (!free || (ImGui::IsMouseDown(ImGuiMouseButton_Left) && !ImGui::IsMouseClicked(ImGuiMouseButton_Left)))
+        return false;
+    const double length = ObjectOverlay::handle_length(layout.picture, picture_size_, gui_.scale());
+    lit_handle_ = Gizmo::axis_at(gizmo_.handles(session_, picture_size_, length), point,
+                                 ObjectOverlay::handle_reach(layout.picture, picture_size_, gui_.scale()));
+    if (!lit_handle_ || !ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return false;
+    gizmo_.begin(session_, picture_size_, length, *lit_handle_, point);
+    return gizmo_.dragging();
+}
+
+void Viewer::select_clicked(const WindowLayout& layout) {
+    constexpr float kStill = 4;  // pixels that the mouse may move during a click
+    const ImGuiIO& io = ImGui::GetIO();
+    const bool clicked = ImGui::IsMouseReleased(ImGuiMouseButton_Left) &&
+                         io.MouseDragMaxDistanceSqr[ImGuiMouseButton_Left] <= kStill * kStill;
+    const ImVec2& from = io.MouseClickedPos[ImGuiMouseButton_Left];
+    if (!clicked || io.WantCaptureMouse || !panels_shown_ || !layout.picture.contains(dvec2(from.x, from.y))) return;
+    const dvec2 point = picture_point(layout, picture_size_, gui_.mouse());
+    const double reach = ObjectOverlay::handle_reach(layout.picture, picture_size_, gui_.scale());
+    const bool marks = section_ == "Scene" || section_ == "Light";
+    if (const auto light = marks ? ObjectOverlay::light_at(session_, picture_size_, point, reach) : std::nullopt)
+        session_.selection = {ObjectKind::light, *light};
+    else
+        session_.select(point, picture_size_);
+    tell(fmt::format("Selected: {}", session_.name_of(session_.selection)));
+}
+
+void Viewer::drag_handle(const dvec2& from, const dvec2& to) {
+    const double length = ObjectOverlay::handle_length(layout().picture, picture_size_, 1);
+    const auto axis = Gizmo::axis_at(gizmo_.handles(session_, picture_size_, length), from, length);
+    if (!axis) throw Error("drag", "there is no handle at this pixel");
+    gizmo_.begin(session_, picture_size_, length, *axis, from);
+    gizmo_.drag(session_, to);
+    gizmo_.end(session_);
+}
+
 bool Viewer::execute_edit(const Command& c) {
     const auto edit = [&](auto add) {
         SceneEdits edits = session_.edits;
@@ -67,6 +138,19 @@ bool Viewer::execute_edit(const Command& c) {
     if (c.name == "material") return edit(add_material_edit);
     if (c.name == "node") return edit(add_node_edit);
     if (c.name == "hide") return edit(add_hidden);
+    if (c.name == "select") return session_.select(c.words[0]), true;
+    if (c.name == "click") return session_.select(dvec2(c.numbers[0], c.numbers[1]), picture_size_), true;
+    if (c.name == "search") {
+        outliner_.search = {};
+        std::ranges::copy_n(c.words[0].begin(), std::min<std::ptrdiff_t>(std::ssize(c.words[0]), 127),
+                            outliner_.search.begin());
+        return true;
+    }
+    if (c.name == "handles") return gizmo_.mode = gizmo_mode(c.words[0]), true;
+    if (c.name == "drag") {
+        drag_handle({c.numbers[0], c.numbers[1]}, {c.numbers[2], c.numbers[3]});
+        return true;
+    }
     if (c.name == "show")
         return edit([](SceneEdits& edits, const std::string&, const std::string& name) {
             if (std::erase(edits.hidden, HiddenName{name}) == 0) throw Error(name, "is not hidden");

@@ -32,6 +32,11 @@ void Viewer::open_next() {
         attempt([&] { start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
         return;
     }
+    if (next_change_) {
+        opening_name_.clear();
+        const auto change = std::exchange(next_change_, {});
+        return attempt([&] { change(); });
+    }
     opening_pose_ = std::exchange(next_pose_, {});
     const Timeline& t = session_.timeline();
     if (!opening_pose_ || (opening_pose_->animation == t.animation && opening_pose_->frame == t.frame))
@@ -61,7 +66,7 @@ bool Viewer::finish_opening() {
             if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));
         });
     }
-    return !opening_.valid() && to_open_.empty() && !next_pose_;
+    return !opening_.valid() && to_open_.empty() && !next_pose_ && !next_change_;
 }
 
 void Viewer::set_playing(bool on) {

@@ -1,12 +1,16 @@
 // Tests editing in the viewer's session: undo and redo, selection, outlines, environments, variants.
 #include <gtest/gtest.h>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "api/halflight/edit_text.h"
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
 #include "tools/view/edit_history.h"
-#include "tools/view/session.h"
+#include "tools/view/gizmo.h"
+#include "tools/view/outline.h"
+#include "tools/view/outliner.h"
 
 namespace halflight::view {
 namespace {
@@ -110,6 +114,177 @@ TEST_F(ViewEdits, InvalidEditsChangeNothing) {
     add_node_edit(edits, "test", "tal block=scale:2");
     EXPECT_NE(error_message([&] { session.edit(edits); }).find("did you mean 'tall block'?"), std::string::npos);
     EXPECT_EQ(session.document(), before);
+}
+
+TEST_F(ViewEdits, ClicksSelectTheNodeOfASurface) {
+    Outline outline;
+    session.select(dvec2(256, 130), kSize);
+    ASSERT_EQ(session.selection.kind, ObjectKind::node);
+    EXPECT_EQ(session.tree().nodes[session.selection.index].name, "back wall");
+    EXPECT_EQ(outline.lines(session, kSize).size(), 4u) << "the diagonal is no edge of the outline";
+    edit(add_hidden, "back wall");
+    EXPECT_TRUE(outline.lines(session, kSize).empty());
+    session.select(dvec2(256, 130), kSize);
+    EXPECT_EQ(session.selection, Selection()) << "hidden surfaces are not picked";
+    session.select("node:tall block");
+    EXPECT_EQ(session.name_of(session.selection), "node tall block");
+    session.select("material:red");
+    EXPECT_EQ(session.selection, (Selection{ObjectKind::material, 1}));
+    EXPECT_TRUE(outline.lines(session, kSize).empty());
+    EXPECT_NE(error_message([&] { session.select("node:nobody"); }).find("there is no node 'nobody'"),
+              std::string::npos);
+    EXPECT_EQ(error_message([&] { session.select("red"); }),
+              "select: expects node:NAME, light:NAME, mesh:NAME, material:NAME, camera:NAME, environment or none, not "
+              "'red'");
+}
+
+TEST_F(ViewEdits, OutlinesFollowEdits) {
+    Outline outline;
+    session.select("node:tall block");
+    const auto before = outline.lines(session, kSize);
+    edit(add_node_edit, "tall block=translate:0,0.1,0");
+    const auto after = outline.lines(session, kSize);
+    ASSERT_EQ(before.size(), after.size());
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_LT(after[i][0].y, before[i][0].y) << "higher in the picture";
+}
+
+/// A square of 2 x 2 at distance 4, seen with a vertical field of view of 90 degrees, is 2 of 8 units high.
+TEST(ViewOutline, IsWhereTheCameraSeesIt) {
+    Mesh square;
+    square.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    Camera camera;
+    camera.camera_to_world = glm::translate(dmat4(1), dvec3(0, 0, 4));
+    camera.vertical_fov = kPi / 2;
+    const MeshEdges edges(square);
+    std::vector<PictureLine> lines;
+    edges.add_outline(dmat4(1), Projection(camera, {400, 200}), lines);
+    ASSERT_EQ(lines.size(), 4u);
+    dvec2 lower(1e9), upper(-1e9);
+    for (const auto& line : lines)
+        for (const dvec2& p : line) lower = glm::min(lower, p), upper = glm::max(upper, p);
+    EXPECT_LT(glm::length(lower - dvec2(175, 75)), 1e-9);
+    EXPECT_LT(glm::length(upper - dvec2(225, 125)), 1e-9);
+    lines.clear();
+    edges.add_outline(glm::translate(dmat4(1), dvec3(0, 0, 9)), Projection(camera, {400, 200}), lines);
+    EXPECT_TRUE(lines.empty()) << "it is behind the camera";
+    const dvec2 pixel(310, 40);
+    const Ray ray = ray_through(camera, pixel, {400, 200});
+    EXPECT_LT(glm::length(*Projection(camera, {400, 200}).pixel(ray.origin + 3.0 * ray.direction) - pixel), 1e-9);
+}
+
+TEST_F(ViewEdits, TheListHasAllObjectsAndCanBeSearched) {
+    Outliner outliner;
+    const auto& rows = outliner.rows(session);
+    const auto has = [&](ObjectKind kind, const char* label) {
+        return std::ranges::any_of(rows, [&](const auto& r) { return r.object.kind == kind && r.label == label; });
+    };
+    EXPECT_TRUE(has(ObjectKind::environment, "environment"));
+    EXPECT_TRUE(has(ObjectKind::node, "tall block"));
+    EXPECT_TRUE(has(ObjectKind::material, "red"));
+    std::ranges::copy(std::string_view("TALL"), outliner.search.begin());
+    for (const auto& row : outliner.rows(session)) EXPECT_NE(row.label.find("tall"), std::string::npos);
+    EXPECT_FALSE(outliner.rows(session).empty());
+}
+
+TEST_F(ViewEdits, ObjectsAreHiddenOneByOne) {
+    edit(add_hidden, "node:*block");
+    const auto hidden = [&](const char* name) {
+        session.select(name);
+        return HiddenObjects(session).contains(session.selection);
+    };
+    EXPECT_TRUE(hidden("node:tall block"));
+    EXPECT_TRUE(hidden("node:short block"));
+    set_shown(session, session.selection, true);
+    EXPECT_FALSE(hidden("node:short block"));
+    EXPECT_TRUE(hidden("node:tall block")) << "a pattern is divided";
+    EXPECT_EQ(session.edits.hidden, (std::vector<HiddenName>{{"node:tall block"}}));
+    set_shown(session, session.selection, true);
+    EXPECT_EQ(session.edits, SceneEdits());
+}
+
+TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
+    constexpr double kLength = 60;
+    Gizmo gizmo;
+    session.select("node:tall block");
+    EXPECT_TRUE(gizmo.handles(session, kSize, kLength).empty()) << "the mode is none";
+    const auto end_of = [&](int axis) {
+        for (const auto& handle : gizmo.handles(session, kSize, kLength))
+            if (handle.axis == axis) return handle.lines.back()[1];
+        return dvec2(-1);
+    };
+    const auto drag = [&](int axis, const dvec2& from, const dvec2& to) {
+        const auto handles = gizmo.handles(session, kSize, kLength);
+        EXPECT_EQ(Gizmo::axis_at(handles, from, 2), axis);
+        gizmo.begin(session, kSize, kLength, axis, from);
+        gizmo.drag(session, to);
+        gizmo.end(session);
+        return session.edits.nodes.empty() ? NodeEdit() : session.edits.nodes[0].edit;
+    };
+    gizmo.mode = GizmoMode::move;
+    ASSERT_EQ(gizmo.handles(session, kSize, kLength).size(), 4u);
+    const dvec2 x = end_of(0);
+    NodeEdit moved = drag(0, x, x + dvec2(30, 0));
+    EXPECT_NE(moved.translate.x, 0);
+    EXPECT_EQ(moved, (NodeEdit{.translate = {moved.translate.x, 0, 0}})) << "one number has changed";
+    EXPECT_LT(glm::length(end_of(0) - x - dvec2(30, 0)), 3) << "the handle follows the mouse";
+    EXPECT_LT(drag(1, end_of(1), end_of(1) + dvec2(0, 20)).translate.y, 0);
+
+    session.edits = {};
+    gizmo.mode = GizmoMode::scale;
+    const dvec2 y = end_of(1);
+    const NodeEdit scaled = drag(1, y, y - dvec2(0, 30));
+    EXPECT_NEAR(scaled.scale.y, 1.5, 0.02) << "the handle is 60 pixels long";
+    EXPECT_EQ(scaled.scale.x, 1);
+    EXPECT_EQ(scaled.translate, dvec3(0));
+
+    session.edits = {};
+    gizmo.mode = GizmoMode::rotate;
+    const Gizmo::Handle ring = gizmo.handles(session, kSize, kLength)[2];
+    ASSERT_EQ(ring.lines.size(), 64u);
+    const NodeEdit turned = drag(2, ring.lines[8][0], ring.lines[24][0]);
+    EXPECT_NEAR(turned.rotate.z, 90, 1e-3) << "a quarter of the ring";
+    EXPECT_EQ(turned.rotate.x, 0);
+
+    EXPECT_EQ(gizmo_mode("scale"), GizmoMode::scale);
+    EXPECT_NE(error_message([] { gizmo_mode("turn"); }).find("valid are none, move, rotate, scale"), std::string::npos);
+}
+
+/// The numbers of a node count along the axes that edits of the nodes above leave it, and handles follow them.
+TEST(ViewNodes, FollowThoseAbove) {
+    TemporaryFolder folder;
+    PreviewArguments a;
+    a.scene = folder / "two.gltf";
+    a.quiet = true;
+    test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "arm", "children": [1]}, {"name": "hand", "translation": [1, 0, 0], "mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-2, -2, 0],
+                       "max": [2, 2, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri":
+            "data:application/octet-stream;base64,AAAAwAAAAMAAAAAAAAAAQAAAAMAAAAAAAAAAAAAAAEAAAAAA"}]})");
+    Session session(a, ColorConfig::load());
+    node_edit(session.edits, "arm").rotate = {0, 0, 90};
+    session.select("node:hand");
+    const NodeFrame frame = session.node_frame(session.selection.index);
+    EXPECT_EQ(frame.origin, dvec3(1, 0, 0));
+    EXPECT_LT(glm::length(dvec3(frame.above * dvec4(1, 0, 0, 0)) - dvec3(0, 1, 0)), 1e-12);
+    Gizmo gizmo;
+    gizmo.mode = GizmoMode::move;
+    const auto handles = gizmo.handles(session, kSize, 60);
+    ASSERT_EQ(handles.size(), 4u);
+    const Projection projection(session.camera(), kSize);
+    const dvec2 origin = *projection.pixel({0, 1, 0}), up = *projection.pixel({0, 1.01, 0});
+    const dvec2 along = handles[0].lines[0][1] - origin;
+    EXPECT_GT(glm::dot(glm::normalize(along), glm::normalize(up - origin)), 0.99) << "X of the hand is the world's Y";
+    gizmo.begin(session, kSize, 60, 0, origin + along);
+    gizmo.drag(session, origin + 1.5 * along);
+    gizmo.end(session);
+    const NodeEdit edit = node_edit(session.edits, "hand");
+    EXPECT_GT(edit.translate.x, 0);
+    EXPECT_EQ(edit.translate.y, 0);
+    session.select(*projection.pixel(dvec3(0, 1 + edit.translate.x, 0)), kSize);
+    EXPECT_EQ(session.name_of(session.selection), "node hand") << "it is picked where it is";
 }
 
 TEST_F(ViewEdits, EnvironmentsAreChosenAndUndone) {

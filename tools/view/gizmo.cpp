@@ -1,0 +1,226 @@
+#include "tools/view/gizmo.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "api/halflight/edit_text.h"
+#include "engine/scene/light_types.h"
+#include "tools/view/outliner.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr std::array kNames = {"none", "move", "rotate", "scale"};
+constexpr double kMiddle = 0.12;   // half size of the handle in the middle, lengths of handles
+constexpr double kGap = 0.2;       // distance of the other handles from the origin, lengths of handles
+constexpr double kLeast = 1e-6;    // least factor of a scale
+constexpr int kRingSteps = 64;     // lines of a ring
+constexpr double kEdgeOn = 0.08;   // cosine of the angle below which a ring counts as seen from the side
+
+NodeEdit own_edit(const SceneEdits& edits, const std::string& name) {
+    const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);
+    return found == edits.nodes.end() ? NodeEdit() : found->edit;
+}
+
+dmat3 rotation(int axis, double degrees) {
+    dvec3 around(0);
+    around[axis] = 1;
+    return dmat3(glm::rotate(dmat4(1), glm::radians(degrees), around));
+}
+
+double distance(const dvec2& p, const PictureLine& line) {
+    const dvec2 d = line[1] - line[0];
+    const double length = glm::dot(d, d);
+    const double t = length > 0 ? std::clamp(glm::dot(p - line[0], d) / length, 0.0, 1.0) : 0;
+    return glm::length(p - line[0] - t * d);
+}
+
+}  // namespace
+
+const char* name(GizmoMode mode) {
+    return kNames[static_cast<std::size_t>(mode)];
+}
+
+GizmoMode gizmo_mode(const std::string& name) {
+    const auto known = std::ranges::find(kNames, name);
+    if (known == kNames.end())
+        throw Error("handles", "unknown handles '{}'; valid are {}", name, fmt::join(kNames, ", "));
+    return static_cast<GizmoMode>(known - kNames.begin());
+}
+
+std::optional<Gizmo::Axes> Gizmo::axes(const Session& session) const {
+    const Selection& s = session.selection;
+    Axes a;
+    if (s.kind == ObjectKind::light && mode == GizmoMode::move) {
+        const PunctualLight light = session.edited_values().lights.at(s.index);
+        if (!row_of(light.type).has_position) return std::nullopt;
+        a.origin = light.position;
+        a.is_light = true;
+        for (int i = 0; i < 3; ++i) a.axes[i] = dmat3(1)[i];
+        return a;
+    }
+    if (s.kind != ObjectKind::node || mode == GizmoMode::none || session.in_pages()) return std::nullopt;
+    const NodeFrame frame = session.node_frame(s.index);
+    const NodeEdit edit = own_edit(session.edits, session.references().nodes.at(s.index));
+    a.origin = dvec3(frame.above * dvec4(frame.origin + edit.translate, 1));
+    a.to_world = dmat3(frame.above);
+    const dmat3 z = rotation(2, edit.rotate.z), zy = z * rotation(1, edit.rotate.y);
+    const dmat3 turned = mode == GizmoMode::scale ? zy * rotation(0, edit.rotate.x) : dmat3(1);
+    for (int i = 0; i < 3; ++i) a.axes[i] = a.to_world * turned[i];
+    if (mode == GizmoMode::rotate) {  // rotations about X come first, so the later ones turn its axis
+        a.axes[0] = a.to_world * zy[0];
+        a.axes[1] = a.to_world * z[1];
+    }
+    for (const dvec3& axis : a.axes)
+        if (!(glm::length(axis) > 0) || !std::isfinite(glm::length(axis))) return std::nullopt;
+    return a;
+}
+
+std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& size, double length) const {
+    std::vector<Handle> all;
+    const auto a = axes(session);
+    if (!a) return all;
+    const Projection projection(session.camera(), size);
+    const auto scale = projection.pixels_per_unit(a->origin);
+    const auto middle = projection.pixel(a->origin);
+    if (!scale || !middle) return all;
+    const double reach = length / *scale;
+    const auto add = [&](std::vector<PictureLine>& lines, const dvec3& from, const dvec3& to) {
+        projection.add_line(projection.to_camera(from), projection.to_camera(to), lines);
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        Handle handle{axis, {}};
+        const dvec3 along = reach * glm::normalize(a->axes[axis]);
+        if (mode != GizmoMode::rotate) {
+            add(handle.lines, a->origin + kGap * along, a->origin + along);
+        } else {
+            const dvec3 other = std::abs(along.x) < 0.5 * reach ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+            const dvec3 u = reach * glm::normalize(glm::cross(along, other));
+            const dvec3 v = glm::cross(glm::normalize(along), u);
+            const auto at = [&](int i) {
+                const double angle = 2 * kPi * i / kRingSteps;
+                return a->origin + std::cos(angle) * u + std::sin(angle) * v;
+            };
+            for (int i = 0; i < kRingSteps; ++i) add(handle.lines, at(i), at(i + 1));
+        }
+        all.push_back(std::move(handle));
+    }
+    if (mode == GizmoMode::rotate) return all;
+    const double half = kMiddle * length;
+    const dvec2 corners[] = {{-half, -half}, {half, -half}, {half, half}, {-half, half}};
+    Handle square{kAll, {}};
+    for (int i = 0; i < 4; ++i) square.lines.push_back({*middle + corners[i], *middle + corners[(i + 1) % 4]});
+    all.push_back(std::move(square));
+    return all;
+}
+
+std::optional<int> Gizmo::axis_at(const std::vector<Handle>& handles, const dvec2& point, double reach) {
+    std::optional<int> nearest;
+    for (const Handle& handle : handles)
+        for (const PictureLine& line : handle.lines) {
+            const double d = distance(point, line);
+            if (d < reach) nearest = handle.axis, reach = d;
+        }
+    return nearest;
+}
+
+/// Returns the place on the line through the origin along `axis` that is nearest to the ray of a pixel, in units of the
+/// axis.
+double Gizmo::along(const Drag& d, const dvec3& axis, const dvec2& point) {
+    const Ray ray = ray_through(d.camera, point, d.size);
+    const dvec3 to = d.at.origin - ray.origin;
+    const double aa = glm::dot(axis, axis), ab = glm::dot(axis, ray.direction);
+    const double determinant = aa - ab * ab;
+    if (!(determinant > 1e-9 * aa)) return 0;  // seen from its end
+    return (ab * glm::dot(to, ray.direction) - glm::dot(to, axis)) / determinant;
+}
+
+std::optional<dvec3> Gizmo::on_plane(const Drag& d, const dvec3& normal, const dvec2& point) {
+    const Ray ray = ray_through(d.camera, point, d.size);
+    const double slope = glm::dot(ray.direction, normal);
+    if (slope == 0) return std::nullopt;
+    const double t = glm::dot(d.at.origin - ray.origin, normal) / slope;
+    if (!(t > 0) && !d.camera.orthographic) return std::nullopt;
+    return ray.origin + t * ray.direction;
+}
+
+/// Returns the angle about the dragged axis between two pixels, radians.
+double Gizmo::turn(const Drag& d, const dvec2& from, const dvec2& to) {
+    const dvec3 n = glm::normalize(d.at.axes[d.axis]);
+    const dvec3 ahead = ray_through(d.camera, to, d.size).direction;
+    const double facing = glm::dot(ahead, n);
+    if (std::abs(facing) > kEdgeOn) {
+        const auto a = on_plane(d, n, from), b = on_plane(d, n, to);
+        if (!a || !b) return 0;
+        const dvec3 u = *a - d.at.origin, w = *b - d.at.origin;
+        return std::atan2(glm::dot(glm::cross(u, w), n), glm::dot(u, w));
+    }
+    // A ring that is seen from the side is turned by the movement along it.
+    const dmat3 to_camera(glm::inverse(d.camera.camera_to_world));
+    const dvec3 side = to_camera * glm::cross(ahead, n);
+    const dvec2 direction = glm::normalize(dvec2(side.x, -side.y));
+    return -glm::dot(to - from, direction) / d.length;
+}
+
+void Gizmo::begin(const Session& session, const ivec2& size, double length, int axis, const dvec2& point) {
+    const auto at = axes(session);
+    if (!at) return;
+    drag_ = Drag{.axis = axis,
+                 .object = session.selection,
+                 .at = *at,
+                 .camera = session.camera(),
+                 .size = size,
+                 .length = length,
+                 .position = at->origin,
+                 .first = point,
+                 .last = point};
+    if (!at->is_light) drag_->node = own_edit(session.edits, session.references().nodes[session.selection.index]);
+}
+
+void Gizmo::drag(Session& session, const dvec2& point) {
+    if (!drag_ || session.selection != drag_->object || point == drag_->last) return;
+    Drag& d = *drag_;
+    NodeEdit edit = d.node;
+    dvec3 moved(0);  // translation since the start
+    if (mode == GizmoMode::move && d.axis == kAll) {
+        const dvec3 ahead = -dvec3(d.camera.camera_to_world[2]);
+        const auto from = on_plane(d, ahead, d.first), to = on_plane(d, ahead, point);
+        if (from && to) moved = glm::inverse(d.at.to_world) * (*to - *from);
+    } else if (mode == GizmoMode::move) {
+        moved[d.axis] = along(d, d.at.axes[d.axis], point) - along(d, d.at.axes[d.axis], d.first);
+    } else if (mode == GizmoMode::rotate) {
+        const double sense = glm::determinant(d.at.to_world) < 0 ? -1 : 1;  // nodes above may mirror
+        d.turned += sense * turn(d, d.last, point);
+        edit.rotate[d.axis] =
+            std::clamp(d.node.rotate[d.axis] + glm::degrees(d.turned), kEditRotation.lower, kEditRotation.upper);
+    } else if (mode == GizmoMode::scale) {
+        const dvec3 axis = glm::normalize(d.at.axes[d.axis == kAll ? 0 : d.axis]);
+        const double start = along(d, axis, d.first);
+        const double factor = d.axis == kAll ? std::exp((point.x - d.first.x) / d.length)
+                              : start != 0   ? along(d, axis, point) / start
+                                             : 1;
+        for (int i = 0; i < 3; ++i) {
+            if (d.axis != kAll && d.axis != i) continue;
+            const double scale = std::clamp(d.node.scale[i] * factor, kEditScale.lower, kEditScale.upper);
+            if (std::abs(scale) >= kLeast) edit.scale[i] = scale;
+        }
+    }
+    d.last = point;
+    if (d.at.is_light) {
+        const std::string& light = session.references().lights[d.object.index];
+        light_edit(session.edits, light).position =
+            glm::clamp(d.position + moved, kEditPosition.lower, kEditPosition.upper);
+        return;
+    }
+    edit.translate = glm::clamp(edit.translate + moved, kEditPosition.lower, kEditPosition.upper);
+    node_edit(session.edits, session.references().nodes[d.object.index]) = edit;
+}
+
+void Gizmo::end(Session& session) {
+    drag_.reset();
+    remove_empty(session.edits);
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,71 @@
+// Handles on the picture that move, rotate and scale the selected node, or move the selected light. Each handle changes
+// the number of an edit that the command line has, too. Uses no window.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/view/session.h"
+
+namespace halflight::view {
+
+enum class GizmoMode { none, move, rotate, scale };
+const char* name(GizmoMode mode);
+/// Returns the mode of a name. Throws Error for other names.
+GizmoMode gizmo_mode(const std::string& name);
+
+class Gizmo {
+  public:
+    static constexpr int kAll = 3;  ///< axis of the handle in the middle: moves freely, scales along all axes
+
+    /// A handle, pixels of the picture.
+    struct Handle {
+        int axis;  // 0 to 2, or kAll
+        std::vector<PictureLine> lines;
+    };
+
+    GizmoMode mode = GizmoMode::none;
+
+    /// Returns the handles of the selected object; none where it cannot be moved. length: that of the handles, pixels.
+    std::vector<Handle> handles(const Session& session, const ivec2& size, double length) const;
+    /// Returns the axis of the handle at a pixel, within `reach` pixels.
+    static std::optional<int> axis_at(const std::vector<Handle>& handles, const dvec2& point, double reach);
+
+    /// Starts to drag the handle of an axis at a pixel.
+    void begin(const Session& session, const ivec2& size, double length, int axis, const dvec2& point);
+    /// Drags to a pixel: changes the edit of the session.
+    void drag(Session& session, const dvec2& point);
+    void end(Session& session);
+    bool dragging() const { return drag_.has_value(); }
+    std::optional<int> axis() const { return drag_ ? std::optional(drag_->axis) : std::nullopt; }
+
+  private:
+    /// Place and axes of the selected object's edit.
+    struct Axes {
+        dvec3 origin;         // world units
+        dvec3 axes[3];        // change of place per unit of translation; otherwise directions
+        dmat3 to_world{1};    // translations of the edit to the world
+        bool is_light = false;
+    };
+    struct Drag {
+        int axis;
+        Selection object;
+        Axes at;
+        Camera camera;
+        ivec2 size;
+        double length;           // length of handles, pixels
+        NodeEdit node{};         // edit at the start
+        dvec3 position{0};       // position of the light at the start
+        dvec2 first, last;       // first and latest pixel
+        double turned = 0;       // angle so far, radians
+    };
+    std::optional<Axes> axes(const Session& session) const;
+    static double along(const Drag& d, const dvec3& axis, const dvec2& point);
+    static std::optional<dvec3> on_plane(const Drag& d, const dvec3& normal, const dvec2& point);
+    static double turn(const Drag& d, const dvec2& from, const dvec2& to);
+
+    std::optional<Drag> drag_;
+};
+
+}  // namespace halflight::view

@@ -1,0 +1,147 @@
+// The properties of lights and of the environment.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "api/halflight/edit_text.h"
+#include "engine/scene/light_types.h"
+#include "tools/view/inspector.h"
+#include "tools/view/outliner.h"
+#include "tools/view/widgets.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr float kUsualKelvin = 4000;  // temperature that a light gets first
+
+/// Returns the edit of the light's own name; a default one where there is none.
+LightEdit own_edit(const SceneEdits& edits, const std::string& name) {
+    const auto found = std::ranges::find(edits.named_lights, name, &NamedEdit<LightEdit>::name);
+    return found == edits.named_lights.end() ? LightEdit() : found->edit;
+}
+
+void color_of_light(const PunctualLight& shown, LightEdit& edit) {
+    if (radio("Colour RGB", !edit.temperature, "the colour is given by its channels") && edit.temperature) {
+        edit.color = color_of(shown).color;
+        edit.temperature.reset();
+    }
+    if (radio("Kelvin", edit.temperature.has_value(), "the colour is that of a black body", true) && !edit.temperature)
+        edit.temperature = kUsualKelvin, edit.color.reset();
+    if (edit.temperature) {
+        slider("Temperature", *edit.temperature, static_cast<float>(kEditTemperature.lower), 12000, "%.0f K",
+               "colour of a black body: 2700 is a warm lamp, 6500 daylight", kClamp);
+        return;
+    }
+    vec3 color = edit.color.value_or(color_of(shown).color);
+    if (pick_color("Colour", color, "linear Rec.709; white has the intensity of the strongest channel"))
+        edit.color = color;
+}
+
+void direction_of_light(const PunctualLight& shown, LightEdit& edit) {
+    // The angles point towards the source. The zenith is excluded, because the azimuth would be lost there.
+    const dvec3 back = -glm::normalize(edit.direction.value_or(dvec3(shown.direction)));
+    vec2 angles(glm::degrees(std::atan2(back.x, back.z)), glm::degrees(std::asin(std::clamp(back.y, -1.0, 1.0))));
+    bool changed = slider("Azimuth", angles.x, -180, 180, "%.1f deg", "direction towards the source");
+    changed |= slider("Elevation", angles.y, -89.9f, 89.9f, "%.1f deg", "direction towards the source");
+    if (!changed) return;
+    const dvec2 a = glm::radians(dvec2(angles));
+    edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), std::cos(a.y) * std::cos(a.x));
+}
+
+const char* kOfFile = "of the scene";
+const char* kClearSky = "clear sky";
+const char* kColor = "colour";
+const char* kFile = "file ...";
+
+/// Returns the name of a choice for the user.
+std::string name_of(const EnvironmentChoice& choice) {
+    if (const auto* color = std::get_if<vec3>(&choice))
+        return *color == vec3(0) ? "none" : *color == vec3(1) ? "white" : kColor;
+    if (const auto* preset = std::get_if<SkyPreset>(&choice)) return halflight::name(*preset);
+    if (const auto* file = std::get_if<std::filesystem::path>(&choice)) return file->filename().string();
+    return std::holds_alternative<ClearSky>(choice) ? kClearSky : kOfFile;
+}
+
+void choose_environment(PanelContext& c) {
+    std::vector<std::string> all = {kOfFile, "none", "white", kColor, kClearSky};
+    for (const SkyPreset preset : sky_presets()) all.emplace_back(halflight::name(preset));
+    all.emplace_back(kFile);
+    std::string chosen = name_of(c.session.environment());
+    if (!choose("Environment", chosen, all, "light from all directions: none, a preset, or a map (.exr, .hdr)")) return;
+    if (chosen == kFile)
+        c.requests.actions.push_back(Action::open);
+    else if (chosen == kOfFile)
+        c.requests.environment = EnvironmentChoice();
+    else if (chosen == kClearSky)
+        c.requests.environment = ClearSky{.elevation = 40, .azimuth = 135};
+    else if (chosen == kColor)
+        c.requests.environment = vec3(0.5f);
+    else
+        c.requests.environment = parse_environment("environment", chosen);
+}
+
+}  // namespace
+
+void light_properties_of(PanelContext& c, std::size_t index) {
+    SceneEdits& edits = c.session.edits;
+    const std::string& name = c.session.references().lights.at(index);
+    const PunctualLight shown = c.session.edited_values().lights.at(index);
+    const PunctualLight& own = c.session.scene().lights[index];
+    const LightTypeRow& type = row_of(own.type);
+    LightEdit edit = own_edit(edits, name);
+    const LightEdit before = edit;
+    value("Type", type.name);
+    const Selection object{ObjectKind::light, index};
+    bool on = !HiddenObjects(c.session).contains(object);
+    if (checkbox("On", on, "switches the light on or off")) return set_shown(c.session, object, on);
+    float intensity = edit.intensity.value_or(color_of(own).intensity);
+    if (slider(fmt::format("Intensity, {}", type.unit).c_str(), intensity, 0, 1e6f, "%.5g",
+               "intensity of the strongest channel, in the unit of the file", kLogarithmic))
+        edit.intensity = intensity;
+    slider("Factor", edit.factor, 0, 100, "%.3f", "factor on the intensity", kLogarithmic);
+    color_of_light(shown, edit);
+    if (type.has_position) {
+        dvec3 position = edit.position.value_or(shown.position);
+        if (drag("Position", position, 0.002f * static_cast<float>(c.session.diagonal()), "world space, metres"))
+            edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
+    }
+    if (type.has_direction) direction_of_light(shown, edit);
+    if (button("Reset light", "restores the light of the scene")) {
+        edit = {};
+        if (index < edits.lights.size()) edits.lights[index] = {};
+    }
+    if (edit != before) light_edit(edits, name) = edit;
+    remove_empty(edits);
+}
+
+void environment_properties(PanelContext& c) {
+    choose_environment(c);
+    const EnvironmentChoice& now = c.session.environment();
+    if (const auto* sky = std::get_if<ClearSky>(&now)) {
+        auto elevation = static_cast<float>(sky->elevation), azimuth = static_cast<float>(sky->azimuth),
+             turbidity = static_cast<float>(sky->turbidity);
+        bool changed = slider("Sun elevation", elevation, 0, 90, "%.1f deg", "above the horizon");
+        changed |= slider("Sun azimuth", azimuth, -180, 360, "%.1f deg", "clockwise from north (-Z)");
+        changed |= slider("Turbidity", turbidity, static_cast<float>(kLeastTurbidity),
+                          static_cast<float>(kMostTurbidity), "%.1f", "haze: 2 is clear, 6 hazy");
+        if (changed) c.requests.environment = ClearSky{double{elevation}, double{azimuth}, double{turbidity}};
+    }
+    if (const auto* color = std::get_if<vec3>(&now); color && *color != vec3(0)) {
+        vec3 radiance = *color;
+        if (pick_color("Radiance", radiance, "radiance from all directions, linear Rec.709"))
+            c.requests.environment = radiance;
+    }
+    if (c.session.scene().environment.black()) return faint_text("The environment is black.");
+    SceneEdits& edits = c.session.edits;
+    slider("Intensity", edits.environment_intensity, 0, 100, "%.3f", "factor on the environment and its sun",
+           kLogarithmic);
+    pick_color("Tint", edits.environment_tint, "colour factor on the environment");
+    auto degrees = static_cast<float>(edits.environment_rotation);
+    if (slider("Rotation", degrees, -180, 180, "%.1f deg", "to the right, seen from inside"))
+        edits.environment_rotation = double{degrees};
+    if (button("Reset environment", "restores intensity, tint and rotation"))
+        edits.environment_intensity = 1, edits.environment_tint = vec3(1), edits.environment_rotation = 0;
+}
+
+}  // namespace halflight::view

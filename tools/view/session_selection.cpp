@@ -1,0 +1,153 @@
+// The selected object of a session: what is selected, its surfaces, its place, and its properties as edits show them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "api/halflight/object_names.h"
+#include "tools/view/session.h"
+
+namespace halflight::view {
+namespace {
+
+NamedObjects cameras_of(const Scene& scene) {
+    NamedObjects cameras{"camera", {}};
+    for (const Camera& camera : scene.cameras) cameras.names.emplace_back(camera.name);
+    return cameras;
+}
+
+/// Returns a scene of one instance that hangs below a node; edits of nodes move it as they move the node.
+Scene marker_at(const std::string& name, int node) {
+    Scene scene;
+    scene.name = name;
+    scene.meshes.emplace_back();
+    scene.instances.push_back({.name = {}, .mesh = 0, .object_to_world = dmat4(1), .node = node});
+    return scene;
+}
+
+}  // namespace
+
+void Session::find_references(bool other_scene) {
+    const bool same_names = references_.lights.size() == scene_->lights.size() &&
+                            references_.materials.size() == scene_->materials.size() &&
+                            references_.meshes.size() == scene_->meshes.size() &&
+                            references_.nodes.size() == tree_->nodes.size() &&
+                            references_.cameras.size() == scene_->cameras.size();
+    if (!other_scene && same_names) return;  // poses are frequent, and names do not depend on them
+    const std::vector<std::string> before = std::move(references_.lights);
+    references_ = {references_to(lights_of(*scene_)), references_to(materials_of(*scene_)),
+                   references_to(meshes_of(*scene_)), references_to(nodes_of(*tree_)),
+                   references_to(cameras_of(*scene_))};
+    const auto has = [](const std::vector<std::string>& all, const std::string& name) {
+        return std::ranges::find(all, name) != all.end();
+    };
+    if (other_scene) return;
+    std::erase_if(edits.named_lights, [&](const NamedEdit<LightEdit>& edit) {
+        return has(before, edit.name) && !has(references_.lights, edit.name);
+    });
+    if (selection.kind == ObjectKind::light && selection.index >= references_.lights.size()) selection = {};
+}
+
+Scene Session::edited_values() const {
+    Scene values;
+    values.name = scene_->name;
+    values.lights = scene_->lights;
+    values.materials = scene_->materials;
+    SceneEdits part = edits;
+    part.clay = false;
+    part.transforms.clear();
+    part.hidden.clear();
+    try {
+        apply(part, values, *tree_);
+    } catch (const Error&) {  // the picture shows the error
+    }
+    return values;
+}
+
+std::vector<std::size_t> Session::selected_instances() const {
+    std::vector<std::size_t> selected;
+    const bool node_selected = selection.kind == ObjectKind::node;
+    if (pages_ || (!node_selected && selection.kind != ObjectKind::mesh)) return selected;
+    const auto below = [&](int node) {
+        for (; node != kNone; node = tree_->nodes[static_cast<std::size_t>(node)].parent)
+            if (static_cast<std::size_t>(node) == selection.index) return true;
+        return false;
+    };
+    const std::vector<Instance>& all = picker().instances();
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (node_selected ? below(all[i].node) : static_cast<std::size_t>(all[i].mesh) == selection.index)
+            selected.push_back(i);
+    return selected;
+}
+
+void Session::select(const dvec2& point, const ivec2& size) {
+    const auto picked = pick(point, size);
+    const int node = picked ? picker().instances()[picked->instance].node : kNone;
+    selection = node == kNone ? Selection() : Selection{ObjectKind::node, static_cast<std::size_t>(node)};
+}
+
+void Session::select(const std::string& name) {
+    const std::tuple<const char*, ObjectKind, NamedObjects> kinds[] = {
+        {"node:", ObjectKind::node, nodes_of(*tree_)},
+        {"light:", ObjectKind::light, lights_of(*scene_)},
+        {"mesh:", ObjectKind::mesh, meshes_of(*scene_)},
+        {"material:", ObjectKind::material, materials_of(*scene_)},
+        {"camera:", ObjectKind::camera, cameras_of(*scene_)}};
+    for (const auto& [prefix, kind, objects] : kinds)
+        if (name.starts_with(prefix)) {
+            const std::string rest = name.substr(std::string_view(prefix).size());
+            selection = {kind, find_objects(objects, rest, "select").front()};
+            return;
+        }
+    if (name != "environment" && name != "none")
+        throw Error(
+            "select",
+            "expects node:NAME, light:NAME, mesh:NAME, material:NAME, camera:NAME, environment or none, not '{}'",
+            name);
+    selection = {name == "none" ? ObjectKind::none : ObjectKind::environment, 0};
+}
+
+std::string Session::name_of(const Selection& object) const {
+    const auto named = [&](const char* kind, const std::vector<std::string>& references) {
+        return fmt::format("{} {}", kind, references.at(object.index));
+    };
+    switch (object.kind) {
+        case ObjectKind::node:
+            return named("node", references_.nodes);
+        case ObjectKind::mesh:
+            return named("mesh", references_.meshes);
+        case ObjectKind::light:
+            return named("light", references_.lights);
+        case ObjectKind::material:
+            return named("material", references_.materials);
+        case ObjectKind::camera:
+            return named("camera", references_.cameras);
+        case ObjectKind::environment:
+            return "environment";
+        case ObjectKind::none:
+            break;
+    }
+    return "nothing";
+}
+
+NodeFrame Session::node_frame(std::size_t index) const {
+    NodeFrame frame{dvec3(tree_->nodes[index].to_world[3]), dmat4(1)};
+    const auto own = std::ranges::find(edits.nodes, references_.nodes[index], &NamedEdit<NodeEdit>::name);
+    if (own != edits.nodes.end() && own->edit.matrix) {
+        frame.origin = dvec3((*own->edit.matrix)[3]);
+        return frame;
+    }
+    const int parent = tree_->nodes[index].parent;
+    if (parent == kNone || edits.nodes.empty()) return frame;
+    SceneEdits moves;
+    moves.nodes = edits.nodes;
+    Scene marker = marker_at(scene_->name, parent);
+    try {
+        apply(moves, marker, SceneTree{tree_->nodes, {}, {}});
+        frame.above = marker.instances[0].object_to_world;
+    } catch (const Error&) {  // the picture shows the error
+    }
+    return frame;
+}
+
+}  // namespace halflight::view
