@@ -408,9 +408,9 @@ void LoadedScene::free_surfaces() {
         mesh = std::move(empty);
     }
     for (TextureImage& image : scene_.images) {
-        release(image.rgba);
+        image.rgba = {};
         for (auto* levels : {&image.color_levels, &image.data_levels})
-            for (TextureImage& level : *levels) release(level.rgba);
+            for (TextureImage& level : *levels) level.rgba = {};
     }
     trim_memory();
     memory_ = {MemoryLedger::process(), MemoryPart::scene,

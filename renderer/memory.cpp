@@ -185,12 +185,11 @@ std::size_t scene_bytes(const SceneSize& size) {
     // are kept.
     const std::size_t per_triangle = size.moves ? 380 : 200;
     constexpr std::size_t kPools = 2;               // bytes of half floats per byte of an image
-    const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
-    const std::size_t images = size.moves ? 2 : 1;
+    const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses, but for images
     // Textures in tiles share a pool, which holds those of alpha tests and lights as half floats, and some others.
     const std::size_t pool = size.tile_bytes > 0 ? 2 * size.pinned_bytes + kLeastTilePool : 0;
     return std::max(per_triangle * traced(size) + copies * (size.contents() - size.texture_bytes) +
-                        (images + kPools) * size.texture_bytes + pool,
+                        (1 + kPools) * size.texture_bytes + pool,
                     size.contents() + size.decoding_bytes);
 }
 

@@ -119,8 +119,9 @@ void read_jpeg(const std::string& subject, std::string_view bytes, int max_side,
     open(decoder, subject, bytes.size(), max_side);
     image.width = static_cast<int>(decoder.width());
     image.height = static_cast<int>(decoder.height());
-    image.rgba.resize(4 * decoder.width() * decoder.height());
-    if (!decoder.read_texels(image.rgba.data())) throw Error(subject, "cannot be decoded: {}", decoder.message());
+    std::vector<std::uint8_t> rgba(4 * decoder.width() * decoder.height());
+    if (!decoder.read_texels(rgba.data())) throw Error(subject, "cannot be decoded: {}", decoder.message());
+    image.rgba = std::move(rgba);
 }
 
 }  // namespace halflight

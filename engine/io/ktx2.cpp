@@ -315,15 +315,16 @@ void read_ktx2(const std::string& subject, std::string_view bytes, int max_side,
     const Header header(subject, bytes, bytes.size(), max_side);
     image.width = static_cast<int>(header.size().width);
     image.height = static_cast<int>(header.size().height);
-    image.rgba.resize(4 * header.size().width * header.size().height);
+    std::vector<std::uint8_t> rgba(4 * header.size().width * header.size().height);
     std::string buffer;
     if (header.model() == Model::etc1s)
-        decode_basis_lz(header, image.rgba.data());
+        decode_basis_lz(header, rgba.data());
     else if (header.model() == Model::uastc)
-        decode_blocks(header, inflate(header, buffer), image.rgba.data());
+        decode_blocks(header, inflate(header, buffer), rgba.data());
     else
-        expand(inflate(header, buffer), header.texel_bytes() / (image.rgba.size() / 4), image.rgba.data());
-    for (std::size_t i = 0; i < image.rgba.size(); i += 4) arrange(image.rgba.data() + i, header.layout());
+        expand(inflate(header, buffer), header.texel_bytes() / (rgba.size() / 4), rgba.data());
+    for (std::size_t i = 0; i < rgba.size(); i += 4) arrange(rgba.data() + i, header.layout());
+    image.rgba = std::move(rgba);
 }
 
 }  // namespace halflight

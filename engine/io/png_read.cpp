@@ -106,7 +106,9 @@ void read_png(const std::string& subject, std::string_view bytes, int max_side, 
     open(decoder, subject, bytes.size(), max_side);
     image.width = static_cast<int>(decoder.width());
     image.height = static_cast<int>(decoder.height());
-    read(decoder, subject, image.rgba);
+    std::vector<std::uint8_t> rgba;
+    read(decoder, subject, rgba);
+    image.rgba = std::move(rgba);
 }
 
 Image read_png(const std::string& subject, std::string_view bytes, int max_side) {

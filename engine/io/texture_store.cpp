@@ -298,7 +298,7 @@ void TextureStore::take(TextureImage& image, std::uint64_t key) {
     };
     const auto move_level = [&](TextureImage& level) {
         level.tiles = std::make_shared<Tiles>(scratch_, image.name, cut(level, append));
-        std::vector<std::uint8_t>().swap(level.rgba);
+        level.rgba = {};
     };
     move_level(image);
     for (auto* levels : {&image.color_levels, &image.data_levels}) std::ranges::for_each(*levels, move_level);

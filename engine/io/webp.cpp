@@ -53,15 +53,16 @@ void read_webp(const std::string& subject, std::string_view bytes, int max_side,
     const ImageHeader header = read_webp_header(subject, bytes, bytes.size(), max_side);
     image.width = static_cast<int>(header.width);
     image.height = static_cast<int>(header.height);
-    image.rgba.resize(4 * header.width * header.height);
+    std::vector<std::uint8_t> rgba(4 * header.width * header.height);
     WebPDecoderConfig config;
     if (!WebPInitDecoderConfig(&config)) throw Error(subject, "cannot be decoded: libwebp has another version");
     config.output.colorspace = MODE_RGBA;
     config.output.is_external_memory = 1;
-    config.output.u.RGBA = {image.rgba.data(), 4 * image.width, image.rgba.size()};
+    config.output.u.RGBA = {rgba.data(), 4 * image.width, rgba.size()};
     const VP8StatusCode status = WebPDecode(data(bytes), bytes.size(), &config);
     WebPFreeDecBuffer(&config.output);
     if (status != VP8_STATUS_OK) throw Error(subject, "cannot be decoded: {}", reason(status));
+    image.rgba = std::move(rgba);
 }
 
 }  // namespace halflight

@@ -5,7 +5,7 @@
 namespace halflight {
 
 std::vector<std::uint8_t> all_texels(const TextureImage& image) {
-    if (!image.tiles) return image.rgba;
+    if (!image.tiles) return image.rgba.get();
     constexpr int kSide = ImageTiles::kSide;
     const auto width = static_cast<std::size_t>(image.width);
     std::vector<std::uint8_t> rgba(4 * width * static_cast<std::size_t>(image.height));

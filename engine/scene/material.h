@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
+#include "engine/core/shared_bytes.h"
 
 namespace halflight {
 
@@ -23,9 +24,9 @@ class ImageTiles;
 /// Decoded image: 8-bit RGBA, row-major, top row first. The slot that refers to it says whether it is sRGB-encoded.
 struct TextureImage {
     std::string name;
-    int width = 0;                   // width, texels, > 0
-    int height = 0;                  // height, texels, > 0
-    std::vector<std::uint8_t> rgba;  // 4 * width * height bytes; empty where there are tiles
+    int width = 0;     // width, texels, > 0
+    int height = 0;    // height, texels, > 0
+    SharedBytes rgba;  // 4 * width * height bytes, shared by all poses of a scene; empty where there are tiles
     std::shared_ptr<const ImageTiles>
         tiles{};  // texels that are not in memory (image_tiles.h); null: they are in `rgba`
     // Mip levels 1 and up, for lookups as colour and as data (texture_levels.h); empty: lookups use level 0.

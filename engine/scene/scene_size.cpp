@@ -37,7 +37,7 @@ SceneSize size_of(const Scene& scene) {
     for (const Instance& instance : scene.instances)
         size.drawn += scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.size();
     const auto add_image = [&](const TextureImage& image) {
-        size.texture_bytes += bytes_of(image.rgba);
+        size.texture_bytes += image.rgba.size();
         if (image.tiles) size.tile_bytes += image.tiles->bytes();
     };
     for (const TextureImage& image : scene.images) {

@@ -91,10 +91,10 @@ template <Mean mean>
 TextureImage next_level(const TextureImage& from) {
     TextureImage to{
         .name = from.name, .width = std::max(1, from.width / 2), .height = std::max(1, from.height / 2), .rgba = {}};
-    to.rgba.resize(4 * static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height));
+    std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height));
     const std::uint64_t weights = weight_sum(from.width) * weight_sum(from.height);
     const std::array<std::uint16_t, 256>& linear = srgb_tables().linear;
-    std::uint8_t* out = to.rgba.data();
+    std::uint8_t* out = rgba.data();
     for (int y = 0; y < to.height; ++y) {
         const Taps rows = taps_of(y, from.height);
         for (int x = 0; x < to.width; ++x, out += 4) {
@@ -114,6 +114,7 @@ TextureImage next_level(const TextureImage& from) {
             write_mean<mean>(sums, weights, out);
         }
     }
+    to.rgba = std::move(rgba);
     return to;
 }
 

@@ -96,7 +96,7 @@ TriangleWords::TriangleWords(const Scene& scene) : scene_(scene) {
         if (image_alpha_[index] >= 0) continue;
         const TextureImage& image = scene_.images[index];
         const std::vector<std::uint8_t> read = image.tiles ? all_texels(image) : std::vector<std::uint8_t>();
-        const std::vector<std::uint8_t>& rgba = image.tiles ? read : image.rgba;
+        const std::vector<std::uint8_t>& rgba = image.tiles ? read : image.rgba.get();
         std::uint8_t lowest = 255;
         for (std::size_t i = 3; i < rgba.size(); i += 4) lowest = std::min(lowest, rgba[i]);
         image_alpha_[index] = static_cast<float>(lowest) / 255.0f;

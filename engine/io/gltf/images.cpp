@@ -241,13 +241,15 @@ TextureImage roughness_from(const TextureImage& specular_glossiness, float facto
     TextureImage result{.name = specular_glossiness.name + " (roughness)",
                         .width = specular_glossiness.width,
                         .height = specular_glossiness.height,
-                        .rgba = all_texels(specular_glossiness)};
-    for (std::size_t i = 0; i < result.rgba.size(); i += 4) {
-        const float glossiness = factor * static_cast<float>(result.rgba[i + 3]);
-        result.rgba[i] = result.rgba[i + 2] = 0;
-        result.rgba[i + 1] = static_cast<std::uint8_t>(255.5f - glossiness);
-        result.rgba[i + 3] = 255;
+                        .rgba = {}};
+    std::vector<std::uint8_t> rgba = all_texels(specular_glossiness);
+    for (std::size_t i = 0; i < rgba.size(); i += 4) {
+        const float glossiness = factor * static_cast<float>(rgba[i + 3]);
+        rgba[i] = rgba[i + 2] = 0;
+        rgba[i + 1] = static_cast<std::uint8_t>(255.5f - glossiness);
+        rgba[i + 3] = 255;
     }
+    result.rgba = std::move(rgba);
     return result;
 }
 

@@ -288,7 +288,7 @@ TEST_F(ShadingLights, EmissionTexturesAndAlpha) {
     TextureImage image{"t", 8, 8, {}};
     for (int i = 0; i < 64; ++i) {
         const std::uint8_t value = i % 8 < 3 ? 255 : 0, alpha = i / 8 < 4 ? 255 : 0;
-        image.rgba.insert(image.rgba.end(), {value, value, value, alpha});
+        image.rgba.edit().insert(image.rgba.edit().end(), {value, value, value, alpha});
     }
     scene.images = {image};
     Material& m = scene.materials[0];

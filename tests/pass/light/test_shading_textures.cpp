@@ -14,7 +14,7 @@ namespace {
 TextureImage random_image(int width, int height, unsigned seed) {
     TextureImage image{"random", width, height, {}};
     std::mt19937 random(seed);
-    for (int i = 0; i < 4 * width * height; ++i) image.rgba.push_back(static_cast<std::uint8_t>(random() >> 24));
+    for (int i = 0; i < 4 * width * height; ++i) image.rgba.edit().push_back(static_cast<std::uint8_t>(random() >> 24));
     return image;
 }
 

@@ -19,7 +19,7 @@ std::uint8_t code_of_level(std::size_t level) {
 /// Returns an image of `size` x `size` texels. Level n is grey, of code_of_level(n).
 TextureImage numbered_levels(int size) {
     const auto fill = [](TextureImage& image, std::size_t level) {
-        image.rgba.assign(4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+        image.rgba.edit().assign(4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
                           code_of_level(level));
     };
     TextureImage image{.name = "levels", .width = size, .height = size, .rgba = {}};
@@ -115,8 +115,8 @@ TEST_F(TextureLevelChoice, DiffuseRaysUseHigherLevels) {
     add_quad(scene, add_material(scene, diffuse_material(vec3(1))), {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
     add_quad(scene, add_material(scene, unlit_texture()), {50, -50, 8}, {-100, 0, 0}, {0, 100, 0});
     for (TextureImage& level : scene.images[0].color_levels)
-        if (level.width >= 128) level.rgba.assign(level.rgba.size(), 0);
-    scene.images[0].rgba.assign(scene.images[0].rgba.size(), 0);
+        if (level.width >= 128) level.rgba.edit().assign(level.rgba.size(), 0);
+    scene.images[0].rgba.edit().assign(scene.images[0].rgba.size(), 0);
     RenderSettings settings = small_settings(spot_camera({0, 0, 0}, {0, 0, 1}, 0.1), 16, 16, 16, 2);
     const double textured = mean_radiance(render(context, scene, settings), 0).value;
     EXPECT_GT(textured, 0.9 * srgb_to_linear(code_of_level(3))) << "levels 0 to 2 are black";

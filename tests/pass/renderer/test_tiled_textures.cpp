@@ -24,8 +24,8 @@ Scene with_noise(Scene scene) {
         TextureImage& image = scene.images[i];
         const ivec2 size = kSizes[i % std::size(kSizes)];
         image.width = size.x, image.height = size.y;
-        image.rgba.resize(4 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
-        for (std::uint8_t& value : image.rgba) value = static_cast<std::uint8_t>(random() | 1u);
+        image.rgba.edit().resize(4 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+        for (std::uint8_t& value : image.rgba.edit()) value = static_cast<std::uint8_t>(random() | 1u);
     }
     return scene;
 }
@@ -75,7 +75,7 @@ TEST_F(TiledTextures, OfAlphaAndLightsAreAlwaysThere) {
     // Opaque surfaces get a texture of many tiles, which rays look up in vain.
     std::mt19937 random(3);
     TextureImage image{.name = "opaque", .width = 700, .height = 600, .rgba = {}};
-    for (int i = 0; i < 4 * image.width * image.height; ++i) image.rgba.push_back(static_cast<std::uint8_t>(random()));
+    for (int i = 0; i < 4 * image.width * image.height; ++i) image.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
     for (Material& m : scene.materials)
         if (m.alpha_mode == AlphaMode::opaque) m.base_color_texture.image = static_cast<int>(scene.images.size());
     scene.images.push_back(image);
@@ -91,8 +91,8 @@ TEST_F(TiledTextures, SplitBatchesThatDoNotFit) {
     std::mt19937 random(2);
     for (TextureImage& image : scene.images) {
         image.width = 1000, image.height = 700;
-        image.rgba.resize(4 * 1000 * 700);
-        for (std::uint8_t& value : image.rgba) value = static_cast<std::uint8_t>(random() | 1u);
+        image.rgba.edit().resize(4 * 1000 * 700);
+        for (std::uint8_t& value : image.rgba.edit()) value = static_cast<std::uint8_t>(random() | 1u);
     }
     RenderSettings settings = all_settings(scene, 64, 48, 2);
     const RenderResult expected = render(scene, settings);

@@ -21,7 +21,7 @@ TextureImage noise(int width, int height, unsigned seed = 1) {
     TextureImage image{.name = "noise", .width = width, .height = height, .rgba = {}};
     std::mt19937 random(seed);
     for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height); ++i)
-        image.rgba.push_back(static_cast<std::uint8_t>(random()));
+        image.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
     return image;
 }
 

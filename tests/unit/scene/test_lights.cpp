@@ -113,10 +113,10 @@ TEST(Lights, EmissionTextureWeighsAndExcludes) {
     scene.materials[0].emission = vec3(1);
     TextureImage image;
     image.width = image.height = 64;
-    image.rgba.assign(4 * 64 * 64, 0);
+    image.rgba.edit().assign(4 * 64 * 64, 0);
     // The texture is bright in one corner, and only the first triangle's texture coordinates reach that corner.
     for (int y = 40; y < 60; ++y) {
-        for (int x = 2; x < 10; ++x) image.rgba[static_cast<std::size_t>(4 * (64 * y + x))] = 255;
+        for (int x = 2; x < 10; ++x) image.rgba.edit()[static_cast<std::size_t>(4 * (64 * y + x))] = 255;
     }
     scene.images = {image};
     for (Material& m : scene.materials) {
@@ -132,10 +132,10 @@ TEST(LuminanceSums, MeanOverWrappedBoxes) {
     TextureImage image;
     image.width = 32;
     image.height = 8;
-    image.rgba.assign(4 * 32 * 8, 0);
+    image.rgba.edit().assign(4 * 32 * 8, 0);
     for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
         const bool white = i / 4 % 32 < 2;  // the first two columns are white
-        for (std::size_t k = 0; k < 3; ++k) image.rgba[i + k] = white ? 255 : 0;
+        for (std::size_t k = 0; k < 3; ++k) image.rgba.edit()[i + k] = white ? 255 : 0;
     }
     const LuminanceSums sums(image);
     TextureRef texture;

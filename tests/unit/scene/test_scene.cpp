@@ -41,7 +41,7 @@ TEST(SceneValidation, NamesInvalidElements) {
         const char* subject;
         std::function<void(Scene&)> spoil;
     } cases[] = {
-        {"images[0].rgba", [](Scene& s) { s.images[0].rgba.pop_back(); }},
+        {"images[0].rgba", [](Scene& s) { s.images[0].rgba.edit().pop_back(); }},
         {"images[0].width", [](Scene& s) { s.images[0].width = 0; }},
         {"materials[0].base_color_texture", [](Scene& s) { s.materials[0].base_color_texture.image = 1; }},
         {"materials[0].normal_texture", [](Scene& s) { s.materials[0].normal_texture.image = -2; }},

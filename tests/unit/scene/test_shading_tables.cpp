@@ -169,7 +169,7 @@ TEST(ShadingTables, ColourTexelsAreLinearHalves) {
     TextureImage ramp{"ramp", 256, 1, {}};
     for (int i = 0; i < 256; ++i) {
         const auto v = static_cast<std::uint8_t>(i);
-        ramp.rgba.insert(ramp.rgba.end(), {v, v, v, v});
+        ramp.rgba.edit().insert(ramp.rgba.edit().end(), {v, v, v, v});
     }
     scene.images = {ramp};
     scene.materials[0].base_color_texture.image = 0;

@@ -14,7 +14,7 @@ constexpr LevelUses kColor{.color = true}, kData{.data = true}, kNormal{.data = 
 
 TextureImage image_of(int width, int height, const std::vector<Texel>& texels) {
     TextureImage image{.name = "image", .width = width, .height = height, .rgba = {}};
-    for (const Texel& t : texels) image.rgba.insert(image.rgba.end(), t.begin(), t.end());
+    for (const Texel& t : texels) image.rgba.edit().insert(image.rgba.edit().end(), t.begin(), t.end());
     return image;
 }
 
@@ -73,8 +73,8 @@ TEST(TextureLevels, AverageAreas) {
     TextureImage noise{.name = "noise", .width = 37, .height = 23, .rgba = {}};
     double sum = 0;
     for (int i = 0; i < 4 * 37 * 23; ++i) {
-        noise.rgba.push_back(static_cast<std::uint8_t>(random()));
-        sum += noise.rgba.back();
+        noise.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
+        sum += noise.rgba.get().back();
     }
     noise = with_levels(noise, kData);
     const Texel last = texel(noise.data_levels.back(), 0);
