@@ -22,6 +22,7 @@
 #include "engine/core/interruption.h"
 #include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
+#include "engine/gpu/context.h"
 #include "engine/io/file_claims.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
@@ -260,6 +261,7 @@ class FrameQueue {
                 if (!queue.empty() && queue.front() == frame) queue.pop_front();
                 add_failure_of(frame, error, tally);
                 if (options_.outputs.empty()) break;  // the movie would have a gap
+                if (dynamic_cast<const gpu::ContextLost*>(&error)) break;  // other frames would fail, too
                 continue;
             }
             if (movie && movie->failed() && options_.outputs.empty()) break;

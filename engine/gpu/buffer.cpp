@@ -46,6 +46,7 @@ Buffer::Buffer(std::string name, std::size_t bytes, const void* data)
     GLint64 got = 0;
     glGetNamedBufferParameteri64v(id, GL_BUFFER_SIZE, &got);
     if (static_cast<std::size_t>(got) != size) {
+        check_not_lost("buffer '" + name_ + "'");
         glGetError();  // clears the GL error, which the exception reports
         throw Error("buffer '" + name_ + "'", "the driver has no {} bytes", size);
     }

@@ -259,16 +259,23 @@ std::uint64_t Context::error_count() const {
 }
 
 void Context::check(std::string_view subject) {
-    if (glGetGraphicsResetStatus() != GL_NO_ERROR) throw Error(subject, "the GPU's context was lost");
+    check_not_lost(subject);
     const bool counted = state_->unseen > 0;  // a debug context has counted every error already, with its text
     for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
-        if (error == GL_CONTEXT_LOST) throw Error(subject, "the GPU's context was lost");
+        if (error == GL_CONTEXT_LOST) throw ContextLost(subject);
         if (!counted) state_->add_error(error_name(error));
     }
     if (state_->unseen == 0) return;
     const std::uint64_t more = std::exchange(state_->unseen, 0) - 1;
     const std::string others = more == 0 ? "" : fmt::format(" (and {} more)", more);
     throw Error(subject, "{}{}", std::exchange(state_->first, {}), others);
+}
+
+ContextLost::ContextLost(std::string_view subject)
+    : Error(subject, "the driver has reset the GPU, whose context is lost; what was not finished is missing") {}
+
+void check_not_lost(std::string_view subject) {
+    if (glGetGraphicsResetStatus() != GL_NO_ERROR) throw ContextLost(subject);
 }
 
 bool is_software_renderer(std::string_view renderer) {

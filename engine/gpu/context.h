@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/core/error.h"
+
 namespace halflight::gpu {
 
 class ProgramBinaries;
@@ -64,7 +66,7 @@ class Context {
     /// Returns the store for ProgramCache; null unless binaries_folder is set.
     const ProgramBinaries* binaries() const;
 
-    /// Throws Error(subject, first message) if the driver reported an error since the last check, or lost the context.
+    /// Throws Error(subject, first message) if the driver reported an error since the last check. Throws ContextLost.
     void check(std::string_view subject);
     /// Returns the number of errors since creation, including those not yet checked.
     std::uint64_t error_count() const;
@@ -74,6 +76,14 @@ class Context {
     explicit Context(std::unique_ptr<State> state);
     std::unique_ptr<State> state_;
 };
+
+/// The driver has reset the device. Nothing can be rendered by contexts that were there before.
+class ContextLost final : public Error {
+  public:
+    explicit ContextLost(std::string_view subject);
+};
+/// Throws ContextLost if the current context was lost. Other calls then fail for no reason of their own.
+void check_not_lost(std::string_view subject);
 
 /// Returns whether a GL_RENDERER string names one of Mesa's software rasterizers.
 bool is_software_renderer(std::string_view renderer);

@@ -37,6 +37,7 @@ Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSou
     GLint ok = 0, log_length = 0;
     glGetShaderiv(shader.id(), GL_COMPILE_STATUS, &ok);
     if (ok != 0) return shader;
+    check_not_lost(source.name);
     glGetShaderiv(shader.id(), GL_INFO_LOG_LENGTH, &log_length);
     std::string log(static_cast<std::size_t>(log_length), '\0');
     glGetShaderInfoLog(shader.id(), log_length, &log_length, log.data());
@@ -121,12 +122,22 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     for (const Shader& shader : shaders) glAttachShader(program.id(), shader.id());
     glLinkProgram(program.id());
     for (const Shader& shader : shaders) glDetachShader(program.id(), shader.id());
-    if (value_of(program.id(), GL_LINK_STATUS) == 0) throw link_error(name, program.id(), shaders);
+    if (value_of(program.id(), GL_LINK_STATUS) == 0) {
+        check_not_lost(name);
+        throw link_error(name, program.id(), shaders);
+    }
     return program.release();
+}
+
+/// Expands a compute shader, for pieces where dispatches are limited in time.
+ExpandedSource expand_compute(const ShaderSource& source, const Defines& defines) {
+    ExpandedSource expanded = expand(source, defines);
+    return run_limits().dispatch_seconds > 0 ? with_pieces(std::move(expanded)) : expanded;
 }
 
 /// Returns Program::text() of a program with these stages.
 std::string text_of(const std::vector<ShaderSource>& stages, const Defines& defines) {
+    if (stages.size() == 1) return expand_compute(stages[0], defines).text;
     std::string text;
     for (const ShaderSource& stage : stages) {
         if (!text.empty()) text += '\0';
@@ -178,11 +189,13 @@ Program::Program(std::string name, std::string text, GLuint id)
 }
 
 Program Program::compute(const ShaderSource& source, const Defines& defines, const ProgramBinaries* binaries) {
-    ExpandedSource expanded = expand(source, defines);
+    ExpandedSource expanded = expand_compute(source, defines);
     const GLuint id = loaded_or_made(source.name, expanded.text, binaries, [&] {
         return linked(source.name, std::array{compile_stage(GL_COMPUTE_SHADER, source, expanded)});
     });
     Program program(source.name, std::move(expanded.text), id);
+    if (const double limit = run_limits().dispatch_seconds; limit > 0)
+        program.pieces_ = std::make_unique<PieceSize>(limit);
     keep_sources(program.name(), {{"comp", program.text()}});
     return program;
 }
@@ -311,13 +324,49 @@ void Program::dispatch(std::uint32_t x, std::uint32_t y, std::uint32_t z) const 
             throw Error(name_, "needs {} workgroups along {}, the driver allows {} (GL_MAX_COMPUTE_WORK_GROUP_COUNT)",
                         counts[axis], "xyz"[axis], most[axis]);
     bind();
-    glDispatchCompute(x, y, z);
+    if (pieces_)
+        start_in_pieces(counts);
+    else
+        glDispatchCompute(x, y, z);
+}
+
+template <class Start>
+void Program::start_timed(std::uint64_t groups, Start start) const {
+    if (pieces_->timed()) return pieces_->add(groups, timed(start));
+    start();
+    pieces_->add_untimed();
+}
+
+void Program::start_in_pieces(const GroupCounts& counts) const {
+    const std::uint64_t all = std::uint64_t{counts[0]} * counts[1] * counts[2];
+    for_each_piece(
+        counts, [&] { return pieces_->groups(); },
+        [&](const GroupCounts& first, const GroupCounts& piece) {
+            const std::uint64_t groups = std::uint64_t{piece[0]} * piece[1] * piece[2];
+            const bool whole = groups == all;
+            set("halflight_first_group", uvec3(first[0], first[1], first[2]));
+            set("halflight_groups", whole ? uvec3(0) : uvec3(counts[0], counts[1], counts[2]));
+            start_timed(groups, [&] { glDispatchCompute(piece[0], piece[1], piece[2]); });
+            if (!whole) glFlush();  // the driver would otherwise put the pieces together into one submission
+        });
 }
 
 void Program::dispatch_indirect(const Buffer& arguments, std::size_t offset) const {
     bind();
-    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, arguments.id());
-    glDispatchComputeIndirect(static_cast<GLintptr>(offset));
+    const auto start = [&] {
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, arguments.id());
+        glDispatchComputeIndirect(static_cast<GLintptr>(offset));
+    };
+    if (!pieces_) return start();
+    if (pieces_->takes_all_of(last_groups_)) {  // reading the counts would wait for the work that makes them
+        set("halflight_first_group", uvec3(0));
+        set("halflight_groups", uvec3(0));
+        start();
+        return pieces_->add_untimed();
+    }
+    const std::vector<std::uint32_t> counts = arguments.read<std::uint32_t>(offset / sizeof(std::uint32_t), 3);
+    last_groups_ = std::uint64_t{counts[0]} * counts[1] * counts[2];
+    start_in_pieces({counts[0], counts[1], counts[2]});
 }
 
 void Program::draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances) const {

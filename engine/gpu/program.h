@@ -12,6 +12,7 @@
 
 #include "engine/core/math.h"
 #include "engine/gpu/buffer.h"
+#include "engine/gpu/dispatch_pieces.h"
 #include "engine/gpu/object.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/gpu/program_slots.h"
@@ -73,6 +74,7 @@ class Program {
     bool declares(std::string_view identifier) const;
 
     /// Binds the program and starts workgroups, at most as many as the driver allows. The graph places the barriers.
+    /// Where dispatches are limited in time (dispatch_pieces.h), they are started in pieces.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
     /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer.
     void dispatch_indirect(const Buffer& arguments, std::size_t offset = 0) const;
@@ -82,6 +84,10 @@ class Program {
   private:
     Program(std::string name, std::string text, GLuint id);
     const Slot* slot(std::string_view name, SlotKind kind, const std::string& resource) const;
+    void start_in_pieces(const GroupCounts& counts) const;
+    /// Starts workgroups, by `start`, and takes their time where it is wanted. `groups`: their number.
+    template <class Start>
+    void start_timed(std::uint64_t groups, Start start) const;
 
     std::string name_;
     std::string text_;  // source of all stages
@@ -90,6 +96,8 @@ class Program {
     std::vector<Slot> slots_;
     mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
+    std::unique_ptr<PieceSize> pieces_;  // null: dispatches are not limited in time
+    mutable std::uint64_t last_groups_ = ~std::uint64_t{0};  // workgroups of the last indirect dispatch that were read
 };
 
 /// Owner of every variant of a program, each compiled once. References stay valid as long as the cache; reload()

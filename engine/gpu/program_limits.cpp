@@ -9,6 +9,8 @@
 #include <regex>
 #include <utility>
 
+#include "engine/gpu/dispatch_pieces.h"
+
 namespace halflight::gpu {
 namespace {
 
@@ -77,6 +79,8 @@ RunLimits asked_limits() {
     }
     limits.storage_block_bytes = limit_of(GL_MAX_SHADER_STORAGE_BLOCK_SIZE);
     limits.uniform_block_bytes = limit_of(GL_MAX_UNIFORM_BLOCK_SIZE);
+    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    limits.dispatch_seconds = dispatch_limit(renderer == nullptr ? "" : renderer);
     return limits;
 }
 

@@ -38,6 +38,7 @@ struct RunLimits {
     std::array<std::uint32_t, 3> groups{};  // workgroups along x, y and z
     std::size_t storage_block_bytes = 0;
     std::size_t uniform_block_bytes = 0;
+    double dispatch_seconds = 0;  // longest time of a dispatch (dispatch_pieces.h); 0: any
 };
 /// Returns the limits of the current context, which each thread asks once.
 const RunLimits& run_limits();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/gpu/context.h"
 
 namespace halflight::gpu {
 namespace {
@@ -116,6 +117,7 @@ Texture::Texture(std::string name, const TextureDesc& desc) : name_(std::move(na
     GLint width = 0;
     glGetTextureLevelParameteriv(id, 0, GL_TEXTURE_WIDTH, &width);
     if (width != desc.width) {
+        check_not_lost("texture '" + name_ + "'");
         glGetError();  // clears the GL error, which the exception reports
         throw Error("texture '" + name_ + "'", "the driver has no {} bytes", texture_bytes(desc));
     }
