@@ -54,8 +54,8 @@ HWY_INLINE void set_constants(RayConstants<F>& ray, const F* origin, const F* di
         }
         ray.near_origin[a] = start + error;
         ray.far_origin[a] = start - error;
-        ray.near_inverse[a] = inverse * F(0.99999952316284180f);  // 1 -+ 2^-21
-        ray.far_inverse[a] = inverse * F(1.0000004768371582f);
+        ray.near_inverse[a] = inverse * F(0.99999904632568359f);  // 1 -+ 2^-20
+        ray.far_inverse[a] = inverse * F(1.0000009536743164f);
     }
 
     const auto x_first = both(below(size[1], size[0]), below(size[2], size[0]));
@@ -74,7 +74,7 @@ HWY_INLINE void set_constants(RayConstants<F>& ray, const F* origin, const F* di
     ray.shear[2] = inverse;
     for (int k = 0; k < 2; ++k) {
         ray.entry_inverse[k] = F(1.0f) / in_order(raised, k);
-        ray.entry_error[k] = (F(0.5f) * ray.error) * magnitude(ray.entry_inverse[k]);
+        ray.entry_error[k] = (F(0.25f) * ray.error) * magnitude(ray.entry_inverse[k]);
     }
 }
 

@@ -18,13 +18,14 @@ namespace {
 using shared::kBvhIndexMask;
 using shared::kBvhTag;
 
-// Positions and boxes pass through at most 16 roundings of 2^-24 before a decision. The triangle test (Woop, Benthin,
-// Wald 2013) takes 6, the ray's origin on the grid 3, the slab 1, and the packing the rest.
-constexpr double kSlack = 0x1p-20;
+// Positions and boxes pass through at most 32 roundings of 2^-24 before a decision. A division counts as five, since
+// GLSL allows an error of 2.5 units in the last place. The triangle test (Woop, Benthin, Wald 2013) takes 10, the ray's
+// origin on the grid 11, the slab 1, and the packing the rest.
+constexpr double kSlack = 0x1p-19;
 // Rays in block space are off by four roundings of |M| (|o| + t |d|) + |M| |translation|. In world space the error
-// grows by the condition of M, and each of the two lengths is at most twice the reach. The block's own 16 roundings
+// grows by the condition of M, and each of the two lengths is at most twice the reach. The block's own 32 roundings
 // grow by the same factor.
-constexpr double kInstanceSlack = 0x1p-18;
+constexpr double kInstanceSlack = 0x1p-17;
 // Grid boxes whose area exceeds the exact one by this factor cost more than their smaller nodes gain.
 constexpr double kMaxLooseness = 1.3;
 

@@ -2,9 +2,9 @@
 
 // Returns the enlargement of boxes around boxes of a block, in the units of the shaft. If box_ray() of the block finds
 // a hit with a box, the hierarchy's test of the box around it must find one at no larger t. The entry by the block's
-// test has an error of 2^-20 (slack) + 2^-20 (slab) of the block's reach, and its image has four roundings more. The
+// test has an error of 2^-19 (slack) + 2^-19 (slab) of the block's reach, and its image has four roundings more. The
 // block's reach consists of two lengths, each at most twice the world's reach times the condition number. All errors
-// are below 2^-17 of the condition times the reach, twice the slack of the hierarchy over instances
+// are below 2^-16 of the condition times the reach, twice the slack of the hierarchy over instances
 // (engine/rays/packed_bvh.cpp).
 vec3 block_margin(ShaftSpace space, Shaft shaft) { return 4.0 * shaft_margin(space, shaft.origin_lower, shaft.origin_upper); }
 

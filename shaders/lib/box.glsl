@@ -60,8 +60,9 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
 #endif
     precise vec3 near_origin = start + error;
     precise vec3 far_origin = start - error;
-    precise vec3 near_inverse = inverse * 0.99999952316284180;  // 1 -+ 2^-21: eight roundings
-    precise vec3 far_inverse = inverse * 1.0000004768371582;
+    // 1 -+ 2^-20: six roundings of 2^-24, and two divisions of 2.5 units in the last place, which GLSL allows.
+    precise vec3 near_inverse = inverse * 0.99999904632568359;
+    precise vec3 far_inverse = inverse * 1.0000009536743164;
     ray.near_origin = near_origin;
     ray.far_origin = far_origin;
     ray.near_inverse = near_inverse;

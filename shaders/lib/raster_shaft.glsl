@@ -32,10 +32,10 @@ float shaft_reach(Shaft s, float hull) {
 }
 
 // Returns the padding of boxes. The tracer accepts a box that a ray passes within slack * 2 reach
-// (shaders/lib/box.glsl). Its entry may be early by 2^-20 of the distance, which is 2^-19 reach. The arithmetic of
-// bounds and test loses less than 32 roundings of 2^-24 reach. `slack` is that of the hierarchy at index 0, which
+// (shaders/lib/box.glsl). Its entry may be early by 2^-19 of the distance, which is 2^-18 reach. The arithmetic of
+// bounds and test loses less than 64 roundings of 2^-24 reach. `slack` is that of the hierarchy at index 0, which
 // covers instances. It is doubled for the boxes inside them.
-float shaft_padding(float reach, float slack) { return reach * (4.0 * slack + 3.814697265625e-6); }  // 2^-18
+float shaft_padding(float reach, float slack) { return reach * (4.0 * slack + 7.62939453125e-6); }  // 2^-17
 
 struct TimedTest {
     ShaftTest test;

@@ -54,7 +54,7 @@ uint row_of(int place, uint triangle) { return triangle; }
 // is no earlier than the entry but for rounding, which the slack of nodes covers.
 struct EntryRay {
     vec2 inverse;  // inverse direction
-    vec2 error;    // bound of the error of t; half the slack of nodes, because fewer roundings count
+    vec2 error;    // bound of the error of t; a quarter of the slack of nodes, which have more roundings
 };
 
 // error: position_error() of the hierarchy
@@ -62,7 +62,7 @@ EntryRay entry_ray(TriangleRay ray, vec3 direction, float error) {
     vec3 raised = raised_direction(direction);
     vec2 along = ray.axes.z == 0 ? raised.yz : ray.axes.z == 1 ? raised.zx : raised.xy;
     precise vec2 inverse = 1.0 / along;
-    precise vec2 bound = (0.5 * error) * abs(inverse);
+    precise vec2 bound = (0.25 * error) * abs(inverse);
     return EntryRay(inverse, bound);
 }
 

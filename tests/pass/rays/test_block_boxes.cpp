@@ -200,9 +200,9 @@ Instances any_instances() {
         }
         all.rows.emplace_back(0);
         const double cells = shared::kGridCells - 1.0;
-        all.heads.emplace_back(-half, 0x1p-20);
+        all.heads.emplace_back(-half, 0x1p-19);
         all.heads.emplace_back(2.0 * half / cells, 0);
-        all.heads.emplace_back(-reach, 0x1p-18 * norm * inverse_norm);
+        all.heads.emplace_back(-reach, 0x1p-17 * norm * inverse_norm);
         all.heads.emplace_back(2.0 * reach / cells, 0);
     }
     return all;

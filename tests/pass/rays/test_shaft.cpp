@@ -82,7 +82,7 @@ float bundle_reach(BvhHead head, Bundle b) {
 
 // By how much grazing rays may pass boxes, in the units of nodes.
 vec3 margin_of(BvhHead head, Bundle b) {
-    vec3 margin = vec3((head.slack + 3.8146973e-6) * bundle_reach(head, b));
+    vec3 margin = vec3((head.slack + 7.6293945e-6) * bundle_reach(head, b));
 #ifdef HALFLIGHT_NODES_FLOAT
     return margin;
 #else
@@ -126,8 +126,8 @@ vec3 margin_of(BvhHead head, Bundle b) { return shaft_margin(shaft_space(head), 
 
 ShaftTest test_of(BvhHead head, Bundle b) {
     ShaftTest test = shaft_test(shaft_space(head), Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper));
-    test.lower += narrower / (head.slack + 3.8146973e-6) * margin_of(head, b);
-    test.upper -= narrower / (head.slack + 3.8146973e-6) * margin_of(head, b);
+    test.lower += narrower / (head.slack + 7.6293945e-6) * margin_of(head, b);
+    test.upper -= narrower / (head.slack + 7.6293945e-6) * margin_of(head, b);
     return test;
 }
 
@@ -291,7 +291,7 @@ struct Counts {
     std::uint32_t rejected = 0;  // far boxes that the shaft rejects
 };
 
-constexpr float kSlack = 0x1p-20f;  // margin for hierarchies of triangles; instances have a larger one
+constexpr float kSlack = 0x1p-19f;  // margin for hierarchies of triangles; instances have a larger one
 
 /// Kind of shaft and of node.
 struct Kind {
@@ -301,10 +301,10 @@ struct Kind {
     float too_much;  // narrowing, relative to the reach, that loses boxes
 };
 // The narrowings exceed the part of the margin for rounding, or the padding.
-constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-18f},
-                           {"tiles, floating", false, rays::NodeFormat::floating, 0x1p-18f},
-                           {"raster, grid", true, rays::NodeFormat::grid, 4 * kSlack + 0x1p-18f},
-                           {"raster, floating", true, rays::NodeFormat::floating, 4 * kSlack + 0x1p-18f}};
+constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-17f},
+                           {"tiles, floating", false, rays::NodeFormat::floating, 0x1p-17f},
+                           {"raster, grid", true, rays::NodeFormat::grid, 4 * kSlack + 0x1p-17f},
+                           {"raster, floating", true, rays::NodeFormat::floating, 4 * kSlack + 0x1p-17f}};
 
 class ShaftTest : public GpuTest {
   protected:
