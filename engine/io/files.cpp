@@ -94,6 +94,9 @@ struct ReadableFile {
         return fstat(descriptor, &info) == 0 ? version_of(info) : std::array<std::uint64_t, 5>{};
     }
 
+    /// Returns the path of the file that is open, whatever its name leads to now.
+    fs::path location() const { return fs::read_symlink(fmt::format("/proc/self/fd/{}", int{descriptor})); }
+
     /// Returns the time of the last change, in nanoseconds since 1970.
     std::int64_t modified() const { return static_cast<std::int64_t>(version[3] * 1'000'000'000 + version[4]); }
 
@@ -253,10 +256,8 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
     return bytes;
 }
 
-FileContent content_of(const fs::path& path) {
+static FileContent content_of(const ReadableFile& file, const std::string& subject) {
     constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;  // bytes that a thread reads at once
-    const ReadableFile file(path);
-    const std::string subject = path.string();
     std::vector<std::uint64_t> hashes((file.bytes + kPiece - 1) / kPiece);
     tbb::parallel_for(std::size_t{0}, hashes.size(), [&](std::size_t i) {
         thread_local std::string bytes;
@@ -270,10 +271,14 @@ FileContent content_of(const fs::path& path) {
     return {file.bytes, file.modified(), all.value()};
 }
 
+FileContent content_of(const fs::path& path) {
+    return content_of(ReadableFile(path), path.string());
+}
+
 bool has_content(const fs::path& path, const FileContent& content) {
     const ReadableFile file(path);
     if (file.bytes != content.bytes || file.modified() == content.modified) return file.bytes == content.bytes;
-    return content_of(path).hash == content.hash;
+    return content_of(file, path.string()).hash == content.hash;
 }
 
 /// A file that is opened once, so that it may be replaced by another one of its name; those beyond kKeptOpen are opened
@@ -282,7 +287,7 @@ struct ByteSource::File {
     static constexpr int kKeptOpen = 256;
     static inline std::atomic<int> kept{0};
 
-    explicit File(const fs::path& p) : path(p), open(std::in_place, p), version(open->version), size(open->bytes) {
+    explicit File(const fs::path& p) : path(p), open(std::in_place, p), location(open->location()), version(open->version), size(open->bytes) {
         if (++kept > kKeptOpen) close();
     }
     File(const File&) = delete;
@@ -294,6 +299,7 @@ struct ByteSource::File {
 
     fs::path path;
     std::optional<ReadableFile> open;
+    fs::path location;
     std::array<std::uint64_t, 5> version;
     std::uint64_t size;
 };
@@ -302,6 +308,10 @@ ByteSource::ByteSource(std::string text)
     : text_(std::make_shared<const std::string>(std::move(text))), size_(text_->size()) {}
 
 ByteSource::ByteSource(const fs::path& path) : file_(std::make_shared<const File>(path)), size_(file_->size) {}
+
+fs::path ByteSource::location() const {
+    return file_ ? file_->location : fs::path();
+}
 
 ByteSource ByteSource::part(std::uint64_t offset, std::uint64_t size) const {
     assert(offset <= size_ && size <= size_ - offset);

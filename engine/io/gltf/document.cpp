@@ -120,18 +120,37 @@ Json read_json(const ByteSource& source, const std::string& file) {
     return parse_gltf_json(json, file);
 }
 
-/// Refuses paths that lead out of the scene's folder, also through symbolic links.
-fs::path locate(const GltfDocument& document, const std::string& uri, const std::string& element) {
+void check_inside(const GltfDocument& document, const fs::path& path, const std::string& name,
+                  const std::string& element) {
+    if (document.options.allow_outside_folder) return;
+    const fs::path inside = fs::weakly_canonical(path).lexically_relative(fs::weakly_canonical(document.folder));
+    if (inside.empty() || *inside.begin() == "..")
+        document.fail(element, "'{}' is outside the scene's folder, which is not allowed", name);
+}
+
+/// Opens a file of the scene. Refuses paths that lead out of its folder, also through symbolic links. The file that is
+/// open is checked as well, since a link may lead elsewhere by then.
+ByteSource open_part(const GltfDocument& document, const fs::path& path, const std::string& name,
+                     const std::string& element) {
+    check_inside(document, path, name, element);
+    ByteSource bytes = [&] {
+        try {
+            return ByteSource(path);
+        } catch (const Error& e) {
+            document.fail(element, "{}", e.what());
+        }
+    }();
+    check_inside(document, bytes.location(), name, element);
+    return bytes;
+}
+
+/// Returns the path and the name of a URI.
+std::pair<fs::path, std::string> locate(const GltfDocument& document, const std::string& uri, const std::string& element) {
     const std::string scheme = uri_scheme(uri);
     if (!scheme.empty()) document.fail(element, "cannot follow a URI of scheme '{}'", scheme);
     const std::string decoded = percent_decode(uri);
     if (decoded.empty() || decoded.find('\0') != std::string::npos) document.fail(element, "URI is not a path");
-    const fs::path path = document.folder / decoded;
-    if (document.options.allow_outside_folder) return path;
-    const fs::path inside = fs::weakly_canonical(path).lexically_relative(fs::weakly_canonical(document.folder));
-    if (inside.empty() || *inside.begin() == "..")
-        document.fail(element, "'{}' is outside the scene's folder, which is not allowed", decoded);
-    return path;
+    return {document.folder / decoded, decoded};
 }
 
 std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& document) {
@@ -269,9 +288,9 @@ ByteSource GltfDocument::open_uri(const std::string& uri, const std::string& ele
         bytes = ByteSource(std::move(*data));
     } else {
         try {
-            const fs::path path = locate(*this, uri, element);
+            const auto [path, name] = locate(*this, uri, element);
+            bytes = open_part(*this, path, name, element);
             try {
-                bytes = ByteSource(path);
                 start = first_bytes(bytes);
             } catch (const Error& e) {
                 fail(element, "{}", e.what());
