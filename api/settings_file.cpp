@@ -213,7 +213,11 @@ fs::path settings_file_of(const fs::path& scene) {
 }
 
 SavedSettings read_settings(const fs::path& path) {
-    return parse_settings(read_file(path, kMaxBytes), path);
+    return parse_settings(read_settings_text(path), path);
+}
+
+std::string read_settings_text(const fs::path& path) {
+    return read_file(path, kMaxBytes);
 }
 
 SavedSettings parse_settings(std::string_view text, const fs::path& path) {

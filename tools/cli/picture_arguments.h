@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -11,6 +13,7 @@
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/loaded_scene.h"
 #include "api/halflight/picture_file.h"
+#include "api/halflight/settings_file.h"
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
 #include "engine/settings/render_settings.h"
@@ -68,6 +71,14 @@ struct PreviewArguments : ViewArguments {
 
     std::optional<std::filesystem::path> settings_file;  // file to load and save; none: the file beside the scene
     std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
+    /// The settings file as it was read, to be taken in parts where it does not suit the scene (settings_parts.h).
+    struct Source {
+        std::filesystem::path path;
+        std::string text;
+        std::vector<std::string> left_out;                           // what is wrong with entries that were left out
+        std::function<PreviewArguments(const SavedSettings&)> with;  // the arguments with these settings in its place
+    };
+    std::shared_ptr<const Source> settings_source;       // null: there is no settings file
     std::optional<double> ui_scale;                      // size of text and controls; none: that of the monitor
     double budget = 100;                                 // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;
@@ -89,7 +100,8 @@ class UsageError : public Error {
 /// Parses the command line of `halflight view`. Throws UsageError.
 std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* const* argv);
 
-/// Reads the settings file that the arguments name, or else the one beside the scene, if it exists.
+/// Reads the settings file that the arguments name, or else the one beside the scene, if it exists. Entries that the
+/// program does not know are left out.
 void take_settings(PreviewArguments& arguments);
 
 }  // namespace halflight

@@ -1,9 +1,14 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "api/halflight/settings_file.h"
 #include "tools/cli/options.h"
+#include "tools/cli/settings_parts.h"
 
 namespace halflight {
 namespace {
@@ -72,16 +77,37 @@ auto given_to(const CLI::App& app) {
     };
 }
 
-template <class Given>
-void take_file(const Given& given, PreviewArguments& a) {
+/// Returns the settings of a file without entries that cannot be parsed, which `left_out` describes.
+SavedSettings parse_what_fits(const std::string& text, const std::filesystem::path& file,
+                              std::vector<std::string>& left_out) {
+    try {
+        return parse_settings(text, file);
+    } catch (const Error&) {
+        SettingsParts parts(text, file);
+        left_out = parts.drop_unfit([](const SavedSettings&) {});
+        return parts.settings();
+    }
+}
+
+/// Reads the settings file of the viewer. `given` has the names of the options that were given.
+void take_file(const std::set<std::string>& given, PreviewArguments& a) {
     const auto file = a.settings_file.value_or(settings_file_of(a.scene));
     std::error_code none;
     if (!std::filesystem::exists(file, none)) return;
-    const SavedSettings settings = read_settings(file);
-    take(settings, file, given, a);
-    for (std::optional<int>* side : {&a.width, &a.height})
-        if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
-    a.bookmarks = settings.bookmarks;
+    auto source = std::make_shared<PreviewArguments::Source>();
+    source->path = file;
+    source->text = read_settings_text(file);
+    source->with = [base = a, given, file](const SavedSettings& settings) {
+        PreviewArguments with = base;
+        take(settings, file, [&](const std::string& option) { return given.contains(option); }, with);
+        for (std::optional<int>* side : {&with.width, &with.height})
+            if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
+        with.bookmarks = settings.bookmarks;
+        return with;
+    };
+    const SavedSettings settings = parse_what_fits(source->text, file, source->left_out);
+    a = source->with(settings);
+    a.settings_source = std::move(source);
 }
 
 }  // namespace
@@ -117,11 +143,15 @@ void use_settings(const CLI::App& app, RenderArguments& a) {
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {
-    take_file(given_to(app), a);
+    std::set<std::string> given;
+    for (const CLI::Option* option : app.get_options())
+        if (option->count() > 0)
+            for (const std::string& name : option->get_lnames()) given.insert("--" + name);
+    take_file(given, a);
 }
 
 void take_settings(PreviewArguments& a) {
-    take_file([](const char*) { return false; }, a);
+    take_file({}, a);
 }
 
 }  // namespace halflight

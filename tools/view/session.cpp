@@ -10,6 +10,8 @@
 #include "api/halflight/loaded_scene.h"
 #include "engine/io/environment.h"
 #include "engine/io/gltf/parts.h"
+#include "tools/cli/settings_parts.h"
+#include "tools/view/stale_settings.h"
 
 namespace halflight::view {
 namespace {
@@ -147,7 +149,7 @@ std::uint32_t last_frame(double end, const FrameRate& rate) {
 }
 
 std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
-    return [arguments, colors] { return load(arguments, colors, Console(arguments.quiet)); };
+    return [arguments, colors] { return load_with_settings(arguments, colors, Console(arguments.quiet)); };
 }
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened opened)
@@ -156,7 +158,25 @@ Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened o
 }
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
-    : Session(arguments, colors, load(arguments, colors, Console(arguments.quiet))) {}
+    : Session(arguments, colors, load_with_settings(arguments, colors, Console(arguments.quiet))) {}
+
+Session::Opened Session::load_with_settings(PreviewArguments a, const ColorConfig& colors, const Console& console) {
+    std::vector<std::string> problems;
+    if (a.settings_source) problems = a.settings_source->left_out;
+    Opened opened;
+    try {
+        opened = load(a, colors, console);
+    } catch (const Error&) {
+        const std::size_t before = problems.size();
+        leave_out_stale(a, colors, problems);
+        if (problems.size() == before) throw;
+        opened = load(a, colors, console);
+    }
+    if (problems.empty()) return opened;
+    opened.warning = left_out_warning(a.settings_source->path, problems);
+    console.warn("{}", opened.warning);
+    return opened;
+}
 
 Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
     Opened opened;
@@ -167,6 +187,7 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     const Timeline& timeline = opened.timeline;
     ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
+    with_lens(chosen.camera, a.settings.view.camera.lens);  // throws for a lens that cannot be used
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
     const Picker moved = opened.pages
@@ -189,7 +210,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.settings.clamp = modes.clamp;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
-            return load(a, colors, console);
+            return load_with_settings(a, colors, console);
         };
     }
     if (has_extension(path, "exr") || has_extension(path, "hdr")) return lighting(path);
@@ -282,6 +303,7 @@ void Session::open(Opened opened) {
     if (opened.start) edits = arguments_.edits, selection = {};
     find_references(opened.start.has_value());
     if (!opened.start) return follow_camera();
+    warning_ = std::move(opened.warning);
     pose_ = first_pose_ = opened.start->pose;
     scene_camera_ = first_camera_ = opened.start->camera;
     transform = arguments_.settings.view;

@@ -70,6 +70,8 @@ class Session {
     Selection selection;
 
     const std::filesystem::path& file() const { return file_; }
+    /// Returns the warning about entries of the settings file that were left out when the scene was opened, or "".
+    const std::string& warning() const { return warning_; }
     /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
     const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
@@ -118,6 +120,7 @@ class Session {
             std::optional<std::size_t> camera;
         };
         std::optional<Start> start;  // camera of a new scene; none: only pose or environment are new
+        std::string warning{};       // entries of the settings file that were left out; empty: none
     };
     /// Returns a function that reads a file, on any thread. The call and the function throw Error.
     std::function<Opened()> opening(const std::filesystem::path& path) const;
@@ -173,6 +176,8 @@ class Session {
   private:
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
+    /// Loads a scene without the entries of its settings file that do not suit it.
+    static Opened load_with_settings(PreviewArguments arguments, const ColorConfig& colors, const Console& console);
     /// Finds the references of the current scene. With the same scene in another pose or environment, edits of lights
     /// that the earlier environment had are removed.
     void find_references(bool other_scene);
@@ -186,6 +191,7 @@ class Session {
     Console console_;
     ColorConfig colors_;
     std::filesystem::path file_;
+    std::string warning_;
     std::shared_ptr<const Scene> reference_;
     std::shared_ptr<const Scene> scene_;
     std::shared_ptr<const SceneTree> reference_tree_, tree_;

@@ -58,6 +58,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
     transform_ = session_.transform;
     display_.set_view(processor_);
     edit_history_.start(session_.document());
+    if (!session_.warning().empty()) tell(session_.warning());
     if (gui_.has_font()) return;
     Console(arguments.quiet).warn("{}", kNoFont);
     tell(kNoFont);

@@ -217,17 +217,12 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
         EXPECT_TRUE(session.request(kSize) == before) << bad;
     }
     EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice());
-    // The settings of the scene name an unknown display.
+    // The settings of the scene are those of another version.
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
-    test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
-    EXPECT_NE(error_message([&] { session.open(session.opening(other)()); }).find("nobody's"), std::string::npos);
-    // The settings were saved when the scene had more instances.
-    test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "transforms":
-        {"2": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}})");
+    test::write_text(settings_file_of(other), R"({"halflight_settings": 2, "samples": 3})");
     EXPECT_EQ(error_message([&] { session.open(session.opening(other)()); }),
-              settings_file_of(other).string() + ": " + other.string() +
-                  ": there is no instance 2; the scene has 2, numbered from 0");
+              settings_file_of(other).string() + ": halflight_settings: is not 1, the version that is known");
     EXPECT_TRUE(session.request(kSize) == before);
     EXPECT_EQ(session.transform, ViewTransform());
     EXPECT_EQ(session.file(), cornell().scene);
@@ -400,6 +395,53 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     EXPECT_EQ(first.saved(kSize).moment->animation, "none") << "the frame number determines its noise";
     first.open(first.posing("none", 0)());
     EXPECT_FALSE(first.saved(kSize).moment);
+}
+
+/// Settings that were saved for another state of the scene, or by another version.
+TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
+    const TemporaryFolder folder;
+    PreviewArguments a;
+    a.scene = test::copy_room(folder.path);
+    a.quiet = true;
+    const std::string file = a.scene.string() + ".halflight.json";
+    const auto opened = [&](const std::string& entries) {
+        test::write_text(file, R"({"halflight_settings": 1)" + entries + "}");
+        PreviewArguments own = a;
+        take_settings(own);
+        return Session(own, ColorConfig::load());
+    };
+    EXPECT_EQ(opened(R"(, "camera": "above", "samples": 7)").warning(), "");
+
+    const std::string text =
+        R"(, "camera": "gone", "samples": 7, "exposure": 1, "look": "none of it", "focus": "3", "haze": 2,
+           "materials": {"gone": {"roughness": 0.5}, "0": {"roughness": 0.25, "gloss": 1}},
+           "hide": ["node:gone"], "display": "nobody's",
+           "transforms": {"2": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}, "animation": {"name": "gone", "frame": 3}, "variant": "gone",
+           "environment": {"map": "gone.hdr"}, "emission": 2,
+           "bookmarks": [{"name": "here", "camera": {"from": [0, 1, 2], "at": [0, 0, 0]}},
+                         {"name": "there", "camera": {"from": [0, 0, 0], "at": [0, 0, 0]}}])";
+    const Session session = opened(text);
+    const std::string& warning = session.warning();
+    EXPECT_TRUE(warning.starts_with(file + ": 12 entries are left out, and the file stays as it is until settings are saved: "))
+        << warning;
+    for (const char* named : {"camera: ", "nobody's", "focus: ", "'haze'", "material 'gone'", "gloss", "node 'gone'", "hide",
+                              "animation: ", "variant 'gone'", "gone.hdr", "bookmarks", "there is no instance 2;"})
+        EXPECT_NE(warning.find(named), std::string::npos) << named << ": " << warning;
+    EXPECT_EQ(std::ranges::count(warning, '\n'), 0);
+    EXPECT_EQ(session.samples, 7);
+    EXPECT_EQ(session.transform.exposure, 1);
+    EXPECT_EQ(session.edits.emission, 2);
+    EXPECT_EQ(session.edits.materials.size() + session.edits.named_materials.size() + session.edits.hidden.size(), 0u);
+    ASSERT_EQ(session.bookmarks.size(), 1u);
+    EXPECT_EQ(session.bookmarks[0].name, "here");
+    EXPECT_EQ(test::read_text(file), R"({"halflight_settings": 1)" + text + "}") << "opening writes nothing";
+
+    // Options are not entries of the file, and a broken file is none.
+    a.camera = "nobody";
+    EXPECT_TRUE(error_message([&] { opened(""); }).find("no camera 'nobody'") != std::string::npos);
+    a.camera.reset();
+    test::write_text(file, "{");
+    EXPECT_EQ(error_message([&] { take_settings(a); }), file + ": is not valid JSON at line 1, column 2");
 }
 
 }  // namespace
