@@ -61,7 +61,7 @@ class Film {
     void add_data(const Band& band, const std::vector<shared::AovRecord>& records);
     /// Replaces the motion of surfaces that moved since the previous frame. Call it after add_data().
     void add_surface_motion(const Band& band, const std::vector<shared::AovRecord>& records,
-                            const PreviousSurfaces& surfaces, const Camera& previous);
+                            const PreviousSurfaces& surfaces, const Camera& now, const Camera& previous);
     /// Adds the layers of LayerSource::debug.
     void add_debug(const Band& band, const std::vector<shared::DebugRecord>& records);
 

@@ -71,7 +71,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
             frame.noisy->add_places(where, records, chains, scene.tables());
         }
         if (frame.previous_surfaces)
-            film.add_surface_motion(where, records, *frame.previous_surfaces,
+            film.add_surface_motion(where, records, *frame.previous_surfaces, frame.camera,
                                     frame.previous_camera.value_or(frame.camera));
         if (frame.previous_surfaces && reprojects)
             preview->add_motion(where, records, scene.tables(), *frame.previous_surfaces);

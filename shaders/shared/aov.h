@@ -31,7 +31,12 @@ AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     record.motion = vec2(0.0);
 #ifdef HALFLIGHT_MOTION
     vec4 before = frame.previous_view_projection * vec4(position, 1.0);
-    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(frame.band_x, frame.band_y) + frame.jitter;
+    // Rasterized triangles may be seen beside the pixel's ray, so that the point itself is projected, not the pixel.
+    vec3 away = position - frame.camera_position.xyz;
+    float far = frame.camera_position.w == 0.0 ? 1.0 : dot(away, frame.camera_forward.xyz);
+    vec2 plane = vec2(dot(away, frame.camera_right.xyz) / dot(frame.camera_right.xyz, frame.camera_right.xyz),
+                      -dot(away, frame.camera_up.xyz) / dot(frame.camera_up.xyz, frame.camera_up.xyz));
+    vec2 here = (plane / far * 0.5 + 0.5) * vec2(frame.size);
     vec2 there = (before.xy / before.w * 0.5 + 0.5) * vec2(frame.size);
     // A point that was behind the camera had no place in the picture before.
     if (seen && before.w > 0.0) record.motion = here - there;

@@ -87,6 +87,28 @@ TEST_F(AovTest, OrthographicCamera) {
     expect_known(pyramids(), camera, previous);
 }
 
+/// Triangles at a silhouette are seen edge-on. Where the pixel's ray passes between them, the record is of the triangle
+/// that was rasterized, at a point beside the ray.
+TEST_F(AovTest, StillCamerasSeeNoMotionAtSilhouettes) {
+    Scene scene;
+    const int material = add_material(scene, diffuse_material(vec3(0.5f)));
+    add_quad(scene, material, {-40, -40, -3}, {80, 0, 0}, {0, 80, 0});
+    for (int i = 0; i < 12; ++i)
+        add_ball(scene, material, vec3(0.9 * (i % 4) - 1.4, 0.9 * (i / 4) - 0.95, 0.07 * i), 0.41f, 40);
+    for (const bool orthographic : {false, true}) {
+        Camera camera = look_at_camera({0.3, 0.2, 6}, {0, 0, 0}, {0.1, 1, 0}, 0.6);
+        camera.orthographic = orthographic, camera.ortho_height = 3.5;
+        const ivec2 image(240, 180);
+        Stage stage(programs, scene, camera, image);
+        stage.look_through(camera, camera);
+        const std::vector<shared::AovRecord> records = render(stage);
+        float most = 0;
+        for (int y = 0; y < image.y; ++y)
+            for (int x = 0; x < image.x; ++x) most = std::max(most, glm::length(records[stage.path(x, y)].motion));
+        EXPECT_LT(most, 1e-3f);
+    }
+}
+
 TEST_F(AovTest, PointsBehindThePreviousCameraHaveNoMotion) {
     const Camera camera = camera_on_quad();
     Camera away = camera;
