@@ -312,6 +312,22 @@ class Errors(InFolder):
         with self.assertRaisesRegex(TypeError, "^f.*incompatible"):
             hl.render(scene, progress=misuse, **SMALL)
 
+    def test_lengths_that_sequences_claim_are_not_trusted(self):
+        class Endless:
+            def __len__(self):
+                return 1 << 40
+
+            def __getitem__(self, index):
+                raise ValueError("no number")
+
+        scene = hl.load(CORNELL)
+        for call in (lambda: hl.Renderer(scene, layers=Endless(), **SMALL),
+                     lambda: hl.render_sequence(scene, Endless(), [1], **SMALL),
+                     lambda: hl.render_sequence(scene, "f.####.exr", Endless(), **SMALL),
+                     lambda: scene.look(Endless(), (0, 0, 0))):
+            with self.assertRaisesRegex(ValueError, "^no number$"):
+                call()
+
     def test_warnings_are_logged(self):
         with self.assertLogs("halflight", logging.INFO) as logged:
             hl.load(ROOT / "tests" / "cli" / "room" / "room.gltf", animation="none", fps=None)

@@ -54,6 +54,11 @@ def _call(function, **arguments):
         raise TypeError(f"one argument has the wrong type: {given}") from None
 
 
+def _items(values):
+    """Returns the elements as a list. list() would trust the length that a sequence claims, and allocate for it."""
+    return [item for item in values]  # pylint: disable=unnecessary-comprehension
+
+
 def _text(value):
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -65,7 +70,7 @@ def _text(value):
 def _texts(keywords, layers):
     texts = {name.replace("_", "-"): _text(value) for name, value in keywords.items() if value is not None}
     if layers is not None and len(layers) > 0:
-        texts["aov"] = layers if isinstance(layers, str) else ",".join(layers)
+        texts["aov"] = layers if isinstance(layers, str) else ",".join(_items(layers))
     return texts
 
 
@@ -171,8 +176,8 @@ class Scene:
     def look(self, look_from, look_at, up=(0, 1, 0), vfov=45):
         """Sets a free camera: its position, its target and up direction (metres, world), and its vertical field
         of view in degrees."""
-        _call(self._native.set_camera, name=None, look_from=tuple(look_from), look_at=tuple(look_at), up=tuple(up),
-              vfov=vfov)
+        _call(self._native.set_camera, name=None, look_from=tuple(_items(look_from)), look_at=tuple(_items(look_at)),
+              up=tuple(_items(up)), vfov=vfov)
 
     def material(self, which):
         """Returns the properties of a material, given by name or number, with its edits, as a dict."""
@@ -394,8 +399,8 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
 
     Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
     options, output = _split(settings, _options), _split(settings, _output)
-    outputs = [outputs] if isinstance(outputs, (str, _os.PathLike)) else list(outputs)
-    frames = _native.parse_frames(frames) if isinstance(frames, str) else list(frames)
+    outputs = [outputs] if isinstance(outputs, (str, _os.PathLike)) else _items(outputs)
+    frames = _native.parse_frames(frames) if isinstance(frames, str) else _items(frames)
     if all(str(path).lower().endswith(".png") for path in outputs):
         layers = None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
