@@ -260,7 +260,7 @@ class FrameQueue {
             } catch (const std::exception& error) {  // includes bad_alloc: other frames may need less memory
                 if (!queue.empty() && queue.front() == frame) queue.pop_front();
                 add_failure_of(frame, error, tally);
-                if (options_.outputs.empty()) break;  // the movie would have a gap
+                if (options_.outputs.empty()) break;                       // the movie would have a gap
                 if (dynamic_cast<const gpu::ContextLost*>(&error)) break;  // other frames would fail, too
                 continue;
             }

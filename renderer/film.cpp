@@ -191,7 +191,8 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
     Image* motion = plane("motion");
     if (!motion) return;
     const dvec2 size(band.whole());
-    const dmat4 to_clip = world_to_clip(now, band.whole(), 1), to_clip_before = world_to_clip(previous, band.whole(), 1);
+    const dmat4 to_clip = world_to_clip(now, band.whole(), 1),
+                to_clip_before = world_to_clip(previous, band.whole(), 1);
     const auto place = [&](const dvec4& clip) {
         return dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
     };

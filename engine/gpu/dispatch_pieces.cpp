@@ -39,9 +39,10 @@ std::string renamed(std::string_view text) {
         if (found == text.size()) break;
         const std::string_view rest = text.substr(found + kPrefix.size());
         const bool begins = found == 0 || !in_word(text[found - 1]);
-        const bool replaces = begins && std::ranges::any_of(kReplaced, [&](std::string_view name) {
-                                  return rest.starts_with(name) && (rest.size() == name.size() || !in_word(rest[name.size()]));
-                              });
+        const bool replaces =
+            begins && std::ranges::any_of(kReplaced, [&](std::string_view name) {
+                return rest.starts_with(name) && (rest.size() == name.size() || !in_word(rest[name.size()]));
+            });
         result += replaces ? "halflight_" : kPrefix;
         at = found + kPrefix.size();
     }

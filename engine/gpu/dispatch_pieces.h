@@ -16,8 +16,9 @@ using GroupCounts = std::array<std::uint32_t, 3>;  // workgroups along x, y and 
 /// is added to gl_WorkGroupID, and `halflight_groups` replaces gl_NumWorkGroups unless it is 0.
 ExpandedSource with_pieces(ExpandedSource source);
 
-/// Returns the longest time of a dispatch in seconds, 0: any. It is 50 ms on hardware. Software drivers have no watchdog.
-/// The environment variable HALFLIGHT_DISPATCH_MS sets it, in milliseconds. Throws Error where that is not a number.
+/// Returns the longest time of a dispatch in seconds, 0: any. It is 50 ms on hardware. Software drivers have no
+/// watchdog. The environment variable HALFLIGHT_DISPATCH_MS sets it, in milliseconds. Throws Error where that is not a
+/// number.
 double dispatch_limit(std::string_view renderer);
 
 /// Workgroups that the next dispatch of a program may have, which follow from the times of earlier ones. Dispatches are

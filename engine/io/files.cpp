@@ -287,7 +287,8 @@ struct ByteSource::File {
     static constexpr int kKeptOpen = 256;
     static inline std::atomic<int> kept{0};
 
-    explicit File(const fs::path& p) : path(p), open(std::in_place, p), location(open->location()), version(open->version), size(open->bytes) {
+    explicit File(const fs::path& p)
+        : path(p), open(std::in_place, p), location(open->location()), version(open->version), size(open->bytes) {
         if (++kept > kKeptOpen) close();
     }
     File(const File&) = delete;

@@ -11,9 +11,9 @@ class LostDevice : public Sequence {
   protected:
     /// Renders frames 1 to 3 with a context that is lost after so many checks.
     Outcome lose_after(int checks, const std::string& into, const Strings& more = {}) {
-        return run(into, "1-3", more,
-                   {.environment = {"LD_PRELOAD=" HALFLIGHT_LOST_DEVICE,
-                                    "HALFLIGHT_LOSE_AFTER=" + std::to_string(checks)}});
+        return run(
+            into, "1-3", more,
+            {.environment = {"LD_PRELOAD=" HALFLIGHT_LOST_DEVICE, "HALFLIGHT_LOSE_AFTER=" + std::to_string(checks)}});
     }
     static constexpr const char* kLost =
         "the driver has reset the GPU, whose context is lost; what was not finished is missing\n";
@@ -24,7 +24,7 @@ TEST_F(LostDevice, FinishedFramesStayWhole) {
     const auto whole = contents("whole");
     ASSERT_EQ(lose_after(1'000'000, "never").status, 0);
     EXPECT_EQ(contents("never"), whole) << "the library changes nothing else";
-    std::set<std::size_t> numbers;  // of frames that were finished
+    std::set<std::size_t> numbers;  // numbers of finished frames
     for (const int checks : {0, 3, 6}) {
         const std::string into = "out" + std::to_string(checks);
         const Outcome outcome = lose_after(checks, into, {"--quiet"});

@@ -13,7 +13,8 @@ int add_texture(Scene& scene, const uvec4& lower, const uvec4& upper) {
     std::mt19937 random(static_cast<unsigned>(scene.images.size()));
     for (int i = 0; i < image.width * image.height; ++i)
         for (int c = 0; c < 4; ++c)
-            image.rgba.edit().push_back(static_cast<std::uint8_t>(std::uniform_int_distribution(lower[c], upper[c])(random)));
+            image.rgba.edit().push_back(
+                static_cast<std::uint8_t>(std::uniform_int_distribution(lower[c], upper[c])(random)));
     return static_cast<int>(scene.images.size()) - 1;
 }
 

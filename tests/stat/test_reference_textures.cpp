@@ -16,7 +16,8 @@ Scene ramp() {
     Scene scene;
     TextureImage image{"ramp", 4, 2, {}};
     for (int y = 0; y < 2; ++y) {
-        for (int x = 0; x < 4; ++x) image.rgba.edit().insert(image.rgba.edit().end(), {std::uint8_t(10 * x + 100 * y), 51, 102, 204});
+        for (int x = 0; x < 4; ++x)
+            image.rgba.edit().insert(image.rgba.edit().end(), {std::uint8_t(10 * x + 100 * y), 51, 102, 204});
     }
     scene.images.push_back(image);
     return scene;

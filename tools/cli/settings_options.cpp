@@ -99,7 +99,8 @@ void take_file(const std::set<std::string>& given, PreviewArguments& a) {
     source->text = read_settings_text(file);
     source->with = [base = a, given, file](const SavedSettings& settings) {
         PreviewArguments with = base;
-        take(settings, file, [&](const std::string& option) { return given.contains(option); }, with);
+        take(
+            settings, file, [&](const std::string& option) { return given.contains(option); }, with);
         for (std::optional<int>* side : {&with.width, &with.height})
             if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
         with.bookmarks = settings.bookmarks;

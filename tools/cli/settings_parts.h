@@ -20,8 +20,8 @@ class SettingsParts {
     /// the version that is known.
     SettingsParts(std::string_view text, std::filesystem::path path);
 
-    /// Calls `fits` with each entry alone, and drops those for which it throws Error, or which cannot be parsed. Returns
-    /// what is wrong with them, without the name of the file.
+    /// Calls `fits` with each entry alone, and drops those for which it throws Error, or which cannot be parsed.
+    /// Returns what is wrong with them, without the name of the file.
     std::vector<std::string> drop_unfit(const std::function<void(const SavedSettings&)>& fits);
     /// Returns the entries that are left. Throws the Error of parse_settings() for entries that exclude each other.
     SavedSettings settings() const;

@@ -11,11 +11,14 @@
 namespace halflight::view {
 namespace {
 
-/// What arguments are checked against: the file of a scene, at rest.
+/// The file of a scene, at rest. Arguments are checked against it.
 class SceneFacts {
   public:
     SceneFacts(const PreviewArguments& plain, const ColorConfig& colors)
-        : file_(plain.scene, gltf_options(plain)), colors_(colors), scene_(file_.at_rest()), tree_(file_.tree_at(0, {})) {}
+        : file_(plain.scene, gltf_options(plain)),
+          colors_(colors),
+          scene_(file_.at_rest()),
+          tree_(file_.tree_at(0, {})) {}
 
     /// Throws Error where the arguments do not suit the scene.
     void check(const PreviewArguments& a) {

@@ -20,7 +20,7 @@ std::uint8_t code_of_level(std::size_t level) {
 TextureImage numbered_levels(int size) {
     const auto fill = [](TextureImage& image, std::size_t level) {
         image.rgba.edit().assign(4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
-                          code_of_level(level));
+                                 code_of_level(level));
     };
     TextureImage image{.name = "levels", .width = size, .height = size, .rgba = {}};
     fill(image, 0);

@@ -75,7 +75,8 @@ TEST_F(TiledTextures, OfAlphaAndLightsAreAlwaysThere) {
     // Opaque surfaces get a texture of many tiles, which rays look up in vain.
     std::mt19937 random(3);
     TextureImage image{.name = "opaque", .width = 700, .height = 600, .rgba = {}};
-    for (int i = 0; i < 4 * image.width * image.height; ++i) image.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
+    for (int i = 0; i < 4 * image.width * image.height; ++i)
+        image.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
     for (Material& m : scene.materials)
         if (m.alpha_mode == AlphaMode::opaque) m.base_color_texture.image = static_cast<int>(scene.images.size());
     scene.images.push_back(image);

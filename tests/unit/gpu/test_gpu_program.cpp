@@ -307,10 +307,10 @@ TEST_F(ProgramTest, MoreInvocationsThanTheDriverHasAreAnError) {
     EXPECT_NO_THROW(Program::compute({"full", kernel(limit)}));
     const std::string message = error_message([&] { Program::compute({"crowded", kernel(limit + 1)}); });
     EXPECT_TRUE(message.starts_with("crowded:")) << message;
-    EXPECT_TRUE(message.ends_with(
-        fmt::format(" (a stage needs {} invocations in a workgroup, the driver allows {} "
-                    "(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS))",
-                    limit + 1, limit)))
+    EXPECT_TRUE(
+        message.ends_with(fmt::format(" (a stage needs {} invocations in a workgroup, the driver allows {} "
+                                      "(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS))",
+                                      limit + 1, limit)))
         << message;
 }
 
@@ -342,7 +342,9 @@ TEST_F(ProgramTest, SlotsCountToTheHighestOne) {
         return counts;
     };
     EXPECT_EQ(needed({}), (std::vector<std::size_t>{0, 0, 0, 0}));
-    EXPECT_EQ(needed({{"a", SlotKind::storage_block, 2}, {"b", SlotKind::sampler, 40}, {"c", SlotKind::sampler, 3},
+    EXPECT_EQ(needed({{"a", SlotKind::storage_block, 2},
+                      {"b", SlotKind::sampler, 40},
+                      {"c", SlotKind::sampler, 3},
                       {"d", SlotKind::image, 0}}),
               (std::vector<std::size_t>{3, 0, 41, 1}));
 }
@@ -368,7 +370,8 @@ TEST_F(ProgramTest, BlocksAndDispatchesBeyondTheDriversLimitsAreErrors) {
                           limits.storage_block_bytes + 4, limits.storage_block_bytes));
 }
 
-// --- Dispatches in pieces ---------------------------------------------------------------------------------------------
+// --- Dispatches in pieces
+// ---------------------------------------------------------------------------------------------
 
 /// Sets HALFLIGHT_DISPATCH_MS during its lifetime, and provides a context that heeds it.
 class LimitedDispatches {
@@ -416,7 +419,8 @@ TEST(DispatchPieces, StayBelowTheLimitOnceTimed) {
             else
                 size.add_untimed();
         }
-        EXPECT_GE(static_cast<double>(size.groups()) * cost, std::min(0.0125, 0.5 * cost)) << "pieces are not too small";
+        EXPECT_GE(static_cast<double>(size.groups()) * cost, std::min(0.0125, 0.5 * cost))
+            << "pieces are not too small";
         EXPECT_FALSE(size.timed() && size.takes_all_of(1));
     }
 }
@@ -459,8 +463,7 @@ TEST_F(ProgramTest, PiecesKnowTheirPlaceInTheDispatch) {
                 program.dispatch(kCounts[0], kCounts[1], kCounts[2]);
             glMemoryBarrier(GL_ALL_BARRIER_BITS);
         }
-        EXPECT_EQ(program.text().find("halflight_first_group") != std::string::npos,
-                  run_limits().dispatch_seconds > 0);
+        EXPECT_EQ(program.text().find("halflight_first_group") != std::string::npos, run_limits().dispatch_seconds > 0);
         return result.read<uvec4>();
     };
     const std::vector<uvec4> expected = run(false);
@@ -476,9 +479,10 @@ TEST_F(ProgramTest, PiecesKnowTheirPlaceInTheDispatch) {
 
 TEST_F(ProgramTest, LinesOfErrorsStayWhereTheyAreInPieces) {
     const LimitedDispatches limited("1");
-    EXPECT_TRUE(error_message([] {
-                    Program::compute({"own", "layout(local_size_x = 1) in;\nvoid main() { uint a = gl_WorkGroupID.x + b; }\n"});
-                }).starts_with("own:2: "));
+    EXPECT_TRUE(
+        error_message([] {
+            Program::compute({"own", "layout(local_size_x = 1) in;\nvoid main() { uint a = gl_WorkGroupID.x + b; }\n"});
+        }).starts_with("own:2: "));
     context.make_current();
 }
 
@@ -493,10 +497,12 @@ TEST_F(ProgramTest, ALostContextIsNamed) {
     const auto real = epoxy_glGetGraphicsResetStatus;
     epoxy_glGetGraphicsResetStatus = lost;
     const std::string message = error_message([&] { context.check("rendering"); });
-    const std::string compiling =
-        error_message([] { Program::compute({"own", "layout(local_size_x = 1) in;\nvoid main() { a; }\n"}); });
+    const std::string compiling = error_message([] {
+        Program::compute({"own", "layout(local_size_x = 1) in;\nvoid main() { a; }\n"});
+    });
     epoxy_glGetGraphicsResetStatus = real;
-    EXPECT_EQ(message, "rendering: the driver has reset the GPU, whose context is lost; what was not finished is missing");
+    EXPECT_EQ(message,
+              "rendering: the driver has reset the GPU, whose context is lost; what was not finished is missing");
     EXPECT_EQ(compiling, "own: the driver has reset the GPU, whose context is lost; what was not finished is missing");
     EXPECT_NO_THROW(context.check("after the test"));
 }

@@ -422,10 +422,12 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
                          {"name": "there", "camera": {"from": [0, 0, 0], "at": [0, 0, 0]}}])";
     const Session session = opened(text);
     const std::string& warning = session.warning();
-    EXPECT_TRUE(warning.starts_with(file + ": 12 entries are left out, and the file stays as it is until settings are saved: "))
+    EXPECT_TRUE(
+        warning.starts_with(file + ": 12 entries are left out, and the file stays as it is until settings are saved: "))
         << warning;
-    for (const char* named : {"camera: ", "nobody's", "focus: ", "'haze'", "material 'gone'", "gloss", "node 'gone'", "hide",
-                              "animation: ", "variant 'gone'", "gone.hdr", "bookmarks", "there is no instance 2;"})
+    for (const char* named :
+         {"camera: ", "nobody's", "focus: ", "'haze'", "material 'gone'", "gloss", "node 'gone'", "hide",
+          "animation: ", "variant 'gone'", "gone.hdr", "bookmarks", "there is no instance 2;"})
         EXPECT_NE(warning.find(named), std::string::npos) << named << ": " << warning;
     EXPECT_EQ(std::ranges::count(warning, '\n'), 0);
     EXPECT_EQ(session.samples, 7);
