@@ -19,6 +19,7 @@ layout(rgba32f) writeonly uniform image2D picture;
 layout(rgba32f) writeonly uniform image2D weights;
 
 uniform int component;  // channel of the component in `weights`
+uniform float whole;    // quotients of `errors` from here on count as 1
 
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/halves.glsl"
@@ -32,7 +33,7 @@ void main() {
 #ifdef HALFLIGHT_WEIGHTS_BEFORE
     shares = texelFetch(weights_before, pixel, 0);
 #endif
-    float share = one.a > 0.0 ? best_share(texelFetch(errors, pixel, 0).rg) : 0.0;
+    float share = one.a > 0.0 ? min(best_share(texelFetch(errors, pixel, 0).rg) / whole, 1.0) : 0.0;
     vec3 mean = mean_of(one, texelFetch(second, pixel, 0));
     vec3 calm = mix(texelFetch(calm_second, pixel, 0).rgb, texelFetch(calm_first, pixel, 0).rgb, one.a);
     vec3 filtered = mix(texelFetch(filtered_second, pixel, 0).rgb, texelFetch(filtered_first, pixel, 0).rgb, one.a);
