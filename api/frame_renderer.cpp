@@ -374,7 +374,8 @@ struct FrameRenderer::State {
         if (options.part < 0 || options.part > settings.parts)
             throw Error("checkpoint", "there is no part {} of {}", options.part, settings.parts);
         only_part = options.part;
-        checkpoint.emplace(options.folder, checkpoint_fingerprint(only_part), options.interval, options.fresh);
+        checkpoint.emplace(options.folder, checkpoint_fingerprint(only_part), options.interval,
+                           options.fresh ? Checkpoint::Use::anew : Checkpoint::Use::go_on);
         checkpoint_frame = settings.frame;
     }
     void open_merged(const std::vector<std::filesystem::path>& folders) {
@@ -384,7 +385,7 @@ struct FrameRenderer::State {
             const int number = static_cast<int>(merged.size()) + 1;
             if (!std::filesystem::exists(folder))
                 throw Error(folder.string(), "is missing: part {} of {} was not rendered", number, settings.parts);
-            merged.emplace_back(folder, checkpoint_fingerprint(number), 1e9);
+            merged.emplace_back(folder, checkpoint_fingerprint(number), 1e9, Checkpoint::Use::merge);
             merged_in_order.push_back(&merged.back());
         }
         checkpoint_frame = settings.frame;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -48,7 +49,8 @@ std::string text_of(const Head& head) {
 class Reader {
   public:
     /// Reads the head. Throws Error where there is none.
-    explicit Reader(std::filesystem::path file) : path_(std::move(file)), source_(path_) {
+    /// advice: what the user can do about a damaged file.
+    Reader(std::filesystem::path file, const char* advice) : path_(std::move(file)), source_(path_), advice_(advice) {
         std::string buffer;
         const std::string_view text = source_.read(0, std::min(kMostHeader, source_.size()), buffer);
         const std::size_t end = text.find('\n', kMagic.size());
@@ -90,25 +92,51 @@ class Reader {
         at_ += size;
         return bytes;
     }
-    [[noreturn]] void fail() const {
-        throw Error(path_.string(), "is no complete checkpoint; --overwrite begins the picture anew");
-    }
+    [[noreturn]] void fail() const { throw Error(path_.string(), "is no complete checkpoint; {}", advice_); }
 
     std::filesystem::path path_;
     ByteSource source_;
+    const char* advice_;
     std::string buffer_;
     std::uint64_t at_ = 0;
     Hash hash_;
 };
 
-/// Locks an open folder. Waits for a process that was killed, whose last writes can take seconds.
-void lock(int folder, const std::filesystem::path& path) {
+/// Locks an open folder. Waits for a process that was killed, whose last writes can take seconds. Returns whether the
+/// folder was free in time.
+bool lock(int folder, const Stopwatch& watch) {
     constexpr double kMostSeconds = 5;
-    const Stopwatch watch;
     while (flock(folder, LOCK_EX | LOCK_NB) != 0) {
-        if (errno != EWOULDBLOCK) return;  // a file system without locks
-        if (watch.seconds() > kMostSeconds) throw Error(path.string(), "another process renders this picture");
+        if (errno != EWOULDBLOCK) return true;  // a file system without locks
+        if (watch.seconds() > kMostSeconds) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return true;
+}
+
+/// Returns whether the open folder still has its name.
+bool is_named(int folder, const std::filesystem::path& path) {
+    struct stat opened {
+    }, named{};
+    return fstat(folder, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+           opened.st_ino == named.st_ino;
+}
+
+/// Opens and locks a folder, and makes it if `makes` is set. Returns its descriptor. The process that had the lock
+/// before may have removed the folder, which is then made again.
+int open_locked(const std::filesystem::path& path, bool makes) {
+    const Stopwatch watch;
+    for (;;) {
+        std::error_code error;
+        if (makes) std::filesystem::create_directories(path, error);
+        if (error) throw Error(path.string(), "cannot be made: {}", error.message());
+        const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (folder < 0 && makes && errno == ENOENT) continue;
+        if (folder < 0) throw Error(path.string(), "cannot be opened: {}", std::strerror(errno));
+        const bool free = lock(folder, watch);
+        if (free && is_named(folder, path)) return folder;
+        close(folder);
+        if (!free) throw Error(path.string(), "another process renders this picture");
     }
 }
 
@@ -120,30 +148,27 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
     return files;
 }
 
+/// Returns the samples per pixel of bands, as a mean over `height` rows.
+double mean_samples(const std::map<int, SavedBand>& bands, int height) {
+    double sum = 0;
+    for (const auto& [y, band] : bands) sum += double(band.samples) * std::min(band.rows, height - y);
+    return sum / height;
+}
+
 }  // namespace
 
-Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, bool fresh)
-    : folder_(std::move(folder)), fingerprint_(std::move(fingerprint)), interval_(interval) {
-    std::error_code error;
-    std::filesystem::create_directories(folder_, error);
-    if (error) throw Error(folder_.string(), "cannot be made: {}", error.message());
-    check_writable(file_of(0));
-    lock_ = open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (lock_ < 0) throw Error(folder_.string(), "cannot be opened: {}", std::strerror(errno));
+Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use)
+    : folder_(std::move(folder)),
+      fingerprint_(std::move(fingerprint)),
+      interval_(interval),
+      use_(use),
+      lock_(open_locked(folder_, use != Use::merge)) {
     try {
-        lock(lock_, folder_);
-        for (const auto& file : files_in(folder_)) {
-            if (fresh) {
-                std::filesystem::remove(file);
-                continue;
-            }
-            const Reader reader(file);
-            if (reader.head.fingerprint != fingerprint_)
-                throw Error(folder_.string(),
-                            "was made with other settings or from another scene; --overwrite begins the picture anew");
-            earlier_[reader.head.band.y] = reader.head.band;
-            earlier_seconds_ = std::max(earlier_seconds_, reader.head.band.seconds);
-        }
+        if (use_ != Use::merge) check_writable(file_of(0));
+        if (use_ == Use::anew)
+            for (const auto& file : files_in(folder_)) std::filesystem::remove(file);
+        earlier_ = bands();
+        for (const auto& [y, band] : earlier_) earlier_seconds_ = std::max(earlier_seconds_, band.seconds);
     } catch (const std::filesystem::filesystem_error& e) {
         close(lock_);
         throw Error(folder_.string(), "cannot be read: {}", e.code().message());
@@ -155,7 +180,7 @@ Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, do
 
 Checkpoint::~Checkpoint() {
     std::error_code not_empty;
-    std::filesystem::remove(folder_, not_empty);
+    if (use_ != Use::merge) std::filesystem::remove(folder_, not_empty);
     close(lock_);
 }
 
@@ -163,10 +188,37 @@ std::filesystem::path Checkpoint::file_of(int y) const {
     return folder_ / fmt::format("rows-{:05}{}", y, kSuffix);
 }
 
+std::map<int, SavedBand> Checkpoint::bands() const {
+    std::map<int, SavedBand> bands;
+    for (const auto& file : files_in(folder_)) {
+        const Reader reader(file, advice());
+        if (reader.head.fingerprint != fingerprint_)
+            throw Error(folder_.string(), "was made with other settings or from another scene; {}", advice());
+        bands[reader.head.band.y] = reader.head.band;
+    }
+    return bands;
+}
+
+const char* Checkpoint::advice() const {
+    return use_ == Use::merge ? "merge needs the settings of the parts; render --part with --overwrite makes them anew"
+                              : "--overwrite begins the picture anew";
+}
+
 double Checkpoint::earlier_samples(int height) const {
-    double sum = 0;
-    for (const auto& [y, band] : earlier_) sum += double(band.samples) * std::min(band.rows, height - y);
-    return sum / height;
+    return mean_samples(earlier_, height);
+}
+
+double Checkpoint::saved_samples(int height) const {
+    return mean_samples(bands(), height);
+}
+
+bool Checkpoint::complete(int height) const {
+    int next = 0;
+    for (const auto& [y, band] : bands()) {
+        if (y != next || !band.complete) return false;
+        next = y + band.rows;
+    }
+    return next >= height;
 }
 
 void Checkpoint::save(SavedBand band, std::size_t arrays, const std::function<Bytes(std::size_t)>& array) {
@@ -191,9 +243,9 @@ void Checkpoint::save(SavedBand band, std::size_t arrays, const std::function<By
             write_number(hash.value());
             to.close();
         });
-        problem_.clear();
+        problems_.erase(band.y);
     } catch (const Error& e) {
-        problem_ = e.what();
+        problems_[band.y] = e.what();
     }
     since_save_ = {};
 }
@@ -205,10 +257,9 @@ std::optional<SavedBand> Checkpoint::load(int y, int rows, std::size_t arrays,
     if (of_rows == earlier_.end()) return std::nullopt;
     if (of_rows->first != y || of_rows->second.rows != rows)
         throw Error(folder_.string(),
-                    "was made with bands of {} rows, not {}, by another driver or within other memory; --overwrite "
-                    "begins the picture anew",
-                    of_rows->second.rows, rows);
-    Reader reader(file_of(y));
+                    "was made with bands of {} rows, not {}, by another driver or within other memory; {}",
+                    of_rows->second.rows, rows, advice());
+    Reader reader(file_of(y), advice());
     for (std::size_t i = 0; i < arrays; ++i) {
         const std::string_view bytes = reader.array();
         const auto* const from = reinterpret_cast<const std::byte*>(bytes.data());

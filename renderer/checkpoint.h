@@ -31,10 +31,16 @@ class Checkpoint {
   public:
     using Bytes = std::vector<std::byte>;
 
+    enum class Use : std::uint8_t {
+        go_on,  // makes the folder, or goes on from the files of earlier runs
+        anew,   // makes the folder, and removes the files of earlier runs
+        merge,  // reads the files of a folder, which must exist
+    };
+
     /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart. interval: seconds
-    /// between two saves, > 0. fresh: removes the files of earlier runs. Throws Error where the folder cannot be
-    /// written, where another process has it open, and where a file is damaged or has another fingerprint.
-    Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, bool fresh = false);
+    /// between two saves, > 0. Throws Error where the folder cannot be written, where another process has it open, and
+    /// where a file is damaged or has another fingerprint.
+    Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use = Use::go_on);
     Checkpoint(const Checkpoint&) = delete;
     Checkpoint& operator=(const Checkpoint&) = delete;
     ~Checkpoint();
@@ -47,11 +53,16 @@ class Checkpoint {
     /// Returns the samples per pixel that earlier runs have saved, as a mean over `height` rows.
     double earlier_samples(int height) const;
 
+    /// Returns the samples per pixel in the files, as a mean over `height` rows.
+    double saved_samples(int height) const;
+    /// Returns whether the files hold all samples of rows 0 to `height` - 1.
+    bool complete(int height) const;
+
     /// Saves a band, whose arrays are number 0 to `arrays` - 1 of `array`. Sets SavedBand::seconds. Where that fails,
     /// for example on a full disk, the last file of the band stays, and problem() says why.
     void save(SavedBand band, std::size_t arrays, const std::function<Bytes(std::size_t)>& array);
-    /// Returns the last failure of save() since one succeeded; empty: none.
-    const std::string& problem() const { return problem_; }
+    /// Returns the last failure of save() for the first band that was not saved since; empty: none.
+    std::string problem() const { return problems_.empty() ? std::string() : problems_.begin()->second; }
     /// Returns a band that an earlier run has saved; none where there is none. Calls `take` with each array. Throws
     /// Error where the file is damaged, or where bands had another number of rows.
     std::optional<SavedBand> load(int y, int rows, std::size_t arrays,
@@ -62,14 +73,19 @@ class Checkpoint {
 
   private:
     std::filesystem::path file_of(int y) const;
+    /// Returns the bands that have files, by their first rows. Throws Error for a file of another picture.
+    std::map<int, SavedBand> bands() const;
+    /// Returns what the user can do about a file that is of no use.
+    const char* advice() const;
 
     std::filesystem::path folder_;
     std::string fingerprint_;
     double interval_;
+    Use use_;
     int lock_ = -1;  // descriptor of the folder
     std::map<int, SavedBand> earlier_;
     double earlier_seconds_ = 0;
-    std::string problem_;
+    std::map<int, std::string> problems_;  // last failures of save(), by the first rows of bands
     Stopwatch watch_, since_save_;
 };
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "engine/core/interruption.h"
 #include "renderer/render_state.h"
 
 namespace halflight {
@@ -53,15 +54,24 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
 int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, int first,
                                  double time_limit, const AfterSample& after_sample) {
     const Stopwatch watch;
+    int saved = first;  // number of samples of the last save
     for (int done = first + 1;; ++done) {
-        add_sample(frame, where, done - 1, with);
+        const std::uint64_t interrupted = interruptions();
+        try {
+            add_sample(frame, where, done - 1, with);
+        } catch (...) {
+            // The sums are those of the last sample: points of interruption precede the pass that adds to them.
+            if (frame.checkpoint && interruptions() != interrupted && done - 1 > saved)
+                save(*frame.checkpoint, where, with, done - 1, false);
+            throw;
+        }
         const bool go_on = after_sample(done, frame.samples);
         const int added = done - first;
         // Another sample like the earlier ones may end too late.
         const bool time_is_up = time_limit > 0 && watch.seconds() * (added + 1) / added > time_limit;
         const bool complete = done == frame.samples || (go_on && time_is_up);
         if (frame.checkpoint && (!go_on || complete || frame.checkpoint->due()))
-            save(*frame.checkpoint, where, with, done, complete);
+            save(*frame.checkpoint, where, with, saved = done, complete);
         if (!go_on || complete) return done;
     }
 }

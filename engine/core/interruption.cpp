@@ -6,6 +6,7 @@ namespace halflight {
 namespace {
 
 thread_local const Interruptible* innermost = nullptr;
+thread_local std::uint64_t ended = 0;
 
 }  // namespace
 
@@ -17,7 +18,17 @@ Interruptible::~Interruptible() {
 }
 
 void interruption_point() {
-    if (innermost) innermost->check_();
+    if (!innermost) return;
+    try {
+        innermost->check_();
+    } catch (...) {
+        ++ended;
+        throw;
+    }
+}
+
+std::uint64_t interruptions() {
+    return ended;
 }
 
 }  // namespace halflight

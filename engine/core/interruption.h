@@ -1,6 +1,7 @@
 // Ends long work from inside, between two calls of its progress callback.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 
 namespace halflight {
@@ -23,5 +24,9 @@ class Interruptible {
 /// Marks a place where the caller's work may end. Loops of unknown length that wait for files or for the device call it
 /// once per turn. Throws what the check of the thread's Interruptible throws.
 void interruption_point();
+
+/// Returns the number of interruption points at which work of this thread has ended. A function that catches an
+/// exception can tell by it whether that is an interruption.
+std::uint64_t interruptions();
 
 }  // namespace halflight

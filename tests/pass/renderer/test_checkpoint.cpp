@@ -1,9 +1,15 @@
 // Tests that pictures which go on from a checkpoint have the bits of pictures that were never stopped.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
+#include <memory>
+#include <thread>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
+#include "engine/rays/batch_server.h"
+#include "engine/rays/rays.h"
 #include "renderer/checkpoint.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
@@ -13,6 +19,27 @@
 
 namespace halflight::test {
 namespace {
+
+/// Serves batches by the plain tracer, with a point of interruption before each.
+class PatientServer final : public rays::BatchServer {
+  public:
+    graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
+                            graph::BufferHandle results, bool any_hit) override {
+        graph::Pass pass = graph.add_pass("patient");
+        rays::read_batch(pass, scene, batch);
+        results = rays::write_results(pass, batch, results);
+        pass.execute([=, &scene](graph::Resources& r) {
+            interruption_point();
+            rays::trace_plain(r, scene, batch, results, any_hit);
+        });
+        return results;
+    }
+};
+
+/// Saves a band of 16 rows without arrays.
+void save(Checkpoint& to, int y, bool complete = true) {
+    to.save({.y = y, .rows = 16, .samples = complete ? 4 : 1, .complete = complete, .bad_values = {}}, 0, {});
+}
 
 class CheckpointTest : public GpuTest {
   protected:
@@ -67,6 +94,65 @@ TEST_F(CheckpointTest, StoppedPicturesGoOnToTheSameBits) {
     }
 }
 
+TEST_F(CheckpointTest, InterruptedSamplesKeepTheEarlierOnes) {
+    struct Stop {};
+    const RenderSettings s = settings();
+    PatientServer server;
+    const RenderResult expected = Renderer(prepared, colors, s, &server).render();
+    int samples = 0, points = 0;
+    {
+        Checkpoint checkpoint(path(), "cornell", 1e9);
+        RenderSettings own = s;
+        own.checkpoint = &checkpoint;
+        // The third batch of the sixth sample ends the work.
+        const Interruptible stops([&] {
+            if (samples == 5 && ++points == 3) throw Stop();
+        });
+        Renderer renderer(prepared, colors, own, &server);
+        EXPECT_THROW(renderer.render([&](const RenderProgress&) { return ++samples > 0; }), Stop);
+        EXPECT_EQ(checkpoint.saved_samples(16), 5);
+    }
+    Checkpoint checkpoint(path(), "cornell", 1e9);
+    EXPECT_EQ(checkpoint.earlier_samples(16), 5);
+    RenderSettings own = s;
+    own.checkpoint = &checkpoint;
+    expect_same(Renderer(prepared, colors, own, &server).render(), expected);
+}
+
+TEST_F(CheckpointTest, LostBandsAreReportedUntilTheyAreSaved) {
+    Checkpoint checkpoint(path(), "cornell", 1);
+    std::filesystem::create_directories(band("00000") / "obstacle");
+    save(checkpoint, 0);
+    save(checkpoint, 16);
+    EXPECT_NE(checkpoint.problem().find("rows-00000.sums"), std::string::npos) << checkpoint.problem();
+    EXPECT_FALSE(checkpoint.complete(32));
+    std::filesystem::remove_all(band("00000"));
+    save(checkpoint, 0, false);
+    EXPECT_EQ(checkpoint.problem(), "");
+    EXPECT_FALSE(checkpoint.complete(32)) << "a band lacks samples";
+    save(checkpoint, 0);
+    EXPECT_TRUE(checkpoint.complete(32));
+    EXPECT_TRUE(checkpoint.complete(20)) << "the last band may reach beyond the picture";
+    EXPECT_FALSE(checkpoint.complete(33)) << "the last band is missing";
+}
+
+TEST_F(CheckpointTest, FoldersThatWereRemovedDuringTheWaitAreMadeAgain) {
+    std::string error;
+    auto first = std::make_unique<Checkpoint>(path(), "cornell", 1);
+    std::thread other([&] {
+        error = error_message([&] {
+            Checkpoint second(path(), "cornell", 1);
+            save(second, 0);
+            EXPECT_EQ(second.problem(), "");
+        });
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(120));  // `other` waits for the lock
+    first.reset();                                                // removes the empty folder
+    other.join();
+    EXPECT_EQ(error, "");
+    EXPECT_TRUE(std::filesystem::exists(band("00000")));
+}
+
 TEST_F(CheckpointTest, CountsSamplesAndTimeOfEarlierRuns) {
     render(settings(), 10);  // 7 samples of 16 rows, then 3
     Checkpoint checkpoint(path(), "cornell", 1);
@@ -90,7 +176,7 @@ TEST_F(CheckpointTest, OtherPicturesAreRefused) {
     RenderSettings to_error = settings();
     to_error.samples = 64, to_error.error = ErrorTarget{};
     EXPECT_NE(error_message([&] { render(to_error); }).find("checkpoints cannot be combined"), std::string::npos);
-    { Checkpoint fresh(path(), "room", 1, true); }
+    { Checkpoint fresh(path(), "room", 1, Checkpoint::Use::anew); }
     EXPECT_FALSE(std::filesystem::exists(path())) << "an empty folder stays";
 }
 

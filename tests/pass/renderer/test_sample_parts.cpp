@@ -35,7 +35,8 @@ class SampleParts : public GpuTest {
     RenderResult merged(const RenderSettings& s) {
         std::list<Checkpoint> parts;
         std::vector<const Checkpoint*> all;
-        for (int part = 1; part <= s.parts; ++part) all.push_back(&parts.emplace_back(folder_of(part), "cornell", 1e9));
+        for (int part = 1; part <= s.parts; ++part)
+            all.push_back(&parts.emplace_back(folder_of(part), "cornell", 1e9, Checkpoint::Use::merge));
         FrameSettings own = s;
         own.merged = all;
         return Renderer(prepared, colors, s).render(own);
