@@ -121,6 +121,10 @@ bool has_extension(const std::filesystem::path& path, std::string_view extension
            std::ranges::equal(own.substr(1), extension, {}, [](unsigned char c) { return std::tolower(c); });
 }
 
+bool is_picture_name(const std::filesystem::path& path) {
+    return has_extension(path, "exr") || has_extension(path, "png");
+}
+
 LinearSpace working_space(const ColorConfig& config, const std::string& name) {
     return config.linear_space(name == "rec709" ? "" : name);
 }

@@ -120,7 +120,8 @@ void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const 
 /// Returns the settings of frames of a sequence.
 RenderSettings of_sequence(RenderSettings settings, const LoadedScene& scene) {
     if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
-    if (!settings.denoise_frames) settings.denoise_frames = settings.denoise ? kDenoiseFrames : 0;
+    if (!settings.denoise_frames)
+        settings.denoise_frames = settings.denoise && !has_window(settings) ? kDenoiseFrames : 0;
     return settings;
 }
 

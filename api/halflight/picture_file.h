@@ -52,6 +52,9 @@ struct PictureInfo {
 /// Returns whether the file name ends in `.extension`, in any case.
 bool has_extension(const std::filesystem::path& path, std::string_view extension);
 
+/// Returns whether write_picture() knows the extension.
+bool is_picture_name(const std::filesystem::path& path);
+
 /// Returns the linear space that `name` stands for. Throws Error where the config has none of that name.
 LinearSpace working_space(const ColorConfig& config, const std::string& name);
 

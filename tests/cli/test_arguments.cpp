@@ -165,8 +165,20 @@ TEST_F(Refusal, OptionsOutOfRange) {
 TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"--sampels", "4"}, 2, "--sampels: is not expected; did you mean '--samples'\\?; see .*");
     expect_render({"--widht=16"}, 2, "--widht=16: is not expected; did you mean '--width'\\?; see .*");
-    expect_render({"--spp", "4"}, 2, "--spp: is not expected; the option is --samples; see .*");
-    expect_render({"-o", "x.exr"}, 2, "-o: is not expected; outputs follow the scene without an option; see .*");
+    expect_render({"-f", "4"}, 2, "-f: is not expected; the option is --frames; see .*");
+    for (const char* name : {"--samples", "--spp", "-s"})
+        expect_render({name, "0"}, 2, "--samples: expects a whole number from .*");
+    expect_render({"--spp", "1", "-s", "2"}, 2, "--samples: expects exactly one value");
+    expect_render({"-o", "x.jpeg2000"}, 2, "x.jpeg2000: an output is .*");
+    expect_render({"-o", ""}, 2, "--output: expects the name of a file");
+    expect_render({"-o", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
+    for (const char* value : {"0", "1025", "all", "1.5"})
+        expect_render({"--threads", value}, 2, "--threads: expects a whole number from 1 to 1024, not '.*'");
+    expect_render({"--log-level", "debug"}, 2, "--log-level: expects error, warning, note or detail, not 'debug'");
+    expect_render({"--quiet", "--verbose"}, 2, "--quiet: cannot be given together with --verbose");
+    expect_render({"--log", scene}, 2, ".*room.gltf: is both input and output");
+    expect_render({"--log", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
+    expect_render({"--log", folder.path}, 1, ".*: cannot write: Is a directory");
     expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
     expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
     expect_render({"--camera", "frnt"}, 1,

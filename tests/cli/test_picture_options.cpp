@@ -58,7 +58,32 @@ TEST_F(PictureOptions, CropsHaveWindowsAndThePixelsOfTheWhole) {
     EXPECT_EQ(read_exr(file("wide.exr")).width, 58);
     EXPECT_NE(refused({"--crop", "5,5,5,9"}).find("--crop: has no pixels"), std::string::npos);
     EXPECT_NE(refused({"--crop", "5,5,9"}).find("--crop: expects X0,Y0,X1,Y1"), std::string::npos);
-    EXPECT_NE(refused({"--crop", "5,5,9,9", "--denoise"}).find("--crop: cannot be given"), std::string::npos);
+    EXPECT_NE(refused({"--crop", "5,5,9,9", "--denoise", "--denoise-frames", "1"}).find("--crop: cannot be given"),
+              std::string::npos);
+    EXPECT_NE(refused({"--crop", "5,5,9,9", "--adaptive"}).find("--crop: cannot be given"), std::string::npos);
+}
+
+TEST_F(PictureOptions, DenoisedCropsHaveThePixelsOfTheWhole) {
+    const Strings size = {"--width", "160", "--height", "96", "--samples", "4", "--denoise", "--aov", "noisy"};
+    const auto with = [&](Strings arguments) {
+        arguments.insert(arguments.end(), size.begin(), size.end());
+        return arguments;
+    };
+    render(with({file("whole.exr")}));
+    render(with({file("part.exr"), "--crop", "90,20,120,70"}));
+    const ExrFile whole = read_exr(file("whole.exr")), part = read_exr(file("part.exr"));
+    std::size_t filtered = 0;
+    for (const char* channel : {"R", "G", "B"}) {
+        const std::vector<float>&all = whole.find(channel)->values, &some = part.find(channel)->values;
+        for (std::size_t y = 0; y < 50; ++y)
+            for (std::size_t x = 0; x < 30; ++x)
+                ASSERT_EQ(some[y * 30 + x], all[(y + 20) * 160 + x + 90]) << x << " " << y;
+        for (std::size_t i = 0; i < some.size(); ++i)
+            filtered += some[i] != part.find(std::string("noisy.") + channel)->values[i];
+    }
+    EXPECT_GT(filtered, 1000u);
+    render(with({file("wide.exr"), "--overscan", "3"}));
+    EXPECT_EQ(read_exr(file("wide.exr")).width, 166);
 }
 
 TEST_F(PictureOptions, TransparentPicturesHaveAlpha) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/settings/layers.h"
@@ -126,6 +127,16 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.path("--dump-graph", "FILE.dot", "writes the render graph of the frame for Graphviz", a.graph);
 }
 
+/// Accepts outputs before the scene: if the first name is an output and one of the others is none, they change places.
+void take_scene_among_outputs(RenderArguments& a) {
+    if (!is_picture_name(a.scene)) return;
+    const auto scene = std::ranges::find_if_not(a.outputs, is_picture_name);
+    if (scene == a.outputs.end()) return;
+    const std::filesystem::path found = *scene;
+    a.outputs.erase(scene);
+    a.outputs.insert(a.outputs.begin(), std::exchange(a.scene, found));
+}
+
 void check_render_files(const RenderArguments& a) {
     Paths read = {a.scene}, written = output_files(a);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
@@ -134,6 +145,7 @@ void check_render_files(const RenderArguments& a) {
     if (a.movie) written.push_back(*a.movie);
     if (a.stats) written.push_back(*a.stats);
     if (a.graph) written.push_back(*a.graph);
+    if (a.log) written.push_back(*a.log);
     check_files(read, written);
 }
 
@@ -141,7 +153,8 @@ void check_render_files(const RenderArguments& a) {
 void check_filter_options(const CLI::App& app, const RenderArguments& a) {
     const RenderSettings& s = a.settings;
     for (const char* window : {"--crop", "--overscan"}) {
-        for (const char* other : {"--denoise", "--adaptive", "--error"}) exclude(app, window, other);
+        for (const char* other : {"--adaptive", "--error", "--denoise-error"}) exclude(app, window, other);
+        if (app.count(window) > 0 && neighbour_frames(s) > 0) exclude(app, window, "--denoise-frames");
         if (s.preview.any()) exclude(app, window, "--preview");
     }
     exclude(app, "--transparent", "--movie");
@@ -255,6 +268,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     app.add_option("OUTPUT", a.outputs, ".exr: scene-linear, with layers; .png: through the view transform")
         ->type_name("");
     Options options(app);
+    options.group("Files");
+    options.repeated("--output,-o", "FILE", "adds an output, like a name after the scene",
+                     [&](const auto& name, const auto& text) {
+                         if (text.empty()) throw UsageError(name, "expects the name of a file");
+                         a.outputs.emplace_back(text);
+                     });
     add_settings_option(options, a);
     add_camera_options(options, a);
     options.settings(a.settings);
@@ -268,6 +287,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
 
 void finish_render_options(const CLI::App& app, RenderArguments& a) {
     check_leftovers(app, "halflight " + app.get_name());
+    check_log_options(app);
+    take_scene_among_outputs(a);
     if (a.turntable > 0 && a.frames.empty()) {
         a.frames.resize(static_cast<std::size_t>(a.turntable));
         std::iota(a.frames.begin(), a.frames.end(), 0u);

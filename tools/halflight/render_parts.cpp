@@ -24,17 +24,14 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
     choice.packing = [&](double share) {
         if (const int signal = stop_signal()) throw Interrupted(signal, a.scene.string(), "not converted: interrupted");
         if (!display) {
-            display.emplace(stderr, progress_form(a.quiet), 0);
+            display.emplace(stderr, progress_form(a.quiet()), 0);
             watch = Stopwatch();
         }
         display->show(share, watch.seconds());
     };
     const Log log([&](Log::Kind kind, std::string_view line) {
         if (display) display->clear();
-        if (kind == Log::Kind::note)
-            console.note("{}", line);
-        else
-            console.warn("{}", line);
+        console.pass(kind, line);
     });
     return LoadedScene(std::move(choice), a, log);
 }

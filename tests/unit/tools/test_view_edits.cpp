@@ -22,7 +22,7 @@ class ViewEdits : public testing::Test {
     static PreviewArguments cornell() {
         PreviewArguments a;
         a.scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";
-        a.quiet = true;
+        a.log_level = LogLevel::error;
         return a;
     }
     void edit(void (*add)(SceneEdits&, const std::string&, const std::string&), const char* text) {
