@@ -50,10 +50,11 @@ TEST_F(Refusal, InvalidCommands) {
     expect({"info"}, 2, "SCENE: is missing.*");
     expect({"info", scene, scene}, 2, ".*: is not expected; .*");
     expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
-    expect({"render", scene, folder / "out.jpg"}, 2, ".*out.jpg: an output is an .exr or a .png");
-    expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr or a .png");
+    expect({"render", scene, folder / "out.bmp"}, 2, ".*out.bmp: an output is an .exr, .png, .jpg or .tif");
+    expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr, .png, .jpg or .tif");
     expect({"render", scene, png, "--aov", "albedo"}, 2, "--aov: needs an .exr output");
-    expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: needs a .png output or a movie");
+    expect({"render", scene, exr, "--exposure", "1"}, 2,
+           "--exposure: needs an output through the view transform, such as a .png, or a movie");
 }
 
 TEST_F(Refusal, Lenses) {
@@ -62,7 +63,8 @@ TEST_F(Refusal, Lenses) {
     for (const char* value : {"1", "2", "-3", "2.5"})
         expect_render({"--fstop", "2", "--focus", "2", "--blades", value}, 2, "--blades: expects 0 or a whole .*");
     expect_render({"--focus", "2", "--aperture", "-1"}, 2, "--aperture: expects 0 or a number .*");
-    expect_render({"--fstop", "2"}, 2, "--fstop: needs a .png output, a movie or --focus");
+    expect_render({"--fstop", "2"}, 2,
+                  "--fstop: needs an output through the view transform, such as a .png, a movie or --focus");
     expect_render({"--focus", "2"}, 1, "focus: needs an f-number \\(--fstop\\) or an aperture \\(--aperture\\)");
     expect_render({"--aperture", "5"}, 1, "aperture: blurs nothing without a focus \\(--focus\\)");
     expect_render({"--fstop", "2", "--focus", "2", "--primary", "raster", "--quiet"}, 1,

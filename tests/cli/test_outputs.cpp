@@ -412,7 +412,8 @@ TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
 TEST_F(Output, TakesNamesInAnyOrder) {
     render({file("a.exr")});
     const Strings size = {"--width", "32", "--height", "32", "--spp", "1"};
-    for (const Strings& names : {Strings{file("b.exr"), file("b.png"), scene}, Strings{file("b.exr"), scene, "-o", file("b.png")}}) {
+    for (const Strings& names :
+         {Strings{file("b.exr"), file("b.png"), scene}, Strings{file("b.exr"), scene, "-o", file("b.png")}}) {
         Strings command = {"render"};
         command.insert(command.end(), names.begin(), names.end());
         command.insert(command.end(), size.begin(), size.end());

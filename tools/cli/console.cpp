@@ -37,9 +37,12 @@ void write_log(LogLevel level, std::string_view line) {
 
 LogLevel level_of(Log::Kind kind) {
     switch (kind) {
-        case Log::Kind::detail: return LogLevel::detail;
-        case Log::Kind::note: return LogLevel::note;
-        case Log::Kind::warning: break;
+        case Log::Kind::detail:
+            return LogLevel::detail;
+        case Log::Kind::note:
+            return LogLevel::note;
+        case Log::Kind::warning:
+            break;
     }
     return LogLevel::warning;
 }

@@ -260,10 +260,12 @@ void add_log_options(Options& options, LogChoice& choice) {
                       if (!level) throw UsageError(name, "expects error, warning, note or detail, not '{}'", text);
                       choice.log_level = *level;
                   });
-    options.flag("--quiet", [&] { choice.log_level = LogLevel::error; }, "prints errors only: --log-level error");
-    options.flag("--verbose", [&] { choice.log_level = LogLevel::detail; }, "prints details: --log-level detail");
-    options.path("--log", "FILE",
-                 "appends all messages to a file, with date and time, also those that are not printed", choice.log);
+    options.flag(
+        "--quiet", [&] { choice.log_level = LogLevel::error; }, "prints errors only: --log-level error");
+    options.flag(
+        "--verbose", [&] { choice.log_level = LogLevel::detail; }, "prints details: --log-level detail");
+    options.path("--log", "FILE", "appends all messages to a file, with date and time, also those that are not printed",
+                 choice.log);
 }
 
 void check_log_options(const CLI::App& app) {

@@ -53,7 +53,7 @@ struct ViewArguments : SceneChoice, CameraChoice, LogChoice {
 /// Arguments of `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments, OutputOptions {
     std::optional<std::filesystem::path> settings_file;  // settings file, whose contents are in `settings` already
-    // distinct .exr or .png files; names of sequences have placeholders; not empty without a movie
+    // distinct pictures; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov
 

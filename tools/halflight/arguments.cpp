@@ -82,7 +82,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     app.require_subcommand(0, 1);  // later words may be files with the name of a command
 
     RenderArguments render;
-    CLI::App& render_app = *app.add_subcommand("render", "Renders a glTF scene to .exr and .png");
+    CLI::App& render_app = *app.add_subcommand("render", "Renders a glTF scene to .exr, .png, .jpg and .tif");
     add_render_options(render_app, render);
 
     RenderArguments merge;

@@ -13,8 +13,8 @@
 
 namespace halflight {
 
-bool wants(const RenderArguments& a, std::string_view extension) {
-    return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
+bool wants_view(const RenderArguments& a) {
+    return a.movie || std::ranges::any_of(a.outputs, [&](const auto& path) { return holds_view(path, a.tiff); });
 }
 
 LoadedScene load_scene(const RenderArguments& a, const Console& console) {
@@ -43,7 +43,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.height = size.y;
     settings.camera = camera;
     settings.pictures = 1;
-    settings.want_view = wants(a, "png") || a.movie;
+    settings.want_view = wants_view(a);
     settings.measure = a.stats.has_value();
     return settings;
 }
@@ -52,7 +52,7 @@ std::size_t picture_bytes(const RenderArguments& a) {
     RenderSettings settings = a.settings;
     settings.width = a.width.value_or(a.height ? 1 : a.usual_width);
     settings.height = a.height.value_or(1);
-    return least_picture_bytes(settings, {.png = wants(a, "png") || a.movie, .shutter = a.shutter.open > 0});
+    return least_picture_bytes(settings, {.png = wants_view(a), .shutter = a.shutter.open > 0});
 }
 
 gpu::ContextOptions device_options(const RenderArguments& a) {
@@ -62,7 +62,7 @@ gpu::ContextOptions device_options(const RenderArguments& a) {
 }
 
 void check_color(const ColorConfig& config, const RenderArguments& a) {
-    if (wants(a, "png") || a.movie) config.view(a.settings.view);
+    if (wants_view(a)) config.view(a.settings.view);
     try {
         working_space(config, a.working_space);
     } catch (const Error& error) {
