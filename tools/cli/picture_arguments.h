@@ -29,7 +29,7 @@ struct EditOption {
     std::string text;
 };
 
-/// Which messages go where.
+/// Decides which messages go where.
 struct LogChoice {
     LogLevel log_level = LogLevel::note;       // messages on stderr
     std::optional<std::filesystem::path> log;  // file to which all messages are appended

@@ -255,7 +255,7 @@ TEST(ViewNodes, FollowThoseAbove) {
     TemporaryFolder folder;
     PreviewArguments a;
     a.scene = folder / "two.gltf";
-    a.quiet = true;
+    a.log_level = LogLevel::error;
     test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "arm", "children": [1]}, {"name": "hand", "translation": [1, 0, 0], "mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],

@@ -402,7 +402,7 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     const TemporaryFolder folder;
     PreviewArguments a;
     a.scene = test::copy_room(folder.path);
-    a.quiet = true;
+    a.log_level = LogLevel::error;
     const std::string file = a.scene.string() + ".halflight.json";
     const auto opened = [&](const std::string& entries) {
         test::write_text(file, R"({"halflight_settings": 1)" + entries + "}");
