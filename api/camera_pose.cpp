@@ -18,6 +18,18 @@ Camera camera_of(const CameraPose& pose) {
     return camera;
 }
 
+double exact_degrees(double radians) {
+    const double near = glm::degrees(radians);
+    for (const double to : {0.0, 360.0}) {
+        double candidate = near;
+        for (int i = 0; i < 3; ++i) {
+            if (glm::radians(candidate) == radians) return candidate;
+            candidate = std::nextafter(candidate, to);
+        }
+    }
+    return near;
+}
+
 CameraPose pose_of(const Camera& camera, double distance) {
     constexpr double kRoll = 1e-6;             // sine of the largest roll that counts as none
     constexpr double kAlmostVertical = 0.999;  // |y| of the line of sight's unit vector
@@ -27,7 +39,7 @@ CameraPose pose_of(const Camera& camera, double distance) {
     pose.at = pose.from - distance * back;
     const bool upright = std::abs(right.y) < kRoll && up.y > 0 && std::abs(back.y) < kAlmostVertical;
     pose.up = upright ? dvec3(0, 1, 0) : up;
-    pose.vertical_fov = camera.vertical_fov;
+    pose.vertical_fov = glm::radians(exact_degrees(camera.vertical_fov));
     pose.orthographic = camera.orthographic;
     pose.ortho_height = camera.ortho_height;
     pose.near_plane = camera.near_plane;

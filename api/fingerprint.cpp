@@ -11,6 +11,7 @@
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
+#include "engine/io/jpeg.h"
 #include "engine/io/png.h"
 #include "engine/settings/settings_table.h"
 
@@ -143,6 +144,9 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     add_edits(print, scene.edits());
     add_color(print, output, config);
     add_layout(print, output.exr);
+    if (output.aov_names != AovNames::halflight) print.values("aov names {}", static_cast<int>(output.aov_names));
+    if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
+        print.values("jpeg {} tiff {}", output.jpeg_quality, static_cast<int>(output.tiff));
     add_settings(print, settings);
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.
@@ -151,8 +155,22 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     return print.hex();
 }
 
+namespace {
+
+/// Returns the fingerprint of fingerprint_text(); empty for other texts.
+std::string fingerprint_of_text(const std::string& text) {
+    const std::string start = fmt::format("{}: ", kFingerprintName);
+    return text.starts_with(start) ? text.substr(start.size()) : "";
+}
+
+}  // namespace
+
 std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) {
     return Fingerprint().text(sequence).values("{}", frame).hex();
+}
+
+std::string fingerprint_text(const std::string& fingerprint) {
+    return fingerprint.empty() ? "" : fmt::format("{}: {}", kFingerprintName, fingerprint);
 }
 
 FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
@@ -170,6 +188,12 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
         } else if (is_png(bytes)) {
             read_png(path.string(), bytes, kMaxSide);
             found = text_of_png(bytes, kFingerprintName);
+        } else if (is_jpeg(bytes)) {
+            TextureImage decoded;
+            read_jpeg(path.string(), bytes, kMaxSide, decoded);
+            found = fingerprint_of_text(comment_of_jpeg(bytes));
+        } else if (is_tiff(bytes)) {
+            found = fingerprint_of_text(read_tiff(path.string(), bytes, kMaxSide).description);
         }
     } catch (const Error&) {
         return FrameFile::incomplete;

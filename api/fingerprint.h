@@ -26,15 +26,17 @@ std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame);
 
 /// Name of the attribute of an .exr, and keyword of a .png, that holds the fingerprint.
 inline constexpr const char* kFingerprintName = "halflightFingerprint";
+/// Returns the comment of a .jpg, and description of a .tif, that holds a fingerprint. It is empty for an empty one.
+std::string fingerprint_text(const std::string& fingerprint);
 
 enum class FrameFile {
     missing,     // there is no such file
     whole,       // complete file with the expected fingerprint
-    incomplete,  // .exr or .png that cannot be read to its end
+    incomplete,  // picture that cannot be read to its end
     other,       // file without the expected fingerprint
 };
 
-/// Examines an .exr or .png, which is recognised by its contents.
+/// Examines a picture, whose format is recognised by its contents.
 FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint);
 
 }  // namespace halflight

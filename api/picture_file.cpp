@@ -12,6 +12,7 @@
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/io/files.h"
+#include "engine/io/jpeg.h"
 #include "engine/io/png.h"
 #include "engine/scene/focal_length.h"
 #include "engine/settings/layers.h"
@@ -27,13 +28,13 @@ bool is_color(const ExrLayer& layer) {
 
 void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     std::vector<ExrLayerView> layers;
-    layers.push_back({.channels = {"R", "G", "B", "A"},
+    layers.push_back({.channels = renamed(info.aov_names, "rgba", {"R", "G", "B", "A"}),
                       .image = result.beauty,
                       .type = info.half ? ExrType::half : ExrType::float32,
                       .color = info.working_space.from_rec709,
                       .name = "rgba"});
     for (const ExrLayer& aov : result.aovs)
-        layers.push_back({.channels = aov.channels,
+        layers.push_back({.channels = renamed(info.aov_names, aov.name, aov.channels),
                           .image = aov.image,
                           .type = aov.type,
                           .color = is_color(aov) ? info.working_space.from_rec709 : mat3(1),
@@ -68,15 +69,50 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     write_exr_views(path, layers, attributes, info.exr);
 }
 
-void write_png_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+/// Returns the picture through the view transform, with alpha where it is transparent.
+Image view_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     if (result.view.pixels.empty())
         throw Error(path.string(), "not written: the picture was made without its view (want_view)");
-    const Image picture = info.transparent ? result.view : rgb(result.view);
+    check_alpha(path, info.transparent);
+    return info.transparent ? result.view : rgb(result.view);
+}
+
+std::string png_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+    const Image picture = view_of(path, result, info);
     PngText text;
     if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
-    write_file(
-        path, encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text));
+    return encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text);
 }
+
+std::string jpeg_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+    const Image picture = view_of(path, result, info);
+    return encode_jpeg(path.string(), picture.width, picture.height, quantize_8bit(picture), info.jpeg_quality,
+                       fingerprint_text(info.fingerprint));
+}
+
+std::string tiff_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+    Image picture;
+    if (holds_view(path, info.tiff)) {
+        picture = view_of(path, result, info);
+    } else {
+        picture = result.beauty;
+        for (std::size_t i = 0; i + 4 <= picture.pixels.size(); i += 4) {
+            const vec3 color =
+                info.working_space.from_rec709 * vec3(picture.pixels[i], picture.pixels[i + 1], picture.pixels[i + 2]);
+            for (int c = 0; c < 3; ++c) picture.pixels[i + static_cast<std::size_t>(c)] = color[c];
+        }
+    }
+    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint));
+}
+
+/// A format of picture files.
+struct Format {
+    std::string_view extension;
+    // Returns the bytes of the file; null: write_exr_picture() writes it.
+    std::string (*encode)(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
+};
+constexpr Format kFormats[] = {{"exr", nullptr},  {"png", png_of},  {"jpg", jpeg_of},
+                               {"jpeg", jpeg_of}, {"tif", tiff_of}, {"tiff", tiff_of}};
 
 /// Returns the attributes of OpenEXR's standard that describe camera, lens and exposure, as far as they are known, and
 /// the time of rendering unless files must not depend on it.
@@ -121,17 +157,34 @@ bool has_extension(const std::filesystem::path& path, std::string_view extension
            std::ranges::equal(own.substr(1), extension, {}, [](unsigned char c) { return std::tolower(c); });
 }
 
+std::string picture_extensions() {
+    return ".exr, .png, .jpg or .tif";
+}
+
+bool is_picture_name(const std::filesystem::path& path) {
+    return std::ranges::any_of(kFormats, [&](const Format& format) { return has_extension(path, format.extension); });
+}
+
+bool holds_view(const std::filesystem::path& path, TiffType tiff) {
+    if (has_extension(path, "exr")) return false;
+    return tiff != TiffType::float32 || !(has_extension(path, "tif") || has_extension(path, "tiff"));
+}
+
+void check_alpha(const std::filesystem::path& path, bool transparent) {
+    if (transparent && (has_extension(path, "jpg") || has_extension(path, "jpeg")))
+        throw Error(path.string(), "has no alpha channel for a transparent picture; .png, .tif and .exr do");
+}
+
 LinearSpace working_space(const ColorConfig& config, const std::string& name) {
     return config.linear_space(name == "rec709" ? "" : name);
 }
 
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
-    if (has_extension(path, "png"))
-        write_png_picture(path, result, info);
-    else if (has_extension(path, "exr"))
-        write_exr_picture(path, result, info);
-    else
-        throw Error(path.string(), "a picture is an .exr or a .png");
+    if (has_extension(path, "exr")) return write_exr_picture(path, result, info);
+    const auto format =
+        std::ranges::find_if(kFormats, [&](const Format& f) { return f.encode && has_extension(path, f.extension); });
+    if (format == std::end(kFormats)) throw Error(path.string(), "a picture is an {}", picture_extensions());
+    write_file(path, format->encode(path, result, info));
 }
 
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
@@ -144,6 +197,9 @@ PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& resu
             .origin = data_window(settings).first,
             .transparent = settings.transparent,
             .exr = options.exr,
+            .aov_names = options.aov_names,
+            .jpeg_quality = options.jpeg_quality,
+            .tiff = options.tiff,
             .numbers = numbers_of(renderer, result.stats, options),
             .samples = result.stats.samples,
             .comments = settings_line(renderer, result.stats),

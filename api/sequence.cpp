@@ -38,6 +38,12 @@ bool wants(const SequenceOptions& o, std::string_view extension) {
     return std::ranges::any_of(o.outputs, [&](const auto& path) { return has_extension(path, extension); });
 }
 
+/// Returns whether frames are needed through the view transform.
+bool wants_view(const SequenceOptions& o) {
+    return o.movie ||
+           std::ranges::any_of(o.outputs, [&](const auto& path) { return holds_view(path, o.output.tiff); });
+}
+
 Paths files_of(const SequenceOptions& o, std::uint32_t frame) {
     Paths paths;
     for (const auto& pattern : o.outputs) paths.push_back(frame_path(pattern, frame));
@@ -120,7 +126,8 @@ void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const 
 /// Returns the settings of frames of a sequence.
 RenderSettings of_sequence(RenderSettings settings, const LoadedScene& scene) {
     if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
-    if (!settings.denoise_frames) settings.denoise_frames = settings.denoise ? kDenoiseFrames : 0;
+    if (!settings.denoise_frames)
+        settings.denoise_frames = settings.denoise && !has_window(settings) ? kDenoiseFrames : 0;
     return settings;
 }
 
@@ -308,8 +315,7 @@ void check_outputs(const SequenceOptions& o) {
         if (placeholders == 0)
             throw Error(pattern.string(), "has no placeholder for the frame number, such as #### or %04d");
         if (placeholders > 1) throw Error(pattern.string(), "has {} placeholders for the frame number", placeholders);
-        if (!has_extension(pattern, "exr") && !has_extension(pattern, "png"))
-            throw Error(pattern.string(), "frames are .exr or .png files");
+        if (!is_picture_name(pattern)) throw Error(pattern.string(), "frames are {} files", picture_extensions());
         if (!patterns.insert(pattern).second) throw Error(pattern.string(), "is given twice");
     }
     Paths files;
@@ -349,7 +355,8 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     if (!options.colors) options.colors = ColorConfig::load();
     if (o.movie && asked.transparent) throw Error(o.movie->string(), "a movie cannot be transparent");
     RenderSettings settings = of_sequence(asked, scene);
-    settings.want_view = wants(o, "png") || o.movie;
+    for (const auto& pattern : o.outputs) check_alpha(pattern, asked.transparent);
+    settings.want_view = wants_view(o);
     settings.measure = o.stats.has_value();
     working_space(*options.colors, o.output.working_space);  // throws for unknown names
     const std::string display = settings.want_view ? options.colors->view(settings.view).display() : "";

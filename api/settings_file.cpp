@@ -42,12 +42,16 @@ Json parse_json(std::string_view text, const fs::path& path) {
 }
 
 CameraPose read_pose(const Element& e) {
-    e.check_keys({"from", "at", "up", "vfov", "ortho_height", "near", "far"});
+    e.check_keys({"from", "at", "up", "vfov_degrees", "vfov", "ortho_height", "near", "far"});
     CameraPose pose;
     with(e, "from", [&](const Element& v) { pose.from = v.triple(-kFar, kFar); });
     with(e, "at", [&](const Element& v) { pose.at = v.triple(-kFar, kFar); });
     with(e, "up", [&](const Element& v) { pose.up = v.triple(-kFar, kFar); });
-    with(e, "vfov", [&](const Element& v) { pose.vertical_fov = v.number(1e-4, kPi); });
+    with(e, "vfov_degrees", [&](const Element& v) { pose.vertical_fov = glm::radians(v.number(0.005, 180)); });
+    with(e, "vfov", [&](const Element& v) {  // files of earlier releases have radians
+        if (e.find("vfov_degrees")) v.fail("is there beside 'vfov_degrees'");
+        pose.vertical_fov = glm::radians(exact_degrees(v.number(1e-4, kPi)));
+    });
     with(e, "ortho_height", [&](const Element& v) {
         pose.ortho_height = v.number(1e-30, kFar);
         pose.orthographic = true;
@@ -99,7 +103,10 @@ void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
 }
 
 Json pose_json(const CameraPose& pose) {
-    Json json{{"from", list(pose.from)}, {"at", list(pose.at)}, {"up", list(pose.up)}, {"vfov", pose.vertical_fov}};
+    Json json{{"from", list(pose.from)},
+              {"at", list(pose.at)},
+              {"up", list(pose.up)},
+              {"vfov_degrees", exact_degrees(pose.vertical_fov)}};
     if (pose.orthographic) json["ortho_height"] = pose.ortho_height;
     if (pose.near_plane > 0) json["near"] = pose.near_plane;
     if (pose.far_plane > 0) json["far"] = pose.far_plane;

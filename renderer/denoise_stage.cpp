@@ -15,12 +15,12 @@ namespace {
 constexpr const char* kBias = "denoised: noise of reflected light filtered by non-local means";
 
 /// Returns the circles of confusion (shaders/SHADING.md, Thin lens).
-DenoiserBlur blur_of(const Camera& camera, const gpu::TextureDesc& picture) {
+DenoiserBlur blur_of(const Camera& camera, const ivec2& picture) {
     const Lens& lens = camera.lens;
     if (!lens.blurs()) return DenoiserBlur(0);
-    const double radius = aperture_radius(camera, double(picture.width) / picture.height);
+    const double radius = aperture_radius(camera, double(picture.x) / picture.y);
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
-    const double pixels = radius * picture.height / (2 * half), inverse = 1 / lens.focus.distance;
+    const double pixels = radius * picture.y / (2 * half), inverse = 1 / lens.focus.distance;
     return DenoiserBlur(camera.orthographic ? dvec3(pixels, 0, -pixels * inverse)
                                             : dvec3(pixels * inverse, -pixels, 0));
 }
@@ -39,10 +39,10 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
     if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
 }
 
-void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera) {
+void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera, const ivec2& whole) {
     has_halves_ = denoised_ = false;
     kept_ = frame;
-    blur_ = blur_of(camera, desc_);
+    blur_ = blur_of(camera, whole);
     if (kept_) kept_->blur = blur_;
     if (kept_ && !kept_->pixels) kept_->pixels.emplace(desc_, present_, chains_);
     executor_.reset_times();

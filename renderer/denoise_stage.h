@@ -23,8 +23,9 @@ class DenoiseStage {
                  const FrameNeeds& needs, const SceneNeeds& scene);
 
     /// Begins another picture. frame: keeps the picture for denoise(), so that apply() leaves it noisy; null: apply()
-    /// denoises it. camera: its lens is focused at a distance.
-    void begin(NoisyFrame* frame, const Camera& camera);
+    /// denoises it. camera: its lens is focused at a distance. whole: size of the whole picture, also where a part is
+    /// rendered.
+    void begin(NoisyFrame* frame, const Camera& camera, const ivec2& whole);
     /// Adds a band's inputs, if a picture will be denoised, to the graph that makes its beauty. sums: as Accumulated,
     /// with features and halves.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,

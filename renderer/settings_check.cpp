@@ -46,9 +46,10 @@ void check_settings(const RenderSettings& s) {
     if (has_window(s)) {
         const PixelWindow window = rendered_window(s);
         require(std::max(window.size().x, window.size().y) <= kMaxSide, "crop and overscan make the picture too large");
-        require(!s.denoise && !s.preview.any(),
-                "crop and overscan cannot be combined with denoising or a preview mode: the filter of a pixel looks at "
-                "its surroundings in the whole picture");
+        require(!s.preview.any(), "crop and overscan cannot be combined with a preview mode");
+        require(neighbour_frames(s) == 0 && s.denoise_error == 0,
+                "crop and overscan cannot be combined with denoising over frames or an estimate for the denoised "
+                "picture, which need the whole picture");
         require(!s.adaptive && !s.error,
                 "crop and overscan cannot be combined with adaptive sampling or an error target, which decide by the "
                 "whole picture");

@@ -30,8 +30,11 @@ struct Bookmark {
 /// Returns the camera of a pose. Throws Error where the numbers define no view.
 Camera camera_of(const CameraPose& pose);
 
+/// Returns the degrees from which glm::radians() gives the angle, as far as there are such; else the nearest ones.
+double exact_degrees(double radians);
+
 /// Returns the pose of a camera; its target lies `distance` > 0 ahead. Up is +Y unless the camera rolls or looks along
-/// +-Y.
+/// +-Y. The field of view is rounded to one that exact_degrees() has, so that settings files give it back.
 CameraPose pose_of(const Camera& camera, double distance);
 
 }  // namespace halflight

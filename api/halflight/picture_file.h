@@ -1,4 +1,4 @@
-// Pictures as .exr and .png files.
+// Pictures as files: .exr, .png, .jpg, .tif.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,13 @@
 #include <optional>
 #include <string>
 
+#include "api/halflight/aov_names.h"
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/log.h"
 #include "engine/color/color.h"
 #include "engine/core/frames.h"
 #include "engine/io/exr.h"
+#include "engine/io/tiff.h"
 #include "renderer/render_result.h"
 
 namespace halflight {
@@ -20,6 +22,10 @@ namespace halflight {
 struct OutputOptions {
     std::string working_space;  // linear space of colour in .exr files: "rec709" or "", or a name of the colour config
     ExrLayout exr{};            // compression, parts and tiles of .exr files
+    AovNames aov_names{};       // names of layers in .exr files
+    int jpeg_quality = 92;      // quality of .jpg files, 1 to 100
+    // Values of .tif files. Integers hold the picture through the view transform, floats the scene-linear picture.
+    TiffType tiff = TiffType::uint16;
     bool reproducible = false;  // omits date and render time: equal pictures make equal files
     bool strict = false;        // refuses pictures in which a pass gave NaN, infinite or negative values
     bool best_effort = false;   // accepts pictures that have not reached their error target
@@ -32,8 +38,11 @@ struct PictureInfo {
     bool half = false;          // stores beauty as half floats; other layers have their own types
     ivec2 whole{0};             // size of the whole picture, the display window; 0: that of the result
     ivec2 origin{0};            // upper left pixel of the result in the whole picture
-    bool transparent = false;   // the .png has an alpha channel
+    bool transparent = false;   // .png and .tif have an alpha channel
     ExrLayout exr{};
+    AovNames aov_names{};
+    int jpeg_quality = 92;
+    TiffType tiff = TiffType::uint16;
     std::map<std::string, float> numbers{};  // attributes of type float, by the names of OpenEXR's standard
     int samples = 0;                         // samples per pixel
     std::string comments;
@@ -52,11 +61,20 @@ struct PictureInfo {
 /// Returns whether the file name ends in `.extension`, in any case.
 bool has_extension(const std::filesystem::path& path, std::string_view extension);
 
+/// Returns the extensions that write_picture() knows, in words.
+std::string picture_extensions();
+/// Returns whether write_picture() knows the extension.
+bool is_picture_name(const std::filesystem::path& path);
+/// Returns whether the file holds the picture through the view transform. Others hold it scene-linear.
+bool holds_view(const std::filesystem::path& path, TiffType tiff);
+/// Throws Error for a file that cannot hold the alpha of a transparent picture.
+void check_alpha(const std::filesystem::path& path, bool transparent);
+
 /// Returns the linear space that `name` stands for. Throws Error where the config has none of that name.
 LinearSpace working_space(const ColorConfig& config, const std::string& name);
 
-/// Writes a picture as .exr (scene-linear, with its layers) or .png (RenderResult::view), chosen by the extension. The
-/// file is written completely or not at all. Throws Error.
+/// Writes a picture: as .exr scene-linear with its layers, as .png, .jpg or .tif from RenderResult::view, and as .tif
+/// with floats scene-linear. The extension decides. The file is written completely or not at all. Throws Error.
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
 /// Returns the metadata of the picture that `renderer` made last. `error`: result of judge().

@@ -20,7 +20,7 @@ namespace halflight {
 struct SequenceOptions {
     std::vector<std::uint32_t> frames;           // frame numbers, in the order in which they are rendered
     ListPart part{};                             // part of `frames` to make, for work on several machines
-    std::vector<std::filesystem::path> outputs;  // .exr, .png files with a placeholder (frame_names.h): "shot.####.exr"
+    std::vector<std::filesystem::path> outputs;  // pictures with a placeholder (frame_names.h): "shot.####.exr"
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov; needs ffmpeg in PATH
     std::optional<std::filesystem::path> stats;  // file to which a line of JSON is appended per frame
     bool overwrite = false;                      // replaces frames that were made with other settings

@@ -10,6 +10,7 @@ Log log_to(py::object sink) {
         delete object;
     });
     return Log([shared](Log::Kind kind, std::string_view line) {
+        if (kind == Log::Kind::detail) return;
         const py::gil_scoped_acquire gil;
         try {
             (*shared)(kind == Log::Kind::warning, py::str(line.data(), line.size()));

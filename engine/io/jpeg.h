@@ -1,8 +1,10 @@
-// Decoding of JPEG files to texels, by libjpeg-turbo.
+// JPEG files, by libjpeg-turbo.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/io/image_header.h"
 #include "engine/scene/scene.h"
@@ -19,5 +21,13 @@ ImageHeader read_jpeg_header(const std::string& subject, std::string_view bytes,
 /// Fills in size and texels of `image` from a grey or colour JPEG; profiles are ignored. Throws Error with `subject`
 /// for truncated, damaged and CMYK files, and for sides longer than `max_side`.
 void read_jpeg(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image);
+
+/// Encodes width * height * 3 bytes of sRGB, top row first. Chroma is not subsampled. quality: 1 to 100. comment: at most
+/// 65533 bytes; empty: none. Equal bytes give equal files. Throws Error with `subject`, also for sides above 65500.
+std::string encode_jpeg(const std::string& subject, int width, int height, const std::vector<std::uint8_t>& rgb,
+                        int quality, std::string_view comment = {});
+
+/// Returns the first comment of a JPEG; empty if there is none.
+std::string comment_of_jpeg(std::string_view bytes);
 
 }  // namespace halflight

@@ -8,6 +8,9 @@ namespace halflight {
 namespace {
 
 constexpr int kBlock = 16;  // pixels, side of the blocks of shaders/shared/pixel_order.h
+// Pixels around the window that the denoiser needs for the picture that it makes of the whole. Its stages together
+// reach 59 pixels: fireflies are found (8) and spread twice (44), and a pixel sees the noise (2) and means (5).
+constexpr int kDenoiserReach = 64;
 
 /// Returns the largest multiple of kBlock that is at most `pixel`.
 int block_start(int pixel) {
@@ -39,7 +42,13 @@ bool has_overscan(const PictureSettings& s) {
 }
 
 PixelWindow rendered_window(const PictureSettings& s) {
-    const PixelWindow window = data_window(s);
+    PixelWindow window = data_window(s);
+    if (s.denoise && has_window(s)) {
+        // There is nothing to see beyond the edges of the picture unless there is overscan.
+        const ivec2 size(s.width, s.height);
+        window.first = glm::min(window.first, glm::max(window.first - kDenoiserReach, ivec2(0)));
+        window.end = glm::max(window.end, glm::min(window.end + kDenoiserReach, size));
+    }
     return {{block_start(window.first.x), block_start(window.first.y)},
             {block_end(window.end.x, s.width), block_end(window.end.y, s.height)}};
 }

@@ -51,7 +51,7 @@ struct PictureSettings {
     // samples. Layers and error targets refer to the mean of the samples. Preview modes exclude it.
     bool denoise = false;
     // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
-    // single pictures.
+    // single pictures and crops.
     std::optional<int> denoise_frames{};
     // Samples per pixel of each of two further pictures, from which the error of the denoised picture is estimated
     // (renderer/held_out.h); 0: it is not. With `adaptive`, they need at least 16.

@@ -203,6 +203,7 @@ std::vector<Setting> make_table() {
         row([](auto& s) -> auto& { return s.samples; },
             {
                 .name = "samples",
+                .aliases = "-s,--spp",
                 .group = kPicture,
                 .metavar = "N",
                 .help = "samples per pixel",
@@ -273,7 +274,7 @@ std::vector<Setting> make_table() {
                 .metavar = "N",
                 .help =
                     "frames before and after each frame from which the denoiser takes light, too: less flicker; auto "
-                    "is 2 for sequences and 0 for single pictures",
+                    "is 2 for sequences, and 0 for single pictures and crops",
                 .upper = kMaxDenoiseFrames,
                 .memory = true,
             }),

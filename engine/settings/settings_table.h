@@ -14,6 +14,7 @@ namespace halflight {
 /// One setting that users can set. Its default is that of RenderSettings.
 struct Setting {
     const char* name = "";     // key in settings files, fingerprints and docs; its option is "--name"
+    const char* aliases = "";  // other names of the option, such as "-s,--spp"
     std::string_view group;    // heading in help texts
     const char* metavar = "";  // placeholder for the value in help texts; empty for a flag
     const char* help = "";     // purpose; names of values and the default are appended

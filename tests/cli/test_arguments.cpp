@@ -50,10 +50,11 @@ TEST_F(Refusal, InvalidCommands) {
     expect({"info"}, 2, "SCENE: is missing.*");
     expect({"info", scene, scene}, 2, ".*: is not expected; .*");
     expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
-    expect({"render", scene, folder / "out.jpg"}, 2, ".*out.jpg: an output is an .exr or a .png");
-    expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr or a .png");
+    expect({"render", scene, folder / "out.bmp"}, 2, ".*out.bmp: an output is an .exr, .png, .jpg or .tif");
+    expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr, .png, .jpg or .tif");
     expect({"render", scene, png, "--aov", "albedo"}, 2, "--aov: needs an .exr output");
-    expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: needs a .png output or a movie");
+    expect({"render", scene, exr, "--exposure", "1"}, 2,
+           "--exposure: needs an output through the view transform, such as a .png, or a movie");
 }
 
 TEST_F(Refusal, Lenses) {
@@ -62,7 +63,8 @@ TEST_F(Refusal, Lenses) {
     for (const char* value : {"1", "2", "-3", "2.5"})
         expect_render({"--fstop", "2", "--focus", "2", "--blades", value}, 2, "--blades: expects 0 or a whole .*");
     expect_render({"--focus", "2", "--aperture", "-1"}, 2, "--aperture: expects 0 or a number .*");
-    expect_render({"--fstop", "2"}, 2, "--fstop: needs a .png output, a movie or --focus");
+    expect_render({"--fstop", "2"}, 2,
+                  "--fstop: needs an output through the view transform, such as a .png, a movie or --focus");
     expect_render({"--focus", "2"}, 1, "focus: needs an f-number \\(--fstop\\) or an aperture \\(--aperture\\)");
     expect_render({"--aperture", "5"}, 1, "aperture: blurs nothing without a focus \\(--focus\\)");
     expect_render({"--fstop", "2", "--focus", "2", "--primary", "raster", "--quiet"}, 1,
@@ -165,8 +167,20 @@ TEST_F(Refusal, OptionsOutOfRange) {
 TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"--sampels", "4"}, 2, "--sampels: is not expected; did you mean '--samples'\\?; see .*");
     expect_render({"--widht=16"}, 2, "--widht=16: is not expected; did you mean '--width'\\?; see .*");
-    expect_render({"--spp", "4"}, 2, "--spp: is not expected; the option is --samples; see .*");
-    expect_render({"-o", "x.exr"}, 2, "-o: is not expected; outputs follow the scene without an option; see .*");
+    expect_render({"-f", "4"}, 2, "-f: is not expected; the option is --frames; see .*");
+    for (const char* name : {"--samples", "--spp", "-s"})
+        expect_render({name, "0"}, 2, "--samples: expects a whole number from .*");
+    expect_render({"--spp", "1", "-s", "2"}, 2, "--samples: expects exactly one value");
+    expect_render({"-o", "x.jpeg2000"}, 2, "x.jpeg2000: an output is .*");
+    expect_render({"-o", ""}, 2, "--output: expects the name of a file");
+    expect_render({"-o", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
+    for (const char* value : {"0", "1025", "all", "1.5"})
+        expect_render({"--threads", value}, 2, "--threads: expects a whole number from 1 to 1024, not '.*'");
+    expect_render({"--log-level", "debug"}, 2, "--log-level: expects error, warning, note or detail, not 'debug'");
+    expect_render({"--quiet", "--verbose"}, 2, "--quiet: cannot be given together with --verbose");
+    expect_render({"--log", scene}, 2, ".*room.gltf: is both input and output");
+    expect_render({"--log", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
+    expect_render({"--log", folder.path}, 1, ".*: cannot write: Is a directory");
     expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
     expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
     expect_render({"--camera", "frnt"}, 1,

@@ -61,6 +61,17 @@ TEST_F(Converge, ClampShowsAsBias) {
     EXPECT_EQ(clamped["reference"]["file"], plain["reference"]["file"]);
 }
 
+TEST_F(Converge, TakesEdits) {
+    const Strings common{"--spp", "1", "--seeds", "2", "--method", "plain", "--reference-samples", "8"};
+    const Json plain = report_of(common, {}), red = report_of(common, {"--material", "*.base_color=#f00"});
+    EXPECT_NE(plain["reference"]["file"], red["reference"]["file"]);
+    EXPECT_NE(plain["runs"][0]["mse"], red["runs"][0]["mse"]);
+    std::filesystem::remove_all(out);
+    expect_refusal(converge({"--hide", "nobody"}), 1, "nobody");
+    expect_refusal(converge({"--hide", "nobody", "--external", "a=cp x {samples} {seed} {output}"}), 2,
+                   "--external: cannot be given together");
+}
+
 TEST_F(Converge, SeedsAndFilterAreUsed) {
     const Strings common{"--samples", "1", "--seeds", "2", "--method", "plain", "--reference-samples", "8"};
     const auto run = [&](const Strings& more) { return report_of(common, more); };

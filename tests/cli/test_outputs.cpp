@@ -409,5 +409,20 @@ TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
     EXPECT_EQ(count(), kept) << "replaced";
 }
 
+TEST_F(Output, TakesNamesInAnyOrder) {
+    render({file("a.exr")});
+    const Strings size = {"--width", "32", "--height", "32", "--spp", "1"};
+    for (const Strings& names :
+         {Strings{file("b.exr"), file("b.png"), scene}, Strings{file("b.exr"), scene, "-o", file("b.png")}}) {
+        Strings command = {"render"};
+        command.insert(command.end(), names.begin(), names.end());
+        command.insert(command.end(), size.begin(), size.end());
+        const Outcome outcome = run_program(command);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_TRUE(same_pixels(file("a.exr"), file("b.exr")));
+        EXPECT_TRUE(std::filesystem::remove(file("b.png")));
+    }
+}
+
 }  // namespace
 }  // namespace halflight::test

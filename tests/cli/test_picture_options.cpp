@@ -7,10 +7,13 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
+#include <set>
 
 #include "engine/core/image_tools.h"
 #include "engine/io/files.h"
+#include "engine/io/jpeg.h"
 #include "engine/io/png.h"
+#include "engine/io/tiff.h"
 #include "tests/cli/output_test.h"
 
 namespace halflight::test {
@@ -58,7 +61,99 @@ TEST_F(PictureOptions, CropsHaveWindowsAndThePixelsOfTheWhole) {
     EXPECT_EQ(read_exr(file("wide.exr")).width, 58);
     EXPECT_NE(refused({"--crop", "5,5,5,9"}).find("--crop: has no pixels"), std::string::npos);
     EXPECT_NE(refused({"--crop", "5,5,9"}).find("--crop: expects X0,Y0,X1,Y1"), std::string::npos);
-    EXPECT_NE(refused({"--crop", "5,5,9,9", "--denoise"}).find("--crop: cannot be given"), std::string::npos);
+    EXPECT_NE(refused({"--crop", "5,5,9,9", "--denoise", "--denoise-frames", "1"}).find("--crop: cannot be given"),
+              std::string::npos);
+    EXPECT_NE(refused({"--crop", "5,5,9,9", "--adaptive"}).find("--crop: cannot be given"), std::string::npos);
+}
+
+TEST_F(PictureOptions, DenoisedCropsHaveThePixelsOfTheWhole) {
+    const Strings size = {"--width", "160", "--height", "96", "--samples", "4", "--denoise", "--aov", "noisy"};
+    const auto with = [&](Strings arguments) {
+        arguments.insert(arguments.end(), size.begin(), size.end());
+        return arguments;
+    };
+    render(with({file("whole.exr")}));
+    render(with({file("part.exr"), "--crop", "90,40,120,90"}));
+    const ExrFile whole = read_exr(file("whole.exr")), part = read_exr(file("part.exr"));
+    std::size_t filtered = 0;
+    for (const char* channel : {"R", "G", "B"}) {
+        const std::vector<float>&all = whole.find(channel)->values, &some = part.find(channel)->values;
+        for (std::size_t y = 0; y < 50; ++y)
+            for (std::size_t x = 0; x < 30; ++x)
+                ASSERT_EQ(some[y * 30 + x], all[(y + 40) * 160 + x + 90]) << x << " " << y;
+        for (std::size_t i = 0; i < some.size(); ++i)
+            filtered += some[i] != part.find(std::string("noisy.") + channel)->values[i];
+    }
+    EXPECT_GT(filtered, 1000u);
+    render(with({file("wide.exr"), "--overscan", "3"}));
+    EXPECT_EQ(read_exr(file("wide.exr")).width, 166);
+}
+
+TEST_F(PictureOptions, LayersHaveTheNamesOfOtherRenderers) {
+    const auto channels = [&](const char* names) {
+        render({file("a.exr"), "--aov", "direct_glossy,depth,normal,ids,cryptoobject", "--aov-names", names});
+        const Strings all = channel_names(read_exr(file("a.exr")));
+        return std::set<std::string>(all.begin(), all.end());
+    };
+    const auto own = channels("halflight"), blender = channels("blender"), arnold = channels("arnold");
+    for (const char* name : {"R", "A", "direct_glossy.G", "Z", "normal.X", "ids.instance"})
+        EXPECT_TRUE(own.contains(name)) << name;
+    for (const char* name : {"ViewLayer.Combined.R", "ViewLayer.Combined.A", "ViewLayer.GlossDir.G",
+                             "ViewLayer.Depth.Z", "ViewLayer.Normal.X", "ids.instance", "CryptoObject00.R"})
+        EXPECT_TRUE(blender.contains(name)) << name;
+    for (const char* name : {"R", "A", "specular_direct.G", "Z", "N.X", "ids.instance", "CryptoObject00.R"})
+        EXPECT_TRUE(arnold.contains(name)) << name;
+    EXPECT_EQ(own.size(), blender.size());
+    EXPECT_EQ(own.size(), arnold.size());
+    EXPECT_NE(refused({"--aov-names", "mitsuba"}).find("expects halflight, blender or arnold"), std::string::npos);
+}
+
+TEST_F(PictureOptions, JpegAndTiffHoldTheView) {
+    render({file("a.exr"), file("a.png"), file("a.jpg"), file("a.tif"), "--jpeg-quality", "100", "--exposure", "1"});
+    const Image exact = png("a.png");
+    TextureImage jpeg;
+    read_jpeg("a.jpg", read_text(file("a.jpg")), 4096, jpeg);
+    ASSERT_EQ(jpeg.width, 32);
+    ASSERT_EQ(jpeg.height, 32);
+    const TiffFile tiff = read_tiff("a.tif", read_text(file("a.tif")), 4096);
+    EXPECT_EQ(tiff.type, TiffType::uint16);
+    ASSERT_EQ(tiff.image.pixels.size(), exact.pixels.size());
+    for (std::size_t i = 0; i < exact.pixels.size(); ++i) {
+        EXPECT_NEAR(jpeg.rgba[i / 3 * 4 + i % 3], 255 * exact.pixels[i], 4);
+        EXPECT_EQ(std::lround(255 * tiff.image.pixels[i]), std::lround(255 * exact.pixels[i]));
+    }
+    render({file("b.tif"), file("b.exr"), "--tiff-type", "float", "--working-space", "acescg", "--transparent"});
+    const TiffFile linear = read_tiff("b.tif", read_text(file("b.tif")), 4096);
+    EXPECT_EQ(linear.type, TiffType::float32);
+    EXPECT_EQ(linear.image.channels, 4);
+    const Image beauty = read_exr(file("b.exr")).image({"R", "G", "B", "A"});
+    for (std::size_t i = 0; i < beauty.pixels.size(); ++i)
+        EXPECT_NEAR(linear.image.pixels[i], beauty.pixels[i], 1e-6f * std::abs(beauty.pixels[i]));
+    render({file("c.tiff"), "--tiff-type", "8", "--width", "1", "--height", "1"});
+    EXPECT_EQ(read_tiff("c.tiff", read_text(file("c.tiff")), 4096).type, TiffType::uint8);
+    // The files of sequences are kept.
+    const Strings frames = {file("f.#.jpeg"), file("f.#.tiff"), "--frames", "1-2"};
+    render(frames);
+    EXPECT_NE(render(frames).err.find("2 of 2 frames are there already"), std::string::npos);
+    const std::string whole = read_text(file("f.2.tiff"));
+    write_text(file("f.2.tiff"), whole.substr(0, whole.size() / 2));
+    EXPECT_NE(render(frames).err.find("1 of 2 frames are there already"), std::string::npos);
+    EXPECT_EQ(read_text(file("f.2.tiff")), whole);
+    const auto unusable = [&](Strings arguments) {
+        arguments.insert(arguments.begin(), {"render", scene});
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 2);
+        return outcome.err;
+    };
+    EXPECT_NE(unusable({file("a.jpg"), "--transparent"}).find("a.jpg: has no alpha channel"), std::string::npos);
+    EXPECT_NE(unusable({file("a.png"), "--jpeg-quality", "5"}).find("needs a .jpg output"), std::string::npos);
+    EXPECT_NE(unusable({file("a.jpg"), "--jpeg-quality", "0"}).find("from 1 to 100"), std::string::npos);
+    EXPECT_NE(unusable({file("a.png"), "--tiff-type", "8"}).find("needs a .tif output"), std::string::npos);
+    EXPECT_NE(unusable({file("a.tif"), "--tiff-type", "12"}).find("expects 8, 16 or float"), std::string::npos);
+    EXPECT_NE(unusable({file("a.tif"), "--working-space", "acescg"}).find("needs a scene-linear output"),
+              std::string::npos);
+    EXPECT_NE(unusable({file("a.tif"), "--tiff-type", "float", "--exposure", "1"}).find("needs an output through"),
+              std::string::npos);
 }
 
 TEST_F(PictureOptions, TransparentPicturesHaveAlpha) {

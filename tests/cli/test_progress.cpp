@@ -20,6 +20,69 @@ TEST_F(Progress, InLines) {
     EXPECT_EQ(render({file("b.exr"), "--quiet"}).err, "");
 }
 
+TEST_F(Progress, ByLevel) {
+    const auto said = [&](Strings more, const char* what) {
+        more.push_back(file("a.exr"));
+        return render(more).err.find(what) != std::string::npos;
+    };
+    for (const char* level : {"error", "warning"})
+        EXPECT_EQ(render({file("a.exr"), "--log-level", level}).err, "") << level;
+    EXPECT_TRUE(said({"--log-level", "note"}, "samples, "));
+    EXPECT_FALSE(said({"--log-level", "note"}, "on the device, primary visibility"));
+    for (const Strings& detail : {Strings{"--log-level", "detail"}, Strings{"--verbose"}})
+        EXPECT_TRUE(said(detail, "on the device, primary visibility"));
+}
+
+TEST_F(Progress, InALogFile) {
+    const std::string log = file("logs/a.log");
+    render({file("a.exr"), "--quiet", "--log", log, "--threads", "1"});
+    EXPECT_NE(run_program({"render", scene, file("b.exr"), "--camera", "nobody", "--quiet", "--log", log}).status, 0);
+    render({file("s.##.exr"), "--frames", "1-2", "--quiet", "--log", log});
+    std::istringstream lines(read_text(log));
+    std::vector<std::string> all;
+    for (std::string line; std::getline(lines, line);) all.push_back(line);
+    const std::regex form("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:]{8}Z (error|warning|note|detail): .+");
+    for (const std::string& line : all) EXPECT_TRUE(std::regex_match(line, form)) << line;
+    const auto count = [&](const char* what) {
+        return std::ranges::count_if(all, [&](const std::string& line) { return line.find(what) != line.npos; });
+    };
+    EXPECT_EQ(count("note: wrote "), 2);
+    EXPECT_EQ(count("detail: seconds: "), 1);
+    EXPECT_EQ(count("detail: frame "), 2);
+    EXPECT_EQ(count("error: "), 1);
+    EXPECT_EQ(count("no camera 'nobody'"), 1);
+}
+
+TEST_F(Progress, WithAnyNumberOfThreads) {
+    const Strings size = {"--width", "96", "--height", "96", "--samples", "8"};
+    const auto with = [&](Strings arguments) {
+        arguments.insert(arguments.end(), size.begin(), size.end());
+        return arguments;
+    };
+    render(with({file("all.exr")}));
+    int most = 0;
+    RunOptions counted;
+    counted.watch = [&](pid_t child, const std::string&) {
+        std::error_code gone;
+        int threads = 0;
+        for (std::filesystem::directory_iterator at("/proc/" + std::to_string(child) + "/task", gone), end;
+             !gone && at != end; at.increment(gone))
+            threads += 1;
+        most = std::max(most, threads);
+    };
+    Strings seven = {"render", scene, "--output", file("seven.exr"), "--threads", "7"};
+    seven.insert(seven.end(), size.begin(), size.end());
+    EXPECT_EQ(run_program(seven, counted).status, 0);
+    EXPECT_GE(most, 7);
+    const int of_seven = std::exchange(most, 0);
+    Strings one = {"render", "-o", file("one.exr"), scene, "--threads", "1"};
+    one.insert(one.end(), size.begin(), size.end());
+    EXPECT_EQ(run_program(one, counted).status, 0);
+    EXPECT_LT(most, of_seven - 3);
+    EXPECT_TRUE(same_pixels(file("all.exr"), file("one.exr")));
+    EXPECT_TRUE(same_pixels(file("all.exr"), file("seven.exr")));
+}
+
 TEST_F(Progress, AsJson) {
     const auto objects = [](const std::string& lines) {
         std::vector<nlohmann::json> all;

@@ -100,6 +100,11 @@ TEST_F(Settings, HaveCamerasOfTheirOwn) {
         R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], "vfov": 0.7853981633974483})");
     EXPECT_TRUE(same(render("a.exr", {"--settings", s}),
                      render("b.exr", {"--look-from", "1,2,5", "--look-at", "0,0.5,0", "--samples", "2"})));
+    const std::string degrees = settings(
+        R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], "vfov_degrees": 33.3})");
+    EXPECT_TRUE(same(
+        render("a.exr", {"--settings", degrees}),
+        render("b.exr", {"--look-from", "1,2,5", "--look-at", "0,0.5,0", "--vfov", "33.3", "--samples", "2"})));
 }
 
 TEST_F(Settings, EditTheLightOfSequencesToo) {

@@ -1,9 +1,59 @@
 #include "tools/cli/console.h"
 
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <unistd.h>
 
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <system_error>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+
 namespace halflight {
+namespace {
+
+constexpr std::array<std::string_view, 4> kLevels = {"error", "warning", "note", "detail"};
+
+struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+std::mutex log_mutex;
+std::unique_ptr<std::FILE, Close> log_file;
+
+/// Appends a message to the log file, if there is one.
+void write_log(LogLevel level, std::string_view line) {
+    const std::lock_guard lock(log_mutex);
+    if (!log_file) return;
+    const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+    put(log_file.get(), fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {}: {}\n", fmt::gmtime(now),
+                                    kLevels[static_cast<std::size_t>(level)], one_line(line)));
+    std::fflush(log_file.get());
+}
+
+LogLevel level_of(Log::Kind kind) {
+    switch (kind) {
+        case Log::Kind::detail:
+            return LogLevel::detail;
+        case Log::Kind::note:
+            return LogLevel::note;
+        case Log::Kind::warning:
+            break;
+    }
+    return LogLevel::warning;
+}
+
+}  // namespace
+
+std::optional<LogLevel> log_level_named(std::string_view name) {
+    for (std::size_t i = 0; i < kLevels.size(); ++i)
+        if (name == kLevels[i]) return static_cast<LogLevel>(i);
+    return std::nullopt;
+}
 
 void put(std::FILE* stream, std::string_view text) {
     std::fwrite(text.data(), 1, text.size(), stream);
@@ -11,7 +61,16 @@ void put(std::FILE* stream, std::string_view text) {
 
 int fail(int status, std::string_view what) {
     put(stderr, fmt::format("halflight: {}\n", one_line(what)));
+    write_log(LogLevel::error, what);
     return status;
+}
+
+void open_log(const std::filesystem::path& file) {
+    make_folder_of(file);
+    std::unique_ptr<std::FILE, Close> opened(std::fopen(file.c_str(), "ae"));
+    if (!opened) throw Error(file.string(), "cannot write: {}", std::generic_category().message(errno));
+    const std::lock_guard lock(log_mutex);
+    log_file = std::move(opened);
 }
 
 void hold_standard_streams() {
@@ -19,8 +78,11 @@ void hold_standard_streams() {
         if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
 }
 
-Console::Console(bool quiet)
-    : Log(quiet ? Sink() : [](Kind kind, std::string_view line) {
+Console::Console(LogLevel level)
+    : Log([level](Kind kind, std::string_view line) {
+          const LogLevel own = level_of(kind);
+          write_log(own, line);
+          if (own > level) return;
           put(stderr, fmt::format("halflight: {}{}\n", kind == Kind::warning ? "warning: " : "", one_line(line)));
       }) {}
 

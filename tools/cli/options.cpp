@@ -35,7 +35,7 @@ std::string option_meant(const CLI::App& app, const std::string& word) {
     static const std::map<std::string, const char*> kOfOthers = {
         {"--depth", "--bounces"}, {"--environment", "--env"}, {"--eye", "--look-from"},     {"--fov", "--vfov"},
         {"--frame", "--frames"},  {"--hdri", "--env"},        {"--max-depth", "--bounces"}, {"--target", "--look-at"},
-        {"--spp", "--samples"},   {"-f", "--frames"},         {"-s", "--samples"}};
+        {"-f", "--frames"},       {"-t", "--threads"},        {"-v", "--verbose"},          {"-q", "--quiet"}};
     std::vector<std::string> options;
     for (const CLI::Option* option : app.get_options())
         for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
@@ -43,8 +43,6 @@ std::string option_meant(const CLI::App& app, const std::string& word) {
     const std::string name = word.substr(0, word.find('='));
     if (const auto of_other = kOfOthers.find(name); of_other != kOfOthers.end() && has(of_other->second))
         return fmt::format("; the option is {}", of_other->second);
-    if ((name == "-o" || name == "--output") && app.get_option_no_throw("OUTPUT"))
-        return "; outputs follow the scene without an option";
     if ((name == "--size" || name == "--resolution") && has("--width")) return "; the options are --width and --height";
     return name.starts_with("--") ? did_you_mean(name, options) : "";
 }
@@ -67,20 +65,22 @@ Preview preview(const std::string& option, const std::string& list) {
     }
 }
 
-CLI::Option* Options::value(const std::string& name, const char* metavar, const std::string& description,
+CLI::Option* Options::value(const std::string& names, const char* metavar, const std::string& description,
                             std::function<void(const std::string& name, const std::string& text)> parse) {
+    const std::string name = names.substr(0, names.find(','));
     return app_
         .add_option_function<std::string>(
-            name, [name, parse](const std::string& text) { parse(name, text); }, description)
+            names, [name, parse](const std::string& text) { parse(name, text); }, description)
         ->type_name(metavar)
         ->group(group_);
 }
 
-CLI::Option* Options::repeated(const std::string& name, const char* metavar, const std::string& description,
+CLI::Option* Options::repeated(const std::string& names, const char* metavar, const std::string& description,
                                std::function<void(const std::string& name, const std::string& text)> parse) {
+    const std::string name = names.substr(0, names.find(','));
     return app_
         .add_option_function<std::vector<std::string>>(
-            name,
+            names,
             [name, parse](const std::vector<std::string>& texts) {
                 for (const std::string& text : texts) parse(name, text);
             },
@@ -120,8 +120,9 @@ void Options::setting(const Setting& s, RenderSettings& settings) {
     if (!s.values.empty()) description += ": " + s.values;
     if (const std::string usual = s.get(settings); !usual.empty() && description.find("default") == std::string::npos)
         description += fmt::format(" (default {})", usual);
+    const std::string names = *s.aliases ? fmt::format("{},{}", name, s.aliases) : name;
     CLI::Option* const option =
-        app_.add_option_function<std::string>(name, set, description)->type_name(s.metavar)->group(group_);
+        app_.add_option_function<std::string>(names, set, description)->type_name(s.metavar)->group(group_);
     if (s.type == Setting::Type::list) option->multi_option_policy(CLI::MultiOptionPolicy::Join);
 }
 
@@ -239,7 +240,38 @@ void add_device_options(Options& options, ViewArguments& a) {
     options.flag("--gl-debug", a.gl_debug, "lets the driver check every call and explain its errors (slower)");
     options.flag("--allow-outside", a.allow_outside, "allows the scene to name files outside its folder");
     add_memory_option(options);
-    options.flag("--quiet", a.quiet, "prints errors only, neither progress nor notes");
+    add_threads_option(options);
+    add_log_options(options, a);
+}
+
+void add_threads_option(Options& options) {
+    options.value("--threads", "N",
+                  "most threads for shaders of a software driver, tracing and building (default: all processors; "
+                  "LP_NUM_THREADS limits the driver alone)",
+                  [](const auto& name, const auto& text) { limit_threads(whole(name, text, 1, kMostThreads)); });
+}
+
+void add_log_options(Options& options, LogChoice& choice) {
+    options.value("--log-level", "LEVEL",
+                  "messages on stderr: error, warning, note or detail, each with those before it (default note). "
+                  "Progress is shown with note and detail",
+                  [&](const auto& name, const auto& text) {
+                      const auto level = log_level_named(text);
+                      if (!level) throw UsageError(name, "expects error, warning, note or detail, not '{}'", text);
+                      choice.log_level = *level;
+                  });
+    options.flag(
+        "--quiet", [&] { choice.log_level = LogLevel::error; }, "prints errors only: --log-level error");
+    options.flag(
+        "--verbose", [&] { choice.log_level = LogLevel::detail; }, "prints details: --log-level detail");
+    options.path("--log", "FILE", "appends all messages to a file, with date and time, also those that are not printed",
+                 choice.log);
+}
+
+void check_log_options(const CLI::App& app) {
+    exclude(app, "--quiet", "--verbose");
+    exclude(app, "--quiet", "--log-level");
+    exclude(app, "--verbose", "--log-level");
 }
 
 void exclude(const CLI::App& app, const char* one, const char* other) {

@@ -10,6 +10,7 @@
 
 #include "engine/settings/settings_table.h"
 #include "tools/cli/picture_arguments.h"
+#include "tools/cli/threads.h"
 
 namespace halflight {
 
@@ -55,10 +56,12 @@ class Options {
     explicit Options(CLI::App& app) : app_(app) {}
 
     void group(std::string name) { group_ = std::move(name); }
-    CLI::Option* value(const std::string& name, const char* metavar, const std::string& description,
+    /// Declares an option with a value. `names`: "--name", or several names with commas between them. `parse` gets the
+    /// first one.
+    CLI::Option* value(const std::string& names, const char* metavar, const std::string& description,
                        std::function<void(const std::string& name, const std::string& text)> parse);
     /// Declares an option that may be given several times; `parse` is called for each.
-    CLI::Option* repeated(const std::string& name, const char* metavar, const std::string& description,
+    CLI::Option* repeated(const std::string& names, const char* metavar, const std::string& description,
                           std::function<void(const std::string& name, const std::string& text)> parse);
     CLI::Option* path(const std::string& name, const char* metavar, const std::string& description,
                       std::optional<std::filesystem::path>& target);
@@ -97,8 +100,14 @@ void add_variant_option(Options& options, std::string& variant);
 void add_line_width_option(Options& options, double& width);
 /// Declares --ocio and the settings of the view transform.
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
-/// Declares --device, --gl-debug, --allow-outside, --memory and --quiet.
+/// Declares --device, --gl-debug, --allow-outside, --memory, --threads and the options of messages.
 void add_device_options(Options& options, ViewArguments& arguments);
+/// Declares --threads, which limits the threads of the process when it is parsed.
+void add_threads_option(Options& options);
+/// Declares --log-level, --quiet, --verbose and --log.
+void add_log_options(Options& options, LogChoice& choice);
+/// Throws UsageError for options of messages that contradict each other.
+void check_log_options(const CLI::App& app);
 /// Declares --pages and --page-pool.
 void add_page_options(Options& options, ViewArguments& arguments);
 /// Declares --strict, for commands that write no picture of a scene.

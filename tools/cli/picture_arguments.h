@@ -17,6 +17,7 @@
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
 #include "engine/settings/render_settings.h"
+#include "tools/cli/console.h"
 
 namespace halflight {
 
@@ -28,8 +29,15 @@ struct EditOption {
     std::string text;
 };
 
+/// Decides which messages go where.
+struct LogChoice {
+    LogLevel log_level = LogLevel::note;       // messages on stderr
+    std::optional<std::filesystem::path> log;  // file to which all messages are appended
+    bool quiet() const { return log_level < LogLevel::note; }
+};
+
 /// Arguments of every command that makes pictures of a scene. Ranges are checked, names of cameras are not.
-struct ViewArguments : SceneChoice, CameraChoice {
+struct ViewArguments : SceneChoice, CameraChoice, LogChoice {
     /// Values of the options and files for the table of settings (engine/settings/settings_table.h). Camera and size
     /// are chosen later, from the scene and the members below.
     RenderSettings settings;
@@ -40,13 +48,12 @@ struct ViewArguments : SceneChoice, CameraChoice {
 
     std::string device;
     bool gl_debug = false;
-    bool quiet = false;
 };
 
 /// Arguments of `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments, OutputOptions {
     std::optional<std::filesystem::path> settings_file;  // settings file, whose contents are in `settings` already
-    // distinct .exr or .png files; names of sequences have placeholders; not empty without a movie
+    // distinct pictures; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov
 
@@ -60,7 +67,7 @@ struct RenderArguments : ViewArguments, OutputOptions {
 
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;
-    bool json_progress = false;  // progress as lines of JSON, also where `quiet`
+    bool json_progress = false;  // progress as lines of JSON, also where quiet()
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };

@@ -72,6 +72,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
 
 void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_leftovers(app, "halflight view");
+    check_log_options(app);
     check_camera_options(app, a);
     check_environment_options(app);
     use_settings(app, a);

@@ -82,7 +82,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     app.require_subcommand(0, 1);  // later words may be files with the name of a command
 
     RenderArguments render;
-    CLI::App& render_app = *app.add_subcommand("render", "Renders a glTF scene to .exr and .png");
+    CLI::App& render_app = *app.add_subcommand("render", "Renders a glTF scene to .exr, .png, .jpg and .tif");
     add_render_options(render_app, render);
 
     RenderArguments merge;
@@ -140,7 +140,8 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     pack_options.group("Run");
     pack_options.flag("--allow-outside", pack.allow_outside, "allows the scene to name files outside its folder");
     add_memory_option(pack_options);
-    pack_options.flag("--quiet", pack.quiet, "prints errors only, neither progress nor notes");
+    add_threads_option(pack_options);
+    add_log_options(pack_options, pack);
 
     BenchArguments bench;
     CLI::App& bench_app = *app.add_subcommand("bench", "Measures rays per second of several tracers, interleaved");
@@ -183,6 +184,8 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (converge_app.parsed()) {
         check_leftovers(converge_app, "halflight converge");
+        check_log_options(converge_app);
+        if (converge.log) check_files({converge.scene}, {*converge.log});
         take_size_options(converge_app, converge);
         check_converge_options(converge_app, converge);
         return converge;
@@ -202,7 +205,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (pack_app.parsed()) {
         check_leftovers(pack_app, "halflight pack");
-        check_files({pack.scene}, {pack.output});
+        check_log_options(pack_app);
+        Paths written = {pack.output};
+        if (pack.log) written.push_back(*pack.log);
+        check_files({pack.scene}, written);
         return pack;
     }
     if (bench_app.parsed()) {

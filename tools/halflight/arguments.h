@@ -42,11 +42,10 @@ struct InfoArguments {
 };
 
 /// Arguments of `halflight pack`.
-struct PackArguments {
+struct PackArguments : LogChoice {
     std::filesystem::path scene;
     std::filesystem::path output;  // page file
     bool allow_outside = false;
-    bool quiet = false;
 };
 
 using bench::BenchArguments;      // `halflight bench`

@@ -80,7 +80,7 @@ int usual_reference_samples(const Plan& plan) {
 }  // namespace
 
 void run_converge(const ConvergeArguments& a) {
-    const Console console(a.quiet);
+    const Console console(a.log_level);
     const ReportFolder folder(a.folder);
     const ColorConfig colors = ColorConfig::load();
     const ViewProcessor shown = colors.view({});

@@ -130,7 +130,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
         "--require-agreement", a.require_agreement,
         "fails if the external renderer's picture differs by more than 1 % in the mean, or in a block of 16x16 "
         "pixels by more than 2 % plus a standard error");
-    options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
+    options.value("--samples,-s,--spp", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
                           return Budget{whole(name, one, 1, kMaxSamples), 0};
@@ -183,6 +183,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     add_environment_options(options, a);
     add_variant_option(options, a.variant);
     add_line_width_option(options, a.line_width);
+    add_edit_options(options, a);
     add_device_options(options, a);
     add_strict_option(options, a);
 }
@@ -205,6 +206,8 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     if (!a.plan.external.name.empty()) {
         exclude(app, "--external", "--seconds");
         exclude(app, "--external", "--filter");  // commands are not given the filter
+        for (const char* edit : {"--light", "--material", "--node", "--hide"})
+            exclude(app, "--external", edit);  // commands read the scene's own file
         a.plan.methods.push_back(converge::Method::external);
         a.plan.techniques.emplace_back();
     }

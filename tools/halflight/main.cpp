@@ -22,6 +22,12 @@ int run(int argc, char** argv) {
     int status = 0;
     try {
         const Arguments arguments = parse_arguments(argc, argv);
+        std::visit(
+            [](const auto& a) {
+                if constexpr (requires { a.log_level; })
+                    if (a.log) open_log(*a.log);
+            },
+            arguments);
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* render = std::get_if<RenderArguments>(&arguments)) run_render(*render);
         if (std::holds_alternative<PreviewArguments>(arguments)) start_viewer(argv);

@@ -77,10 +77,17 @@ std::string after_samples(int samples, const Checkpoint* checkpoint) {
     return when + "; the same command goes on from its checkpoint";
 }
 
+void tell_details(const RenderStats& stats, const StepTimes& times, const Console& console) {
+    console.detail("seconds: {:.2f} driver, {:.2f} scene, {:.2f} shaders, {:.2f} picture, {:.2f} files", times.context,
+                   times.load, stats.compile_seconds, stats.render_seconds, times.write);
+    console.detail("{:.1f} MiB on the device, primary visibility {}, {}", static_cast<double>(stats.gpu_bytes) / 0x1p20,
+                   name(stats.primary), text(stats.estimator));
+}
+
 void render_picture(const RenderArguments& a) {
     Stopwatch clock;
     StepTimes times;
-    const Console console(a.quiet);
+    const Console console(a.log_level);
 
     check_outputs(a);
     const ColorConfig config = ColorConfig::load(a.ocio);
@@ -116,7 +123,7 @@ void render_picture(const RenderArguments& a) {
     bool rendering = false;  // the pilots are through
     int samples_done = 0;
     {
-        ProgressDisplay display(stderr, progress_form(a.quiet, a.json_progress), settings.time_limit);
+        ProgressDisplay display(stderr, progress_form(a.quiet(), a.json_progress), settings.time_limit);
         const Interruptible stops([&] {
             stop_point(a.outputs[0],
                        rendering ? after_samples(samples_done, checkpoint) : std::string("before rendering"));
@@ -168,6 +175,7 @@ void render_picture(const RenderArguments& a) {
                                      "\n");
     }
     note_exposure(a.settings.view, settings.view, console);
+    tell_details(result.stats, times, console);
     if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
     for (const auto& path : a.outputs)
         console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples, times.total);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/settings/layers.h"
@@ -67,9 +68,29 @@ void add_file_options(Options& options, RenderArguments& a) {
                 throw UsageError(option, "{}", what.substr(what.find(": ") + 2));
             }
         });
+    options.value("--aov-names", "NAME",
+                  "names of layers in the .exr: halflight, blender or arnold (default halflight); "
+                  "docs/colour-and-layers.md has the table",
+                  [&](const auto& option, const auto& text) {
+                      const auto names_of = aov_names_named(text);
+                      if (!names_of) throw UsageError(option, "expects halflight, blender or arnold, not '{}'", text);
+                      a.aov_names = *names_of;
+                  });
     options.flag("--exr-parts", a.exr.parts, "makes each layer of the .exr a part of its own");
     options.value("--exr-tiles", "PIXELS", "stores the .exr in square tiles of this side, 16 to 4096, instead of lines",
                   [&](const auto& option, const auto& text) { a.exr.tile = whole(option, text, 16, 4096); });
+}
+
+void add_display_file_options(Options& options, RenderArguments& a) {
+    options.value("--jpeg-quality", "N", fmt::format("quality of a .jpg, 1 to 100 (default {})", a.jpeg_quality),
+                  [&](const auto& name, const auto& text) { a.jpeg_quality = whole(name, text, 1, 100); });
+    options.value("--tiff-type", "8|16|float",
+                  "values of a .tif: 8 or 16 bits through the view transform, or scene-linear floats (default 16)",
+                  [&](const auto& name, const auto& text) {
+                      if (text != "8" && text != "16" && text != "float")
+                          throw UsageError(name, "expects 8, 16 or float, not '{}'", text);
+                      a.tiff = text == "8" ? TiffType::uint8 : text == "16" ? TiffType::uint16 : TiffType::float32;
+                  });
 }
 
 /// Throws UsageError where the compression of an .exr would damage data.
@@ -126,6 +147,16 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.path("--dump-graph", "FILE.dot", "writes the render graph of the frame for Graphviz", a.graph);
 }
 
+/// Accepts outputs before the scene: if the first name is an output and one of the others is none, they change places.
+void take_scene_among_outputs(RenderArguments& a) {
+    if (!is_picture_name(a.scene)) return;
+    const auto scene = std::ranges::find_if_not(a.outputs, is_picture_name);
+    if (scene == a.outputs.end()) return;
+    const std::filesystem::path found = *scene;
+    a.outputs.erase(scene);
+    a.outputs.insert(a.outputs.begin(), std::exchange(a.scene, found));
+}
+
 void check_render_files(const RenderArguments& a) {
     Paths read = {a.scene}, written = output_files(a);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
@@ -134,6 +165,7 @@ void check_render_files(const RenderArguments& a) {
     if (a.movie) written.push_back(*a.movie);
     if (a.stats) written.push_back(*a.stats);
     if (a.graph) written.push_back(*a.graph);
+    if (a.log) written.push_back(*a.log);
     check_files(read, written);
 }
 
@@ -141,7 +173,8 @@ void check_render_files(const RenderArguments& a) {
 void check_filter_options(const CLI::App& app, const RenderArguments& a) {
     const RenderSettings& s = a.settings;
     for (const char* window : {"--crop", "--overscan"}) {
-        for (const char* other : {"--denoise", "--adaptive", "--error"}) exclude(app, window, other);
+        for (const char* other : {"--adaptive", "--error", "--denoise-error"}) exclude(app, window, other);
+        if (app.count(window) > 0 && neighbour_frames(s) > 0) exclude(app, window, "--denoise-frames");
         if (s.preview.any()) exclude(app, window, "--preview");
     }
     exclude(app, "--transparent", "--movie");
@@ -197,8 +230,13 @@ void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
     if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
     for (const auto& path : a.outputs) {
-        if (!has_extension(path, "exr") && !has_extension(path, "png"))
-            throw UsageError(path.string(), "an output is an .exr or a .png");
+        if (!is_picture_name(path)) throw UsageError(path.string(), "an output is an {}", picture_extensions());
+        parsed(
+            [&](const std::string&, const std::string&) {
+                check_alpha(path, a.settings.transparent);
+                return 0;
+            },
+            path.string(), "");
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
@@ -219,13 +257,22 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_environment_options(app);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     check_compression(a);
-    for (const char* option : {"--aov", "--half", "--working-space", "--exr-compression", "--exr-parts", "--exr-tiles"})
+    for (const char* option : {"--aov", "--half", "--aov-names", "--exr-compression", "--exr-parts", "--exr-tiles"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
-    const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
+    const auto has = [&](const char* extension) {
+        return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
+    };
+    if (given("--jpeg-quality") && !has("jpg") && !has("jpeg"))
+        throw UsageError("--jpeg-quality", "needs a .jpg output");
+    if (given("--tiff-type") && !has("tif") && !has("tiff")) throw UsageError("--tiff-type", "needs a .tif output");
+    if (given("--working-space") &&
+        std::ranges::all_of(a.outputs, [&](const auto& path) { return holds_view(path, a.tiff); }))
+        throw UsageError("--working-space", "needs a scene-linear output: an .exr, or a .tif of floats");
     for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed"})
-        if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
-    if (given("--fstop") && !given("--focus") && !png && !a.movie)
-        throw UsageError("--fstop", "needs a .png output, a movie or --focus");
+        if (given(option) && !wants_view(a))
+            throw UsageError(option, "needs an output through the view transform, such as a .png, or a movie");
+    if (given("--fstop") && !given("--focus") && !wants_view(a))
+        throw UsageError("--fstop", "needs an output through the view transform, such as a .png, a movie or --focus");
 }
 
 }  // namespace
@@ -252,9 +299,15 @@ void add_light_options(Options& options, ViewArguments& a) {
 void add_render_options(CLI::App& app, RenderArguments& a) {
     app.allow_extras();
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
-    app.add_option("OUTPUT", a.outputs, ".exr: scene-linear, with layers; .png: through the view transform")
+    app.add_option("OUTPUT", a.outputs, ".exr: scene-linear, with layers; .png, .jpg, .tif: through the view transform")
         ->type_name("");
     Options options(app);
+    options.group("Files");
+    options.repeated("--output,-o", "FILE", "adds an output, like a name after the scene",
+                     [&](const auto& name, const auto& text) {
+                         if (text.empty()) throw UsageError(name, "expects the name of a file");
+                         a.outputs.emplace_back(text);
+                     });
     add_settings_option(options, a);
     add_camera_options(options, a);
     options.settings(a.settings);
@@ -263,11 +316,14 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     add_light_options(options, a);
     add_color_options(options, a);
     add_file_options(options, a);
+    add_display_file_options(options, a);
     add_run_options(options, a);
 }
 
 void finish_render_options(const CLI::App& app, RenderArguments& a) {
     check_leftovers(app, "halflight " + app.get_name());
+    check_log_options(app);
+    take_scene_among_outputs(a);
     if (a.turntable > 0 && a.frames.empty()) {
         a.frames.resize(static_cast<std::size_t>(a.turntable));
         std::iota(a.frames.begin(), a.frames.end(), 0u);

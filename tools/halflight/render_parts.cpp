@@ -13,8 +13,8 @@
 
 namespace halflight {
 
-bool wants(const RenderArguments& a, std::string_view extension) {
-    return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
+bool wants_view(const RenderArguments& a) {
+    return a.movie || std::ranges::any_of(a.outputs, [&](const auto& path) { return holds_view(path, a.tiff); });
 }
 
 LoadedScene load_scene(const RenderArguments& a, const Console& console) {
@@ -24,17 +24,14 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
     choice.packing = [&](double share) {
         if (const int signal = stop_signal()) throw Interrupted(signal, a.scene.string(), "not converted: interrupted");
         if (!display) {
-            display.emplace(stderr, progress_form(a.quiet), 0);
+            display.emplace(stderr, progress_form(a.quiet()), 0);
             watch = Stopwatch();
         }
         display->show(share, watch.seconds());
     };
     const Log log([&](Log::Kind kind, std::string_view line) {
         if (display) display->clear();
-        if (kind == Log::Kind::note)
-            console.note("{}", line);
-        else
-            console.warn("{}", line);
+        console.pass(kind, line);
     });
     return LoadedScene(std::move(choice), a, log);
 }
@@ -46,7 +43,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.height = size.y;
     settings.camera = camera;
     settings.pictures = 1;
-    settings.want_view = wants(a, "png") || a.movie;
+    settings.want_view = wants_view(a);
     settings.measure = a.stats.has_value();
     return settings;
 }
@@ -55,7 +52,7 @@ std::size_t picture_bytes(const RenderArguments& a) {
     RenderSettings settings = a.settings;
     settings.width = a.width.value_or(a.height ? 1 : a.usual_width);
     settings.height = a.height.value_or(1);
-    return least_picture_bytes(settings, {.png = wants(a, "png") || a.movie, .shutter = a.shutter.open > 0});
+    return least_picture_bytes(settings, {.png = wants_view(a), .shutter = a.shutter.open > 0});
 }
 
 gpu::ContextOptions device_options(const RenderArguments& a) {
@@ -65,7 +62,7 @@ gpu::ContextOptions device_options(const RenderArguments& a) {
 }
 
 void check_color(const ColorConfig& config, const RenderArguments& a) {
-    if (wants(a, "png") || a.movie) config.view(a.settings.view);
+    if (wants_view(a)) config.view(a.settings.view);
     try {
         working_space(config, a.working_space);
     } catch (const Error& error) {

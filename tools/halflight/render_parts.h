@@ -9,8 +9,8 @@
 
 namespace halflight {
 
-/// Returns whether any output has this extension.
-bool wants(const RenderArguments& arguments, std::string_view extension);
+/// Returns whether an output needs the picture through the view transform.
+bool wants_view(const RenderArguments& arguments);
 
 /// Loads the scene of the arguments. If it has to be converted to pages first, shows the progress, and throws
 /// Interrupted where a signal asks to stop.

@@ -19,7 +19,7 @@ std::string counted(std::size_t frames) {
 }  // namespace
 
 void run_sequence(const RenderArguments& a) {
-    const Console console(a.quiet);
+    const Console console(a.log_level);
     const std::size_t frames = part_of(a.frames, a.part).size();
     if (frames == 0) {
         console.note("there are fewer frames than parts: none in part {} of {}", a.part.number, a.part.of);
@@ -50,7 +50,7 @@ void run_sequence(const RenderArguments& a) {
     std::optional<SequenceDisplay> display;
     SequenceEvents events;
     events.started = [&](std::size_t todo) {
-        display.emplace(stderr, progress_form(a.quiet, a.json_progress), todo);
+        display.emplace(stderr, progress_form(a.quiet(), a.json_progress), todo);
         clock = Stopwatch();
     };
     events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {
@@ -60,8 +60,12 @@ void run_sequence(const RenderArguments& a) {
     events.go_on = [] { return stop_signal() == 0; };
     events.made = [&](std::uint32_t frame, std::size_t made, std::size_t failed) {
         display->made(frame, made, failed, clock.seconds());
+        console.detail("frame {} written after {:.1f} s: {} made, {} failed", frame, clock.seconds(), made, failed);
     };
-    events.failed = [&](std::uint32_t, const std::string&) { display->clear(); };
+    events.failed = [&](std::uint32_t frame, const std::string& error) {
+        display->clear();
+        console.detail("frame {} failed: {}", frame, error);
+    };
     events.writing = [](const std::function<void()>& write) {
         const WritingFiles writing;
         write();

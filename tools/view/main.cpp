@@ -19,7 +19,10 @@ int main(int argc, char** argv) {
     try {
         const auto arguments = parse_view_arguments(static_cast<int>(words.size()), words.data());
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
-        if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) view::Viewer(*preview).run();
+        if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) {
+            if (preview->log) open_log(*preview->log);
+            view::Viewer(*preview).run();
+        }
         if (const int signal = stop_signal()) return 128 + signal;
         return 0;
     } catch (const UsageError& error) {

@@ -149,16 +149,16 @@ std::uint32_t last_frame(double end, const FrameRate& rate) {
 }
 
 std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
-    return [arguments, colors] { return load_with_settings(arguments, colors, Console(arguments.quiet)); };
+    return [arguments, colors] { return load_with_settings(arguments, colors, Console(arguments.log_level)); };
 }
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened opened)
-    : console_(arguments.quiet), colors_(std::move(colors)) {
+    : console_(arguments.log_level), colors_(std::move(colors)) {
     open(std::move(opened));
 }
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
-    : Session(arguments, colors, load_with_settings(arguments, colors, Console(arguments.quiet))) {}
+    : Session(arguments, colors, load_with_settings(arguments, colors, Console(arguments.log_level))) {}
 
 Session::Opened Session::load_with_settings(PreviewArguments a, const ColorConfig& colors, const Console& console) {
     std::vector<std::string> problems;
@@ -204,7 +204,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.scene = path;
         a.allow_outside = arguments_.allow_outside;
         a.device = arguments_.device;
-        a.quiet = arguments_.quiet;
+        a.log_level = arguments_.log_level;
         a.settings.samples = samples;
         a.settings.preview = modes.preview;
         a.settings.clamp = modes.clamp;
@@ -277,7 +277,7 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
         if (other) {
             timeline.playing = timeline.file->playing();
             timeline.animation = animation;
-            take_reference(opened, *opened.reference, Console(true));
+            take_reference(opened, *opened.reference, Console(LogLevel::error));
         }
         take_frame(opened, frame);
         return opened;

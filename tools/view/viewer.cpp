@@ -60,7 +60,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
     edit_history_.start(session_.document());
     if (!session_.warning().empty()) tell(session_.warning());
     if (gui_.has_font()) return;
-    Console(arguments.quiet).warn("{}", kNoFont);
+    Console(arguments.log_level).warn("{}", kNoFont);
     tell(kNoFont);
 }
 

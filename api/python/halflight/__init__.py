@@ -309,7 +309,7 @@ class Picture(_Mapping):
         return self._native.channels(layer)
 
     def save(self, path):
-        """Writes the picture as .exr with its layers, or as .png through the view transform."""
+        """Writes the picture as .exr with its layers, or as .png, .jpg or .tif through the view transform."""
         if self.interrupted:
             raise Error(f"{path}: not written: the picture was interrupted")
         self._native.save(path)
@@ -326,7 +326,8 @@ def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=N
 
 
 def _output(working_space="", reproducible=False, strict=False, best_effort=False, exr_compression="zip",
-            exr_parts=False, exr_tiles=0):
+            exr_parts=False, exr_tiles=0, jpeg_quality=92, tiff_type="16"):
+    tiff_type = str(tiff_type)
     return _call(_native.OutputOptions, **locals())
 
 
@@ -346,7 +347,7 @@ class Renderer:
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
                 shutter and shutter_times (motion blur), working_space, reproducible, strict, best_effort,
-                exr_compression, exr_parts and exr_tiles of ``halflight render``
+                exr_compression, exr_parts, exr_tiles, jpeg_quality and tiff_type of ``halflight render``
 
     Edits and camera changes of the scene hold from the next picture on."""
 
@@ -391,7 +392,7 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
                     **settings):
     """Renders frames to numbered files, as ``halflight render --frames`` does. Existing frames are kept.
 
-      outputs   one or more paths, .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
+      outputs   one or more paths, such as .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
       frames    frame numbers, or a text like "1-240x2"
       movie     path of an .mp4 or .mov of all frames; needs ffmpeg
       stats     path of a file to which a line of JSON is appended for each frame
@@ -401,7 +402,7 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     options, output = _split(settings, _options), _split(settings, _output)
     outputs = [outputs] if isinstance(outputs, (str, _os.PathLike)) else _items(outputs)
     frames = _native.parse_frames(frames) if isinstance(frames, str) else _items(frames)
-    if all(str(path).lower().endswith(".png") for path in outputs):
+    if not any(str(path).lower().endswith(".exr") for path in outputs):
         layers = None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
     return _call(_native.render_files, scene=scene._native, settings=_texts(settings, layers), options=options,

@@ -1,11 +1,13 @@
 // Tests that reports of `halflight converge` are well-formed and complete, and agree with the figures.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <sstream>
 
 #include "tests/unit/tools/converge_fakes.h"
 #include "tests/unit/tools/xml.h"
+#include "tools/measure/converge/conclusions.h"
 #include "tools/measure/converge/maps.h"
 #include "tools/measure/converge/plot.h"
 #include "tools/measure/converge/report.h"
@@ -180,6 +182,31 @@ TEST_F(ConvergeReport, NoMethodIsBestWhereAnErrorIsBelowTheReferencesNoise) {
     EXPECT_NE(lines.at(0).find("is not known"), std::string::npos) << lines.at(0);
     const std::string page = report_html(subject("a.glb"), reference, noisy, ColorConfig::load().view({}));
     EXPECT_EQ(page.find("± −"), std::string::npos) << "half widths are positive";
+}
+
+TEST_F(ConvergeReport, EqualPicturesHaveOneConclusion) {
+    Measurement same = measured;
+    same.methods[1] = same.methods[0];
+    same.methods[1].name = "again";
+    same.methods[0].findings = {{Finding::Kind::inconclusive, "open"}, {Finding::Kind::bias, "grey"}};
+    same.methods[1].findings = {{Finding::Kind::bias, "grey"}};
+    const std::string names = same.methods[0].name + " = again";
+    const auto told = [&](const std::string& text) {
+        const auto all = conclusions(subject("a.glb"), same);
+        return std::ranges::count_if(
+            all, [&](const Conclusion& c) { return (c.label + " " + c.text).find(text) != std::string::npos; });
+    };
+    EXPECT_EQ(told("open"), 0) << "the other method settles it";
+    EXPECT_EQ(told(names + ": bias. grey"), 1);
+    EXPECT_EQ(told(names + ". These methods make the same pictures"), 1);
+    same.methods[1].findings.push_back({Finding::Kind::inconclusive, "open"});
+    EXPECT_EQ(told(names + ": inconclusive. open"), 1);
+    same.methods[0].findings = same.methods[1].findings = {};
+    EXPECT_EQ(told(names + ": no findings."), 1);
+    const std::string page = report_html(subject("a.glb"), reference, same, ColorConfig::load().view({}));
+    EXPECT_EQ(xml_error(page), "");
+    EXPECT_LT(page.find("<h2>Conclusions"), page.find("<table"));
+    EXPECT_LT(page.find("<h2>Methods"), page.find("<table"));
 }
 
 TEST_F(ConvergeReport, MethodNamesAreEscaped) {

@@ -22,7 +22,7 @@ class ViewEdits : public testing::Test {
     static PreviewArguments cornell() {
         PreviewArguments a;
         a.scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";
-        a.quiet = true;
+        a.log_level = LogLevel::error;
         return a;
     }
     void edit(void (*add)(SceneEdits&, const std::string&, const std::string&), const char* text) {
@@ -255,7 +255,7 @@ TEST(ViewNodes, FollowThoseAbove) {
     TemporaryFolder folder;
     PreviewArguments a;
     a.scene = folder / "two.gltf";
-    a.quiet = true;
+    a.log_level = LogLevel::error;
     test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "arm", "children": [1]}, {"name": "hand", "translation": [1, 0, 0], "mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],

@@ -25,7 +25,7 @@ class ViewSession : public testing::Test {
     static PreviewArguments cornell() {
         PreviewArguments a;
         a.scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";
-        a.quiet = true;
+        a.log_level = LogLevel::error;
         return a;
     }
     double distance() const { return glm::length(session.pose().at - session.pose().from); }
@@ -379,7 +379,7 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
             "data:application/octet-stream;base64,AAAAwAAAAMAAAAAAAAAAQAAAAMAAAAAAAAAAAAAAAEAAAAAAAAAAQA=="}]})");
     PreviewArguments a;
     a.scene = file;
-    a.quiet = true;
+    a.log_level = LogLevel::error;
     a.animation = "slide";
     Session first(a, ColorConfig::load());
     a.settings.frame = 24;
@@ -402,7 +402,7 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     const TemporaryFolder folder;
     PreviewArguments a;
     a.scene = test::copy_room(folder.path);
-    a.quiet = true;
+    a.log_level = LogLevel::error;
     const std::string file = a.scene.string() + ".halflight.json";
     const auto opened = [&](const std::string& entries) {
         test::write_text(file, R"({"halflight_settings": 1)" + entries + "}");

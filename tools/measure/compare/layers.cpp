@@ -6,8 +6,10 @@
 #include "engine/core/error.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
+#include "engine/io/jpeg.h"
 #include "engine/io/png.h"
 #include "engine/io/radiance.h"
+#include "engine/io/tiff.h"
 
 namespace halflight::compare {
 namespace {
@@ -114,10 +116,21 @@ PictureFile read_picture(const std::filesystem::path& path) {
     if (is_png(bytes)) {
         image = read_png(file.name, bytes, limits.max_side);
         file.encoded = true;
+    } else if (is_jpeg(bytes)) {
+        TextureImage decoded;
+        read_jpeg(file.name, bytes, limits.max_side, decoded);
+        image = Image(decoded.width, decoded.height, 3);
+        for (std::size_t i = 0; i < image.pixels.size(); ++i)
+            image.pixels[i] = static_cast<float>(decoded.rgba[i / 3 * 4 + i % 3]) / 255.0f;
+        file.encoded = true;
+    } else if (is_tiff(bytes)) {
+        TiffFile tiff = read_tiff(file.name, bytes, limits.max_side);
+        image = std::move(tiff.image);
+        file.encoded = tiff.type != TiffType::float32;
     } else if (is_radiance(bytes)) {
         image = read_radiance(file.name, bytes, limits).image;
     } else {
-        throw Error(file.name, "is neither an OpenEXR, a PNG nor a Radiance file");
+        throw Error(file.name, "is neither an OpenEXR, a PNG, a JPEG, a TIFF nor a Radiance file");
     }
     file.width = image.width, file.height = image.height;
     file.layers = layers_of(image);

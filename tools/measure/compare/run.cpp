@@ -56,7 +56,7 @@ void add_options(CLI::App& app, CompareArguments& a) {
         };
         app.add_option_function<std::string>(option, named, description)->type_name(metavar);
     };
-    app.add_option("IMAGE", a.image, "picture: .exr, .png or .hdr")->type_name("")->required();
+    app.add_option("IMAGE", a.image, "picture: .exr, .png, .jpg, .tif or .hdr")->type_name("")->required();
     app.add_option("REFERENCE", a.reference, "picture to compare with")->type_name("")->required();
     value("--metric", "NAME,...", "error metrics: mse, relmse, flip, max (default: all but max)",
           [&](const std::string& text) {

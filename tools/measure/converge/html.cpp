@@ -8,6 +8,7 @@
 #include "engine/core/metrics.h"
 #include "tools/common/color_map.h"
 #include "tools/measure/common/flip.h"
+#include "tools/measure/converge/conclusions.h"
 #include "tools/measure/converge/maps.h"
 #include "tools/measure/converge/page.h"
 #include "tools/measure/converge/plot.h"
@@ -16,9 +17,10 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kThumbnail = 640;     // maximum width of a picture, pixels
-constexpr std::size_t kWorst = 6;   // number of blocks that the page names
-constexpr const char* kNone = "–";  // text for an unknown figure
+constexpr int kThumbnail = 640;       // maximum width of a picture, pixels
+constexpr std::size_t kWorst = 6;     // number of blocks that the page names
+constexpr const char* kNone = "–";    // text for an unknown figure
+constexpr double kEdgesMatter = 0.9;  // share of the error off the edges of lights below which it has a table
 
 /// Returns whether all methods have the same estimator.
 bool one_estimator(const Plan& plan) {
@@ -51,12 +53,6 @@ std::string spaced(std::string name) {
     return name;
 }
 
-/// Returns the style of a finding: a problem, better than expected, or not known.
-const char* style_of(Finding::Kind kind) {
-    using enum Finding::Kind;
-    return kind == faster ? "fine" : kind == inconclusive || kind == noisy_reference ? "open" : "flag";
-}
-
 class Report {
   public:
     Report(const Subject& subject, const Reference& reference, const Measurement& measured, const ViewProcessor& view)
@@ -75,6 +71,11 @@ class Report {
                         subject_.program, subject_.device.empty() ? "" : " on " + subject_.device),
             "sub");
         for (const std::string& bias : biases(subject_.plan)) page_.paragraph("Biased on request: " + bias);
+        page_.heading("Conclusions");
+        page_.begin_list();
+        for (const Conclusion& c : conclusions(subject_, measured_)) page_.item(c.text, c.label, c.style);
+        page_.end_list();
+        methods();
         summary();
         plots();
         budgets();
@@ -89,41 +90,59 @@ class Report {
     const char* clock() const { return subject_.clock == Clock::cpu ? "CPU time" : "wall time"; }
     double time_of(const Point& p) const { return by(subject_.clock, p.time); }
 
+    void methods() {
+        page_.heading("Methods");
+        page_.begin_list();
+        for (std::size_t m = 0; m < measured_.methods.size(); ++m)
+            page_.item(explanation(subject_.plan.methods[m]), measured_.methods[m].name + ":");
+        page_.end_list();
+    }
+
     void summary() {
+        page_.heading("Efficiency");
         double best = 0;
         for (const MethodResult& m : measured_.methods) best = std::max(best, m.efficiency);
-        page_.begin_table({"method", "slope of MSE", "slope by samples", "without worst 0.1 %", "bias² / MSE",
-                           "bias of the mean, %", "paths per second", "MSE × s", "variance × s", "relative efficiency"},
-                          fmt::format("Slopes are those of log MSE against log {}; independent samples have a slope of "
-                                      "-1. All other columns are about the largest budget. Bias² / MSE is the share of "
-                                      "the squared bias in the MSE; the bias of the mean is signed. The efficiency is "
-                                      "1 / (MSE × s), relative to the best method. Variance × s ignores differences "
-                                      "between the models of renderers. ± marks {:.0f} % intervals over seeds.",
+        page_.begin_table({"method", "efficiency", "MSE × s", "variance × s", "paths per second", "slope", "by samples",
+                           "without worst pixels", "bias² / MSE", "bias of the mean, %"},
+                          fmt::format("At the largest budget, by {}. The best method has an efficiency of 1. ± marks "
+                                      "{:.0f} % intervals over seeds. “Terms” below explains the columns.",
                                       clock(), 100 * kConfidence));
         for (const MethodResult& m : measured_.methods) {
             const Point& last = m.points.back();
             const bool positive = last.mse.value > 0;
-            page_.row({m.name, converge::text(m.slope), converge::text(m.slope_by_samples),
-                       converge::text(m.slope_trimmed),
-                       positive ? converge::text(scaled(last.bias_squared, 1 / last.mse.value)) : kNone,
-                       converge::text(scaled(last.relative_bias, 100)), converge::text(last.paths_per_second),
+            page_.row({m.name, positive && best > 0 ? figure(m.efficiency / best) : kNone,
                        figure(last.mse.value * time_of(last)), figure(last.variance.value * time_of(last)),
-                       positive && best > 0 ? figure(m.efficiency / best) : kNone});
+                       converge::text(last.paths_per_second), converge::text(m.slope),
+                       converge::text(m.slope_by_samples), converge::text(m.slope_trimmed),
+                       positive ? converge::text(scaled(last.bias_squared, 1 / last.mse.value)) : kNone,
+                       converge::text(scaled(last.relative_bias, 100))});
         }
         page_.end_table();
         times(false);
-        if (reference_.has_components) times(true);
+        // Off the edges of lights, times differ only where such edges hold a part of the error.
+        if (reference_.has_components && std::ranges::any_of(measured_.methods, [](const MethodResult& m) {
+                return m.points.back().off_edges_mse.value < kEdgesMatter * m.points.back().mse.value;
+            }))
+            times(true);
+        terms();
+    }
+
+    void terms() {
+        page_.heading("Terms", 3);
         page_.begin_list();
-        for (const MethodResult& m : measured_.methods) {
-            if (m.findings.empty())
-                page_.item(
-                    "The squared bias is zero within its interval, and the slope is -1 within 0.1 or within its "
-                    "interval.",
-                    m.name + ": no findings.", "fine");
-            for (const Finding& f : m.findings)
-                page_.item(f.text, fmt::format("{}: {}.", m.name, name(f.kind)), style_of(f.kind));
-        }
-        for (const std::string& line : advice(subject_, measured_)) page_.item(line);
+        const auto term = [&](const char* name, const std::string& text) { page_.item(text, std::string(name) + ":"); };
+        term("Efficiency", "1 / (MSE × seconds). Twice the efficiency means the same error in half the time.");
+        term("Variance × s", "the same without the squared bias, which also holds differences between renderers.");
+        term("Slope", fmt::format("exponent of the MSE over {}; -1 for independent samples. By samples: over samples "
+                                  "per pixel. Without worst pixels: without those that cause most of the error.",
+                                  clock()));
+        term("Bias² / MSE", "share of the error that more samples do not reduce. The bias of the mean has a sign.");
+        term("Off edges", "over the pixels that no edge of a light crosses.");
+        term("Blurred MSE", fmt::format("MSE after a box blur of {0} × {0} pixels.", 2 * kBlurRadius + 1));
+        term("RelMSE", fmt::format("squared errors divided by reference² + {:g}.", kRelativeEpsilon));
+        term("HDR-FLIP", "visible difference, from 0 to 1.");
+        term("Worst 0.1 %",
+             fmt::format("share of the squared error in the worst {:g} % of the pixels.", 100 * kWorstShare));
         page_.end_list();
     }
 
@@ -178,10 +197,9 @@ class Report {
         for (const MethodResult& m : methods) head.push_back(m.name);
         page_.begin_table(
             head,
-            fmt::format("Time to the same error{}: {} of the row's method to the MSE that the column's method has "
-                        "at its largest budget, as a multiple of the time of that method. Times are interpolated "
-                        "between budgets. < marks errors below that at the first budget already, – errors that "
-                        "stay above it. The {:.0f} % intervals follow from the scatter of both errors over seeds.",
+            fmt::format("Time to the same error{}: how many times the {} of the column's method the row's method needs "
+                        "for the MSE that the column's method has at its largest budget. <: its first budget is better "
+                        "already. –: it stays above. In brackets: {:.0f} % intervals.",
                         off_edges ? " off the edges of lights" : "", clock(), 100 * kConfidence));
         for (const MethodResult& m : methods) {
             Page::Cells cells{m.name};
@@ -228,33 +246,37 @@ class Report {
     /// Returns the first of each set of methods that make the same pictures.
     std::vector<const MethodResult*> distinct_methods() const {
         std::vector<const MethodResult*> methods;
-        for (const MethodResult& m : measured_.methods) {
-            const auto same = [&](const MethodResult* other) { return same_bits(other->mean, m.mean); };
-            if (std::ranges::none_of(methods, same)) methods.push_back(&m);
-        }
+        for (const auto& same : methods_of_same_pictures(measured_)) methods.push_back(same.front());
         return methods;
     }
 
     void budgets() {
-        page_.heading("By budget");
+        page_.heading("Errors and times by budget");
         page_.begin_table(
-            {"method", "samples", "wall s", "CPU s", "MSE", "off edges", "blurred MSE", "relMSE", "HDR-FLIP", "bias²",
-             "variance", "worst 0.1 %"},
-            fmt::format("Means over {} seeds; ± marks {:.0f} % intervals. Off edges: MSE over the pixels that no edge "
-                        "of a light crosses. Blurred MSE: MSE after a box blur of {} × {} pixels. RelMSE: squared "
-                        "errors divided by reference² + {:g}. MSE = bias² + variance. No figure contains the variance "
-                        "of the reference. Worst 0.1 %: share of the squared error in the worst {:g} % of the pixels.",
-                        subject_.plan.seeds, 100 * kConfidence, 2 * kBlurRadius + 1, 2 * kBlurRadius + 1,
-                        kRelativeEpsilon, 100 * kWorstShare));
-        for (const MethodResult& m : measured_.methods) {
+            {"pictures of", "samples", "MSE", "off edges", "blurred MSE", "relMSE", "HDR-FLIP", "bias²", "variance",
+             "worst 0.1 %"},
+            fmt::format("Errors: means over {} seeds, ± {:.0f} % intervals. MSE = bias² + variance. No figure contains "
+                        "the variance of the reference. Methods that make the same pictures share their rows.",
+                        subject_.plan.seeds, 100 * kConfidence));
+        for (const auto& same : methods_of_same_pictures(measured_)) {
+            const MethodResult& m = *same.front();
             for (std::size_t b = 0; b < m.points.size(); ++b) {
                 const Point& p = m.points[b];
-                page_.row({b == 0 ? m.name : "", fmt::format("{:.4g}", p.samples), figure(p.time.wall),
-                           figure(p.time.cpu), converge::text(p.mse), known(p.off_edges_mse),
-                           converge::text(p.blurred_mse), converge::text(p.relative_mse), converge::text(p.flip),
-                           converge::text(p.bias_squared), figure(p.variance.value), percent(p.worst_share)},
+                page_.row({b == 0 ? names_of(same) : "", fmt::format("{:.4g}", p.samples), converge::text(p.mse),
+                           known(p.off_edges_mse), converge::text(p.blurred_mse), converge::text(p.relative_mse),
+                           converge::text(p.flip), converge::text(p.bias_squared), figure(p.variance.value),
+                           percent(p.worst_share)},
                           b == 0 && &m != &measured_.methods.front());
             }
+        }
+        page_.end_table();
+        Page::Cells head{"method"};
+        for (const Budget& budget : subject_.plan.budgets) head.push_back(converge::text(budget));
+        page_.begin_table(head, "Times of a picture: seconds of wall time / seconds of CPU time.");
+        for (const MethodResult& m : measured_.methods) {
+            Page::Cells cells{m.name};
+            for (const Point& p : m.points) cells.push_back(figure(p.time.wall) + " / " + figure(p.time.cpu));
+            page_.row(cells);
         }
         page_.end_table();
     }

@@ -14,7 +14,7 @@ body { background: #fff; color: #222; font: 15px/1.5 Helvetica, Arial, sans-seri
   margin: 32px auto; padding: 0 24px }
 h1 { font-size: 26px; margin: 0 0 4px } h2 { font-size: 19px; margin: 36px 0 10px } h3 { font-size: 15px; margin: 22px 0 6px }
 p { max-width: 80ch; margin: 8px 0 } .sub { color: #666; margin: 0 0 18px }
-table { border-collapse: collapse; min-width: 560px; font-size: 12.5px; font-variant-numeric: tabular-nums; margin: 8px 0 }
+table { border-collapse: collapse; min-width: 760px; font-size: 12.5px; font-variant-numeric: tabular-nums; margin: 8px 0 }
 th { text-align: right; font-weight: 600; border-bottom: 1.5px solid #222; padding: 4px 6px; vertical-align: bottom }
 td { text-align: right; border-bottom: 1px solid #e4e4e4; padding: 4px 6px; white-space: nowrap }
 th:first-child, td:first-child { text-align: left; padding-left: 2px } .names :is(th, td):nth-child(2) { text-align: left }

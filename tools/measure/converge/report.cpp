@@ -1,4 +1,5 @@
 #include "tools/measure/converge/report.h"
+#include "tools/measure/converge/conclusions.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +8,7 @@
 #include <functional>
 
 #include "engine/core/metrics.h"
+#include "tools/measure/converge/conclusions.h"
 
 namespace halflight::converge {
 namespace {
@@ -202,8 +204,12 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
             "Which method lowers the error most per second is not known, because the error of one of them is within "
             "the "
             "noise of the reference. A reference with more samples would tell.");
-    for (const MethodResult& m : measured.methods)
+    for (const auto& same : methods_of_same_pictures(measured)) {
+        // Methods that make the same pictures differ in times alone, so the advice is for the fastest one.
+        const MethodResult& m =
+            **std::ranges::max_element(same, {}, [](const MethodResult* method) { return method->efficiency; });
         if (!m.stages.empty()) lines.push_back(fmt::format("{}: {}", m.name, stage_advice(m)));
+    }
     return lines;
 }
 
