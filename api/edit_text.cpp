@@ -128,7 +128,6 @@ constexpr std::array kNodeKeys = {
                [](N& e, const std::string& s, const std::string& t) {
                    const bool all = t.find(',') == std::string::npos;
                    e.scale = all ? dvec3(number<double>(s, t, kEditScale)) : triple<dvec3>(s, t, kEditScale);
-                   check_values(e, s);
                },
                [](const N& e) { return e.scale == dvec3(1) ? "" : joined(e.scale); }},
     EditKey<N>{"matrix", "12 or 16 numbers", "rows of the matrix from the node to the world, in place of its own",
@@ -139,7 +138,6 @@ constexpr std::array kNodeKeys = {
                    dmat4 m(1);
                    for (std::size_t i = 0; i < values.size(); ++i) m[int(i % 4)][int(i / 4)] = values[i];
                    e.matrix = m;
-                   check_values(e, s);
                },
                [](const N& e) {
                    if (!e.matrix) return std::string();
@@ -193,13 +191,41 @@ std::pair<std::string, std::string> split_name(const std::string& source, const 
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-template <class Edit>
-Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, const std::string& source = {}) {
+/// Returns the edit of a name, which is added where there is none. A new one starts as take(index) where the name is a
+/// number: edits by index go on under that number, so that an object has one edit only.
+template <class Edit, class Take>
+Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, const std::string& source,
+                  const Take& take) {
     const auto known = std::ranges::find(edits, name, &NamedEdit<Edit>::name);
-    if (known == edits.end()) return edits.emplace_back(NamedEdit<Edit>{name, {}, source}).edit;
+    if (known == edits.end()) {
+        std::size_t index = 0;
+        std::from_chars(name.data(), name.data() + name.size(), index);
+        const Edit start = name == std::to_string(index) ? take(index) : Edit();
+        return edits.emplace_back(NamedEdit<Edit>{name, start, source}).edit;
+    }
     std::rotate(known, known + 1, edits.end());  // edits apply in order
     if (!source.empty()) edits.back().source = source;
     return edits.back().edit;
+}
+
+LightEdit& find_light(SceneEdits& edits, const std::string& name, const std::string& source) {
+    return find_or_add(edits.named_lights, name, source, [&](std::size_t index) {
+        if (index >= edits.lights.size()) return LightEdit();
+        const LightEdit taken = std::exchange(edits.lights[index], {});
+        while (!edits.lights.empty() && edits.lights.back() == LightEdit()) edits.lights.pop_back();
+        return taken;
+    });
+}
+
+MaterialEdit& find_material(SceneEdits& edits, const std::string& name, const std::string& source) {
+    return find_or_add(edits.named_materials, name, source, [&](std::size_t index) {
+        auto taken = edits.materials.extract(index);
+        return taken ? std::move(taken.mapped()) : MaterialEdit();
+    });
+}
+
+NodeEdit& find_node(SceneEdits& edits, const std::string& name, const std::string& source) {
+    return find_or_add(edits.nodes, name, source, [](std::size_t) { return NodeEdit(); });
 }
 
 }  // namespace
@@ -218,6 +244,7 @@ void set_key(LightEdit& edit, const std::string& subject, std::string_view key, 
 
 void set_key(NodeEdit& edit, const std::string& subject, std::string_view key, const std::string& text) {
     set_among(node_edit_keys(), edit, subject, key, text);
+    check_values(edit, subject);
 }
 
 void set_key(MaterialEdit& edit, const std::string& subject, std::string_view property, const std::string& text) {
@@ -248,21 +275,21 @@ std::string property_text(std::span<const float> values) {
 }
 
 LightEdit& light_edit(SceneEdits& edits, const std::string& name) {
-    return find_or_add(edits.named_lights, name);
+    return find_light(edits, name, {});
 }
 
 MaterialEdit& material_edit(SceneEdits& edits, const std::string& name) {
-    return find_or_add(edits.named_materials, name);
+    return find_material(edits, name, {});
 }
 
 NodeEdit& node_edit(SceneEdits& edits, const std::string& name) {
-    return find_or_add(edits.nodes, name);
+    return find_node(edits, name, {});
 }
 
 void add_light_edit(SceneEdits& edits, const std::string& source, const std::string& text) {
     const auto [name, rest] = split_name(source, text, "NAME=KEY:VALUE,... or NAME=off");
     const std::string subject = fmt::format("{}: {}", source, name);
-    LightEdit parsed = find_or_add(edits.named_lights, name, source);
+    LightEdit parsed = find_light(edits, name, source);
     for (const auto& [key, value] : split_keys(rest)) set_key(parsed, subject, key.empty() ? "factor" : key, value);
     light_edit(edits, name) = parsed;
 }
@@ -273,7 +300,7 @@ void add_material_edit(SceneEdits& edits, const std::string& source, const std::
     const std::size_t dot = place.rfind('.');
     if (dot == std::string::npos || dot == 0) throw Error(source, "expects {}, not '{}'", kForm, text);
     const std::string name = place.substr(0, dot);
-    MaterialEdit parsed = find_or_add(edits.named_materials, name, source);
+    MaterialEdit parsed = find_material(edits, name, source);
     set_key(parsed, fmt::format("{}: {}", source, name), place.substr(dot + 1), value);
     material_edit(edits, name) = std::move(parsed);
 }
@@ -281,7 +308,7 @@ void add_material_edit(SceneEdits& edits, const std::string& source, const std::
 void add_node_edit(SceneEdits& edits, const std::string& source, const std::string& text) {
     const auto [name, rest] = split_name(source, text, "NAME=KEY:VALUE,...");
     const std::string subject = fmt::format("{}: {}", source, name);
-    NodeEdit parsed = find_or_add(edits.nodes, name, source);
+    NodeEdit parsed = find_node(edits, name, source);
     for (const auto& [key, value] : split_keys(rest)) set_key(parsed, subject, key, value);
     node_edit(edits, name) = parsed;
 }

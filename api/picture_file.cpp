@@ -65,7 +65,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
         if (!value.empty()) attributes.extra[name] = value;
     if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
     attributes.numbers = info.numbers;
-    attributes.counts["samples"] = info.samples;
+    if (info.samples > 0) attributes.counts["samples"] = info.samples;
     write_exr_views(path, layers, attributes, info.exr);
 }
 

@@ -118,20 +118,31 @@ void for_each_named(const std::vector<NamedEdit<Edit>>& edits, const NamedObject
     }
 }
 
+/// Throws Error where an object is edited by its index and by its number as a name.
+template <class Edit>
+void check_once(const std::vector<NamedEdit<Edit>>& named, const char* kind, std::size_t index,
+                const std::string& subject) {
+    if (std::ranges::find(named, std::to_string(index), &NamedEdit<Edit>::name) != named.end())
+        throw Error(subject, "{} '{}' is edited twice", kind, index);
+}
+
 /// Checks everything but nodes and hidden names.
 void check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
     check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
     check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
     check(subject, "factor of emission", edits.emission, kEditFactor);
-    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i)
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
         check(edits.lights[i], fmt::format("{}: light {}", subject, i));
+        if (edits.lights[i] != LightEdit()) check_once(edits.named_lights, "light", i, subject);
+    }
     for_each_named(edits.named_lights, lights_of(scene), scene, subject,
                    [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
     for (const auto& [index, properties] : edits.materials) {
         if (index >= scene.materials.size())
             throw Error(subject, "there is no material {}; the scene has {}, numbered from 0", index,
                         scene.materials.size());
+        check_once(edits.named_materials, "material", index, subject);
         Material material = scene.materials[index];
         apply(properties, material, fmt::format("{}: material {}", subject, index));
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <string_view>
 
 #include "api/halflight/edit_text.h"
@@ -23,10 +24,15 @@ Json option(const char* name, const std::string& value) {
     return Json::array({name, value});
 }
 
-NamedObjects cameras_of(const Scene& scene) {
-    NamedObjects cameras{"camera", {}};
-    for (const Camera& camera : scene.cameras) cameras.names.emplace_back(camera.name);
-    return cameras;
+/// Returns the options that choose a camera alone. Names come before numbers, so a camera has none where its own name
+/// is missing or not unique and its number is the name of another one.
+Json options_of_camera(const Scene& scene, std::size_t index) {
+    const auto count = [&](const std::string& name) { return std::ranges::count(scene.cameras, name, &Camera::name); };
+    const std::string& name = scene.cameras[index].name;
+    const std::string number = std::to_string(index);
+    const bool plain = std::ranges::none_of(name, [](unsigned char c) { return std::iscntrl(c) != 0; });
+    if (!name.empty() && plain && count(name) == 1) return Json::array({option("--camera", name)});
+    return count(number) == 0 ? Json::array({option("--camera", number)}) : Json::array();
 }
 
 std::string values_of(const PunctualLight& light) {
@@ -68,9 +74,8 @@ std::string shell_quoted(std::string_view argument) {
 Json name_facts(const Scene& scene, const SceneTree& tree, const std::vector<std::string>& variants) {
     Json names{{"cameras", Json::array()},   {"variants", Json::array()}, {"lights", Json::array()},
                {"materials", Json::array()}, {"meshes", Json::array()},   {"nodes", Json::array()}};
-    const auto cameras = references_to(cameras_of(scene));
-    for (std::size_t i = 0; i < cameras.size(); ++i)
-        names["cameras"].push_back(entry(scene.cameras[i].name, i, Json::array({option("--camera", cameras[i])})));
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i)
+        names["cameras"].push_back(entry(scene.cameras[i].name, i, options_of_camera(scene, i)));
     for (std::size_t i = 0; i < variants.size(); ++i)
         names["variants"].push_back(entry(variants[i], i, Json::array({option("--variant", variants[i])})));
     const auto lights = references_to(lights_of(scene));

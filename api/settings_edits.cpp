@@ -1,6 +1,6 @@
 #include "api/settings_edits.h"
 
-#include <algorithm>
+#include <utility>
 
 #include "api/halflight/edit_text.h"
 #include "api/node_edits.h"
@@ -109,38 +109,39 @@ Json node_json(const NodeEdit& node) {
     return json;
 }
 
-/// Returns the index that a key stands for; none: a name.
-std::optional<std::size_t> index_of(const std::string& key) {
-    constexpr std::size_t kMost = 1 << 16;
-    std::size_t index = 0;
-    std::from_chars(key.data(), key.data() + key.size(), index);
-    return key == std::to_string(index) && index < kMost ? std::optional(index) : std::nullopt;
-}
-
-/// Reads edits of lights: a list by index, or an object by name or index.
+/// Reads edits of lights: an object by name, or the list of earlier versions, whose places become names.
 void read_lights(const Element& e, SceneEdits& edits) {
-    if (!e.is_object()) {
-        for (const Element& one : e.items()) edits.lights.push_back(read_light(one));
+    if (e.is_object()) {
+        for (const auto& [key, one] : e.members()) edits.named_lights.push_back({key, read_light(one), e.where()});
         return;
     }
-    for (const auto& [key, one] : e.members()) {
-        if (const auto index = index_of(key)) {
-            edits.lights.resize(std::max(edits.lights.size(), *index + 1));
-            edits.lights[*index] = read_light(one);
-        } else {
-            edits.named_lights.push_back({key, read_light(one), e.where()});
-        }
-    }
+    const auto items = e.items();
+    for (std::size_t i = 0; i < items.size(); ++i)
+        if (const LightEdit light = read_light(items[i]); light != LightEdit())
+            edits.named_lights.push_back({std::to_string(i), light, e.where()});
+}
+
+/// Adds an edit of an object. Throws Error where the object has one already: a file keeps a name once.
+void put(Json& json, const char* kind, const std::string& name, Json edit) {
+    if (json.contains(name)) throw Error(fmt::format("{} {}", kind, name), "is edited by its index and by its number");
+    json[name] = std::move(edit);
 }
 
 Json lights_json(const SceneEdits& edits) {
-    Json json = Json::array();
-    for (const LightEdit& light : edits.lights) json.push_back(light_json(light));
-    if (edits.named_lights.empty()) return json;
-    Json named = Json::object();
-    for (std::size_t i = 0; i < json.size(); ++i) named[std::to_string(i)] = json[i];
-    for (const auto& [name, edit, source] : edits.named_lights) named[name] = light_json(edit);
-    return named;
+    Json json = Json::object();
+    for (std::size_t i = 0; i < edits.lights.size(); ++i)
+        if (edits.lights[i] != LightEdit()) put(json, "light", std::to_string(i), light_json(edits.lights[i]));
+    for (const auto& [name, edit, source] : edits.named_lights) put(json, "light", name, light_json(edit));
+    return json;
+}
+
+Json materials_json(const SceneEdits& edits) {
+    Json json = Json::object();
+    for (const auto& [index, properties] : edits.materials)
+        put(json, "material", std::to_string(index), material_json(properties));
+    for (const auto& [name, properties, source] : edits.named_materials)
+        put(json, "material", name, material_json(properties));
+    return json;
 }
 
 }  // namespace
@@ -150,12 +151,8 @@ void read_edits(const Element& file, SceneEdits& edits) {
     with(file, "lights", [&](const Element& v) { read_lights(v, edits); });
     with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
     with(file, "materials", [&](const Element& v) {
-        for (const auto& [key, one] : v.members()) {
-            if (const auto index = index_of(key))
-                edits.materials[*index] = read_material(one);
-            else
-                edits.named_materials.push_back({key, read_material(one), v.where()});
-        }
+        for (const auto& [key, one] : v.members())
+            edits.named_materials.push_back({key, read_material(one), v.where()});
     });
     with(file, "transforms", [&](const Element& v) {
         for (const auto& [index, one] : v.indexed()) edits.transforms[index] = read_transform(one);
@@ -172,10 +169,7 @@ void write_edits(const SceneEdits& edits, Json& json) {
     json["emission"] = edits.emission;
     json["lights"] = lights_json(edits);
     json["clay"] = edits.clay;
-    for (const auto& [index, properties] : edits.materials)
-        json["materials"][std::to_string(index)] = material_json(properties);
-    for (const auto& [name, properties, source] : edits.named_materials)
-        json["materials"][name] = material_json(properties);
+    if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);
     for (const auto& [index, m] : edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);
     for (const auto& [name, edit, source] : edits.nodes) json["nodes"][name] = node_json(edit);
     for (const auto& [name, source] : edits.hidden) json["hide"].push_back(name);

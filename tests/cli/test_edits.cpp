@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "engine/core/image_tools.h"
 #include "engine/io/exr.h"
@@ -129,6 +130,17 @@ TEST_F(Edits, AllCamerasMakeAPictureEach) {
         const Image one = read_exr(file(fmt::format("shot.{}.exr", camera))).image({"R", "G", "B", "A"});
         EXPECT_TRUE(same_bits(one, render({"--camera", camera}))) << camera;
     }
+    std::string text = read_text(scene);  // cameras whose names are numbers of each other
+    for (const auto& [from, to] : {std::pair("\"front\"", "\"1\""), std::pair("\"above\"", "\"0\"")})
+        for (std::size_t at = 0; (at = text.find(from)) != std::string::npos;) text.replace(at, 7, to);
+    const std::string digits = file("digits.gltf"), named = std::exchange(scene, digits);
+    write_text(digits, text);
+    ASSERT_EQ(run("digit.exr", {"--camera", "all"}).status, 0);
+    for (const auto& [digit, name] : {std::pair("1", "front"), std::pair("0", "above")})
+        EXPECT_TRUE(same_bits(read_exr(file(fmt::format("digit.{}.exr", digit))).image({"R", "G", "B", "A"}),
+                              read_exr(file(fmt::format("shot.{}.exr", name))).image({"R", "G", "B", "A"})))
+            << name;
+    scene = named;
     ASSERT_EQ(run("{camera}/shot.#.exr", {"--camera", "all", "--frames", "1-2"}).status, 0);
     EXPECT_TRUE(std::filesystem::exists(file("front/shot.2.exr")));
     EXPECT_TRUE(std::filesystem::exists(file("above/shot.1.exr")));

@@ -438,6 +438,14 @@ TEST_F(View, LightsAreMoved) {
     render({file("render.exr"), "--settings", scene + ".halflight.json", "--samples", "2"});
     EXPECT_TRUE(same_bits(exr("moved.exr"), exr("render.exr")));
     EXPECT_FALSE(same_bits(exr("moved.exr"), exr("first.exr")));
+    // The commands continue edits of the file, also of earlier files: a colour takes the place of a temperature.
+    write_text(scene + ".halflight.json",
+               R"({"halflight_settings": 1, "lights": [{"temperature": 2700, "intensity": 80}]})");
+    expect_done(view("light 0 0 1 0\nlight 0 2\nwait samples 2\nscreenshot @green.exr\nsave\n", {"--quiet"}));
+    EXPECT_EQ(nlohmann::json::parse(read_text(scene + ".halflight.json")).at("lights"),
+              nlohmann::json::parse(R"({"0": {"factor": 2.0, "intensity": 80.0, "color": [0.0, 1.0, 0.0]}})"));
+    render({file("render.exr"), "--settings", scene + ".halflight.json", "--samples", "2"});
+    EXPECT_TRUE(same_bits(exr("green.exr"), exr("render.exr")));
     EXPECT_EQ(view("place 1 0 0 0\n", {"--quiet"}).err,
               fmt::format("halflight: {}1: place: there is no light 1; the scene has 1, numbered from 0\n",
                           file("script.txt:")));
@@ -496,6 +504,7 @@ TEST_F(View, InspectsPixelsAndCompares) {
     const Image seen = exr("seen.exr");
     for (int c = 0; c < 3; ++c) EXPECT_EQ(probe["value"][std::size_t(c)].get<float>(), seen.at(160, 170)[c]);
     EXPECT_EQ(probe["samples"], 3);
+    EXPECT_EQ(read_exr(file("seen.exr")).attributes.counts.at("samples"), 3);
     EXPECT_GT(probe["depth"], 0);
     EXPECT_EQ(probe["position"][1].get<double>(), 0) << "the floor";
     const auto histogram = json("histogram.json");
@@ -507,6 +516,22 @@ TEST_F(View, InspectsPixelsAndCompares) {
     EXPECT_LE(mean(png("none.png")), 1e-3) << "a picture differs from itself";
     EXPECT_GT(difference(png("other.png"), png("seen.png")), 10) << "exposure applies to the file, too";
     EXPECT_GT(difference(png("luminance.png"), png("seen.png")), 10) << "it has no colours of its own";
+    // The differences from black and from twice the picture are the picture.
+    Image black = seen, twice = seen;
+    for (int i = 0; i < seen.width * seen.height; ++i)
+        for (int c = 0; c < 3; ++c) black.pixels[std::size_t(4 * i + c)] = 0, twice.pixels[std::size_t(4 * i + c)] *= 2;
+    write_exr(file("black.exr"), {{{"R", "G", "B", "A"}, black}}, {});
+    write_exr(file("twice.exr"), {{{"R", "G", "B", "A"}, twice}}, {});
+    expect_done(view(R"(
+        wait samples 3
+        against @black.exr
+        comparison difference
+        screenshot @from-black.png
+        against @twice.exr
+        screenshot @from-twice.png)"));
+    EXPECT_GT(mean(png("seen.png")), 0.1);
+    EXPECT_EQ(difference(png("from-black.png"), png("seen.png")), 0);
+    EXPECT_EQ(difference(png("from-twice.png"), png("seen.png")), 0);
     const Outcome wrong = view("wait samples 1\nscreenshot @a.png\nagainst @a.png\ncomparison difference\n");
     EXPECT_EQ(wrong.err, fmt::format("halflight: {}4: comparison: a linear picture and a display-encoded one have no "
                                      "difference\n",

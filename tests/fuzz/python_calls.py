@@ -92,11 +92,16 @@ class Calls:
         self.renderer = hl.Renderer(self.scene, layers=["normal"], width=4, height=4, samples=1)
         self.settings = [s.name for s in hl.settings()]
         self.all = [getattr(self, name) for name in dir(self) if name.startswith("call_")]
+        public = {name: what for name, what in vars(hl.Scene).items() if not name.startswith("_")}
+        self.properties = [name for name, what in public.items() if isinstance(what, property)]
+        missing = [name for name in public if name not in self.properties and not hasattr(self, f"call_{name}")]
+        if missing:
+            raise SystemExit(f"no call_ method for {', '.join(missing)} of halflight.Scene")
 
     def call_load(self, dice):
         hl.load(**({"path": SCENE} | some(dice, path=SCENE, environment=(1, 1, 1), animation="none", fps=24, sky="30,40",
                                           variant=None, line_width=0, mip_levels=False, strict=True,
-                                          allow_outside=True)))
+                                          allow_outside=True, settings=dice.choice([self.folder / "look.json", None]))))
 
     def call_camera(self, dice):
         self.scene.camera = value(dice)
@@ -114,7 +119,27 @@ class Calls:
 
     def call_edit_light(self, dice):
         self.scene.edit_light(dice.choice([0, value(dice)]),
-                              **some(dice, factor=2, color=(1, 0, 0), position=(0, 1, 0), direction=(0, -1, 0)))
+                              **some(dice, factor=2, color=(1, 0, 0), position=(0, 1, 0), direction=(0, -1, 0),
+                                      intensity=100, temperature=2700, off=True))
+
+    def call_edit_node(self, dice):
+        self.scene.edit_node(dice.choice([0, "*", "tall block", value(dice)]),
+                             **some(dice, translate=(0, 0.1, 0), rotate=(0, 45, 0), scale=2, matrix=numpy.eye(4)))
+
+    def call_hide(self, dice):
+        self.scene.hide(*dice.choice([[], ["tall block"], ["mesh:*", "node:0"], [value(dice), value(dice)]]))
+
+    def call_show(self, dice):
+        hidden = self.scene.hidden
+        self.scene.show(*dice.choice([hidden, hidden[:1], [value(dice)]]))
+
+    def call_edit_options(self, dice):
+        self.scene.edit_options()
+
+    def call_save_settings(self, dice):
+        # Paths are few, since any that can be written is written.
+        paths = [self.folder / "look.json", self.folder / "none/look.json", self.folder, "", "a\0b", 3, None, Text()]
+        self.scene.save_settings(dice.choice(paths))
 
     def call_edit_environment(self, dice):
         self.scene.edit_environment(**some(dice, rotation=90, intensity=2, tint=(1, 1, 0)))
@@ -135,14 +160,15 @@ class Calls:
         self.scene.reset_edits()
 
     def call_properties(self, dice):
-        for name in ("file", "variants", "cameras", "materials", "instances", "lights", "bounds", "frame_rate", "camera"):
+        for name in self.properties:
             getattr(self.scene, name)
         repr(self.scene)
 
     def call_renderer(self, dice):
         known = {name: value(dice) for name in dice.sample(self.settings, 2)}
         more = some(dice, layers=["normal", "albedo"], measure=True, pictures=1, device="", shutter=0.5, shutter_times=2,
-                    working_space="", strict=False, reproducible=True)
+                    working_space="", strict=False, reproducible=True, exr_compression="piz", exr_parts=True,
+                    exr_tiles=16)
         # The size is the last word, so that no call makes a picture that takes long.
         hl.Renderer(self.scene, **({"samples": 1} | known | more | {"width": 4, "height": 4}))
 

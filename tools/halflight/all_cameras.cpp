@@ -48,7 +48,9 @@ std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
     std::set<std::filesystem::path> written;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         RenderArguments& one = each.emplace_back(a);
-        one.camera = std::to_string(i);
+        // A number would find another camera that has it as its name, since names come first.
+        const auto first = std::ranges::find(cameras, cameras[i].name, &Camera::name);
+        one.camera = first == cameras.begin() + std::ptrdiff_t(i) ? cameras[i].name : std::to_string(i);
         const auto take = [&](std::filesystem::path& path) {
             path = named(path, words[i]);
             if (!written.insert(path.lexically_normal()).second)

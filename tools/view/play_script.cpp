@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/halflight/edit_text.h"
 #include "engine/core/image_tools.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
@@ -226,17 +227,17 @@ void Viewer::execute(const Command& c) {
         const std::size_t lights = session_.scene().lights.size();
         if (n(0) < 0 || n(0) >= static_cast<double>(lights))
             throw Error(c.name, "there is no light {}; the scene has {}, numbered from 0", n(0), lights);
-        session_.edits.lights.resize(lights);
-        LightEdit& light = session_.edits.lights[static_cast<std::size_t>(n(0))];
-        if (c.numbers.size() == 2) {
+        const dvec3 triple = c.numbers.size() == 2 ? dvec3(0) : dvec3(n(1), n(2), n(3));
+        if (c.name == "aim" && !unit_direction(triple)) throw Error("aim", "the direction is zero or not finite");
+        LightEdit& light = light_edit(session_.edits, fmt::format("{}", n(0)));
+        if (c.numbers.size() == 2)
             light.factor = static_cast<float>(n(1));
-        } else {
-            const dvec3 triple(n(1), n(2), n(3));
-            if (c.name == "light") light.color = vec3(triple);
-            if (c.name == "place") light.position = triple;
-            if (c.name == "aim" && !unit_direction(triple)) throw Error("aim", "the direction is zero or not finite");
-            if (c.name == "aim") light.direction = unit_direction(triple);
-        }
+        else if (c.name == "light")
+            light.color = vec3(triple), light.temperature.reset();
+        else if (c.name == "place")
+            light.position = triple;
+        else
+            light.direction = unit_direction(triple);
     }
     if (c.name == "tint") session_.edits.environment_tint = vec3(n(0), n(1), n(2));
     if (c.name == "clay") session_.edits.clay = c.on();

@@ -18,9 +18,9 @@ namespace halflight::view {
 namespace {
 
 constexpr std::uint64_t kMostPictureBytes = std::uint64_t{1} << 32;  // maximum size of a picture to compare with
-constexpr float kStopStep = 0.25f;        // stops per press of a key
-constexpr float kMostStops = 64;          // limit of exposures by keys
-constexpr float kUiStep = 1.125f;         // factor on the scale of text and controls per press of a key
+constexpr float kStopStep = 0.25f;                                   // stops per press of a key
+constexpr float kMostStops = 64;                                     // limit of exposures by keys
+constexpr float kUiStep = 1.125f;  // factor on the scale of text and controls per press of a key
 
 }  // namespace
 
@@ -133,9 +133,8 @@ void Viewer::compare(bool on) {
 void Viewer::compare_with(const std::filesystem::path& path) {
     const std::string bytes = read_file(path, kMostPictureBytes);
     const bool png = is_png(bytes);
-    display_.set_comparison({png ? rgb(read_png(path.string(), bytes, kMaxSide))
-                                 : rgb(read_exr(path).image({"R", "G", "B"})),
-                             png});
+    display_.set_comparison(
+        {png ? rgb(read_png(path.string(), bytes, kMaxSide)) : rgb(read_exr(path).image({"R", "G", "B"})), png});
     comparison_ = path.filename().string();
     tell(fmt::format("Comparing with {}", *comparison_));
 }
@@ -169,8 +168,7 @@ void Viewer::perform(const PanelRequests& requests) {
     if (requests.variant) change_variant(*requests.variant);
     if (requests.frame) next_pose_ = requests.frame;
     if (requests.frame || requests.play) set_playing(requests.play.value_or(false));
-    for (const Action action : requests.actions)
-        attempt([&] { perform(action, {}, dvec2(picture_size_) / 2.0); });
+    for (const Action action : requests.actions) attempt([&] { perform(action, {}, dvec2(picture_size_) / 2.0); });
 }
 
 /// Returns an unused file name in the current folder, made of the scene's name.
@@ -187,8 +185,7 @@ std::filesystem::path Viewer::unused_name(const char* extension) {
 void Viewer::save() {
     const std::filesystem::path path = session_.settings_file();
     saving_ = session_.document();
-    writer_.write(path.string(),
-                  [path, settings = session_.saved(picture_size_)] { write_settings(path, settings); });
+    writer_.write(path.string(), [path, settings = session_.saved(picture_size_)] { write_settings(path, settings); });
 }
 
 void Viewer::screenshot(const std::filesystem::path& path) {
@@ -199,6 +196,7 @@ void Viewer::screenshot(const std::filesystem::path& path) {
     PictureInfo facts{
         .camera = picture_->camera,
         .working_space = colors_.linear_space(""),
+        .samples = stats.samples,
         .comments = fmt::format("scene {}, shown by halflight view, {} samples, {}",
                                 session_.file().filename().string(), stats.samples, session_.description()),
         .filter = text(PixelFilter{}),

@@ -160,8 +160,9 @@ class Scene:
     def _index(self, names, which, what):
         if isinstance(which, int) and which >= 0:
             return which
-        if which not in names:
-            raise Error(f"{self.file}: there is no {what} '{which}', only {', '.join(names) or 'none'}")
+        if not isinstance(which, str) or which not in names:
+            given = " ".join(str(which).split())  # arrays have several lines
+            raise Error(f"{self.file}: there is no {what} '{given}', only {', '.join(names) or 'none'}")
         return names.index(which)
 
     @property

@@ -3,6 +3,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/object_names.h"
 #include "api/halflight/settings_file.h"
@@ -220,7 +221,7 @@ TEST(MaterialEdits, ReplaceProperties) {
 TEST(NodeEdits, InvalidValuesAreNamed) {
     const Yard yard;
     EXPECT_EQ(yard.message(add_node_edit, "group=scale:0"),
-              "--option: group: scale: scale: 0 is no factor; --hide hides nodes");
+              "--option: group: scale: 0 is no factor; --hide hides nodes");
     EXPECT_EQ(yard.message(add_node_edit, "group=matrix:1,2"),
               "--option: group: matrix: expects 12 or 16 numbers, not 2");
     EXPECT_EQ(yard.message(add_node_edit, "grop=scale:2"),
@@ -277,6 +278,8 @@ TEST(EditTexts, RestoreTheEditExactly) {
     saved.edits = edits;
     saved.edits.lights = {{2}};
     saved.edits.materials[1]["roughness"] = {0.3f};
+    add_light_edit(saved.edits, "", "0=temperature:2700.5");
+    add_material_edit(saved.edits, "", "1.metallic=0.7");
     add_material_edit(saved.edits, "", "wall*.base_color=0.1,0.2,0.3");
     add_hidden(saved.edits, "", "mesh:crate");
     write_settings(folder / "a.json", saved);
@@ -284,8 +287,50 @@ TEST(EditTexts, RestoreTheEditExactly) {
     EXPECT_EQ(read.named_materials, saved.edits.named_materials);
     EXPECT_EQ(read.nodes, saved.edits.nodes);
     EXPECT_EQ(read.hidden, saved.edits.hidden);
-    EXPECT_EQ(read.lights, saved.edits.lights);
+    EXPECT_EQ(read.named_lights, saved.edits.named_lights);
     EXPECT_EQ(read, saved.edits);
+    EXPECT_EQ(text(read.named_lights.at(1).edit), "factor:2,temperature:2700.5");
+    EXPECT_EQ(read.named_materials.at(0).edit, (MaterialEdit{{"metallic", {0.7f}}, {"roughness", {0.3f}}}));
+}
+
+TEST(EditTexts, NumbersAreNamesInFilesAndOptions) {
+    const Yard yard;
+    const auto parsed = [](const std::string& json) {
+        return parse_settings("{\"halflight_settings\": 1, " + json + "}", "a.json").edits;
+    };
+    for (const char* file : {R"("lights": {"0": 0.5})", R"("lights": [0.5])"}) {
+        SceneEdits edits = parsed(file);
+        EXPECT_EQ(yard.with(edits).lights[0].intensity, 0.5f * yard.scene.lights[0].intensity) << file;
+        add_light_edit(edits, "--light", "0=2");
+        EXPECT_EQ(yard.with(edits).lights[0].intensity, 2.0f * yard.scene.lights[0].intensity) << file;
+    }
+    EXPECT_EQ(parsed(R"("lights": [1, {"factor": 1}, {"off": true}])").named_lights,
+              (std::vector<NamedEdit<LightEdit>>{{"2", {.off = true}}}));
+    SceneEdits steel = parsed(R"("materials": {"2": {"roughness": 0.5, "metallic": 1}})");
+    add_material_edit(steel, "--material", "2.roughness=0.25");
+    EXPECT_EQ(steel.named_materials.size(), 1u);
+    EXPECT_EQ(yard.with(steel).materials[2].roughness, 0.25f);
+    EXPECT_EQ(yard.with(steel).materials[2].metallic, 1);
+    EXPECT_EQ(yard.message(parsed(R"("lights": {"7": 0.5})")),
+              "a.json: lights: yard: there is no light 7; the scene has 1, numbered from 0");
+
+    // An edit by index goes on as that of the number.
+    SceneEdits mixed;
+    mixed.lights = {{2}};
+    mixed.materials[1]["roughness"] = {0.5f};
+    add_light_edit(mixed, "", "0=color:1,1,1");
+    add_material_edit(mixed, "", "1.metallic=0.5");
+    EXPECT_EQ(yard.with(mixed).lights[0].intensity, vec3(16));
+    EXPECT_EQ(yard.with(mixed).materials[1].roughness, 0.5f);
+    EXPECT_TRUE(mixed.lights.empty());
+    EXPECT_TRUE(mixed.materials.empty());
+    mixed.lights = {{3}};
+    EXPECT_EQ(yard.message(mixed), "yard: light '0' is edited twice");
+    SavedSettings saved;
+    saved.edits = mixed;
+    const TemporaryFolder folder;
+    EXPECT_EQ(error_message([&] { write_settings(folder / "a.json", saved); }),
+              "light 0: is edited by its index and by its number");
 }
 
 TEST(EditTexts, FilesTakeTheTextsOfOptions) {
@@ -333,6 +378,23 @@ TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
     EXPECT_EQ(scene.scene().instances.size(), all - 1);
     scene.edit({});
     EXPECT_EQ(position(), later);
+}
+
+/// Names of cameras come before numbers, so digits as names need care.
+TEST(SceneNames, CamerasAreChosenByTheirOptions) {
+    Scene scene;
+    for (const char* name : {"1", "0", "side", ""}) scene.cameras.emplace_back().name = name;
+    const auto options = [&] { return name_facts(scene, {}, {})["cameras"]; };
+    for (const auto& one : options()) {
+        ASSERT_EQ(one["options"].size(), 1u) << one;
+        const CameraChoice choice{.camera = one["options"][0][1].get<std::string>()};
+        EXPECT_EQ(choose_camera(scene, choice).index, one["number"].get<std::size_t>()) << one;
+    }
+    scene.cameras[3].name = "side";
+    EXPECT_EQ(options()[2]["options"][0][1], "2");
+    scene.cameras[0].name = "2";
+    EXPECT_TRUE(options()[2]["options"].empty()) << "'2' is another camera";
+    EXPECT_EQ(choose_camera(scene, {.camera = "2"}).index, 0u);
 }
 
 /// The lines of `info --names` can be pasted after `halflight render`: they change nothing.

@@ -34,10 +34,14 @@ SavedSettings all_kinds() {
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
     s.edits.environment_tint = {1, 0.5f, 0.1f};
-    s.edits.lights = {
-        {}, {0.3f}, {2, vec3(0.2f, 0, 1)}, {1, {}, dvec3(0.1, -2e5, 3)}, {1, {}, {}, dvec3(0, -0.6, 0.8)}};
+    s.edits.named_lights = {{"0", {}},
+                            {"1", {0.3f}},
+                            {"2", {2, vec3(0.2f, 0, 1)}},
+                            {"3", {1, {}, dvec3(0.1, -2e5, 3)}},
+                            {"key", {1, {}, {}, dvec3(0, -0.6, 0.8)}}};
     s.edits.clay = true;
-    s.edits.materials = {{0, {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}}, {12, {{"ior", {1.3f}}}}};
+    s.edits.named_materials = {{"0", {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}},
+                               {"12", {{"ior", {1.3f}}}}};
     s.edits.transforms[3] = dmat4(dvec4(1, 2, 3, 0), dvec4(0, 1, 0, 0), dvec4(0.1, 0, 1, 0), dvec4(4, 1.0 / 3, 6, 1));
     s.moment = {{"run", 13, {30000, 1001}}};
     pose.orthographic = true;
