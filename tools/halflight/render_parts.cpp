@@ -47,7 +47,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.camera = camera;
     settings.pictures = 1;
     settings.want_view = wants(a, "png") || a.movie;
-    settings.measure = a.stats.has_value();
+    settings.measure = a.stats.has_value() || (a.graph && has_extension(*a.graph, "txt"));
     return settings;
 }
 
