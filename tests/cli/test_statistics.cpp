@@ -1,4 +1,5 @@
 // Tests the contents of `--stats`.
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -43,6 +44,14 @@ TEST_F(Statistics, DescribeTheRun) {
     const std::string dot = read_text(file("graph.dot"));
     EXPECT_TRUE(dot.starts_with("digraph")) << dot.substr(0, 80);
     EXPECT_NE(dot.find("gbuffer"), std::string::npos);
+    // The short form has a row for each group of passes, and the shares of the groups make up the whole.
+    render({file("a.exr"), "--samples", "2", "--dump-graph", file("graph.txt")});
+    const std::string table = read_text(file("graph.txt"));
+    EXPECT_TRUE(table.starts_with("group")) << table;
+    EXPECT_NE(table.find("\ngbuffer "), std::string::npos) << table;
+    EXPECT_LE(std::ranges::count(table, '\n'), 16) << table;
+    EXPECT_EQ(table.find(':'), std::string::npos) << "it has groups, no single passes: " << table;
+    EXPECT_TRUE(table.ends_with("  100 %\n")) << table;
 }
 
 TEST_F(Statistics, DescribeTheTracing) {

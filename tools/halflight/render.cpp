@@ -10,6 +10,7 @@
 #include "engine/core/stopwatch.h"
 #include "engine/io/files.h"
 #include "tools/cli/console.h"
+#include "tools/cli/pass_groups.h"
 #include "tools/cli/signals.h"
 #include "tools/halflight/all_cameras.h"
 #include "tools/halflight/commands.h"
@@ -166,7 +167,9 @@ void render_picture(const RenderArguments& a) {
         const PictureInfo info = picture_info(renderer, result, a, error);
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (checkpoint) checkpoint->remove();
-        if (a.graph) write_file(*a.graph, renderer.graph_dot());
+        if (a.graph)
+            write_file(*a.graph, has_extension(*a.graph, "txt") ? pass_table(result.stats.passes)
+                                                                : renderer.graph_dot());
         times.write = clock.lap();
         times.total = clock.seconds();
         if (a.stats)

@@ -44,7 +44,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.camera = camera;
     settings.pictures = 1;
     settings.want_view = wants_view(a);
-    settings.measure = a.stats.has_value();
+    settings.measure = a.stats.has_value() || (a.graph && has_extension(*a.graph, "txt"));
     return settings;
 }
 

@@ -64,13 +64,16 @@ void row(const Outliner::Row& r, const HiddenObjects& hidden, PanelContext& c) {
 }  // namespace
 
 void object_list(PanelContext& c) {
-    constexpr float kLines = 11;  // height of the list, lines
+    constexpr float kMost = 11, kLeast = 5;  // height of the list, lines
+    constexpr float kShare = 0.35f;          // share of the section that the list takes
     label("Search", "shows objects whose names contain the text");
     ImGui::InputText("##search", c.outliner.search.data(), c.outliner.search.size());
     const auto& rows = c.outliner.rows(c.session);
     const bool searching = c.outliner.search[0] != 0;
     const HiddenObjects hidden(c.session);
-    ImGui::BeginChild("objects", {0, kLines * ImGui::GetTextLineHeightWithSpacing()}, true);
+    const float line_height = ImGui::GetTextLineHeightWithSpacing();
+    const float height = std::clamp(kShare * ImGui::GetWindowHeight(), kLeast * line_height, kMost * line_height);
+    ImGui::BeginChild("objects", {0, height}, true);
     // A heading stands before the objects of each kind; a click on it folds them.
     std::vector<int> lines;  // index of a row; -1 - index: heading before that row
     std::array<int, 8> counts{};
@@ -80,8 +83,17 @@ void object_list(PanelContext& c) {
         if (counts[kind]++ == 0 && rows[i].object.kind != ObjectKind::environment) lines.push_back(-1 - index);
         if (searching || !c.outliner.folded[kind]) lines.push_back(index);
     }
+    if (c.outliner.scrolled_to != c.session.selection) {  // a click in the picture shows the row, too
+        c.outliner.scrolled_to = c.session.selection;
+        const auto selected = std::ranges::find_if(lines, [&](int line) {
+            return line >= 0 && rows[static_cast<std::size_t>(line)].object == c.session.selection;
+        });
+        const float top = line_height * static_cast<float>(selected - lines.begin());
+        const bool seen = top >= ImGui::GetScrollY() && top + line_height < ImGui::GetScrollY() + height;
+        if (selected != lines.end() && !seen) ImGui::SetScrollY(std::max(top - 2 * line_height, 0.0f));
+    }
     ImGuiListClipper clipper;
-    clipper.Begin(static_cast<int>(lines.size()), ImGui::GetTextLineHeightWithSpacing());
+    clipper.Begin(static_cast<int>(lines.size()), line_height);
     while (clipper.Step())
         for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
             const int line = lines[static_cast<std::size_t>(i)];
