@@ -121,17 +121,8 @@ void add_layout(Fingerprint& print, const ExrLayout& layout) {
     if (layout.tile > 0) print.values("tiles {}", layout.tile);
 }
 
-void add_settings(Fingerprint& print, const RenderSettings& settings) {
-    for (const Setting& setting : known_settings())
-        if (setting.fingerprint) print.text(setting.name).text(setting.get(settings));
-}
-
-}  // namespace
-
-std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
-                                 const ColorConfig& config, const OutputOptions& output,
-                                 const std::vector<std::uint32_t>& frames) {
-    Fingerprint print;
+/// Adds the program's sources, the scene with its edits, and the settings. view: includes those of the group Colour.
+void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings, bool view) {
     print.text(source_hash());
     for (const auto& file : scene.files()) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
@@ -141,13 +132,30 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene.choice());
     add_edits(print, scene.edits());
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint && (view || setting.group != "Colour"))
+            print.text(setting.name).text(setting.get(settings));
+}
+
+}  // namespace
+
+std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                                 const ColorConfig& config, const OutputOptions& output,
+                                 const std::vector<std::uint32_t>& frames) {
+    Fingerprint print;
+    add_picture(print, scene, settings, true);
     add_color(print, output, config);
     add_layout(print, output.exr);
-    add_settings(print, settings);
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
     print.values("shutter {}, {} times", shutter.open, shutter_count(shutter, settings.aovs, settings.samples));
+    return print.hex();
+}
+
+std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings) {
+    Fingerprint print;
+    add_picture(print, scene, settings, false);
     return print.hex();
 }
 

@@ -50,7 +50,7 @@ void run_sequence(const RenderArguments& a) {
     std::optional<SequenceDisplay> display;
     SequenceEvents events;
     events.started = [&](std::size_t todo) {
-        display.emplace(stderr, progress_form(a.quiet, a.json_progress), todo);
+        display.emplace(stderr, progress_form(a.quiet, a.json_progress), todo, settings.time_limit);
         clock = Stopwatch();
     };
     events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {
@@ -61,6 +61,7 @@ void run_sequence(const RenderArguments& a) {
     events.made = [&](std::uint32_t frame, std::size_t made, std::size_t failed) {
         display->made(frame, made, failed, clock.seconds());
     };
+    events.found = [&](std::uint32_t frame, std::size_t found) { display->found(frame, found, clock.seconds()); };
     events.failed = [&](std::uint32_t, const std::string&) { display->clear(); };
     events.writing = [](const std::function<void()>& write) {
         const WritingFiles writing;
