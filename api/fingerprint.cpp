@@ -122,17 +122,8 @@ void add_layout(Fingerprint& print, const ExrLayout& layout) {
     if (layout.tile > 0) print.values("tiles {}", layout.tile);
 }
 
-void add_settings(Fingerprint& print, const RenderSettings& settings) {
-    for (const Setting& setting : known_settings())
-        if (setting.fingerprint) print.text(setting.name).text(setting.get(settings));
-}
-
-}  // namespace
-
-std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
-                                 const ColorConfig& config, const OutputOptions& output,
-                                 const std::vector<std::uint32_t>& frames) {
-    Fingerprint print;
+/// Adds the program's sources, the scene with its edits, and the settings. view: includes those of the group Colour.
+void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings, bool view) {
     print.text(source_hash());
     for (const auto& file : scene.files()) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
@@ -142,12 +133,23 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene.choice());
     add_edits(print, scene.edits());
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint && (view || setting.group != "Colour"))
+            print.text(setting.name).text(setting.get(settings));
+}
+
+}  // namespace
+
+std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                                 const ColorConfig& config, const OutputOptions& output,
+                                 const std::vector<std::uint32_t>& frames) {
+    Fingerprint print;
+    add_picture(print, scene, settings, true);
     add_color(print, output, config);
     add_layout(print, output.exr);
     if (output.aov_names != AovNames::halflight) print.values("aov names {}", static_cast<int>(output.aov_names));
     if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
         print.values("jpeg {} tiff {}", output.jpeg_quality, static_cast<int>(output.tiff));
-    add_settings(print, settings);
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
@@ -164,6 +166,12 @@ std::string fingerprint_of_text(const std::string& text) {
 }
 
 }  // namespace
+
+std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings) {
+    Fingerprint print;
+    add_picture(print, scene, settings, false);
+    return print.hex();
+}
 
 std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) {
     return Fingerprint().text(sequence).values("{}", frame).hex();

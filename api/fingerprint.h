@@ -21,6 +21,10 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
                                  const ColorConfig& config, const OutputOptions& output,
                                  const std::vector<std::uint32_t>& frames);
 
+/// Returns a fingerprint of everything that decides the sums of the samples of frames without motion blur. It leaves
+/// out the colour config and the settings of the group Colour, which apply to the finished picture.
+std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings);
+
 /// Returns the fingerprint of one frame: 16 hexadecimal digits.
 std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame);
 

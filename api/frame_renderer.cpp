@@ -68,6 +68,7 @@ struct FrameRenderer::State {
     LoadedScene& scene;
     RenderSettings settings;
     Shutter shutter;
+    int exr_tile;  // RendererOptions::exr_tile
     RayServerFactory ray_server;
     bool frees_scene;
     ColorConfig colors;
@@ -101,6 +102,7 @@ struct FrameRenderer::State {
         : scene(s),
           settings(std::move(r)),
           shutter(o.shutter),
+          exr_tile(o.exr_tile),
           ray_server(std::move(o.ray_server)),
           frees_scene(o.frees_scene && !s.surfaces_move()),
           colors(o.colors ? std::move(*o.colors) : ColorConfig::load()),
@@ -227,7 +229,9 @@ struct FrameRenderer::State {
         take_memory(s);
         renderer.emplace(*prepared, colors, s, server.get());
     }
-    PictureUse picture_use() const { return {.png = settings.want_view, .shutter = shutter.open > 0}; }
+    PictureUse picture_use() const {
+        return {.png = settings.want_view, .shutter = shutter.open > 0, .exr_tile = exr_tile};
+    }
     /// Chooses bands that fit into the memory budget, and enters the picture into the ledger.
     void take_memory(RenderSettings& s) {
         for (MemoryLedger::Entry* entry : {&picture_memory, &bands_memory, &visibility_memory}) *entry = {};
@@ -364,9 +368,7 @@ struct FrameRenderer::State {
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
     std::string checkpoint_fingerprint(int of_part) const {
-        const std::string sequence =
-            sequence_fingerprint(scene, settings, shutter, colors, OutputOptions(), {settings.frame});
-        const std::string frame = frame_fingerprint(sequence, settings.frame);
+        const std::string frame = frame_fingerprint(sums_fingerprint(scene, settings), settings.frame);
         return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
     }
     void open_checkpoint(const CheckpointOptions& options) {

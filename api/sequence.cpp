@@ -240,6 +240,7 @@ class FrameQueue {
         const std::vector<std::uint32_t>& wanted = movie ? frames : todo;
         std::deque<std::uint32_t> queue(wanted.begin(), wanted.end());
         std::size_t passed = 0;  // number of frames in a row that other processes make
+        std::size_t found = 0;   // number of frames that other processes have made
         while (!queue.empty()) {
             const std::uint32_t frame = queue.front();
             tally.stopped_in = frame;
@@ -256,7 +257,10 @@ class FrameQueue {
                     // Another process may have made the frame since frames_to_make() looked. A movie cannot show an
                     // .exr.
                     const bool shown = !movie || wants(options_, "png");
-                    if (shown && is_whole(options_, frame, sequence_)) missing.erase(frame), ++tally.kept;
+                    if (shown && is_whole(options_, frame, sequence_)) {
+                        missing.erase(frame), ++tally.kept;
+                        if (events_.found) events_.found(frame, ++found);
+                    }
                 }
                 passed = 0;
                 queue.pop_front();
@@ -352,6 +356,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
                               const SequenceOptions& o, const SequenceEvents& events, const Log& log) {
     check_outputs(o);
     RendererOptions options = renderer;
+    options.exr_tile = o.output.exr.tile;
     if (!options.colors) options.colors = ColorConfig::load();
     if (o.movie && asked.transparent) throw Error(o.movie->string(), "a movie cannot be transparent");
     RenderSettings settings = of_sequence(asked, scene);

@@ -3,8 +3,9 @@
 
 namespace halflight {
 
-/// Returns a hash of the sources on which a picture depends (source_hash.cmake). Builds of the same sources have the
-/// same hash on every machine; a build of other sources may make other pictures.
+/// Returns a hash of the sources on which a picture depends, the versions of Embree and OpenColorIO, and the options of
+/// the compiler that the user sets (source_hash.cmake). Builds with the same hash make the same pictures; others may
+/// make other pictures.
 const char* source_hash();
 
 }  // namespace halflight

@@ -1,10 +1,12 @@
-# halflight_picture_sources(ROOT VARIABLE): sets VARIABLE to the sources on which a picture depends, relative to ROOT, sorted.
+# halflight_picture_sources(ROOT VARIABLE): sets VARIABLE to the sources on which a picture depends, relative to ROOT, sorted. Files of
+# CMake are among them: they embed shaders and the colour config, and set options of the compiler.
 function(halflight_picture_sources root variable)
     set(globs "")
     foreach(folder engine passes renderer api shaders)
-        foreach(extension cpp h glsl comp frag vert ocio)
+        foreach(extension cpp h glsl comp frag vert ocio in cmake)
             list(APPEND globs ${root}/${folder}/*.${extension})
         endforeach()
+        list(APPEND globs ${root}/${folder}/CMakeLists.txt)
     endforeach()
     file(GLOB_RECURSE sources RELATIVE ${root} ${globs})
     list(FILTER sources EXCLUDE REGEX "^(engine/reference|api/python)/")

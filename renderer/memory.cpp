@@ -154,15 +154,17 @@ std::size_t shutter_bytes(const RenderSettings& s) {
 }
 
 std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
-    constexpr std::size_t kRows = 256;  // colour rows that are converted at once, to another space and to half
-    constexpr std::size_t kPng = 3 * (sizeof(float) + 1 + 1);  // three channels as float, as 8 bits, and compressed
+    // Colour rows are converted at once to another space and to half: at least a row of tiles.
+    const std::size_t rows = static_cast<std::size_t>(std::max(256, use.exr_tile));
+    // Channels of a .png are there as float, as 8 bits, and compressed.
+    const std::size_t png = (s.transparent ? 4 : 3) * (sizeof(float) + 1 + 1);
     std::size_t colors = 4;
     for (const std::string& aov : s.aovs)
         if (find_aov(aov)->is_color()) colors += 3;
     const ivec2 size = data_window(s).size();
     const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
-    const std::size_t exr = std::min(kRows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
-    return (use.exr ? exr : 0) + (use.png ? width * height * kPng : 0);
+    const std::size_t exr = std::min(rows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
+    return (use.exr ? exr : 0) + (use.png ? width * height * png : 0);
 }
 
 /// Fills in the parts that belong to the whole picture.

@@ -14,6 +14,7 @@ struct PictureUse {
     bool exr = true;       // the picture is written as .exr
     bool png = false;      // the picture is written as .png
     bool shutter = false;  // the picture is the mean of pictures at several shutter times (renderer/shutter.h)
+    int exr_tile = 0;      // side of the tiles of the .exr, pixels; 0: it has lines
 };
 
 /// Bytes of a process that renders with a software driver, which keeps buffers and textures in main memory. Each field

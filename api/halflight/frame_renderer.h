@@ -76,6 +76,7 @@ struct RendererOptions {
     // Folders of the complete checkpoints of all parts, in order (FrameSettings::parts). The frame of the settings is
     // made of their sums. The constructor throws Error where one is missing or of another picture.
     std::vector<std::filesystem::path> merged{};
+    int exr_tile = 0;  // side of the tiles of the .exr, pixels, for the memory estimate; 0: it has lines
 };
 
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.

@@ -34,6 +34,8 @@ struct SequenceEvents {
     std::function<bool()>
         go_on{};  // called before each frame, in a pilot, and often while pages are loaded; false stops
     std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};
+    /// Called when another process has made a frame; `found`: number of such frames so far.
+    std::function<void(std::uint32_t frame, std::size_t found)> found{};
     std::function<void(std::uint32_t frame, const std::string& error)> failed{};
     std::function<void(const std::function<void()>& write)> writing{};  // calls write(), which writes a frame's files
 };

@@ -43,7 +43,7 @@ TEST_F(CheckpointOption, InterruptedPicturesGoOnToTheSameBits) {
         EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
         EXPECT_TRUE(std::filesystem::exists(saved));
         const bool told =
-            stopped.err.find("per pixel; the same command goes on from its checkpoint") != std::string::npos;
+            stopped.err.find("per pixel; the same command goes on from its checkpoint of ") != std::string::npos;
         EXPECT_EQ(told, signal != SIGKILL) << stopped.err;
     }
     const Outcome rest = run_program(arguments(file("a.exr")));
@@ -51,6 +51,49 @@ TEST_F(CheckpointOption, InterruptedPicturesGoOnToTheSameBits) {
     EXPECT_NE(rest.err.find("goes on after"), std::string::npos) << rest.err;
     EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
     EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+TEST_F(CheckpointOption, NoSamplesAreNoCheckpoint) {
+    bool sent = false;
+    RunOptions options;
+    options.watch = [&](pid_t child, const std::string& err) {
+        if (!sent && err.find("compiling shaders") != std::string::npos) sent = kill(child, SIGTERM) == 0;
+    };
+    const Outcome stopped = run_program(
+        arguments(file("a.exr"), {"--no-shader-cache", "--quiet", "--progress", "json", "--checkpoint", "1000"}),
+        options);
+    EXPECT_EQ(stopped.status, 128 + SIGTERM) << stopped.err;
+    EXPECT_NE(stopped.err.find("a.exr: not written: interrupted after 0 samples per pixel\n"), std::string::npos)
+        << stopped.err;
+    EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+TEST_F(CheckpointOption, MergedPartsMayHaveOtherOutputsAndColour) {
+    const auto run = [&](Strings more) {
+        Strings all = {more[0], scene, "--width", "16", "--height", "16", "--samples", "4"};
+        all.insert(all.end(), more.begin() + 1, more.end());
+        return run_program(all);
+    };
+    for (const char* part : {"1/2", "2/2"}) EXPECT_EQ(run({"render", file("a.exr"), "--part", part}).status, 0);
+    const Strings merge = {"merge", file("m.png"), file("a.exr"), "--sample-parts", "2", "--exposure", "1"};
+    const Outcome merged = run(merge);
+    EXPECT_EQ(merged.status, 0) << merged.err;
+    EXPECT_EQ(run({"render", file("whole.exr"), "--sample-parts", "2"}).status, 0);
+    EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
+    Strings other = merge;
+    other.insert(other.end(), {"--bounces", "1"});
+    EXPECT_EQ(run(other).err, "halflight: " + file("a.exr.parts/1-of-2") +
+                                  ": was made with other settings or from another scene; merge needs the settings of "
+                                  "the parts; render --part with --overwrite makes them anew\n");
+    EXPECT_TRUE(std::filesystem::exists(file("a.exr.parts/1-of-2/rows-00000.sums")));
+}
+
+TEST_F(CheckpointOption, MergeNeedsANumberOfParts) {
+    EXPECT_EQ(run_program({"merge", scene}).err, "halflight: OUTPUT: is missing; see halflight merge --help\n");
+    EXPECT_EQ(run_program({"merge", scene, file("a.exr"), "--samples", "4"}).err,
+              "halflight: --sample-parts: is missing; it is the N of --part I/N\n");
+    EXPECT_EQ(run_program({"merge", scene, file("a.exr"), "--sample-parts", "1"}).err,
+              "halflight: --sample-parts: one part needs no merge; --part 1/1 renders the whole picture\n");
 }
 
 TEST_F(CheckpointOption, OtherPicturesAreRefused) {

@@ -1,6 +1,9 @@
 // Tests functions of the program without running it.
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <functional>
+
 #include "api/halflight/camera.h"
 #include "api/halflight/frame_names.h"
 #include "tools/cli/console.h"
@@ -17,12 +20,61 @@ TEST(Progress, ClockText) {
 }
 
 TEST(Progress, RemainingFollowsThePace) {
-    EXPECT_DOUBLE_EQ(seconds_remaining({16, 64, 4}, 0), 12);
-    EXPECT_DOUBLE_EQ(seconds_remaining({64, 64, 4}, 0), 0);
-    EXPECT_DOUBLE_EQ(seconds_remaining({0, 64, 4}, 0), 0);         // nothing is known yet
-    EXPECT_DOUBLE_EQ(seconds_remaining({10, 1 << 24, 4}, 10), 6);  // the time limit decides
+    EXPECT_DOUBLE_EQ(seconds_remaining({16, 64, 4}, 0).value(), 12);
+    EXPECT_DOUBLE_EQ(seconds_remaining({64, 64, 4}, 0).value(), 0);
+    EXPECT_EQ(seconds_remaining({0, 64, 4}, 0), std::nullopt);             // nothing is known yet
+    EXPECT_DOUBLE_EQ(seconds_remaining({10, 1 << 24, 4}, 10).value(), 6);  // the time limit decides
     EXPECT_EQ(progress_text({16, 64, 4}, 0), "16/64 samples, 0:04 elapsed, 0:12 remaining");
     EXPECT_EQ(progress_text({10, 1 << 24, 4}, 10), "10 samples, 0:04 elapsed, 0:06 remaining");
+    EXPECT_EQ(progress_text({0, 64, 4}, 0), "0/64 samples, 0:04 elapsed");
+}
+
+TEST(Progress, EarlierRunsAddToTheShareAndNotToThePace) {
+    const EarlierRuns earlier{32, 100};
+    EXPECT_DOUBLE_EQ(seconds_remaining({48, 64, 4}, 0, earlier).value(), 4);
+    EXPECT_EQ(seconds_remaining({32, 64, 4}, 0, earlier), std::nullopt);
+    EXPECT_DOUBLE_EQ(seconds_remaining({64, 64, 0}, 0, {64, 100}).value(), 0);
+    EXPECT_DOUBLE_EQ(seconds_remaining({48, 1 << 24, 4}, 110, earlier).value(), 6);
+}
+
+TEST(Progress, AsJson) {
+    EXPECT_EQ(progress_json({0, 64, 2}, 0), R"("share": 0.0000, "samples": 0, "samples_total": 64, "seconds": 2.00, )"
+                                            R"("seconds_remaining": null)");
+    EXPECT_EQ(progress_json({48, 64, 4}, 0, {32, 100}),
+              R"("share": 0.7500, "samples": 48, "samples_total": 64, "seconds": 4.00, "seconds_remaining": 4.00)");
+}
+
+/// Returns what a display of two frames has written.
+std::string shown(double time_limit, const std::function<void(SequenceDisplay&)>& show) {
+    std::FILE* const file = std::tmpfile();
+    {
+        SequenceDisplay display(file, ProgressForm::json, 2, time_limit);
+        show(display);
+    }
+    std::string text(static_cast<std::size_t>(std::ftell(file)), ' ');
+    std::rewind(file);
+    EXPECT_EQ(std::fread(text.data(), 1, text.size(), file), text.size());
+    std::fclose(file);
+    return text;
+}
+
+TEST(Progress, OfFramesWithATimeLimit) {
+    EXPECT_EQ(shown(10,
+                    [](SequenceDisplay& d) {
+                        d.show(1, {3, kMaxSamples, 4});
+                    }),
+              "{\"frame\": 1, \"share\": 0.4000, \"samples\": 3, \"samples_total\": null, \"seconds\": 4.00, "
+              "\"seconds_remaining\": 6.00}\n");
+}
+
+TEST(Progress, CountsFramesOfOtherProcesses) {
+    const std::string text = shown(0, [](SequenceDisplay& d) {
+        d.found(1, 1, 2);
+        d.made(2, 1, 0, 4);
+    });
+    EXPECT_EQ(text,
+              "{\"frame\": 1, \"made\": 0, \"failed\": 0, \"found\": 1, \"frames\": 2, \"seconds\": 2.00}\n"
+              "{\"frame\": 2, \"made\": 1, \"failed\": 0, \"found\": 1, \"frames\": 2, \"seconds\": 4.00}\n");
 }
 
 TEST(Progress, OfASequence) {

@@ -138,7 +138,7 @@ Json facts_of(const InfoArguments& a, Scene& scene, Environment own, const Trace
     if (choice.camera == "all" && !named) choice.camera.reset();  // `render` makes a picture of each camera
     const RenderSettings settings =
         make_settings(a.picture, with_lens(choose_camera(scene, choice).camera, a.picture.settings.view.camera.lens));
-    const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0};
+    const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0, .exr_tile = a.picture.exr.tile};
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) {
         scene.environment = std::move(own);

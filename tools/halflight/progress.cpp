@@ -33,10 +33,14 @@ void put_object(std::FILE* stream, const std::string& members) {
     std::fflush(stream);
 }
 
-/// Returns the share of the work that is done, [0, 1].
-double fraction(const RenderProgress& progress, double time_limit) {
-    const double samples = static_cast<double>(progress.samples_done) / std::max(progress.samples_total, 1);
-    return std::clamp(time_limit > 0 ? std::max(samples, progress.seconds / time_limit) : samples, 0.0, 1.0);
+/// Returns the share of the work that is done, [0, 1]. seconds: time of all runs.
+double fraction(double samples_done, int samples_total, double seconds, double time_limit) {
+    const double samples = samples_done / std::max(samples_total, 1);
+    return std::clamp(time_limit > 0 ? std::max(samples, seconds / time_limit) : samples, 0.0, 1.0);
+}
+
+double fraction(const RenderProgress& progress, double time_limit, const EarlierRuns& earlier) {
+    return fraction(progress.samples_done, progress.samples_total, progress.seconds + earlier.seconds, time_limit);
 }
 
 }  // namespace
@@ -47,15 +51,19 @@ std::string clock_text(double seconds) {
     return h > 0 ? fmt::format("{}:{:02}:{:02}", h, m, s) : fmt::format("{}:{:02}", m, s);
 }
 
-double seconds_remaining(const RenderProgress& progress, double time_limit) {
-    const double done = fraction(progress, time_limit);
-    return done > 0 ? progress.seconds * (1 - done) / done : 0;
+std::optional<double> seconds_remaining(const RenderProgress& progress, double time_limit, const EarlierRuns& earlier) {
+    const double done = fraction(progress, time_limit, earlier);
+    if (done == 1) return 0;
+    const double of_this_run = done - fraction(earlier.samples, progress.samples_total, earlier.seconds, time_limit);
+    if (!(of_this_run > 0)) return std::nullopt;
+    return progress.seconds * (1 - done) / of_this_run;
 }
 
-std::string progress_text(const RenderProgress& progress, double time_limit) {
+std::string progress_text(const RenderProgress& progress, double time_limit, const EarlierRuns& earlier) {
     const std::string goal = time_limit > 0 ? "" : fmt::format("/{}", progress.samples_total);
-    return fmt::format("{}{} samples, {} elapsed, {} remaining", progress.samples_done, goal,
-                       clock_text(progress.seconds), clock_text(std::ceil(seconds_remaining(progress, time_limit))));
+    const std::optional<double> rest = seconds_remaining(progress, time_limit, earlier);
+    return fmt::format("{}{} samples, {} elapsed{}", progress.samples_done, goal, clock_text(progress.seconds),
+                       rest ? fmt::format(", {} remaining", clock_text(std::ceil(*rest))) : "");
 }
 
 std::string share_text(double share, double seconds) {
@@ -70,17 +78,19 @@ std::string sequence_text(std::size_t done, std::size_t total, double seconds) {
                        clock_text(std::ceil(each * static_cast<double>(total - std::min(done, total)))));
 }
 
-std::string progress_json(const RenderProgress& progress, double time_limit) {
+std::string progress_json(const RenderProgress& progress, double time_limit, const EarlierRuns& earlier) {
+    const std::optional<double> rest = seconds_remaining(progress, time_limit, earlier);
     return fmt::format(R"("share": {:.4f}, "samples": {}, "samples_total": {}, "seconds": {:.2f}, )"
-                       R"("seconds_remaining": {:.2f})",
-                       fraction(progress, time_limit), progress.samples_done,
+                       R"("seconds_remaining": {})",
+                       fraction(progress, time_limit, earlier), progress.samples_done,
                        progress.samples_total == kMaxSamples ? "null" : fmt::to_string(progress.samples_total),
-                       progress.seconds, seconds_remaining(progress, time_limit));
+                       progress.seconds, rest ? fmt::format("{:.2f}", *rest) : "null");
 }
 
-ProgressDisplay::ProgressDisplay(std::FILE* stream, ProgressForm form, double time_limit)
+ProgressDisplay::ProgressDisplay(std::FILE* stream, ProgressForm form, double time_limit, const EarlierRuns& earlier)
     : stream_(stream),
       time_limit_(time_limit),
+      earlier_(earlier),
       mode_(form == ProgressForm::none   ? Mode::quiet
             : form == ProgressForm::json ? Mode::json
             : is_terminal(stream)        ? Mode::bar
@@ -93,8 +103,8 @@ void ProgressDisplay::clear() {
 }
 
 void ProgressDisplay::show(const RenderProgress& progress) {
-    show(fraction(progress, time_limit_), progress.seconds, progress_text(progress, time_limit_),
-         progress_json(progress, time_limit_));
+    show(fraction(progress, time_limit_, earlier_), progress.seconds, progress_text(progress, time_limit_, earlier_),
+         progress_json(progress, time_limit_, earlier_));
 }
 
 void ProgressDisplay::show(double share, double seconds) {
@@ -135,11 +145,12 @@ void ProgressDisplay::draw_bar(double share, const std::string& text) {
     bar_shown_ = true;
 }
 
-SequenceDisplay::SequenceDisplay(std::FILE* stream, ProgressForm form, std::size_t frames)
+SequenceDisplay::SequenceDisplay(std::FILE* stream, ProgressForm form, std::size_t frames, double time_limit)
     : stream_(stream),
       form_(form),
       terminal_(form == ProgressForm::text && is_terminal(stream)),
       frames_(frames),
+      time_limit_(time_limit),
       line_(fmt::format("0/{} frames", frames)) {}
 
 void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) {
@@ -148,9 +159,10 @@ void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) 
     if (progress.seconds < drawn_at_) drawn_at_ = -1;  // another frame has begun
     if (drawn_at_ >= 0 && progress.seconds - drawn_at_ < (json ? kSecondsPerObject : kSecondsPerBar)) return;
     drawn_at_ = progress.seconds;
-    if (json) return put_object(stream_, fmt::format(R"("frame": {}, {})", frame, progress_json(progress, 0)));
-    std::string text =
-        fmt::format("{}, frame {}: {}/{} samples", line_, frame, progress.samples_done, progress.samples_total);
+    if (json)
+        return put_object(stream_, fmt::format(R"("frame": {}, {})", frame, progress_json(progress, time_limit_)));
+    const std::string goal = time_limit_ > 0 ? "" : fmt::format("/{}", progress.samples_total);
+    std::string text = fmt::format("{}, frame {}: {}{} samples", line_, frame, progress.samples_done, goal);
     text.resize(std::min(text.size(), static_cast<std::size_t>(std::max(columns(stream_) - 1, 0))));
     put(stream_, fmt::format("\r{}\033[K", text));
     std::fflush(stream_);
@@ -158,13 +170,24 @@ void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) 
 }
 
 void SequenceDisplay::made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds) {
-    line_ = sequence_text(made + failed, frames_, seconds);
+    made_ = made, failed_ = failed;
+    report(frame, "written", seconds);
+}
+
+void SequenceDisplay::found(std::uint32_t frame, std::size_t found, double seconds) {
+    found_ = found;
+    report(frame, "made by another process", seconds);
+}
+
+void SequenceDisplay::report(std::uint32_t frame, const char* what, double seconds) {
+    line_ = sequence_text(made_ + failed_ + found_, frames_, seconds);
     drawn_at_ = -1;
     if (form_ == ProgressForm::json)
-        put_object(stream_, fmt::format(R"("frame": {}, "made": {}, "failed": {}, "frames": {}, "seconds": {:.2f})",
-                                        frame, made, failed, frames_, seconds));
+        put_object(stream_,
+                   fmt::format(R"("frame": {}, "made": {}, "failed": {}, "found": {}, "frames": {}, "seconds": {:.2f})",
+                               frame, made_, failed_, found_, frames_, seconds));
     if (form_ != ProgressForm::text || terminal_) return;
-    put(stream_, fmt::format("halflight: frame {} written: {}\n", frame, line_));
+    put(stream_, fmt::format("halflight: frame {} {}: {}\n", frame, what, line_));
     std::fflush(stream_);
 }
 

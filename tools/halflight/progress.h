@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 
 #include "renderer/render.h"
@@ -13,14 +14,23 @@ namespace halflight {
 /// Returns a time as "0:07", "12:34" or "1:02:03"; negative times count as 0.
 std::string clock_text(double seconds);
 
-/// Estimates the remaining seconds from the pace so far. `time_limit` is that of RenderSettings.
-double seconds_remaining(const RenderProgress& progress, double time_limit);
+/// What earlier runs have done of a picture (checkpoints).
+struct EarlierRuns {
+    double samples = 0;  // samples per pixel
+    double seconds = 0;
+};
 
-/// Returns "3/24 frames, 1.20 s/frame, 0:26 remaining"; failed frames count as done.
+/// Estimates the remaining seconds from the pace of this run; none before anything is known. `time_limit` is that of
+/// RenderSettings.
+std::optional<double> seconds_remaining(const RenderProgress& progress, double time_limit,
+                                        const EarlierRuns& earlier = {});
+
+/// Returns "3/24 frames, 1.20 s/frame, 0:26 remaining"; failed frames and those of other processes count as done.
 std::string sequence_text(std::size_t done, std::size_t total, double seconds);
 
-/// Returns "12/64 samples, 0:03 elapsed, 0:13 remaining"; with a time limit there is no target number of samples.
-std::string progress_text(const RenderProgress& progress, double time_limit);
+/// Returns "12/64 samples, 0:03 elapsed, 0:13 remaining"; with a time limit there is no target number of samples,
+/// and before anything is known there are no remaining seconds.
+std::string progress_text(const RenderProgress& progress, double time_limit, const EarlierRuns& earlier = {});
 
 /// Returns "25 %, 0:03 elapsed, 0:09 remaining".
 std::string share_text(double share, double seconds);
@@ -38,11 +48,11 @@ inline ProgressForm progress_form(bool quiet, bool json = false) {
 }
 
 /// Returns the progress of a picture as an object of JSON without its braces.
-std::string progress_json(const RenderProgress& progress, double time_limit);
+std::string progress_json(const RenderProgress& progress, double time_limit, const EarlierRuns& earlier = {});
 
 class ProgressDisplay {
   public:
-    ProgressDisplay(std::FILE* stream, ProgressForm form, double time_limit);
+    ProgressDisplay(std::FILE* stream, ProgressForm form, double time_limit, const EarlierRuns& earlier = {});
     ProgressDisplay(const ProgressDisplay&) = delete;
     ProgressDisplay& operator=(const ProgressDisplay&) = delete;
     ~ProgressDisplay() { clear(); }
@@ -62,6 +72,7 @@ class ProgressDisplay {
     enum class Mode { quiet, lines, bar, json };
     std::FILE* stream_;
     double time_limit_;
+    EarlierRuns earlier_;
     Mode mode_;
     double drawn_at_ = -1;  // time of the last bar or object, seconds; -1: none
     int tenths_ = 0;        // tenths of the work at the last line
@@ -71,7 +82,8 @@ class ProgressDisplay {
 /// Progress of a sequence: one updated line on a terminal, one line per frame elsewhere, or lines of JSON.
 class SequenceDisplay {
   public:
-    SequenceDisplay(std::FILE* stream, ProgressForm form, std::size_t frames);
+    /// time_limit: that of each frame.
+    SequenceDisplay(std::FILE* stream, ProgressForm form, std::size_t frames, double time_limit);
     SequenceDisplay(const SequenceDisplay&) = delete;
     SequenceDisplay& operator=(const SequenceDisplay&) = delete;
     ~SequenceDisplay() { clear(); }
@@ -80,15 +92,21 @@ class SequenceDisplay {
     void show(std::uint32_t frame, const RenderProgress& progress);
     /// Reports a finished frame; `seconds` since the start of the first frame.
     void made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds);
+    /// Reports a frame that another process has made; `found`: number of such frames so far.
+    void found(std::uint32_t frame, std::size_t found, double seconds);
     /// Removes the line, so that another one can be written.
     void clear();
 
   private:
+    void report(std::uint32_t frame, const char* what, double seconds);
+
     std::FILE* stream_;
     ProgressForm form_;
     bool terminal_;  // form_ is text, and `stream_` a terminal
     std::size_t frames_;
-    std::string line_;      // text about the earlier frames
+    double time_limit_;
+    std::size_t made_ = 0, failed_ = 0, found_ = 0;  // numbers of frames
+    std::string line_;                               // text about the earlier frames
     double drawn_at_ = -1;  // time of the last line or object, seconds since the start of the frame; -1: none
     bool line_shown_ = false;
 };

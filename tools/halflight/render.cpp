@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <future>
 #include <nlohmann/json.hpp>
 
@@ -43,23 +44,31 @@ int part_of_samples(const RenderArguments& a) {
 }
 
 /// Returns the folder for the sums of a part of the samples, such as "still.exr.parts/2-of-4".
-std::filesystem::path folder_of_part(const RenderArguments& a, int number) {
-    return std::filesystem::path(a.outputs[0].string() + ".parts") / fmt::format("{}-of-{}", number, a.settings.parts);
+std::filesystem::path folder_of_part(const RenderArguments& a, const std::filesystem::path& output, int number) {
+    return std::filesystem::path(output.string() + ".parts") / fmt::format("{}-of-{}", number, a.settings.parts);
 }
 
 /// Returns where the samples of the picture are saved; none without --checkpoint and --part.
 std::optional<CheckpointOptions> checkpoint_of(const RenderArguments& a) {
     constexpr double kUsualInterval = 300;  // seconds, for parts
     if (const int part = part_of_samples(a))
-        return CheckpointOptions{folder_of_part(a, part), a.checkpoint.value_or(kUsualInterval), a.overwrite, part};
+        return CheckpointOptions{folder_of_part(a, a.outputs[0], part), a.checkpoint.value_or(kUsualInterval),
+                                 a.overwrite, part};
     if (!a.checkpoint) return std::nullopt;
     return CheckpointOptions{a.outputs[0].string() + ".checkpoint", *a.checkpoint, a.overwrite};
 }
 
-/// Returns the folders of the parts that are merged.
+/// Returns the folders of the parts that are merged. A part may be beside any of the outputs.
 std::vector<std::filesystem::path> merged_parts(const RenderArguments& a) {
     std::vector<std::filesystem::path> folders;
-    for (int number = 1; a.merge && number <= a.settings.parts; ++number) folders.push_back(folder_of_part(a, number));
+    for (int number = 1; a.merge && number <= a.settings.parts; ++number) {
+        const auto has_part = [&](const std::filesystem::path& output) {
+            std::error_code none;
+            return std::filesystem::is_directory(folder_of_part(a, output, number), none);
+        };
+        const auto output = std::ranges::find_if(a.outputs, has_part);
+        folders.push_back(folder_of_part(a, output == a.outputs.end() ? a.outputs[0] : *output, number));
+    }
     return folders;
 }
 
@@ -69,13 +78,15 @@ int samples_to_render(const RenderSettings& settings, const RenderArguments& a) 
     return part > 0 ? settings_of_part(settings, part).samples : settings.samples;
 }
 
-/// Returns when a signal has ended the rendering, and what becomes of the samples.
-std::string after_samples(int samples, const Checkpoint* checkpoint) {
+/// Returns when a signal has ended the rendering, and what becomes of the samples. height: rows of the picture.
+std::string after_samples(int samples, const Checkpoint* checkpoint, int height) {
     const std::string when = fmt::format("after {} samples per pixel", samples);
     if (!checkpoint) return when;
-    if (!checkpoint->problem().empty())
-        return fmt::format("{}, which could not be saved: {}", when, checkpoint->problem());
-    return when + "; the same command goes on from its checkpoint";
+    if (const std::string problem = checkpoint->problem(); !problem.empty())
+        return fmt::format("{}, which could not be saved: {}", when, problem);
+    const double saved = checkpoint->saved_samples(height);
+    if (saved == 0) return when;
+    return fmt::format("{}; the same command goes on from its checkpoint of {:g}", when, saved);
 }
 
 void tell_details(const RenderStats& stats, const StepTimes& times, const Console& console) {
@@ -107,7 +118,8 @@ void render_picture(const RenderArguments& a) {
                             .shutter = a.shutter,
                             .frees_scene = true,
                             .checkpoint = checkpoint_of(a),
-                            .merged = merged_parts(a)});
+                            .merged = merged_parts(a),
+                            .exr_tile = a.exr.tile});
     Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
     times.load = clock.lap();
@@ -116,19 +128,18 @@ void render_picture(const RenderArguments& a) {
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, chosen.origin,
                  context->renderer());
 
-    if (const double samples = checkpoint ? checkpoint->earlier_samples(rendered_window(settings).size().y) : 0;
-        samples > 0)
-        console.note("goes on after {:g} of {} samples per pixel", samples, samples_to_render(settings, a));
+    const int height = rendered_window(settings).size().y;
+    EarlierRuns earlier;
+    if (checkpoint) earlier = {checkpoint->earlier_samples(height), checkpoint->earlier_seconds()};
+    if (earlier.samples > 0)
+        console.note("goes on after {:g} of {} samples per pixel", earlier.samples, samples_to_render(settings, a));
 
     RenderResult result;
     bool rendering = false;  // the pilots are through
     int samples_done = 0;
-    {
-        ProgressDisplay display(stderr, progress_form(a.quiet(), a.json_progress), settings.time_limit);
-        const Interruptible stops([&] {
-            stop_point(a.outputs[0],
-                       rendering ? after_samples(samples_done, checkpoint) : std::string("before rendering"));
-        });
+    try {
+        ProgressDisplay display(stderr, progress_form(a.quiet(), a.json_progress), settings.time_limit, earlier);
+        const Interruptible stops([&] { stop_point(a.outputs[0], "before rendering"); });
         const StepWatch programs([&](const char* what, int number) {
             display.show_step(what, number);
             interruption_point();
@@ -147,11 +158,18 @@ void render_picture(const RenderArguments& a) {
             interruption_point();
             return true;
         });
+    } catch (const Interrupted&) {
+        // Only now the samples are saved that were there when the signal came.
+        if (rendering) stop_point(a.outputs[0], after_samples(samples_done, checkpoint, height));
+        throw;
     }
-    if (result.stats.interrupted) stop_point(a.outputs[0], after_samples(samples_done, checkpoint));
-    if (checkpoint && !checkpoint->problem().empty()) console.warn("checkpoint not saved: {}", checkpoint->problem());
+    if (result.stats.interrupted) stop_point(a.outputs[0], after_samples(samples_done, checkpoint, height));
+    const std::string problem = checkpoint ? checkpoint->problem() : "";
+    if (!problem.empty()) console.warn("checkpoint not saved: {}", problem);
     if (const int part = part_of_samples(a)) {
-        if (!checkpoint->problem().empty()) throw Error(checkpoint->folder().string(), "{}", checkpoint->problem());
+        if (!problem.empty()) throw Error(checkpoint->folder().string(), "{}", problem);
+        if (!checkpoint->complete(height))
+            throw Error(checkpoint->folder().string(), "lacks samples of part {}; the same command renders them", part);
         console.note("wrote {}: part {} of {}, {} samples per pixel in {:.1f} s", checkpoint->folder().string(), part,
                      settings.parts, result.stats.samples, clock.seconds());
         return;

@@ -205,7 +205,6 @@ void take_sample_parts(const CLI::App& app, RenderArguments& a) {
             throw UsageError("--part", "names {} parts, but --sample-parts {}", of, a.settings.parts);
         a.settings.parts = of;
     }
-    if (a.merge && a.settings.parts < 2) throw UsageError("--sample-parts", "tells the number of parts to merge");
     if (a.settings.parts == 1) return;
     const char* const option = part ? "--part" : "--sample-parts";
     if (a.settings.parts > a.settings.samples)
@@ -229,7 +228,8 @@ void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
 
 void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
-    if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
+    if (a.outputs.empty() && !a.movie)
+        throw UsageError("OUTPUT", "is missing; see halflight {} --help", app.get_name());
     for (const auto& path : a.outputs) {
         if (!is_picture_name(path)) throw UsageError(path.string(), "an output is an {}", picture_extensions());
         parsed(
@@ -243,9 +243,14 @@ void check(const RenderArguments& a, const CLI::App& app) {
     check_preview_options(app, a);
     check_filter_options(app, a);
     check_checkpoint(app, a);
-    if (a.merge)
+    if (a.merge) {
+        if (a.settings.parts < 2)
+            throw UsageError("--sample-parts", "{}",
+                             given("--sample-parts") ? "one part needs no merge; --part 1/1 renders the whole picture"
+                                                     : "is missing; it is the N of --part I/N");
         for (const char* option : {"--frames", "--turntable", "--part", "--check", "--checkpoint", "--overwrite"})
             if (given(option)) throw UsageError(option, "has no meaning for halflight merge");
+    }
     check_render_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");

@@ -50,7 +50,7 @@ void run_sequence(const RenderArguments& a) {
     std::optional<SequenceDisplay> display;
     SequenceEvents events;
     events.started = [&](std::size_t todo) {
-        display.emplace(stderr, progress_form(a.quiet(), a.json_progress), todo);
+        display.emplace(stderr, progress_form(a.quiet(), a.json_progress), todo, settings.time_limit);
         clock = Stopwatch();
     };
     events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {
@@ -66,6 +66,7 @@ void run_sequence(const RenderArguments& a) {
         display->clear();
         console.detail("frame {} failed: {}", frame, error);
     };
+    events.found = [&](std::uint32_t frame, std::size_t found) { display->found(frame, found, clock.seconds()); };
     events.writing = [](const std::function<void()>& write) {
         const WritingFiles writing;
         write();

@@ -36,6 +36,17 @@ TEST(Memory, FilmsGrowWithPixelsAndLayers) {
     EXPECT_GE(of(settings_of(1280, 720), {.png = true}).writing, small.writing + kPixels * 15);
 }
 
+TEST(Memory, WritingCountsRowsOfTilesAndAlpha) {
+    const RenderSettings s = settings_of(1280, 2048);
+    EXPECT_EQ(of(s, {.exr_tile = 64}).writing, of(s).writing);
+    EXPECT_EQ(of(s, {.exr_tile = 1024}).writing, 4 * of(s).writing);
+    EXPECT_EQ(of(s, {.exr_tile = 4096}).writing, 8 * of(s).writing) << "there are no further rows";
+    RenderSettings transparent = s;
+    transparent.transparent = true;
+    const PictureUse png{.exr = false, .png = true};
+    EXPECT_EQ(3 * of(transparent, png).writing, 4 * of(s, png).writing);
+}
+
 /// All large pictures need the same memory for a band, except for textures as large as the picture.
 TEST(Memory, BandsDoNotGrowWithThePicture) {
     const MemoryEstimate small = of(settings_of(320, 180)), large = of(settings_of(3840, 2160)),
