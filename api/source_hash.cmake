@@ -1,6 +1,7 @@
-# cmake -DROOT=DIR -DOUTPUT=FILE.cpp -DBUILD=TEXT -P source_hash.cmake: writes a C++ source that defines halflight::source_hash(), a hash of
-# the sources on which a picture depends, and of TEXT, which names libraries and options of the build. Programs, tests and documents do not count, so a change of these alone keeps the
-# fingerprints of frames.
+# cmake -DROOT=DIR -DOUTPUT=FILE.cpp -DBUILD=TEXT -P source_hash.cmake: writes the source of halflight::source_hash().
+#
+# It is a hash of the sources on which a picture depends, and of TEXT, which names libraries and options of the build.
+# Programs, tests and documents do not count, so a change of these alone keeps the fingerprints of frames.
 if(NOT ROOT OR NOT OUTPUT)
     message(FATAL_ERROR "source_hash.cmake: ROOT and OUTPUT are required")
 endif()

@@ -22,9 +22,9 @@ const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
 constexpr std::array kPreviewStrides = {1, 2, 4};  // distances of the pixels that the preview's filters read, pixels
 // Two measures against noise of indirect diffuse light that is wider than the patches of the filter. Other light has
 // details that they would blur. A second, small filter has gaps as in previews, and costs a fiftieth of the first one.
-// Shares of filtered light from kWholeIndirect on count as 1: they are as noisy as the errors that they follow from, and
-// shares just below 1 leave noise that weighs more than what the filter may be wrong. Together they lower the squared
-// error of the room by a quarter (16 samples).
+// Shares of filtered light from kWholeIndirect on count as 1, because they are as noisy as the errors that they follow
+// from. Shares just below 1 leave noise that weighs more than the error of the filter. Together, the measures lower the
+// squared error of the room by a quarter (16 samples).
 constexpr int kSecondStride = 2;  // pixels
 constexpr float kWholeIndirect = 0.8f;
 

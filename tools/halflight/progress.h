@@ -14,7 +14,7 @@ namespace halflight {
 /// Returns a time as "0:07", "12:34" or "1:02:03"; negative times count as 0.
 std::string clock_text(double seconds);
 
-/// What earlier runs have done of a picture (checkpoints).
+/// Part of a picture that earlier runs have rendered (checkpoints).
 struct EarlierRuns {
     double samples = 0;  // samples per pixel
     double seconds = 0;
