@@ -134,7 +134,8 @@ TEST_F(Settings, InvalidFilesAreRefused) {
               "halflight: " + file("s.json") + ": " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
     EXPECT_EQ(
         refused(settings(R"("materials": {"2": {"roughness": 0.5}})")),
-        "halflight: " + file("s.json") + ": " + scene + ": there is no material 2; the scene has 2, numbered from 0\n");
+        "halflight: " + file("s.json") + ": materials: " + scene +
+            ": there is no material 2; the scene has 2, numbered from 0\n");
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
 

@@ -29,7 +29,7 @@ SMALL = [
     (r"\b(samples|width|height|frames)=\d+", lambda m: f"{m[1]}={dict(samples=1, frames=2).get(m[1], 32)}"),
 ]
 DEFAULTS = {  # options per command that are added unless given
-    "halflight render": [("--width", "--width 32"), ("--(samples|time)", "--samples 1")],
+    "halflight render": [("--width", "--width 32"), (r"--(samples|time|spp)|-s \d", "--samples 1")],
     "halflight converge": [("--width", "--width 16"), ("--seeds", "--seeds 2"), ("--(samples|seconds)", "--samples 1,2"),
                            ("--reference-samples", "--reference-samples 4"), ("--cache", "--cache references")],
     "halflight view": [("--script", "--script quit.txt")],

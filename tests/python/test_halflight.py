@@ -295,8 +295,8 @@ class Errors(InFolder):
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
                 hl.render(scene, **{**SMALL, **settings})
-        with self.assertRaisesRegex(hl.Error, "a.tiff"):
-            hl.render(scene, layers=[], **SMALL).save(self.folder / "a.tiff")
+        with self.assertRaisesRegex(hl.Error, "a.bmp"):
+            hl.render(scene, layers=[], **SMALL).save(self.folder / "a.bmp")
 
     def test_wrong_types_are_told_in_one_line(self):
         scene = hl.load(CORNELL)
