@@ -208,7 +208,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                 paging::RowGather::bytes_per_path(static_cast<std::uint32_t>(scene.vertex_stride()));
     }
     s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height),
-                         shown_by_tracing(s.camera.lens.blurs(), has_overscan(s)));
+                         shown_by_tracing(s.camera.optics, s.camera.lens.blurs(), has_overscan(s)));
     s.want_view = use.png;
     s.pictures = 0;
     const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));

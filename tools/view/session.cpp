@@ -495,6 +495,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     }
     s.given = saved_settings();
     s.settings.view = transform;
+    s.settings.optics = arguments_.settings.optics;  // the viewer shows the camera itself
     if (size.x > 0 && size.y > 0) s.size = size;
     s.settings.samples = samples;
     s.settings.bounces = bounces;
