@@ -164,7 +164,8 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     const ivec2 size = data_window(s).size();
     const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
     const std::size_t exr = std::min(rows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
-    return (use.exr ? exr : 0) + (use.png ? width * height * png : 0);
+    const bool views = s.camera.optics.stereo == Stereo::views;  // the layers are copied, each eye apart
+    return (use.exr ? exr + (views ? film_bytes(s) * width * height : 0) : 0) + (use.png ? width * height * png : 0);
 }
 
 /// Fills in the parts that belong to the whole picture.
