@@ -97,10 +97,10 @@ HALFLIGHT_SHARED_FUNCTION vec3 plane_of_point(Optics o, float eye, vec3 point) {
         float aside = eye - k * t;
         float level = length(vec2(point.x, point.z));
         float forward = sqrt(max(level * level - aside * aside, 0.0f));
-        float longitude = atan(point.x, -point.z) - atan(aside, forward);
+        float longitude = level > 0.0f ? atan(point.x, -point.z) - atan(aside, forward) : 0.0f;  // 0 at a pole
         longitude -= 6.283185307180f * round(longitude / 6.283185307180f);
         return vec3(longitude, atan(point.y, forward),
-                    level > 0.0f && level >= abs(aside) ? 1.0f : 0.0f);
+                    level >= abs(aside) && dot(point, point) > 0.0f ? 1.0f : 0.0f);
     }
     vec3 away = point - vec3(eye, 0.0f, 0.0f);
     if (o.projection == kPerspective) {

@@ -209,10 +209,11 @@ TEST(Optics, CamerasWithOptics) {
               "render settings: the eyes must converge farther away than they are apart");
     EXPECT_EQ(error_message([&] { with_optics({}, {.fisheye_fov = 361}); }),
               "render settings: a fisheye sees more than 0 and up to 360 degrees");
-    EXPECT_EQ(text({}), "");
-    EXPECT_EQ(text({.projection = Projection::fisheye, .fisheye_fov = 220, .stereo = Stereo::views}),
+    EXPECT_EQ(text(Optics()), "");
+    EXPECT_EQ(text(Optics{.projection = Projection::fisheye, .fisheye_fov = 220, .stereo = Stereo::views}),
               "fisheye of 220 degrees, stereo views, eyes 0.065 m apart, parallel");
-    EXPECT_EQ(text({.stereo = Stereo::left, .convergence = 3}), "stereo left, eyes 0.065 m apart, converging at 3 m");
+    EXPECT_EQ(text(Optics{.stereo = Stereo::left, .convergence = 3}),
+              "stereo left, eyes 0.065 m apart, converging at 3 m");
 }
 
 }  // namespace
