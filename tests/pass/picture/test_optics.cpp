@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "engine/core/image_tools.h"
 #include "engine/reference/reference.h"
@@ -227,7 +228,8 @@ TEST_F(OpticsTest, WorksWithAdaptiveSamplingDenoisingAndALens) {
         const RenderResult result = render(context, scene, settings);
         EXPECT_TRUE(result.stats.bad_values.empty() || result.stats.bad_values[0].total() == 0) << text(view.optics);
         double sum = 0;
-        for (const float v : result.beauty.pixels) ASSERT_TRUE(std::isfinite(v)), sum += double(v);
+        for (const float v : result.beauty.pixels) sum += double(v);
+        EXPECT_TRUE(std::isfinite(sum));
         EXPECT_GT(sum, 0);
     }
 }
