@@ -163,7 +163,7 @@ struct FrameRenderer::State {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
         s.camera = equipped(scene.chosen_camera());  // camera of the pilot's pictures
-        s.previous_surfaces = nullptr;              // the pointer is valid for one picture
+        s.previous_surfaces = nullptr;               // the pointer is valid for one picture
         s.history = nullptr;
         s.checkpoint = nullptr;
         s.radiance_cache = cache;

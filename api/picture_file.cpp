@@ -43,12 +43,9 @@ std::vector<ExrLayerView> views_of(const std::vector<ExrLayerView>& layers, std:
     for (const int view : {0, 1}) {
         for (const ExrLayerView& layer : layers) {
             const ivec2 size(layer.image.width, layer.image.height / 2);
-            ExrLayerView one{layer.channels,
-                             images.emplace_back(part_of(layer.image, {0, view * size.y}, size)),
-                             layer.type,
-                             layer.color,
-                             layer.exact,
-                             layer.name};
+            ExrLayerView one{layer.channels, images.emplace_back(part_of(layer.image, {0, view * size.y}, size)),
+                             layer.type,     layer.color,
+                             layer.exact,    layer.name};
             if (view == 1) {
                 std::ranges::transform(one.channels, one.channels.begin(), in_second_view);
                 one.name += "." + kViews[1];
@@ -93,12 +90,9 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     if (!info.fingerprint.empty()) attributes.extra[kFingerprintName] = info.fingerprint;
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
-    const std::pair<const char*, const std::string&> extra[] = {{"filter", info.filter},
-                                                                {"lens", info.lens},
-                                                                {"projection", info.projection},
-                                                                {"shutter", info.shutter},
-                                                                {"bias", info.bias},
-                                                                {"error", info.error}};
+    const std::pair<const char*, const std::string&> extra[] = {
+        {"filter", info.filter},   {"lens", info.lens}, {"projection", info.projection},
+        {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
     for (const auto& [name, value] : extra)
         if (!value.empty()) attributes.extra[name] = value;
     if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;

@@ -127,7 +127,8 @@ std::string lens_text(const Camera& camera, const Lens& lens, const ivec2& image
     Camera with = camera;
     with.lens = lens;
     std::string words = lens.aperture > 0 ? "" : fmt::format("f/{:g}, ", lens.fstop);
-    words += fmt::format("aperture {:.4g} mm, focus at ", 2000 * aperture_radius(with, eye_aspect(camera.optics, image)));
+    words +=
+        fmt::format("aperture {:.4g} mm, focus at ", 2000 * aperture_radius(with, eye_aspect(camera.optics, image)));
     words += std::isinf(lens.focus.distance) ? "infinity" : fmt::format("{:.6g} m", lens.focus.distance);
     if (lens.blades > 0) words += fmt::format(", {} blades", lens.blades);
     if (lens.blades > 0 && lens.rotation != 0) words += fmt::format(" turned by {:g} degrees", lens.rotation);

@@ -59,8 +59,8 @@ class CameraPlaces {
   public:
     /// image: size of the whole picture, pixels.
     CameraPlaces(const Camera& camera, const ivec2& image);
-    /// Returns the place of a point, pixels from the picture's upper left corner; none where it has none, such as behind
-    /// a perspective camera. pixel: a pixel of the same eye.
+    /// Returns the place of a point, pixels from the picture's upper left corner; none where it has none, such as
+    /// behind a perspective camera. pixel: a pixel of the same eye.
     std::optional<dvec2> place(const dvec3& point, const ivec2& pixel) const;
     /// Returns a way between two places; in panoramas, the shorter way around.
     dvec2 shorter(dvec2 way) const;

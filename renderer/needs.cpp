@@ -184,9 +184,10 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     for (const FramePart& part : frame_needs(needs, options).parts())
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
     if (options.primary == PrimaryVisibility::traced)
-        all.push_back({kRasterization, options.optics ? "no rasterizer draws the projection or the eyes"
-                                       : options.lens ? "depth of field needs traced camera rays"
-                                                      : "camera rays are traced",
+        all.push_back({kRasterization,
+                       options.optics ? "no rasterizer draws the projection or the eyes"
+                       : options.lens ? "depth of field needs traced camera rays"
+                                      : "camera rays are traced",
                        (sizeof(uvec2) + sizeof(float)) * size.pixels});
     if (!options.preview.temporal) all.push_back({"temporal accumulation", kNoPreview, kTemporalBytes * size.pixels});
     if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kPreviewFilterBytes * size.pixels});

@@ -60,9 +60,8 @@ struct FrameNeeds {
     FramePart squares, features, halves;              // sums
     FramePart tiles;                                  // tile lists of first shadow rays
     std::array<FramePart, 18> parts() const {
-        return {shadow,      diffuse,     glossy, continuation, later_light, reuse,  radiance_cache, camera_rays,
-                camera_hits, lens,        optics, seen,         clamp,       chains, squares,        features,
-                halves,      tiles};
+        return {shadow, diffuse, glossy, continuation, later_light, reuse,   radiance_cache, camera_rays, camera_hits,
+                lens,   optics,  seen,   clamp,        chains,      squares, features,       halves,      tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

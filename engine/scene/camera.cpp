@@ -93,7 +93,8 @@ std::string lens_problem(const Camera& camera) {
 
 std::string optics_problem(const Camera& camera) {
     const Optics& optics = camera.optics;
-    if (!(optics.fisheye_fov > 0 && optics.fisheye_fov <= 360)) return "a fisheye sees more than 0 and up to 360 degrees";
+    if (!(optics.fisheye_fov > 0 && optics.fisheye_fov <= 360))
+        return "a fisheye sees more than 0 and up to 360 degrees";
     if (!(optics.eye_distance > 0 && std::isfinite(optics.eye_distance)))
         return "the distance between the eyes must be positive and finite";
     const double meet = optics.convergence;

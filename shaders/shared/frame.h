@@ -21,7 +21,7 @@ struct Frame {
     vec4 camera_up;       // xyz: half of the image's height on that plane; HALFLIGHT_OPTICS: 1 long
     vec4 camera_forward;  // xyz: unit direction of view
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
-    vec2 clip;            // near and far distance along camera_forward, or along the ray if that is curved; far may be +inf
+    vec2 clip;            // near and far distance along camera_forward (curved projections: the ray); far may be +inf
     ivec2 size;           // size of the whole image, pixels, also where a part of it is rendered
     int band_y;           // first row of the band; beyond the image's edge in pictures with overscan
     int band_rows;        // number of rows of the band
@@ -38,8 +38,8 @@ struct Frame {
     uint transparent;     // 1: the environment is not seen directly; else 0
     uint reserved0;
     // Lens of cameras with depth of field (HALFLIGHT_LENS).
-    vec4 lens_x;  // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
-    vec4 lens_y;  // xyz: y axis of the aperture; w: number of blades, 0: round
+    vec4 lens_x;    // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
+    vec4 lens_y;    // xyz: y axis of the aperture; w: number of blades, 0: round
     Optics optics;  // HALFLIGHT_OPTICS
 };
 HALFLIGHT_SHARED_SIZE(Frame, 336)

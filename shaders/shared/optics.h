@@ -23,13 +23,13 @@ HALFLIGHT_SHARED_CONST uint kSideBySide = 2u;  // the second eye is in the right
 
 // Plane coordinates are x right and y up from the picture's centre, with one unit per radian there.
 struct Optics {
-    vec2 half_extent;     // half of the width and height of one eye's picture, plane coordinates
-    float circle;         // radius of the image circle of a fisheye, plane coordinates; 0: no circle
-    float eye;            // place of the first eye to the right of the camera, world units; the second is opposite
-    float toe_in;         // 1 / distance at which the lines of sight of both eyes meet, 0: parallel
+    vec2 half_extent;  // half of the width and height of one eye's picture, plane coordinates
+    float circle;      // radius of the image circle of a fisheye, plane coordinates; 0: no circle
+    float eye;         // place of the first eye to the right of the camera, world units; the second is opposite
+    float toe_in;      // 1 / distance at which the lines of sight of both eyes meet, 0: parallel
     uint projection;
     uint layout_of_eyes;
-    float earlier_zoom;   // half_extent of the previous frame over that of this one
+    float earlier_zoom;  // half_extent of the previous frame over that of this one
 };
 HALFLIGHT_SHARED_SIZE(Optics, 32)
 
@@ -61,7 +61,9 @@ HALFLIGHT_SHARED_FUNCTION vec2 place_of_plane(Optics o, bool second, vec2 plane,
     return eye_corner(o, second, image) + (0.5f * at + 0.5f) * eye_size(o, image);
 }
 
-HALFLIGHT_SHARED_FUNCTION float eye_of(Optics o, bool second) { return second ? -o.eye : o.eye; }
+HALFLIGHT_SHARED_FUNCTION float eye_of(Optics o, bool second) {
+    return second ? -o.eye : o.eye;
+}
 
 // Returns whether plane coordinates lie in the image circle.
 HALFLIGHT_SHARED_FUNCTION bool in_image_circle(Optics o, vec2 plane) {
@@ -71,8 +73,7 @@ HALFLIGHT_SHARED_FUNCTION bool in_image_circle(Optics o, vec2 plane) {
 // Returns the direction that the camera itself sees at plane coordinates. Its length is 1, and for a perspective 1
 // along the camera's axis. Outside of the image circle, it is any direction.
 HALFLIGHT_SHARED_FUNCTION vec3 seen_direction(Optics o, vec2 plane) {
-    if (o.projection == kPanorama)
-        return vec3(cos(plane.y) * sin(plane.x), sin(plane.y), -cos(plane.y) * cos(plane.x));
+    if (o.projection == kPanorama) return vec3(cos(plane.y) * sin(plane.x), sin(plane.y), -cos(plane.y) * cos(plane.x));
     float r = length(plane);
     if (o.projection == kFisheye) return vec3(plane * (r > 0.0f ? sin(r) / r : 1.0f), -cos(r));
     if (o.projection == kEquisolid) return vec3(plane * sqrt(max(1.0f - 0.25f * r * r, 0.0f)), 0.5f * r * r - 1.0f);
@@ -89,8 +90,8 @@ HALFLIGHT_SHARED_FUNCTION vec3 eye_place(Optics o, float eye, vec2 plane) {
 // point: camera coordinates.
 HALFLIGHT_SHARED_FUNCTION vec3 plane_of_point(Optics o, float eye, vec3 point) {
     if (o.projection == kPanorama) {
-        // The point is at a distance of t along the direction that the camera itself sees, and `aside` from there along
-        // the line through both eyes: t^2 + aside^2 = |point|^2 with aside = eye (1 - toe_in t).
+        // From the camera to the point: t along the direction that the camera itself sees, and `aside` along the line
+        // through both eyes. They are perpendicular, t^2 + aside^2 = |point|^2, and aside = eye (1 - toe_in t).
         float k = eye * o.toe_in;
         float square = 1.0f + k * k;
         float t = (eye * k + sqrt(max(eye * k * eye * k + square * (dot(point, point) - eye * eye), 0.0f))) / square;
@@ -99,8 +100,7 @@ HALFLIGHT_SHARED_FUNCTION vec3 plane_of_point(Optics o, float eye, vec3 point) {
         float forward = sqrt(max(level * level - aside * aside, 0.0f));
         float longitude = level > 0.0f ? atan(point.x, -point.z) - atan(aside, forward) : 0.0f;  // 0 at a pole
         longitude -= 6.283185307180f * round(longitude / 6.283185307180f);
-        return vec3(longitude, atan(point.y, forward),
-                    level >= abs(aside) && dot(point, point) > 0.0f ? 1.0f : 0.0f);
+        return vec3(longitude, atan(point.y, forward), level >= abs(aside) && dot(point, point) > 0.0f ? 1.0f : 0.0f);
     }
     vec3 away = point - vec3(eye, 0.0f, 0.0f);
     if (o.projection == kPerspective) {

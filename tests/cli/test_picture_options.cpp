@@ -119,7 +119,8 @@ TEST_F(PictureOptions, PanoramasAndEyesDescribeThemselves) {
     EXPECT_TRUE(both.attributes.views.empty());
     const auto half = [&](const char* name, std::size_t eye) {
         const std::vector<float>& all = both.find(name)->values;
-        return std::vector<float>(all.begin() + std::ptrdiff_t(eye * 512), all.begin() + std::ptrdiff_t(eye * 512 + 512));
+        return std::vector<float>(all.begin() + std::ptrdiff_t(eye * 512),
+                                  all.begin() + std::ptrdiff_t(eye * 512 + 512));
     };
     for (const auto& [name, right] : {std::pair("R", "right.R"), {"Z", "right.Z"}, {"normal.X", "normal.right.X"}}) {
         ASSERT_TRUE(views.find(name) && views.find(right)) << name;

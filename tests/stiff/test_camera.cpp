@@ -177,13 +177,15 @@ TEST_F(View, Projections) {
             for (int x = 0; x < width; ++x) {
                 const double side = std::min(width, height) / 2.0;
                 const double r = glm::length(dvec2(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0));
-                const bool rim = optics.is_fisheye() && std::abs(r - side) < 1, inside = !optics.is_fisheye() || r < side;
+                const bool rim = optics.is_fisheye() && std::abs(r - side) < 1,
+                           inside = !optics.is_fisheye() || r < side;
                 count += !rim && *image.at(x, y) != (inside ? 1 : 0);
             }
         }
         return count;
     };
-    constexpr const char* kCircle = "exact: every ray within the room ends on its walls, and none starts outside of the circle";
+    constexpr const char* kCircle =
+        "exact: every ray within the room ends on its walls, and none starts outside of the circle";
     for (const Projection projection : {Projection::fisheye, Projection::equisolid})
         for (const double fov : {0.01, 1.0, 180.0, 359.9, 360.0})
             expect(fmt::format("{} of {} degrees in a closed room", name(projection), fov),
@@ -207,19 +209,21 @@ TEST_F(View, Projections) {
         Scene whole = room();
         whole.cameras = {middle};
         whole = scaled(whole, scale);
-        expect(fmt::format("panorama of a room scaled by {}", scale),
-               wrong(whole, whole.cameras[0],
-                     {.projection = Projection::panorama, .stereo = Stereo::left, .eye_distance = 0.065 * scale}, 64, 32),
-               0, "pixels", kInside);
+        expect(
+            fmt::format("panorama of a room scaled by {}", scale),
+            wrong(whole, whole.cameras[0],
+                  {.projection = Projection::panorama, .stereo = Stereo::left, .eye_distance = 0.065 * scale}, 64, 32),
+            0, "pixels", kInside);
     }
     Scene far = room();
     far.cameras = {middle};
     far = moved(far, {0x1p20, -0x1p19, 0x1p21});
-    expect("panorama 2^21 m from the origin", wrong(far, far.cameras[0], {.projection = Projection::panorama}, 64, 32), 0,
-           "pixels", kInside);
+    expect("panorama 2^21 m from the origin", wrong(far, far.cameras[0], {.projection = Projection::panorama}, 64, 32),
+           0, "pixels", kInside);
     Camera around = middle;
     around.optics.projection = Projection::panorama;
-    expect_mean("light of 3 bounces in a panorama", mean_of(picture(room(), small_settings(around, 32, 16, 64, 3))), 1.875);
+    expect_mean("light of 3 bounces in a panorama", mean_of(picture(room(), small_settings(around, 32, 16, 64, 3))),
+                1.875);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Tests projections and eyes as pure functions: camera rays, their inverse, known directions and the parallax of points.
+// Tests projections and eyes as pure functions: camera rays, their inverse, known directions, and parallax.
 #include "engine/core/optics.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ Camera camera_with(const Optics& optics) {
 
 struct Ray {
     dvec3 origin;
-    dvec3 direction;  // of length 1
+    dvec3 direction;  // unit vector
     bool seen;
 };
 
@@ -146,7 +146,9 @@ TEST(Optics, ParallaxOfKnownPoints) {
         const double level = std::hypot(point.x, point.z);
         EXPECT_NEAR(parallax({.projection = Projection::panorama}, point),
                     kImage.x / (2 * kPi) * 2 * std::asin(kEyes / 2 / level), 2e-3);
-        const auto turned = [&](double azimuth) { return dvec3(level * std::sin(azimuth), point.y, -level * std::cos(azimuth)); };
+        const auto turned = [&](double azimuth) {
+            return dvec3(level * std::sin(azimuth), point.y, -level * std::cos(azimuth));
+        };
         for (const double azimuth : {1.0, 2.5, -2.0})
             EXPECT_NEAR(parallax({.projection = Projection::panorama}, turned(azimuth)),
                         kImage.x / (2 * kPi) * 2 * std::asin(kEyes / 2 / level), 2e-3)
@@ -156,15 +158,16 @@ TEST(Optics, ParallaxOfKnownPoints) {
                     1200 / kPi * 2 * std::atan(kEyes / 2 / distance), 2e-3);
     }
     for (const Projection projection : kProjections)
-        EXPECT_NEAR(parallax({.projection = projection, .convergence = 2}, dvec3(0, 0, -2)), 0, 2e-3) << name(projection);
+        EXPECT_NEAR(parallax({.projection = projection, .convergence = 2}, dvec3(0, 0, -2)), 0, 2e-3)
+            << name(projection);
 }
 
 TEST(Optics, BothEyesInOnePicture) {
     const Optics one{.projection = Projection::panorama, .stereo = Stereo::right};
     Optics both = one;
     for (const auto& [stereo, image, corner] : {std::tuple{Stereo::over_under, ivec2(2000, 2400), dvec2(0, 1200)},
-                                               {Stereo::views, ivec2(2000, 2400), dvec2(0, 1200)},
-                                               {Stereo::side_by_side, ivec2(4000, 1200), dvec2(2000, 0)}}) {
+                                                {Stereo::views, ivec2(2000, 2400), dvec2(0, 1200)},
+                                                {Stereo::side_by_side, ivec2(4000, 1200), dvec2(2000, 0)}}) {
         both.stereo = stereo;
         const dvec2 place(700, 300);
         const Ray alone = ray_at(camera_with(one), place);
@@ -200,11 +203,13 @@ TEST(Optics, CamerasWithOptics) {
     EXPECT_EQ(with_optics(own, {.stereo = Stereo::side_by_side}).aspect, 3);
     own.orthographic = true;
     EXPECT_FALSE(with_optics(own, {.projection = Projection::fisheye}).orthographic);
-    EXPECT_EQ(error_message([&] { with_optics(own, {.stereo = Stereo::left}); }),
-              "render settings: stereo needs a perspective camera, a panorama or a fisheye; the camera is orthographic");
+    EXPECT_EQ(
+        error_message([&] { with_optics(own, {.stereo = Stereo::left}); }),
+        "render settings: stereo needs a perspective camera, a panorama or a fisheye; the camera is orthographic");
     own.lens = {.aperture = 9, .focus = {.kind = Focus::Kind::distance, .distance = 2}};
-    EXPECT_EQ(error_message([&] { with_optics(own, {.projection = Projection::panorama}); }),
-              "render settings: depth of field needs a perspective or orthographic camera, not the projection panorama");
+    EXPECT_EQ(
+        error_message([&] { with_optics(own, {.projection = Projection::panorama}); }),
+        "render settings: depth of field needs a perspective or orthographic camera, not the projection panorama");
     EXPECT_EQ(error_message([&] { with_optics({}, {.stereo = Stereo::left, .convergence = 0.05}); }),
               "render settings: the eyes must converge farther away than they are apart");
     EXPECT_EQ(error_message([&] { with_optics({}, {.fisheye_fov = 361}); }),
