@@ -23,13 +23,13 @@ HALFLIGHT_SHARED_CONST uint kSideBySide = 2u;  // the second eye is in the right
 
 // Plane coordinates are x right and y up from the picture's centre, with one unit per radian there.
 struct Optics {
-    vec2 half_extent;  // half of the width and height of one eye's picture, plane coordinates
-    float circle;      // radius of the image circle of a fisheye, plane coordinates; 0: no circle
-    float eye;         // place of the first eye to the right of the camera, world units; the second is opposite
-    float toe_in;      // 1 / distance at which the lines of sight of both eyes meet, 0: parallel
-    uint projection;
-    uint layout_of_eyes;
-    float earlier_zoom;  // half_extent of the previous frame over that of this one
+    vec2 half_extent;     // half of the width and height of one eye's picture, plane coordinates
+    float circle;         // radius of the image circle of a fisheye, plane coordinates; 0: no circle
+    float eye;            // place of the first eye to the right of the camera, world units; the second is opposite
+    float toe_in;         // 1 / distance at which the lines of sight of both eyes meet, 0: parallel
+    uint projection;      // kPerspective, ...
+    uint layout_of_eyes;  // kOneEye, ...
+    float earlier_zoom;   // half_extent of the previous frame over that of this one
 };
 HALFLIGHT_SHARED_SIZE(Optics, 32)
 
@@ -51,16 +51,19 @@ HALFLIGHT_SHARED_FUNCTION vec2 eye_corner(Optics o, bool second, ivec2 image) {
                 second && o.layout_of_eyes == kOverUnder ? 0.5f * float(image.y) : 0.0f);
 }
 
+// Returns the plane coordinates of a place in the picture, pixels from its upper left corner.
 HALFLIGHT_SHARED_FUNCTION vec2 plane_of_place(Optics o, bool second, vec2 place, ivec2 image) {
     vec2 at = 2.0f * (place - eye_corner(o, second, image)) / eye_size(o, image) - 1.0f;
     return vec2(at.x * o.half_extent.x, -at.y * o.half_extent.y);
 }
 
+// Returns the place of plane coordinates in the picture.
 HALFLIGHT_SHARED_FUNCTION vec2 place_of_plane(Optics o, bool second, vec2 plane, ivec2 image) {
     vec2 at = vec2(plane.x / o.half_extent.x, -plane.y / o.half_extent.y);
     return eye_corner(o, second, image) + (0.5f * at + 0.5f) * eye_size(o, image);
 }
 
+// Returns the place of an eye to the right of the camera, world units.
 HALFLIGHT_SHARED_FUNCTION float eye_of(Optics o, bool second) {
     return second ? -o.eye : o.eye;
 }
