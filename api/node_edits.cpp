@@ -36,17 +36,33 @@ struct NodeMotion {
     bool absolute = false;  // the node does not follow edits of nodes above it
 };
 
+int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index) {
+    const int node = tree.instance_nodes.empty() ? scene.instances[index].node : tree.instance_nodes.at(index);
+    return node >= 0 && static_cast<std::size_t>(node) < tree.nodes.size() ? node : kNone;
+}
+
+int node_of_light(const SceneTree& tree, std::size_t index) {
+    return index < tree.light_nodes.size() ? tree.light_nodes[index] : kNone;
+}
+
 /// The motions that edits give to the nodes of a scene.
 class Motions {
   public:
-    /// scene: name of the scene, for errors about edits that have a source of their own.
-    Motions(const SceneEdits& edits, const SceneTree& tree, const std::string& scene, const std::string& subject)
+    /// Throws Error about `subject`, or about the source of an edit.
+    Motions(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& subject)
         : tree_(tree) {
         const NamedObjects nodes = nodes_of(tree);
+        const std::vector<bool> movable = movable_nodes(scene, tree);
         for (const NamedEdit<NodeEdit>& named : edits.nodes) {
-            const std::string where = named.source.empty() ? subject : named.source + ": " + scene;
+            const std::string where = named.source.empty() ? subject : named.source + ": " + scene.name;
             check_values(named.edit, where);
-            for (const std::size_t index : find_objects(nodes, named.name, where)) add(index, named.edit, where);
+            const std::vector<std::size_t> found = find_objects(nodes, named.name, where);
+            if (std::ranges::none_of(found, [&](std::size_t index) { return movable[index]; }))
+                throw Error(where,
+                            "node '{}' has no surface and no light that an edit could move; edits leave cameras "
+                            "and the joints of skins in place",
+                            named.name);
+            for (const std::size_t index : found) add(index, named.edit, where);
         }
     }
     bool empty() const { return motions_.empty(); }
@@ -136,16 +152,19 @@ Hidden find_hidden(const SceneEdits& edits, const Scene& scene, const SceneTree&
     return hidden;
 }
 
-int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index) {
-    const int node = tree.instance_nodes.empty() ? scene.instances[index].node : tree.instance_nodes.at(index);
-    return node >= 0 && static_cast<std::size_t>(node) < tree.nodes.size() ? node : kNone;
-}
-
-int node_of_light(const SceneTree& tree, std::size_t index) {
-    return index < tree.light_nodes.size() ? tree.light_nodes[index] : kNone;
-}
-
 }  // namespace
+
+std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree) {
+    std::vector<bool> movable(tree.nodes.size());
+    const auto mark = [&](int node) {
+        for (; node != kNone && !movable[static_cast<std::size_t>(node)];
+             node = tree.nodes[static_cast<std::size_t>(node)].parent)
+            movable[static_cast<std::size_t>(node)] = true;
+    };
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) mark(node_of_instance(scene, tree, i));
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) mark(node_of_light(tree, i));
+    return movable;
+}
 
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject) {
@@ -154,7 +173,7 @@ MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const Sce
         result.instances = scene.instances;
         return result;
     }
-    const Motions motions(edits, tree, scene.name, subject);
+    const Motions motions(edits, scene, tree, subject);
     const Hidden hidden = find_hidden(edits, scene, tree, subject);
     for (std::size_t i = 0; i < result.lights.size(); ++i) {
         PunctualLight& light = result.lights[i];
