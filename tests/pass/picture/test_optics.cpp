@@ -40,17 +40,22 @@ class OpticsTest : public GpuTest {
     static RenderSettings settings_of(const View& view, int samples, int bounces = 3) {
         return small_settings(camera_of(view.optics), view.image.x, view.image.y, samples, bounces);
     }
+    /// Renders with a scene that several pictures share, and with it their kernels.
+    RenderResult shown(PreparedScene& scene, const RenderSettings& settings) {
+        return Renderer(scene, colors, settings).render();
+    }
+    ColorConfig colors = ColorConfig::load();
 };
 
 TEST_F(OpticsTest, AgreesWithTheOracle) {
     const Scene scene = cornell_box();
     const ReferenceScene reference(scene);
+    PreparedScene prepared(context, scene, {.estimator = {.sampler = SamplePoints::independent}});
     for (const View& view : kViews) {
         constexpr int kSamples = 48;
         RenderSettings settings = settings_of(view, kSamples);
-        settings.estimator.sampler = SamplePoints::independent;
         settings.aovs = {"depth", "position", "normal", "variance"};
-        const RenderResult ours = render(context, scene, settings);
+        const RenderResult ours = shown(prepared, settings);
         EXPECT_EQ(ours.stats.primary, PrimaryVisibility::traced);
         ReferenceSettings exact;
         exact.width = view.image.x, exact.height = view.image.y;
@@ -76,24 +81,25 @@ TEST_F(OpticsTest, AgreesWithTheOracle) {
 
 TEST_F(OpticsTest, NothingElseChangesThePicture) {
     const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
     for (const int number : {1, 3, 5}) {
         const View& view = kViews[number];
         RenderSettings settings = settings_of(view, 6, 2);
         settings.want_view = true;
         settings.aovs = {"albedo", "normal", "depth", "motion", "ids", "cryptoobject"};
         settings.culling = rays::Culling::off;
-        const RenderResult plain = render(context, scene, settings);
+        const RenderResult plain = shown(prepared, settings);
         settings.culling = rays::Culling::raster;
-        expect_same(render(context, scene, settings), plain);
+        expect_same(shown(prepared, settings), plain);
         settings.culling = rays::Culling::compute;
         settings.band_pixels = 1;
-        expect_same(render(context, scene, settings), plain);
+        expect_same(shown(prepared, settings), plain);
         settings.crop = PixelWindow{{13, 9}, {31, 27}};
         RenderResult part = plain;
         part.beauty = part_of(plain.beauty, {13, 9}, {18, 18});
         part.view = part_of(plain.view, {13, 9}, {18, 18});
         for (ExrLayer& l : part.aovs) l.image = part_of(l.image, {13, 9}, {18, 18});
-        expect_same(render(context, scene, settings), part);
+        expect_same(shown(prepared, settings), part);
     }
 }
 
@@ -118,7 +124,8 @@ TEST_F(OpticsTest, PanoramasGoOnBeyondTheirSeam) {
 }
 
 TEST_F(OpticsTest, MotionFollowsTheProjection) {
-    Scene scene = closed_box(diffuse_material(vec3(0.5f)));
+    const Scene scene = closed_box(diffuse_material(vec3(0.5f)));
+    PreparedScene prepared(context, scene);
     for (const View& view : kViews) {
         RenderSettings settings = settings_of(view, 1, 0);
         settings.aovs = {"motion", "position"};
@@ -126,7 +133,7 @@ TEST_F(OpticsTest, MotionFollowsTheProjection) {
         before.camera_to_world = glm::rotate(before.camera_to_world, -0.2, dvec3(0, 1, 0));
         before.camera_to_world[3] += dvec4(0.1, -0.05, 0.02, 0);
         settings.previous_camera = before;
-        const RenderResult result = render(context, scene, settings);
+        const RenderResult result = shown(prepared, settings);
         const CameraPlaces earlier(before, view.image);
         const Image &motion = layer(result, "motion.X"), &position = layer(result, "position.X");
         int moved = 0;
@@ -147,7 +154,7 @@ TEST_F(OpticsTest, MotionFollowsTheProjection) {
         }
         EXPECT_GT(moved, 200) << text(view.optics);
         settings.previous_camera = settings.camera;
-        const RenderResult still = render(context, scene, settings);
+        const RenderResult still = shown(prepared, settings);
         const std::vector<float>& motions = layer(still, "motion.X").pixels;
         for (std::size_t i = 0; i < motions.size(); ++i)
             EXPECT_EQ(motions[i], 0) << text(view.optics) << ", value " << i;
@@ -160,7 +167,7 @@ TEST_F(OpticsTest, MotionFollowsTheProjection) {
     Camera before = settings.camera;
     before.camera_to_world = glm::rotate(before.camera_to_world, -0.3, dvec3(0, 1, 0));
     settings.previous_camera = before;
-    const RenderResult turned = render(context, scene, settings);
+    const RenderResult turned = shown(prepared, settings);
     const Image& motion = layer(turned, "motion.X");
     for (std::size_t i = 0; i < motion.pixels.size(); i += 2) {
         EXPECT_NEAR(motion.pixels[i], 0.3 / (2 * kPi) * 64, 1e-3);
@@ -220,15 +227,15 @@ TEST_F(OpticsTest, ARendererFollowsItsCamera) {
 
 TEST_F(OpticsTest, WorksWithAdaptiveSamplingDenoisingAndALens) {
     const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene, {.estimator = {.reuse = Reuse::sixteen}});
     for (const int number : {3, 5}) {
         const View& view = kViews[number];
         RenderSettings settings = settings_of(view, 16, 2);
         settings.denoise = settings.adaptive = true;
-        settings.estimator.reuse = Reuse::sixteen;
         settings.texture_lod = true;
         if (view.optics.projection == Projection::camera)
             settings.camera.lens = {.aperture = 30, .focus = {.kind = Focus::Kind::point}};
-        const RenderResult result = render(context, scene, settings);
+        const RenderResult result = shown(prepared, settings);
         EXPECT_TRUE(result.stats.bad_values.empty() || result.stats.bad_values[0].total() == 0) << text(view.optics);
         double sum = 0;
         for (const float v : result.beauty.pixels) sum += double(v);
