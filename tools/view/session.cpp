@@ -300,7 +300,7 @@ void Session::open(Opened opened) {
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
-    if (opened.start) edits = arguments_.edits, selection = {};
+    if (opened.start) edits = arguments_.edits, selection = {}, region.reset();
     find_references(opened.start.has_value());
     if (!opened.start) return follow_camera();
     warning_ = std::move(opened.warning);
@@ -441,7 +441,8 @@ Request Session::request(const ivec2& size) const {
     return {reference_, scene_,          reference_tree_,
               tree_,      pages_,          arguments_.settings.pool_bytes,
               edits,      timeline_.frame, camera_with_lens(),
-              size,       bounces,         required_aovs(layer_view),
+              size,       region ? pixels_of(*region, size) : std::nullopt,
+              bounces,    required_aovs(layer_view),
               modes,      culling,         measure};
 }
 

@@ -14,6 +14,7 @@
 #include "tools/cli/picture_arguments.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/pick.h"
+#include "tools/view/region.h"
 #include "tools/view/render_thread.h"
 #include "tools/view/selection.h"
 
@@ -68,6 +69,7 @@ class Session {
     bool measure = false;
     std::vector<Bookmark> bookmarks;
     Selection selection;
+    std::optional<Region> region{};  // part of the picture that takes further samples; none: the whole picture
 
     const std::filesystem::path& file() const { return file_; }
     /// Returns the warning about entries of the settings file that were left out when the scene was opened, or "".
