@@ -303,7 +303,7 @@ void RenderThread::run(ColorConfig colors) {
             const std::lock_guard lock(mutex_);
             status_.device = context.renderer();
         }
-        const StepWatch steps([this](const char* what, int) { show_step(what); });
+        const StepWatch steps([this](const char* what, int) { show_step(what); }, [this] { say("rendering"); });
         RendererCache renderers(context, std::move(colors), options_.budget);
         std::uint64_t done = 0;  // number of the last job
         bool again = false;      // the last job must be repeated
