@@ -122,6 +122,7 @@ void Viewer::run() {
         reload_shaders();
         update_picture();
         if (frames_due_ > 0) frame();
+        save_waiting_pictures();
         if (scripted()) step_script();
     }
     if (scripted() && !quit_ && stop_signal() == 0 && next_command_ < script_.size())
@@ -232,8 +233,11 @@ void Viewer::declare() {
                 select_clicked(now);
             attempt([&] { navigation_.steer(session_, input, picture_size_); });
         }
+        // Escape closes lists, menus and sheets first.
+        const bool open = shortcuts_shown_ || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
         for (const KeyPress& press : gui_.pressed())
-            if (const ActionRow* row = action_of(press)) attempt([&] { perform(row->action, press, point); });
+            if (const ActionRow* row = action_of(press); row && !(open && row->action == Action::unselect))
+                attempt([&] { perform(row->action, press, point); });
     }
     if (panels_shown_) {
         const auto complete = thread_.complete_picture();

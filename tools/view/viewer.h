@@ -85,6 +85,9 @@ class Viewer {
     float shown_split() const;  // Returns the split of Display::draw() in the current mode.
     void save();
     void screenshot(const std::filesystem::path& path);
+    /// Saves the picture under an unused name, ".png" or ".exr"; a coarse one is saved once it has full resolution.
+    void save_picture(const std::string& extension);
+    void save_waiting_pictures();
     std::filesystem::path unused_name(const char* extension);
     void report_files();  // Tells the user which files have been written.
     void tell(std::string message) { toasts_.tell(std::move(message), now()); }
@@ -194,6 +197,7 @@ class Viewer {
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     std::set<std::filesystem::path> names_;   // names of files that have been given out
+    std::set<std::string> waiting_pictures_;  // extensions of pictures that are saved at full resolution
     FileWriter writer_;
     RenderThread thread_;  // last member, so that it ends first
 };

@@ -43,9 +43,9 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::save:
             return save();
         case Action::screenshot:
-            return screenshot(unused_name("png"));
+            return save_picture("png");
         case Action::exr:
-            return screenshot(unused_name("exr"));
+            return save_picture("exr");
         case Action::quit:
             return window_.close();
         case Action::undo:
@@ -222,6 +222,18 @@ void Viewer::screenshot(const std::filesystem::path& path) {
     writer_.write(path.string(), [path, facts = std::move(facts), picture = picture_, view = layer_view_] {
         write_picture(path, shown_result(view, picture->aovs, picture->result), facts);
     });
+}
+
+void Viewer::save_picture(const std::string& extension) {
+    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(unused_name(extension.c_str()));
+    waiting_pictures_.insert(extension);
+    tell("The picture is saved once it has full resolution");
+}
+
+void Viewer::save_waiting_pictures() {
+    if (waiting_pictures_.empty() || !picture_ || picture_->divisor > 1 || drawn_request_ != request_) return;
+    for (const std::string& extension : std::exchange(waiting_pictures_, {}))
+        attempt([&] { screenshot(unused_name(extension.c_str())); });
 }
 
 void Viewer::report_files() {
