@@ -22,6 +22,7 @@ void culling(rays::Culling& chosen) {
     if (!ImGui::BeginCombo("##culling", rays::name(chosen))) return;
     for (const rays::Culling one : rays::culling_methods())
         if (ImGui::Selectable(name(one), one == chosen)) chosen = one;
+    close_by_escape();
     ImGui::EndCombo();
 }
 
