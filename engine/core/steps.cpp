@@ -10,7 +10,8 @@ thread_local WorkPart part;
 
 }  // namespace
 
-StepWatch::StepWatch(Begun begun) : begun_(std::move(begun)), outer_(std::exchange(innermost, this)) {}
+StepWatch::StepWatch(Begun begun, std::function<void()> ended)
+    : begun_(std::move(begun)), ended_(std::move(ended)), outer_(std::exchange(innermost, this)) {}
 
 StepWatch::~StepWatch() {
     innermost = outer_;
@@ -32,6 +33,10 @@ void WorkParts::begin_next() {
 
 void begin_step(const char* what) {
     if (innermost) innermost->begun_(what, ++innermost->steps_);
+}
+
+void end_step() {
+    if (innermost && innermost->ended_) innermost->ended_();
 }
 
 }  // namespace halflight

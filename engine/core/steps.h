@@ -13,16 +13,19 @@ class StepWatch {
     /// what: the kind of step, such as "compiling shaders"; number: 1 for the first step of the watch, whatever its
     /// kind.
     using Begun = std::function<void(const char* what, int number)>;
-    explicit StepWatch(Begun begun);
+    /// ended: called by end_step(); null: nothing is.
+    explicit StepWatch(Begun begun, std::function<void()> ended = {});
     StepWatch(const StepWatch&) = delete;
     StepWatch& operator=(const StepWatch&) = delete;
     ~StepWatch();
 
   private:
     Begun begun_;
+    std::function<void()> ended_;
     int steps_ = 0;
     StepWatch* outer_;
     friend void begin_step(const char* what);
+    friend void end_step();
 };
 
 /// Part of the thread's current work, such as a pass of a frame.
@@ -48,5 +51,7 @@ class WorkParts {
 
 /// Marks the begin of a step. Throws what the thread's StepWatch throws; does nothing where there is none.
 void begin_step(const char* what);
+/// Marks the end of the step that was begun last.
+void end_step();
 
 }  // namespace halflight

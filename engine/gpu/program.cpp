@@ -382,6 +382,7 @@ Program ProgramCache::made(const Entry& entry) {
                             ? Program::compute(entry.stages[0], entry.defines, binaries_)
                             : Program::graphics(entry.stages[0], entry.stages[1], entry.defines, binaries_));
     });
+    end_step();
     return std::move(*program);
 }
 

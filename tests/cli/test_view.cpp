@@ -1,106 +1,18 @@
 // Tests the viewer's window by scripts: the displayed picture is the one that `render` makes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "engine/core/image_tools.h"
-#include "engine/core/process.h"
-#include "engine/io/exr.h"
-#include "engine/io/png.h"
 #include "engine/settings/layers.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/cli/virtual_display.h"
-#include "tests/support/process.h"
+#include "tests/cli/view_test.h"
 
 namespace halflight::test {
 namespace {
 
-constexpr int kMostSeconds = 240;  // limit for a viewer that hangs
-
-class View : public testing::Test {
-  protected:
-    static void SetUpTestSuite() { display = new VirtualDisplay; }
-    static void TearDownTestSuite() {
-        delete display;
-        display = nullptr;
-    }
-    void SetUp() override {
-        if (display->name().empty()) GTEST_SKIP() << display->why_not();
-    }
-
-    std::string file(const std::string& name) const { return folder / name; }
-
-    static RunOptions on_display(const std::string& name) {
-        RunOptions options;
-        options.environment = {fmt::format("DISPLAY={}", name), "LIBGL_ALWAYS_SOFTWARE=1"};
-        options.most_seconds = kMostSeconds;
-        return options;
-    }
-    /// Runs `halflight view` without preview modes, with a script in which @ stands for the test's folder.
-    Outcome view(const std::string& script, std::vector<std::string> more = {}) {
-        more.insert(more.end(), {"--preview", "none"});
-        return view_by_default(script, more);
-    }
-    Outcome view_by_default(std::string script, const std::vector<std::string>& more = {}) {
-        for (std::size_t at = 0; (at = script.find('@')) != std::string::npos;)
-            script.replace(at, 1, folder.path.string() + "/");
-        write_text(folder / "script.txt", script);
-        std::vector<std::string> arguments = {"view", scene, "--size", size, "--script", file("script.txt")};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments, on_display(display->name()));
-    }
-    void expect_done(const Outcome& outcome) {
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
-        EXPECT_EQ(outcome.err, "");
-    }
-    void render(std::vector<std::string> more) {
-        more.insert(more.begin(), {"render", scene, "--width", "320", "--height", "240", "--quiet"});
-        const Outcome outcome = run_program(more);
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
-    }
-    Image png(const std::string& name) const { return read_png(file(name), read_text(file(name)), 4096); }
-    Image exr(const std::string& name) const { return read_exr(file(name)).image({"R", "G", "B", "A"}); }
-
-    /// Returns the largest difference of two pictures, in 8-bit steps.
-    static double difference(const Image& a, const Image& b) {
-        EXPECT_EQ(a.width, b.width);
-        EXPECT_EQ(a.height, b.height);
-        EXPECT_EQ(a.channels, b.channels);
-        if (a.pixels.size() != b.pixels.size()) return 255;
-        double most = 0;
-        for (std::size_t i = 0; i < a.pixels.size(); ++i)
-            most = std::max(most, std::abs(double{a.pixels[i]} - double{b.pixels[i]}));
-        return 255 * most;
-    }
-    static bool same_values(const ExrChannel& a, const ExrChannel& b) {
-        const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
-        return std::ranges::equal(a.values, b.values, {}, bits, bits);
-    }
-    /// Returns columns [first, end) of a picture.
-    static Image crop(const Image& image, int first, int end) {
-        Image part(end - first, image.height, image.channels);
-        for (int y = 0; y < image.height; ++y)
-            std::copy_n(image.at(first, y), (end - first) * image.channels, part.at(0, y));
-        return part;
-    }
-    static double mean(const Image& image) {
-        double sum = 0;
-        for (const float v : image.pixels) sum += double{v};
-        return sum / static_cast<double>(image.pixels.size());
-    }
-
-    TemporaryFolder folder;
-    std::string scene = copy_room(folder.path);
-    std::string size = "320x240";
-    static VirtualDisplay* display;
-};
-VirtualDisplay* View::display = nullptr;
+class View : public ViewTest {};
 
 TEST_F(View, PicturesEqualThoseOfRender) {
     expect_done(view(R"(
@@ -452,92 +364,6 @@ TEST_F(View, LightsAreMoved) {
 }
 
 /// Taps of keys that are shorter than a frame, and fast clicks, while samples are made.
-TEST_F(View, NoInputIsLost) {
-    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
-    const std::string taps = R"(
-        xdotool mousemove 100 200
-        for i in $(seq 50); do xdotool key --delay 1 bracketright; done
-        for i in $(seq 25); do xdotool click --delay 1 2; xdotool click --delay 1 3; done)";
-    write_text(folder / "taps.sh", fmt::format("until [ -f {0} ]; do sleep 0.1; done\n{1}\ntouch {2}\n",
-                                               file("ready.json"), taps, file("tapped")));
-    Process input({"sh", file("taps.sh")}, ProcessOptions{.environment = {"DISPLAY=" + display->name()}});
-    expect_done(view(R"(
-        wait samples 1
-        state @ready.json
-        input until @tapped
-        state @state.json)"));
-    input.wait();
-    const auto state = nlohmann::json::parse(read_text(file("state.json")));
-    EXPECT_EQ(state["exposure"], 50 * 0.25) << "each tap adds a quarter of a stop";
-    EXPECT_EQ(state["clicks"], 50);
-    EXPECT_EQ(state["view"], nlohmann::json::parse(read_text(file("ready.json")))["view"])
-        << "a change of exposure has discarded samples";
-}
-
-TEST_F(View, InspectsPixelsAndCompares) {
-    expect_done(view(R"(
-        wait samples 3
-        screenshot @seen.exr
-        screenshot @seen.png
-        probe 160 170 @probe.json
-        histogram @histogram.json
-        state @before.json
-        view albedo
-        wait first
-        view final
-        wait first
-        state @after.json
-        against @seen.exr
-        comparison difference
-        screenshot @none.png
-        exposure 1
-        comparison split
-        split 0
-        screenshot @other.png
-        exposure 0
-        split 1
-        view luminance
-        wait first
-        screenshot @luminance.png)"));
-    const auto json = [&](const char* name) { return nlohmann::json::parse(read_text(file(name))); };
-    const auto probe = json("probe.json");
-    const Image seen = exr("seen.exr");
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(probe["value"][std::size_t(c)].get<float>(), seen.at(160, 170)[c]);
-    EXPECT_EQ(probe["samples"], 3);
-    EXPECT_EQ(read_exr(file("seen.exr")).attributes.counts.at("samples"), 3);
-    EXPECT_GT(probe["depth"], 0);
-    EXPECT_EQ(probe["position"][1].get<double>(), 0) << "the floor";
-    const auto histogram = json("histogram.json");
-    double sum = histogram["black"];
-    for (const double share : histogram["shares"]) sum += share;
-    EXPECT_NEAR(sum, 1, 1e-4);
-    EXPECT_EQ(json("after.json")["samples"], 3) << "a change of layer has discarded samples";
-    EXPECT_EQ(json("after.json")["view"], json("before.json")["view"]);
-    EXPECT_LE(mean(png("none.png")), 1e-3) << "a picture differs from itself";
-    EXPECT_GT(difference(png("other.png"), png("seen.png")), 10) << "exposure applies to the file, too";
-    EXPECT_GT(difference(png("luminance.png"), png("seen.png")), 10) << "it has no colours of its own";
-    // The differences from black and from twice the picture are the picture.
-    Image black = seen, twice = seen;
-    for (int i = 0; i < seen.width * seen.height; ++i)
-        for (int c = 0; c < 3; ++c) black.pixels[std::size_t(4 * i + c)] = 0, twice.pixels[std::size_t(4 * i + c)] *= 2;
-    write_exr(file("black.exr"), {{{"R", "G", "B", "A"}, black}}, {});
-    write_exr(file("twice.exr"), {{{"R", "G", "B", "A"}, twice}}, {});
-    expect_done(view(R"(
-        wait samples 3
-        against @black.exr
-        comparison difference
-        screenshot @from-black.png
-        against @twice.exr
-        screenshot @from-twice.png)"));
-    EXPECT_GT(std::ranges::max(png("seen.png").pixels), 0.5) << "black pictures would show no difference either";
-    EXPECT_EQ(difference(png("from-black.png"), png("seen.png")), 0);
-    EXPECT_EQ(difference(png("from-twice.png"), png("seen.png")), 0);
-    const Outcome wrong = view("wait samples 1\nscreenshot @a.png\nagainst @a.png\ncomparison difference\n");
-    EXPECT_EQ(wrong.err, fmt::format("halflight: {}4: comparison: a linear picture and a display-encoded one have no "
-                                     "difference\n",
-                                     file("script.txt:")));
-}
-
 TEST_F(View, ErrorsNameTheLine) {
     const auto expect_error = [&](const Outcome& outcome, int status, const std::string& message) {
         EXPECT_EQ(outcome.status, status);

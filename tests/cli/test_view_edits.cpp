@@ -1,39 +1,14 @@
 // Tests edits in the viewer by scripts: the edited picture is the one that `render --settings` makes of the saved file.
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
-#include "engine/core/image_tools.h"
-#include "engine/io/exr.h"
-#include "tests/cli/virtual_display.h"
-#include "tests/support/process.h"
+#include "tests/cli/view_test.h"
 
 namespace halflight::test {
 namespace {
 
-class ViewEdit : public testing::Test {
+class ViewEdit : public ViewTest {
   protected:
-    static void SetUpTestSuite() { display = new VirtualDisplay; }
-    static void TearDownTestSuite() {
-        delete display;
-        display = nullptr;
-    }
-    void SetUp() override {
-        if (display->name().empty()) GTEST_SKIP() << display->why_not();
-    }
-    std::string file(const std::string& name) const { return folder / name; }
-    /// Runs a script in which @ stands for the test's folder.
-    Outcome view(std::string script) {
-        for (std::size_t at = 0; (at = script.find('@')) != std::string::npos;)
-            script.replace(at, 1, folder.path.string() + "/");
-        write_text(folder / "script.txt", script);
-        RunOptions options;
-        options.environment = {fmt::format("DISPLAY={}", display->name()), "LIBGL_ALWAYS_SOFTWARE=1"};
-        options.most_seconds = 240;
-        return run_program({"view", scene, "--size", "160x120", "--script", file("script.txt"), "--preview", "none"},
-                           options);
-    }
+    ViewEdit() { size = "160x120"; }
     Image render(const std::vector<std::string>& more) {
         std::vector<std::string> all{"render", scene, file("render.exr"), "--quiet", "--samples", "2"};
         all.insert(all.end(), more.begin(), more.end());
@@ -41,13 +16,7 @@ class ViewEdit : public testing::Test {
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         return exr("render.exr");
     }
-    Image exr(const std::string& name) const { return read_exr(file(name)).image({"R", "G", "B", "A"}); }
-
-    TemporaryFolder folder;
-    std::string scene = copy_room(folder.path);
-    static VirtualDisplay* display;
 };
-VirtualDisplay* ViewEdit::display = nullptr;
 
 TEST_F(ViewEdit, PicturesEqualThoseOfTheSavedFileAndOfOptions) {
     const Outcome outcome = view(R"(

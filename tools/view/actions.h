@@ -24,6 +24,8 @@ enum class Action {
     next_layer,
     previous_layer,
     final_layer,
+    draw_region,
+    whole_picture,
     handles,
     hide_object,
     unselect,

@@ -62,6 +62,7 @@ void menu_bar(PanelContext& c) {
         }
         if (menu == Menu::view) layer_items(c);
         if (menu == Menu::camera) camera_items(c);
+        close_by_escape();
         ImGui::EndMenu();
     }
     ImGui::EndMainMenuBar();

@@ -23,6 +23,7 @@ void choose_camera(PanelContext& c) {
         if (ImGui::Selectable(title(i).c_str(), now == i)) c.session.take_camera(i);
         ImGui::PopID();
     }
+    close_by_escape();
     ImGui::EndCombo();
 }
 

@@ -124,6 +124,12 @@ void Gui::load_font() {
     style.WindowRounding = 0;
     style.FrameRounding = 3;
     style.GrabMinSize = 12;
+    // Numbers of sliders stand on their grabs, too.
+    style.Colors[ImGuiCol_SliderGrab] = {0.20f, 0.40f, 0.70f, 1};
+    style.Colors[ImGuiCol_SliderGrabActive] = {0.24f, 0.47f, 0.82f, 1};
+    // Keys of menus are disabled text, also on the entry under the mouse.
+    style.Colors[ImGuiCol_HeaderHovered] = style.Colors[ImGuiCol_SliderGrab];
+    style.Colors[ImGuiCol_TextDisabled] = {0.62f, 0.62f, 0.62f, 1};
     style.Colors[ImGuiCol_WindowBg] = {0.11f, 0.11f, 0.12f, 1};
     style.Colors[ImGuiCol_PopupBg] = {0.14f, 0.14f, 0.15f, 1};
     style.ScaleAllSizes(scale_);
@@ -137,7 +143,10 @@ void Gui::take(const InputEvent& e) {
     ImGuiIO& io = ImGui::GetIO();
     switch (e.kind) {
         case InputEvent::Kind::key:
-            if (e.code >= 0 && e.code < 512) io.KeysDown[e.code] = e.down;
+            if (e.code >= 0 && e.code < 512) {
+                io.KeysDown[e.code] = e.down;
+                if (e.down) with_ctrl_.set(static_cast<std::size_t>(e.code), (e.modifiers & GLFW_MOD_CONTROL) != 0);
+            }
             // The event tells which modifiers were held before it.
             io.KeyCtrl = io.KeysDown[GLFW_KEY_LEFT_CONTROL] || io.KeysDown[GLFW_KEY_RIGHT_CONTROL];
             io.KeyShift = io.KeysDown[GLFW_KEY_LEFT_SHIFT] || io.KeysDown[GLFW_KEY_RIGHT_SHIFT];
@@ -215,6 +224,7 @@ Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
     if (!io.WantTextInput && !io.KeyCtrl) {
         // A key that was tapped between two frames counts, too.
         const auto held = [&](int key) {
+            if (with_ctrl_.test(static_cast<std::size_t>(key))) return false;  // Ctrl may be released first
             return ImGui::IsKeyDown(key) || std::ranges::any_of(events_, [&](const InputEvent& e) {
                 return e.kind == InputEvent::Kind::key && e.code == key && !e.down;
             });

@@ -2,6 +2,7 @@
 // once a frame; this class feeds it from the window's queue of events instead, so that no press is lost.
 #pragma once
 
+#include <bitset>
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,6 +61,7 @@ class Gui {
     bool scale_changed_ = true;
     bool has_font_ = false;
     std::size_t clicks_ = 0;
+    std::bitset<512> with_ctrl_;       // keys whose last press was one with Ctrl: they move no camera
     double clock_;                     // time of the last frame, seconds
     std::vector<InputEvent> events_;   // events of the current frame
     std::vector<GLFWcursor*> cursors_; // by ImGuiMouseCursor; null: the default

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/core/image_tools.h"
+#include "tools/view/region.h"
 #include "tools/view/resolution.h"
 
 namespace halflight::view {
@@ -40,7 +41,8 @@ std::optional<Probe> probe(const Picture& newest, const Picture* complete, const
     const ivec2 at = place(beauty, size, pixel);
     const float* value = beauty.at(at.x, at.y);
     p.value = vec3(value[0], value[1], value[2]);
-    p.samples = newest.result.stats.samples;
+    const bool in_region = newest.region && contains(newest.region->window, pixel);
+    p.samples = in_region ? newest.samples() : newest.result.stats.samples;
     if (!complete || complete->view != newest.view) return p;
     const ivec2 there = place(complete->result.beauty, size, pixel);
     const auto layer = [&](const char* aov) { return channels(*complete, aov, there); };

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "api/halflight/edit_text.h"
 #include "engine/scene/material_properties.h"
@@ -16,19 +17,22 @@
 namespace halflight::view {
 namespace {
 
-/// Selects a material, by buttons with the names of those that the selected node or mesh has.
-void material_buttons(PanelContext& c, const std::vector<int>& meshes) {
-    const Scene& scene = c.session.scene();
+std::set<std::uint32_t> materials_of(const Scene& scene, const std::vector<int>& meshes) {
     std::set<std::uint32_t> materials;
     for (const int mesh : meshes) {
         const auto& of_mesh = scene.meshes[static_cast<std::size_t>(mesh)].triangle_material;
         materials.insert(of_mesh.begin(), of_mesh.end());
     }
+    return materials;
+}
+
+/// Selects a material, by buttons with the names of those that the selected node or mesh has.
+void material_buttons(PanelContext& c, const std::set<std::uint32_t>& materials) {
     if (!materials.empty()) heading("Materials");
     for (const std::uint32_t m : materials) {
         const Selection object{ObjectKind::material, m};
         ImGui::PushID(static_cast<int>(m));
-        const std::string& name = scene.materials[m].name;
+        const std::string& name = c.session.scene().materials[m].name;
         if (button(name.empty() ? c.session.name_of(object).c_str() : name.c_str(), "selects the material", true))
             c.session.selection = object;
         ImGui::PopID();
@@ -47,6 +51,12 @@ void node(PanelContext& c, std::size_t index) {
     const std::string& name = c.session.references().nodes.at(index);
     visibility(c, {ObjectKind::node, index});
     if (c.session.in_pages()) return text("Scenes in page files cannot move or hide surfaces.");
+    std::vector<int> meshes;
+    for (const std::size_t i : c.session.selected_instances()) meshes.push_back(c.session.picker().instances()[i].mesh);
+    const std::set<std::uint32_t> materials = materials_of(c.session.scene(), meshes);
+    constexpr std::size_t kFew = 8;
+    const bool first = materials.size() <= kFew;  // materials are edited more often than places
+    if (first) material_buttons(c, materials);
     const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);
     NodeEdit edit = found == edits.nodes.end() ? NodeEdit() : found->edit;
     const NodeEdit before = edit;
@@ -68,10 +78,8 @@ void node(PanelContext& c, std::size_t index) {
     const NodeFrame frame = c.session.node_frame(index);
     const dvec3 origin(frame.above * dvec4(frame.origin + edit.translate, 1));
     value("Origin", fmt::format("{:.5g}, {:.5g}, {:.5g}", origin.x, origin.y, origin.z), "world space, metres");
-    std::vector<int> meshes;
-    for (const std::size_t i : c.session.selected_instances()) meshes.push_back(c.session.picker().instances()[i].mesh);
     value("Instances", fmt::format("{}", meshes.size()), "of this node and of those below it");
-    material_buttons(c, meshes);
+    if (!first) material_buttons(c, materials);
     if (edit == before) return;
     node_edit(edits, name) = edit;
     remove_empty(edits);
@@ -162,7 +170,7 @@ void mesh(PanelContext& c, std::size_t index) {
     visibility(c, {ObjectKind::mesh, index});
     value("Triangles", fmt::format("{}", m.triangles.size()));
     value("Vertices", fmt::format("{}", m.positions.size()));
-    material_buttons(c, {static_cast<int>(index)});
+    material_buttons(c, materials_of(c.session.scene(), {static_cast<int>(index)}));
 }
 
 void camera(PanelContext& c, std::size_t index) {
@@ -176,11 +184,18 @@ void camera(PanelContext& c, std::size_t index) {
 
 void inspector(PanelContext& c) {
     const Selection s = c.session.selection;
+    if (s.kind == ObjectKind::none) c.outliner.inspected = {};
     if (s.kind == ObjectKind::none)
         return faint_text("A click in the picture or in the list selects an object and shows its properties.");
     std::string title = c.session.name_of(s);
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
     heading(title.c_str());
+    if (std::exchange(c.outliner.inspected, s) != s) {  // low windows show the list only
+        constexpr float kShown = 7;                     // lines of properties that are shown at least
+        const float least =
+            ImGui::GetCursorPosY() + kShown * ImGui::GetFrameHeightWithSpacing() - ImGui::GetWindowHeight();
+        if (ImGui::GetScrollY() < least) ImGui::SetScrollY(least);
+    }
     ImGui::PushID(static_cast<int>(s.kind));
     ImGui::PushID(static_cast<int>(s.index));
     switch (s.kind) {

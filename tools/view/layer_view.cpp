@@ -251,19 +251,25 @@ std::vector<std::string> bias_lines(const std::vector<std::string>& biases) {
     return lines;
 }
 
-std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
-    if (result.stats.samples < kMinSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
+std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result, int samples,
+                                       const PixelWindow& window) {
+    if (samples < kMinSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
     const Image& variance = layer("variance", aovs, result);
     double sum = 0;
-    for (int y = 0; y < variance.height; ++y) {
-        for (int x = 0; x < variance.width; ++x) {
+    for (int y = window.first.y; y < window.end.y; ++y) {
+        for (int x = window.first.x; x < window.end.x; ++x) {
             for (int c = 0; c < 3; ++c) {
                 const double value{median_around(result.beauty, x, y, c)};
                 sum += double{variance.at(x, y)[c]} / (value * value + kRelativeEpsilon);
             }
         }
     }
-    return sum / (3.0 * variance.width * variance.height);
+    return sum / (3.0 * window.size().x * window.size().y);
+}
+
+std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
+    return estimated_relmse(aovs, result, result.stats.samples,
+                            {{0, 0}, {result.beauty.width, result.beauty.height}});
 }
 
 }  // namespace halflight::view

@@ -75,6 +75,9 @@ std::vector<std::string> bias_lines(const std::vector<std::string>& biases);
 /// own relative error look small. The estimate ignores that samples are stratified, and light that no sample has met.
 /// Returns nothing without the AOV "variance" or with fewer than kMinSamples samples.
 std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result);
+/// Estimates the relMSE of a window whose pixels have this number of samples.
+std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result, int samples,
+                                       const PixelWindow& window);
 inline constexpr int kMinSamples = 4;
 
 }  // namespace halflight::view

@@ -1,5 +1,6 @@
 #include "tools/view/pick.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -83,6 +84,15 @@ WorldBounds Picker::bounds(std::size_t instance) const {
         world.upper = glm::max(world.upper, at);
     }
     return world;
+}
+
+double distance_ahead(const Camera& camera, const Picker& picker, const Scene& scene) {
+    const Ray ray = ray_through(camera, {0.5, 0.5}, {1, 1});
+    if (const auto picked = picker.pick(ray)) return glm::length(picked->position - ray.origin);
+    const WorldBounds box = world_bounds(scene);
+    if (box.empty()) return 1;
+    const double ahead = glm::dot(0.5 * box.lower + 0.5 * box.upper - ray.origin, ray.direction);
+    return ahead > 0 ? ahead : std::max(glm::length(box.upper - box.lower), 1e-6);
 }
 
 }  // namespace halflight::view

@@ -31,4 +31,7 @@ class Picker {
     std::vector<Bounds> boxes_;  // boxes of the meshes, object space
 };
 
+/// Returns the distance from a camera to the surface in the middle of its view, else to the scene's centre.
+double distance_ahead(const Camera& camera, const Picker& picker, const Scene& scene);
+
 }  // namespace halflight::view

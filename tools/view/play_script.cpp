@@ -138,13 +138,19 @@ bool Viewer::input_done(const Command& command) {
 /// Returns what actions have changed, for tests of real input.
 nlohmann::ordered_json Viewer::state() const {
     const auto newest = thread_.picture();
+    nlohmann::ordered_json region;  // null: none
+    if (newest && newest->region) {
+        const PixelWindow& w = newest->region->window;
+        region = {w.first.x, w.first.y, w.end.x, w.end.y};
+    }
     return {{"layer", session_.layer_view.layer},
             {"exposure", session_.transform.exposure.stops},
             {"bookmarks", session_.bookmarks.size()},
             {"messages", toasts_.total()},
             {"clicks", gui_.clicks()},
             {"view", thread_.view()},
-            {"samples", newest && newest->divisor == 1 ? newest->result.stats.samples : 0}};
+            {"samples", newest ? newest->samples() : 0},
+            {"region", region}};
 }
 
 void Viewer::execute(const Command& c) {
@@ -243,6 +249,14 @@ void Viewer::execute(const Command& c) {
     if (c.name == "clay") session_.edits.clay = c.on();
     if (c.name == "preview") session_.modes.preview = preview_named(c.words[0]);
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
+    if (c.name == "region") {
+        const auto whole = [&](std::size_t i) { return static_cast<int>(n(i)); };
+        const auto region = c.numbers.empty()
+                                ? std::nullopt
+                                : region_of({{whole(0), whole(1)}, {whole(2), whole(3)}}, picture_size_);
+        if (!region && !c.numbers.empty()) throw Error("region", "has no pixels of the picture");
+        set_region(region);
+    }
     if (c.name == "measure") session_.measure = c.on();
     if (c.name == "culling") session_.culling = culling_named(c.words[0]);
     if (c.name == "section") {

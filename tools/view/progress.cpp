@@ -23,6 +23,7 @@ std::string progress_line(const Progress& p) {
         if (!done && p.seconds) line += fmt::format(", {} left", rough_time(*p.seconds * (p.limit - p.samples)));
         if (p.relmse) line += fmt::format(", error {:.2g}", std::sqrt(*p.relmse));
         if (!p.activity.empty() && p.activity != "rendering") line += fmt::format(" ({})", p.activity);
+        if (p.region) line = fmt::format("region {}x{}: {}", p.region->x, p.region->y, line);
     } else if (p.divisor > 1) {
         line = fmt::format("{}, 1/{} resolution", line.empty() ? "rendering" : line, p.divisor);
     }

@@ -22,7 +22,18 @@ void culling(rays::Culling& chosen) {
     if (!ImGui::BeginCombo("##culling", rays::name(chosen))) return;
     for (const rays::Culling one : rays::culling_methods())
         if (ImGui::Selectable(name(one), one == chosen)) chosen = one;
+    close_by_escape();
     ImGui::EndCombo();
+}
+
+void region(PanelContext& c) {
+    const auto act = [&](Action action, bool same_line) {
+        const ActionRow& row = row_of(action);
+        if (button(row.label, fmt::format("{} ({})", row.help, row.keys).c_str(), same_line))
+            c.requests.actions.push_back(action);
+    };
+    act(Action::draw_region, false);
+    if (c.session.region) act(Action::whole_picture, true);
 }
 
 }  // namespace
@@ -31,6 +42,7 @@ void quality_section(PanelContext& c) {
     heading("Samples");
     slider("Samples", c.session.samples, 1, 1 << 16, "samples per pixel after which rendering stops", kLogarithmic);
     slider("Bounces", "bounces", c.session.bounces);
+    region(c);
     modes(c.session.modes);
     heading("Tracing");
     culling(c.session.culling);

@@ -15,6 +15,7 @@
 #include "tools/view/layer_view.h"
 #include "tools/view/renderer_cache.h"
 #include "tools/view/resolution.h"
+#include "tools/view/standing_picture.h"
 
 namespace halflight::view {
 namespace {
@@ -33,6 +34,39 @@ std::vector<std::string> with(std::vector<std::string> aovs, const std::vector<s
     return aovs;
 }
 
+/// Decides when pictures are made of the samples so far, and which have all layers.
+class Looks {
+  public:
+    bool wanted = false;  // a picture must be made at once
+
+    bool due(int samples, int limit) const {
+        return wanted || (published_ < samples && (published_ == 0 || samples >= limit ||
+                                                   now() - looked_ > std::max(kLookEvery, cost_ / kLookShare)));
+    }
+    bool none() const { return published_ == 0; }
+    bool newer(int samples) const { return published_ < samples; }
+    /// Returns whether the next picture is a complete one.
+    bool all(int samples) const { return samples >= 2 * complete_; }
+    /// Returns the AOVs of the next picture.
+    std::vector<std::string> aovs(int samples, const Request& request) const {
+        return with(all(samples) ? complete_aovs() : std::vector<std::string>{"variance"}, request.aovs);
+    }
+    /// Records a picture that was begun at `before`, seconds. Returns the time that it took, seconds.
+    double made(int samples, double before) {
+        if (all(samples)) complete_ = samples;
+        published_ = samples;
+        wanted = false;
+        looked_ = now();
+        return cost_ = looked_ - before;
+    }
+
+  private:
+    int published_ = 0;      // samples of the last published picture
+    int complete_ = 0;       // samples of the last complete picture
+    double looked_ = -1e9;   // time of the last publication, seconds
+    double cost_ = 0;        // time to make a picture from the samples, seconds
+};
+
 }  // namespace
 
 bool same(const Camera& a, const Camera& b) {
@@ -45,7 +79,7 @@ bool same(const Camera& a, const Camera& b) {
 
 bool Request::operator==(const Request& o) const {
     const auto members = [](const Request& r) {
-        return std::tie(r.reference, r.scene, r.edits, r.frame, r.size, r.bounces, r.aovs, r.modes, r.culling,
+        return std::tie(r.reference, r.scene, r.edits, r.frame, r.size, r.region, r.bounces, r.aovs, r.modes, r.culling,
                         r.measure);
     };
     return same(camera, o.camera) && members(*this) == members(o);
@@ -53,7 +87,7 @@ bool Request::operator==(const Request& o) const {
 
 bool serves(const Request& made, const Request& wanted) {
     Request other = wanted;
-    other.aovs = made.aovs;
+    other.aovs = made.aovs, other.region = made.region;
     return other == made;
 }
 
@@ -137,7 +171,10 @@ RenderThread::Status RenderThread::status() const {
 }
 
 void RenderThread::publish(Picture picture) {
-    if (picture.divisor == 1) picture.relmse = estimated_relmse(picture.aovs, picture.result);
+    if (picture.divisor == 1)
+        picture.relmse = picture.region ? estimated_relmse(picture.aovs, picture.result, picture.samples(),
+                                                           picture.region->window)
+                                        : estimated_relmse(picture.aovs, picture.result);
     auto made = std::make_shared<const Picture>(std::move(picture));
     {
         const std::lock_guard lock(mutex_);
@@ -177,6 +214,16 @@ bool RenderThread::follow(const Request& made, Job& job) {
     if (job.number == number_ || !serves(made, wanted_)) return false;
     job.request = wanted_, job.number = number_;
     return true;
+}
+
+bool RenderThread::superseded(const Job& job) const {
+    const std::lock_guard lock(mutex_);
+    return job.number != number_;
+}
+
+int RenderThread::limit() const {
+    const std::lock_guard lock(mutex_);
+    return limit_;
 }
 
 void RenderThread::go_on(const Job& job, bool first_is_there) const {
@@ -256,7 +303,7 @@ void RenderThread::run(ColorConfig colors) {
             const std::lock_guard lock(mutex_);
             status_.device = context.renderer();
         }
-        const StepWatch steps([this](const char* what, int) { show_step(what); });
+        const StepWatch steps([this](const char* what, int) { show_step(what); }, [this] { say("rendering"); });
         RendererCache renderers(context, std::move(colors), options_.budget);
         std::uint64_t done = 0;  // number of the last job
         bool again = false;      // the last job must be repeated
@@ -343,53 +390,97 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     const bool is_new = renderers.is_new(1);
     Renderer& renderer = renderers.renderer(1);
     const Interruptible stops([&] { go_on(job, shown); });
-    int published = 0;     // samples of the last published picture
-    int complete = 0;      // samples of the last complete picture
-    double looked = -1e9;  // time of the last publication, seconds
-    double cost = 0;       // time to make a picture from the samples, seconds
-    bool due = false;      // a picture must be published
+    Looks looks;
+    StandingPicture standing;  // regions whose pixels have more samples than the whole picture
     renderer.render(frame, [&](const RenderProgress& progress) {
         for (;;) {
-            due |= follow(made, job);
+            looks.wanted |= follow(made, job);
             go_on(job, shown);
             if (wants_motion(job.request) && !wants_motion(made) && renderers.pose_is_new()) throw Stale();
             take_shaders(renderers);
             say("rendering");
             if (!progress.picture) return true;
             const int samples = progress.samples_done;
-            int limit = 0;
-            {
-                const std::lock_guard lock(mutex_);
-                limit = limit_;
-            }
-            const double before = now();
-            due |= published < samples &&
-                   (published == 0 || samples >= limit || before - looked > std::max(kLookEvery, cost / kLookShare));
-            if (due) {
-                const bool all = samples >= 2 * complete;
+            if (job.request.region ? looks.none() : looks.due(samples, limit())) {
+                const double before = now();
                 Picture picture{.request = job.number,
                                 .view = job.view,
                                 .divisor = 1,
                                 .camera = made.camera,
-                                .aovs = with(all ? complete_aovs() : std::vector<std::string>{"variance"},
-                                             job.request.aovs)};
+                                .aovs = looks.aovs(samples, job.request)};
+                const bool first = samples == 1 && looks.none() && !is_new;
                 picture.result = progress.picture(picture.aovs);
+                standing.lay_over(picture.result);
                 add_mattes(renderers, job, 1, samples, picture);
-                looked = now();
-                cost = looked - before;
-                if (samples == 1 && published == 0 && !is_new)
-                    renderers.resolution().record(made.size, progress.seconds + cost);
-                picture.seconds = looked - job.since;
+                const double cost = looks.made(samples, before);
+                if (first) renderers.resolution().record(made.size, progress.seconds + cost);
+                picture.seconds = now() - job.since;
                 publish(std::move(picture));
-                if (all) complete = samples;
-                published = samples;
                 shown = true;
-                due = false;
             }
-            if (samples < limit) return true;
+            if (job.request.region) {
+                const std::vector<std::string> aovs = with(complete_aovs(), job.request.aovs);
+                if (standing.whole_samples() < samples || !standing.has(aovs)) standing.take(progress.picture(aovs));
+                refine_region(renderers, job, standing);
+                continue;
+            }
+            if (samples < limit()) return true;
             hold(renderers, job.number, samples);
         }
     });
+}
+
+void RenderThread::refine_region(RendererCache& renderers, const Job& job, StandingPicture& standing) {
+    const PixelWindow window = *job.request.region;
+    const int before = standing.least(window);
+    FrameSettings frame;
+    renderers.fill_frame_settings(frame);
+    frame.history = nullptr;
+    frame.first_sample = standing.most(window);  // no pixel has samples from this one on
+    frame.samples = kMostSamples - frame.first_sample;
+    Looks looks;
+    const auto show = [&](RenderResult result, int samples) {
+        Picture picture{.request = job.number,
+                        .view = job.view,
+                        .divisor = 1,
+                        .camera = job.request.camera,
+                        .aovs = {},
+                        .result = std::move(result),
+                        .region = Picture::RegionSamples{window, samples}};
+        for (const ExrLayer& layer : picture.result.aovs) picture.aovs.push_back(layer.name);
+        add_mattes(renderers, job, 1, samples, picture);
+        picture.seconds = now() - job.since;
+        publish(std::move(picture));
+    };
+    show(standing.picture(), before);
+    while (before >= limit()) {
+        hold(renderers, job.number, before);
+        go_on(job, true);
+        if (superseded(job)) return;
+    }
+    struct Done {};  // ends render() before it makes a picture of its own
+    try {
+        renderers.region_renderer(window).render(frame, [&](const RenderProgress& progress) {
+            for (;;) {
+                go_on(job, true);
+                take_shaders(renderers);
+                if (!progress.picture) return true;
+                const int added = progress.samples_done, samples = before + added;
+                if (superseded(job)) {
+                    standing.add(progress.picture(with(complete_aovs(), job.request.aovs)), window);
+                    throw Done();
+                }
+                if (looks.due(added, limit() - before)) {
+                    const double begun = now();
+                    show(standing.with(progress.picture(looks.aovs(added, job.request)), window), samples);
+                    looks.made(added, begun);
+                }
+                if (samples < limit()) return true;
+                hold(renderers, job.number, samples);
+            }
+        });
+    } catch (const Done&) {
+    }
 }
 
 }  // namespace halflight::view

@@ -18,11 +18,13 @@
 
 #include "api/halflight/scene_edits.h"
 #include "engine/gpu/shader_source.h"
+#include "engine/settings/data_window.h"
 #include "renderer/render.h"
 
 namespace halflight::view {
 
 class RendererCache;
+class StandingPicture;
 
 /// Biased modes that improve pictures of few samples. RenderStats::biases describes their effects.
 struct PreviewModes {
@@ -50,6 +52,8 @@ struct Request {
     std::uint32_t frame = 0;  // FrameSettings::frame
     Camera camera;
     ivec2 size{0};  // size of the picture, pixels
+    // Pixels that take samples after the first whole picture; none: all of them.
+    std::optional<PixelWindow> region{};
     int bounces = 8;
     std::vector<std::string> aovs;
     PreviewModes modes{};
@@ -58,7 +62,7 @@ struct Request {
     bool operator==(const Request& other) const;
 };
 /// Returns whether samples that were made for one request can also give the picture of another one: the requests differ
-/// in AOVs only.
+/// in AOVs and region only.
 bool serves(const Request& made, const Request& wanted);
 /// Returns the AOVs that samples are made with, whatever a request wants. Mattes would need much memory. They are made
 /// from samples of their own.
@@ -78,8 +82,15 @@ struct Picture {
     double seconds = 0;              // time since the first request that its samples were made for, seconds
     Camera camera;                   // camera of the request
     std::vector<std::string> aovs;   // names of the result's AOVs: those of the request, and others
-    std::optional<double> relmse{};  // estimated_relmse() of a whole picture; none for a coarse one
+    std::optional<double> relmse{};  // estimated_relmse() of a whole picture or its region; none for a coarse one
     RenderResult result{};
+    struct RegionSamples {
+        PixelWindow window;
+        int samples;  // least number of samples of its pixels
+    };
+    std::optional<RegionSamples> region{};  // region that takes samples; none: the whole picture does
+    /// Returns the number of samples of the pixels that take samples; 0 for a coarse picture.
+    int samples() const { return divisor > 1 ? 0 : region ? region->samples : result.stats.samples; }
 };
 
 class RenderThread {
@@ -100,7 +111,7 @@ class RenderThread {
     /// the earlier request is being rendered, that picture is still published. Samples that serve() the new request
     /// are kept.
     std::uint64_t show(Request request);
-    /// Sets the number of samples of a whole picture; a higher limit continues a finished picture. The picture at
+    /// Sets the number of samples of a whole picture or a region; a higher limit continues a finished one. The picture at
     /// exactly this number is always published, unless more samples are done or begun: then the picture at which
     /// rendering stops is published. Pictures of fewer samples are published at intervals.
     void limit(int samples);
@@ -140,6 +151,8 @@ class RenderThread {
     void serve(RendererCache& renderers, const Job& job);
     Picture coarse(RendererCache& renderers, const Job& job, int divisor);
     void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: the job's coarse picture is published
+    /// Adds samples to the region of the job until there is another request. The picture stands outside of the region.
+    void refine_region(RendererCache& renderers, const Job& job, StandingPicture& standing);
     void publish(Picture picture);
     void say(std::string activity);
     void fail(std::uint64_t number, std::string error, bool for_good);
@@ -147,6 +160,8 @@ class RenderThread {
     std::optional<std::variant<Job, Work>> next(RendererCache& renderers, std::uint64_t done, bool again);
     /// Switches the job to the current request if the samples made serve it; returns whether it did.
     bool follow(const Request& made, Job& job);
+    bool superseded(const Job& job) const;  ///< Returns whether there is a newer request.
+    int limit() const;
     /// Throws Stale if the thread has to end or, with `first_is_there`, if work or a request is waiting that the samples
     /// do not serve.
     void go_on(const Job& job, bool first_is_there) const;

@@ -62,6 +62,7 @@ void RendererCache::prepare_scene(const Request& r) {
         if (!scene_->update(*edited(r.scene, r.tree, r.edits))) return clear_renderers();
         for (auto* renderers : {&renderers_, &matte_renderers_})
             for (auto& [divisor, renderer] : *renderers) renderer.follow_scene();
+        region_renderer_.reset();
     } catch (...) {
         clear_renderers();
         scene_.reset();
@@ -114,7 +115,7 @@ void RendererCache::prepare(const Request& r) {
     Request known = request_;
     known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;
     known.reference_tree = r.reference_tree, known.tree = r.tree;
-    known.frame = r.frame, known.camera = r.camera, known.aovs = r.aovs;
+    known.frame = r.frame, known.camera = r.camera, known.aovs = r.aovs, known.region = r.region;
     if (reloaded_ || renderers_.empty() || !serves(known, r)) {
         clear_renderers();
         history_.forget();
@@ -128,6 +129,7 @@ void RendererCache::prepare(const Request& r) {
 void RendererCache::clear_renderers() {
     renderers_.clear();
     matte_renderers_.clear();
+    region_renderer_.reset();
 }
 
 RenderSettings RendererCache::settings(int divisor) const {
@@ -153,6 +155,16 @@ Renderer& RendererCache::renderer(int divisor) {
     const auto known = renderers_.find(divisor);
     if (known != renderers_.end()) return known->second;
     return renderers_.try_emplace(divisor, *scene_, colors_, settings(divisor)).first->second;
+}
+
+Renderer& RendererCache::region_renderer(const PixelWindow& window) {
+    if (region_renderer_ && region_renderer_->first == window) return region_renderer_->second;
+    region_renderer_.reset();
+    RenderSettings s = settings(1);
+    s.crop = window;
+    s.preview = {};
+    s.radiance_cache.reset();
+    return region_renderer_.emplace(window, Renderer(*scene_, colors_, s)).second;
 }
 
 RenderResult RendererCache::mattes(int divisor, int samples, const std::vector<std::string>& aovs) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
@@ -35,6 +36,9 @@ class RendererCache {
     /// Returns the renderer for the size of the last prepared request, divided by `divisor`. Throws what a Renderer
     /// throws.
     Renderer& renderer(int divisor);
+    /// Returns the renderer for a region of the whole picture, without preview modes. The renderer of an earlier region
+    /// is destroyed. Throws what a Renderer throws.
+    Renderer& region_renderer(const PixelWindow& window);
     /// Returns whether the previous request showed the scene in another pose.
     bool pose_is_new() const { return previous_scene_ && previous_scene_ != request_.scene; }
     /// Makes mattes of the last prepared request at the size of renderer(divisor). They have as many samples as the
@@ -59,6 +63,7 @@ class RendererCache {
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // keyed by divisor
     std::map<int, Renderer> matte_renderers_;
+    std::optional<std::pair<PixelWindow, Renderer>> region_renderer_;
     PictureHistory history_;             // pictures since the last prepare() that changed more than the camera
     // View of the previous request, to which the layer "motion" is relative.
     std::optional<Camera> previous_camera_;

@@ -85,6 +85,8 @@ constexpr std::array kForms = {
     Form{"input", "n", 0, 1e6},
     Form{"input", "tt"},
     Form{"state", "t"},
+    Form{"region", "o"},
+    Form{"region", "iiii", 0, kPixels},
     Form{"measure", "o"},
     Form{"bookmark", "t"},
     Form{"recall", "t"},
@@ -172,6 +174,7 @@ class Parser {
                                                : c.words.size() == 1 && c.words[0] == "first";
         if (c.name == "wait" && !until)
             fail("unknown 'wait {}'; valid are 'wait first', 'wait samples N' and 'wait error E'", c.words[0]);
+        if (c.name == "region" && c.numbers.empty() && c.on()) fail("'region' takes X0 Y0 X1 Y1 or off");
         if (c.name == "key" && !action_of(key_press(c.words[0])))
             fail("unknown key '{}'; F1 shows the keys", c.words[0]);
         const auto ends_in = [&](std::string_view end) { return c.words[0].ends_with(end); };

@@ -62,6 +62,8 @@
 //     screenshot FILE          the picture: .png as displayed, .exr linear
 //     window FILE.png          the whole window, including panels if they are shown (key H)
 //     save                     saves the settings
+//     region X0 Y0 X1 Y1       gives further samples only to the pixels from X0,Y0 to before X1,Y1
+//     region off               gives samples to the whole picture again
 //     probe X Y FILE.json      what is known about a pixel
 //     histogram FILE.json      distribution of luminance
 //     input SECONDS            takes real input of mouse and keys for that time

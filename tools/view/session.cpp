@@ -7,150 +7,9 @@
 #include <utility>
 
 #include "api/halflight/camera.h"
-#include "api/halflight/loaded_scene.h"
-#include "engine/io/environment.h"
-#include "engine/io/gltf/parts.h"
 #include "tools/cli/settings_parts.h"
-#include "tools/view/stale_settings.h"
 
 namespace halflight::view {
-namespace {
-
-/// Returns the distance from a camera to the surface in the middle of its view, else to the scene's centre.
-double distance_ahead(const Camera& camera, const Picker& picker, const Scene& scene) {
-    const Ray ray = ray_through(camera, {0.5, 0.5}, {1, 1});
-    if (const auto picked = picker.pick(ray)) return glm::length(picked->position - ray.origin);
-    const WorldBounds box = world_bounds(scene);
-    if (box.empty()) return 1;
-    const double ahead = glm::dot(0.5 * box.lower + 0.5 * box.upper - ray.origin, ray.direction);
-    return ahead > 0 ? ahead : std::max(glm::length(box.upper - box.lower), 1e-6);
-}
-
-/// Opens the scene's file and returns the timeline of its animations. Throws Error.
-Timeline timeline_of(const PreviewArguments& a, const Console& console) {
-    Timeline t;
-    t.file = std::make_shared<SceneFile>(a.scene, gltf_options(a));
-    t.animation = a.animation.value_or("none");
-    try {
-        t.animations = titles(t.file->gltf().animations());
-    } catch (const Error& error) {
-        if (t.animation != "none") throw;
-        console.warn("{}", error.what());  // the scene at rest can still be shown
-    }
-    if (!t.animations.empty()) t.file->set_frame_rate(a.frame_rate, console);
-    t.file->play(t.animation, console);
-    t.rate = t.file->frame_rate();
-    t.playing = t.file->playing();
-    return t;
-}
-
-/// Returns the instances as edits move and hide them; unchanged ones where the edits do not suit the scene, which the
-/// picture reports.
-std::vector<Instance> moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits) {
-    Scene frame;  // a copy without meshes and images
-    frame.instances = scene.instances;
-    frame.lights = scene.lights;
-    for (const Mesh& mesh : scene.meshes) frame.meshes.emplace_back().name = mesh.name;
-    try {
-        apply(surface_edits(edits), frame, tree);
-    } catch (const Error&) {
-        return scene.instances;
-    }
-    return std::move(frame.instances);
-}
-
-/// Poses the reference at 0 s of the animation that plays. The new scene takes the images of `images`.
-void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
-    Timeline& t = o.timeline;
-    Scene scene = t.file->at(0, images.images);
-    o.own_environment = std::make_shared<const Environment>(scene.environment);
-    const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
-    if (chosen && o.reference)
-        scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
-    else if (chosen || !t.file->drives_light())
-        set_environment(scene, o.arguments.environment, console);
-    o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
-    check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
-    o.reference = std::make_shared<const Scene>(std::move(scene));
-    o.scene.reset();
-    t.last = last_frame(t.file->end(), t.rate);
-}
-
-/// Poses scene and cameras at a frame. The scene is that of the reference if the animation drives cameras only.
-void take_frame(Session::Opened& o, std::uint32_t frame) {
-    Timeline& t = o.timeline;
-    t.frame = frame;
-    const auto before = o.scene;
-    o.scene = o.reference;
-    o.tree = o.reference_tree;
-    t.cameras = o.reference->cameras;
-    if (frame > 0 && !t.playing.empty()) {
-        const double seconds = t.rate.seconds(frame);
-        t.cameras = t.file->cameras_at(seconds);
-        if (t.file->surfaces_move()) {
-            Scene scene = t.file->at(seconds, o.reference->images);
-            scene.environment = o.reference->environment;
-            take_sun(scene, *o.reference);
-            o.tree = std::make_shared<const SceneTree>(t.file->tree_at(seconds));
-            o.scene = std::make_shared<const Scene>(std::move(scene));
-        }
-    }
-    if (o.scene != before) o.picker = std::make_shared<const Picker>(o.scene);
-}
-
-/// Loads a scene into memory.
-void load_whole(Session::Opened& opened, const Console& console) {
-    const PreviewArguments& a = opened.arguments;
-    opened.timeline = timeline_of(a, console);
-    Timeline& timeline = opened.timeline;
-    const Scene rest = timeline.file->gltf().at_rest();
-    for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
-    take_reference(opened, rest, console);
-    opened.variants = timeline.file->gltf().variants();
-    take_frame(opened, a.settings.frame);
-    if (timeline.animations.empty()) timeline.file.reset();
-}
-
-/// Loads a scene whose geometry is in pages. Nothing can be picked in it.
-void load_pages(Session::Opened& opened, const Console& console) {
-    SceneChoice choice = opened.arguments;
-    // RendererCache applies edits; pages refuse those that move surfaces.
-    choice.edits = surface_edits(choice.edits);
-    if (std::exchange(choice.animation, std::nullopt)) console.note("animations do not play with pages");
-    const LoadedScene loaded(choice, opened.arguments, console);
-    opened.reference_tree = opened.tree = std::make_shared<const SceneTree>(loaded.tree());
-    check_edits(opened.arguments.edits, loaded.scene(), *opened.tree, opened.arguments.edits_source);
-    opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
-    opened.pages = loaded.pages();
-    opened.own_environment = std::make_shared<const Environment>();
-    opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
-    opened.timeline = {};
-    opened.timeline.cameras = opened.reference->cameras;
-}
-
-}  // namespace
-
-std::vector<std::string> titles(const std::vector<Animation>& animations) {
-    std::vector<std::string> all;
-    for (const Animation& animation : animations) {
-        const std::string& name = animation.name;
-        const bool tells =
-            !name.empty() && name != "all" && name != "none" && std::ranges::find(all, name) == all.end();
-        all.push_back(tells ? name : std::to_string(all.size()));
-    }
-    return all;
-}
-
-std::uint32_t last_frame(double end, const FrameRate& rate) {
-    constexpr double kRounding = 1e-3;  // tolerance, frames, since files store times as floats
-    constexpr double kMost = 1e6;
-    const double frames = std::floor(end * rate.numerator / rate.denominator + kRounding);
-    return static_cast<std::uint32_t>(std::clamp(frames, 0.0, kMost));
-}
-
-std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
-    return [arguments, colors] { return load_with_settings(arguments, colors, Console(arguments.log_level)); };
-}
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened opened)
     : console_(arguments.log_level), colors_(std::move(colors)) {
@@ -159,90 +18,6 @@ Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened o
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
     : Session(arguments, colors, load_with_settings(arguments, colors, Console(arguments.log_level))) {}
-
-Session::Opened Session::load_with_settings(PreviewArguments a, const ColorConfig& colors, const Console& console) {
-    std::vector<std::string> problems;
-    if (a.settings_source) problems = a.settings_source->left_out;
-    Opened opened;
-    try {
-        opened = load(a, colors, console);
-    } catch (const Error&) {
-        const std::size_t before = problems.size();
-        leave_out_stale(a, colors, problems);
-        if (problems.size() == before) throw;
-        opened = load(a, colors, console);
-    }
-    if (problems.empty()) return opened;
-    opened.warning = left_out_warning(a.settings_source->path, problems);
-    console.warn("{}", opened.warning);
-    return opened;
-}
-
-Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
-    Opened opened;
-    opened.arguments = a;
-    colors.view(a.settings.view);  // throws for an unknown view transform
-    load_whole_or_paged(
-        a, [&] { load_whole(opened, console); }, [&] { load_pages(opened, console); });
-    const Timeline& timeline = opened.timeline;
-    ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
-    if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
-    with_lens(chosen.camera, a.settings.view.camera.lens);  // throws for a lens that cannot be used
-    const WorldBounds box = world_bounds(*opened.scene);
-    opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
-    const Picker moved = opened.pages
-                             ? *opened.picker
-                             : opened.picker->with_instances(moved_instances(*opened.scene, *opened.tree, a.edits));
-    const double ahead = distance_ahead(chosen.camera, moved, *opened.scene);
-    opened.start = {a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, ahead), chosen.index};
-    return opened;
-}
-
-std::function<Session::Opened()> Session::opening(const std::filesystem::path& path) const {
-    if (has_extension(path, "glb") || has_extension(path, "gltf")) {
-        PreviewArguments a;
-        a.scene = path;
-        a.allow_outside = arguments_.allow_outside;
-        a.device = arguments_.device;
-        a.log_level = arguments_.log_level;
-        a.settings.samples = samples;
-        a.settings.preview = modes.preview;
-        a.settings.clamp = modes.clamp;
-        return [a, colors = colors_, console = console_]() mutable {
-            take_settings(a);
-            return load_with_settings(a, colors, console);
-        };
-    }
-    if (has_extension(path, "exr") || has_extension(path, "hdr")) return lighting(path);
-    throw Error(path.string(), "is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)");
-}
-
-std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& environment) const {
-    Opened opened = now();
-    opened.arguments.environment = environment;
-    return [opened, console = console_]() mutable {
-        Scene other = *opened.reference;
-        other.environment = *opened.own_environment;
-        set_environment(other, opened.arguments.environment, console);
-        opened.reference = std::make_shared<const Scene>(std::move(other));
-        take_frame(opened, opened.timeline.frame);
-        return opened;
-    };
-}
-
-std::function<Session::Opened()> Session::dressing(const std::string& variant) const {
-    PreviewArguments a = arguments_;
-    a.variant = variant;
-    a.edits = edits;
-    a.edits_source.clear();
-    a.animation = timeline_.animation;
-    a.settings.frame = timeline_.frame;
-    return [a, colors = colors_, console = console_] {
-        Opened opened = load(a, colors, console);
-        opened.start.reset();
-        return opened;
-    };
-}
 
 SavedSettings Session::document() const {
     SavedSettings document = saved({0, 0});
@@ -266,53 +41,6 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
     }
     if (!(document.environment == arguments_.environment)) return lighting(document.environment);
     return std::nullopt;
-}
-
-std::function<Session::Opened()> Session::posing(const std::string& animation, std::uint32_t frame) const {
-    if (!timeline_.file) throw Error(file_.string(), "has no animations");
-    return [opened = now(), animation, frame, console = console_]() mutable {
-        Timeline& timeline = opened.timeline;
-        const bool other = animation != timeline.animation;
-        timeline.file->play(animation, other ? console : Log());  // a failed attempt may have selected another one
-        if (other) {
-            timeline.playing = timeline.file->playing();
-            timeline.animation = animation;
-            take_reference(opened, *opened.reference, Console(LogLevel::error));
-        }
-        take_frame(opened, frame);
-        return opened;
-    };
-}
-
-Session::Opened Session::now() const {
-    return {arguments_, reference_, scene_,    reference_tree_, tree_,     own_environment_,
-            variants_,  pages_,     timeline_, picker_,         diagonal_, {}};
-}
-
-void Session::open(Opened opened) {
-    arguments_ = std::move(opened.arguments);
-    file_ = arguments_.scene;
-    reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
-    reference_tree_ = std::move(opened.reference_tree), tree_ = std::move(opened.tree);
-    own_environment_ = std::move(opened.own_environment);
-    variants_ = std::move(opened.variants);
-    edited_picker_.reset();
-    pages_ = std::move(opened.pages);
-    timeline_ = std::move(opened.timeline);
-    diagonal_ = opened.diagonal;
-    if (opened.start) edits = arguments_.edits, selection = {};
-    find_references(opened.start.has_value());
-    if (!opened.start) return follow_camera();
-    warning_ = std::move(opened.warning);
-    pose_ = first_pose_ = opened.start->pose;
-    scene_camera_ = first_camera_ = opened.start->camera;
-    transform = arguments_.settings.view;
-    bounces = arguments_.settings.bounces.value_or(default_bounces(*scene_));
-    samples = arguments_.settings.samples;
-    modes = {arguments_.settings.preview, arguments_.settings.clamp};
-    bookmarks = arguments_.bookmarks;
-    if (scene_camera_) take_lens(camera());
-    with_lens(camera(), transform.camera.lens);  // throws for a lens that cannot be used
 }
 
 void Session::take_lens(const Camera& camera) {
@@ -369,6 +97,19 @@ void Session::edit(SceneEdits other) {
     check_edits(other, *scene_, *tree_);
     if (pages_ && change_surfaces(other)) throw Error(file_.string(), "nodes and surfaces cannot change with pages");
     edits = std::move(other);
+}
+
+std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits) {
+    Scene frame;  // a copy without meshes and images
+    frame.instances = scene.instances;
+    frame.lights = scene.lights;
+    for (const Mesh& mesh : scene.meshes) frame.meshes.emplace_back().name = mesh.name;
+    try {
+        apply(surface_edits(edits), frame, tree);
+    } catch (const Error&) {
+        return scene.instances;
+    }
+    return std::move(frame.instances);
 }
 
 const Picker& Session::picker() const {
@@ -438,11 +179,22 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    return {reference_, scene_,          reference_tree_,
-            tree_,      pages_,          arguments_.settings.pool_bytes,
-            edits,      timeline_.frame, camera_with_lens(),
-            size,       bounces,         required_aovs(layer_view),
-            modes,      culling,         measure};
+    return {reference_,
+            scene_,
+            reference_tree_,
+            tree_,
+            pages_,
+            arguments_.settings.pool_bytes,
+            edits,
+            timeline_.frame,
+            camera_with_lens(),
+            size,
+            region ? pixels_of(*region, size) : std::nullopt,
+            bounces,
+            required_aovs(layer_view),
+            modes,
+            culling,
+            measure};
 }
 
 std::string Session::description() const {

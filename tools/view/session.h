@@ -14,6 +14,7 @@
 #include "tools/cli/picture_arguments.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/pick.h"
+#include "tools/view/region.h"
 #include "tools/view/render_thread.h"
 #include "tools/view/selection.h"
 
@@ -46,6 +47,7 @@ struct NodeFrame {
     dmat4 above;   // world to world: the motion by edits of the nodes above
 };
 
+/// Functions that load something are defined in session_opening.cpp.
 class Session {
   public:
     struct Opened;
@@ -68,6 +70,7 @@ class Session {
     bool measure = false;
     std::vector<Bookmark> bookmarks;
     Selection selection;
+    std::optional<Region> region{};  // part of the picture that takes further samples; none: the whole picture
 
     const std::filesystem::path& file() const { return file_; }
     /// Returns the warning about entries of the settings file that were left out when the scene was opened, or "".
@@ -175,6 +178,9 @@ class Session {
 
   private:
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
+    /// Returns the instances as edits move and hide them; unchanged ones where the edits do not suit the scene, which
+    /// the picture reports.
+    static std::vector<Instance> moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits);
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
     /// Loads a scene without the entries of its settings file that do not suit it.
     static Opened load_with_settings(PreviewArguments arguments, const ColorConfig& colors, const Console& console);

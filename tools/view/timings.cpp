@@ -20,7 +20,7 @@ void Timings::record_request(std::uint64_t number, double seconds) {
 
 void Timings::record_shown(const Picture& picture, double seconds) {
     if (picture.divisor == 1) {
-        samples_ = picture.result.stats.samples;
+        samples_ = picture.samples();
         age_ = picture.seconds;
         relmse_ = picture.relmse;
     }

@@ -122,6 +122,7 @@ void Viewer::run() {
         reload_shaders();
         update_picture();
         if (frames_due_ > 0) frame();
+        save_waiting_pictures();
         if (scripted()) step_script();
     }
     if (scripted() && !quit_ && stop_signal() == 0 && next_command_ < script_.size())
@@ -134,7 +135,7 @@ void Viewer::run() {
 void Viewer::update_picture() {
     const auto newest = thread_.picture();
     if (!newest) return;
-    if (newest->divisor == 1) sample_clock_.record(newest->view, newest->result.stats.samples, now());
+    if (newest->divisor == 1) sample_clock_.record(newest->view, newest->samples(), now());
     const auto shows = [&](const Picture& picture) {
         return std::ranges::all_of(required_aovs(session_.layer_view), [&](const std::string& aov) {
             return std::ranges::find(picture.aovs, aov) != picture.aovs.end();
@@ -177,7 +178,8 @@ void Viewer::reload_shaders() {
 /// Requests another picture if the session has changed.
 void Viewer::request_picture() {
     Request request = session_.request(picture_size_);
-    if (!scripted()) thread_.limit(session_.samples);
+    if (!session_.region) samples_before_region_ = 0;
+    if (!scripted()) thread_.limit(sample_limit());
     const double asked = std::exchange(input_time_, {}).value_or(now());
     if (request == requested_) return;
     if (scripted()) thread_.limit(1);  // the script raises it to the samples that it waits for
@@ -204,15 +206,17 @@ Progress Viewer::progress() const {
     const bool current = newest && newest->view == thread_.view();
     const bool whole = current && newest->divisor == 1;
     return {.activity = status.activity,
-            .samples = whole ? newest->result.stats.samples : 0,
-            .limit = session_.samples,
+            .samples = whole ? newest->samples() : 0,
+            .limit = sample_limit(),
             .divisor = current ? newest->divisor : newest ? 1 : 0,
             .seconds = sample_clock_.seconds(),
-            .relmse = whole ? newest->relmse : std::nullopt};
+            .relmse = whole ? newest->relmse : std::nullopt,
+            .region = requested_ && requested_->region ? std::optional(requested_->region->size()) : std::nullopt};
 }
 
 void Viewer::declare() {
     const WindowLayout now = layout();
+    const Progress work = progress();
     if (const auto time = gui_.event_time(); time && !input_time_) input_time_ = time;
     PanelRequests requests;
     if (takes_input() && !unsaved_prompt_.asking()) {
@@ -223,14 +227,17 @@ void Viewer::declare() {
             attempt([&] { perform(Action::focus_lens, {}, point); });
         } else {
             Input input = gui_.input(now, picture_size_);
-            if (drag_handles(now))
+            if (drag_region(now) || drag_handles(now))
                 input.left = false, input.double_click.reset();
             else
                 select_clicked(now);
             attempt([&] { navigation_.steer(session_, input, picture_size_); });
         }
+        // Escape closes lists, menus and sheets first.
+        const bool open = shortcuts_shown_ || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
         for (const KeyPress& press : gui_.pressed())
-            if (const ActionRow* row = action_of(press)) attempt([&] { perform(row->action, press, point); });
+            if (const ActionRow* row = action_of(press); row && !(open && row->action == Action::unselect))
+                attempt([&] { perform(row->action, press, point); });
     }
     if (panels_shown_) {
         const auto complete = thread_.complete_picture();
@@ -251,12 +258,13 @@ void Viewer::declare() {
         PanelContext context{session_, colors_, navigation_, outliner_, gizmo_.mode, state, requests};
         menu_bar(context);
         side_bar(now.side, section_, context);
-        status_line(now.status, progress(),
+        status_line(now.status, work,
                     fmt::format("{}, {}x{}", session_.layer_view.layer, picture_size_.x, picture_size_.y));
     }
     if (panels_shown_)
         object_overlay_.draw(session_, gizmo_, now.picture, picture_size_, gui_.scale(), lit_handle_,
                              section_ == "Scene" || section_ == "Light");
+    if (panels_shown_ || drawing_region_) show_region(now);
     if (panels_shown_ || !scripted()) {
         messages(now.area, toasts_);
         shortcut_sheet(shortcuts_shown_);
@@ -270,7 +278,7 @@ void Viewer::declare() {
                   .other = comparison_,
                   .line = comparison_mode_ == ComparisonMode::split},
                  split_);
-    if (!picture_) waiting_text(now.area, progress());
+    if (!picture_) waiting_text(now.area, work);
     perform(requests);
     if (takes_input()) ask_about_edits(), undo_waiting(), record_edits();
     window_.set_title(title());
@@ -307,7 +315,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
     if (!picture_) return;
     drawn_request_ = picture_->request;
     pose_pending_ = pose_pending_ && drawn_request_ != request_;
-    drawn_samples_ = picture_->divisor == 1 ? picture_->result.stats.samples : 0;
+    drawn_samples_ = picture_->samples();
     timings_.record_shown(*picture_, now());
     if (reference_ && relmse_) timings_.record_error(*relmse_);
 }

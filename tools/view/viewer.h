@@ -63,6 +63,16 @@ class Viewer {
     void advance_playback();  // Requests the frame that is due, once the previous one is visible.
     std::uint32_t next_frame() const;
 
+    // The following functions are defined in viewer_region.cpp.
+
+    void ask_for_region();  // The next drag in the picture draws a region.
+    void set_region(const std::optional<Region>& region);
+    /// Gives the mouse to the region that is drawn; returns whether the mouse belongs to it.
+    bool drag_region(const WindowLayout& layout);
+    bool leave_region();  // Stops drawing a region; returns whether one was being drawn.
+    void show_region(const WindowLayout& layout) const;
+    int sample_limit() const { return session_.samples + samples_before_region_; }
+
     // The following functions are defined in viewer_actions.cpp.
 
     void perform(Action action, const KeyPress& press, const dvec2& point);
@@ -75,6 +85,9 @@ class Viewer {
     float shown_split() const;  // Returns the split of Display::draw() in the current mode.
     void save();
     void screenshot(const std::filesystem::path& path);
+    /// Saves the picture under an unused name, ".png" or ".exr"; a coarse one is saved once it has full resolution.
+    void save_picture(const std::string& extension);
+    void save_waiting_pictures();
     std::filesystem::path unused_name(const char* extension);
     void report_files();  // Tells the user which files have been written.
     void tell(std::string message) { toasts_.tell(std::move(message), now()); }
@@ -165,6 +178,9 @@ class Viewer {
     std::optional<std::string> comparison_;  // description of picture B
     ComparisonMode comparison_mode_ = ComparisonMode::split;
     bool picking_ = false;  // the next click in the picture focuses the lens
+    bool drawing_region_ = false;        // the next drag in the picture draws a region
+    std::optional<dvec2> region_corner_;  // where that drag began, pixels of the picture
+    int samples_before_region_ = 0;  // samples that the picture had when the region was set, 0: no region
     std::uint64_t reloads_ = 0;              // reloads of the render thread's shaders that the display has followed
     bool quit_ = false;
     int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event
@@ -181,6 +197,7 @@ class Viewer {
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     std::set<std::filesystem::path> names_;   // names of files that have been given out
+    std::set<std::string> waiting_pictures_;  // extensions of pictures that are saved at full resolution
     FileWriter writer_;
     RenderThread thread_;  // last member, so that it ends first
 };

@@ -22,6 +22,13 @@ constexpr float kStopStep = 0.25f;                                   // stops pe
 constexpr float kMostStops = 64;                                     // limit of exposures by keys
 constexpr float kUiStep = 1.125f;  // factor on the scale of text and controls per press of a key
 
+/// Returns the note about the region of a picture that has more samples; "" without one.
+std::string region_note(const Picture& picture) {
+    if (!picture.region) return "";
+    const PixelWindow& w = picture.region->window;
+    return fmt::format(", {} in the region {},{},{},{}", picture.samples(), w.first.x, w.first.y, w.end.x, w.end.y);
+}
+
 }  // namespace
 
 void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
@@ -36,9 +43,9 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::save:
             return save();
         case Action::screenshot:
-            return screenshot(unused_name("png"));
+            return save_picture("png");
         case Action::exr:
-            return screenshot(unused_name("exr"));
+            return save_picture("exr");
         case Action::quit:
             return window_.close();
         case Action::undo:
@@ -52,7 +59,7 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::hide_object:
             return hide_selected();
         case Action::unselect:
-            session_.selection = {};
+            if (!leave_region()) session_.selection = {};
             return;
         case Action::hide_panels:
             panels_shown_ = !panels_shown_;
@@ -74,6 +81,11 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::final_layer:
             session_.layer_view.layer = kFinal;
             return step_layer(0);
+        case Action::draw_region:
+            return ask_for_region();
+        case Action::whole_picture:
+            set_region({});
+            return tell("Whole picture");
         case Action::frame_object:
             return tell(session_.frame_object(point, picture_size_) ? "Object framed" : "No object under the mouse");
         case Action::focus_lens:
@@ -126,7 +138,8 @@ void Viewer::compare(bool on) {
     }
     if (!picture_) throw Error("compare", "there is no picture yet");
     display_.keep_comparison();
-    comparison_ = fmt::format("{}, {} samples", session_.description(), picture_->result.stats.samples);
+    const int samples = picture_->result.stats.samples;
+    comparison_ = fmt::format("{}, {} sample{}", session_.description(), samples, samples == 1 ? "" : "s");
     tell("Picture kept as B");
 }
 
@@ -197,8 +210,9 @@ void Viewer::screenshot(const std::filesystem::path& path) {
         .camera = picture_->camera,
         .working_space = colors_.linear_space(""),
         .samples = stats.samples,
-        .comments = fmt::format("scene {}, shown by halflight view, {} samples, {}",
-                                session_.file().filename().string(), stats.samples, session_.description()),
+        .comments = fmt::format("scene {}, shown by halflight view, {} samples{}, {}",
+                                session_.file().filename().string(), stats.samples, region_note(*picture_),
+                                session_.description()),
         .filter = text(PixelFilter{}),
         .lens =
             lens_text(picture_->camera, stats.lens, {picture_->result.beauty.width, picture_->result.beauty.height}),
@@ -208,6 +222,18 @@ void Viewer::screenshot(const std::filesystem::path& path) {
     writer_.write(path.string(), [path, facts = std::move(facts), picture = picture_, view = layer_view_] {
         write_picture(path, shown_result(view, picture->aovs, picture->result), facts);
     });
+}
+
+void Viewer::save_picture(const std::string& extension) {
+    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(unused_name(extension.c_str()));
+    waiting_pictures_.insert(extension);
+    tell("The picture is saved once it has full resolution");
+}
+
+void Viewer::save_waiting_pictures() {
+    if (waiting_pictures_.empty() || !picture_ || picture_->divisor > 1 || drawn_request_ != request_) return;
+    for (const std::string& extension : std::exchange(waiting_pictures_, {}))
+        attempt([&] { screenshot(unused_name(extension.c_str())); });
 }
 
 void Viewer::report_files() {

@@ -46,11 +46,23 @@ void faint_text(const std::string& line) {
 
 void tooltip(const char* help) {
     if (*help == 0 || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    const float wrap = 24 * ImGui::GetFontSize();
+    const float width = ImGui::CalcTextSize(help, nullptr, false, wrap).x + 2 * ImGui::GetStyle().WindowPadding.x;
+    const float left = ImGui::GetWindowPos().x, right = left + ImGui::GetWindowWidth();
+    const float top = ImGui::GetItemRectMin().y;
+    if (right + width <= ImGui::GetIO().DisplaySize.x)
+        ImGui::SetNextWindowPos({right, top});
+    else if (width <= left)
+        ImGui::SetNextWindowPos({left, top}, ImGuiCond_Always, {1, 0});
     ImGui::BeginTooltip();
-    ImGui::PushTextWrapPos(24 * ImGui::GetFontSize());
+    ImGui::PushTextWrapPos(wrap);
     ImGui::TextUnformatted(help);
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();
+}
+
+void close_by_escape() {
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) ImGui::CloseCurrentPopup();
 }
 
 void value(const char* name, const std::string& text, const char* help) {
@@ -58,7 +70,10 @@ void value(const char* name, const std::string& text, const char* help) {
     tooltip(help);
     const float column = left_edge() + kLabelShare * (right_edge() - left_edge());
     const float gap = ImGui::GetStyle().ItemSpacing.x;
-    if (left_edge() + ImGui::CalcTextSize(name).x + gap < column) ImGui::SameLine(column);
+    const bool name_fits = left_edge() + ImGui::CalcTextSize(name).x + gap < column;
+    // Dear ImGui breaks lines at points, too: inside of numbers.
+    const bool text_fits = column + ImGui::CalcTextSize(text.c_str()).x <= right_edge();
+    if (name_fits && text_fits) ImGui::SameLine(column);
     ImGui::PushTextWrapPos();
     ImGui::TextUnformatted(text.c_str());
     ImGui::PopTextWrapPos();
@@ -139,6 +154,7 @@ bool choose(const char* name, std::string& chosen, std::span<const std::string> 
             changed = one != chosen;
             chosen = one;
         }
+        close_by_escape();
         ImGui::EndCombo();
     } else {
         tooltip(help);

@@ -19,7 +19,10 @@ inline constexpr ImGuiSliderFlags kLogarithmic = ImGuiSliderFlags_AlwaysClamp | 
 
 void text(const std::string& line);          ///< Shows a line, wrapped at the width of the panel.
 void faint_text(const std::string& line);    ///< Shows a line of less weight.
-void tooltip(const char* help);              ///< Gives the last item a tooltip; empty: none.
+/// Gives the last item a tooltip; empty: none. It stands beside the window of the item if there is room, so that it
+/// covers no other items.
+void tooltip(const char* help);
+void close_by_escape();  ///< Closes the current menu or list if Escape is pressed; call it before its end.
 /// Shows a name and its value. A value that does not fit beside the name stands below it.
 void value(const char* name, const std::string& text, const char* help = "");
 void heading(const char* title);             ///< Shows the heading of a group of controls.

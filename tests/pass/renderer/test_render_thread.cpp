@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "tests/pass/renderer/render_threads.h"
+#include "tools/view/region.h"
 
 namespace halflight::view {
 namespace {
@@ -166,6 +168,65 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
         EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "rendering has restarted";
         EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "rendering has restarted";
     }
+}
+
+TEST_F(RenderThreadTest, RegionsTakeFurtherSamplesAndKeepAll) {
+    RecordingThread thread;
+    const auto until = [&](std::uint64_t request, int samples, bool region) {
+        return thread.until([&] {
+            const Picture* newest = thread.pictures.empty() ? nullptr : thread.pictures.back().get();
+            return newest && newest->request == request && newest->samples() == samples &&
+                   newest->region.has_value() == region;
+        });
+    };
+    thread->limit(2);
+    Request r = request();
+    r.aovs = {"variance", "albedo", "depth"};
+    ASSERT_TRUE(until(thread->show(r), 2, false)) << thread->status().error;
+    const RenderResult two = expected(r, 2), six = expected(r, 6);
+    Request part = r;
+    part.region = PixelWindow{{20, 10}, {41, 33}};  // no multiples of a block
+    const std::uint64_t number = thread->show(part);
+    ASSERT_TRUE(until(number, 2, true)) << "it begins with the samples that are there";
+    expect_includes(thread.pictures.back()->result, two);
+    thread->limit(6);
+    ASSERT_TRUE(until(number, 6, true)) << thread->status().error;
+    const auto expect_pixels = [&](const Image& made, const Image& inside, const Image& outside) {
+        for (int y = 0; y < made.height; ++y) {
+            for (int x = 0; x < made.width; ++x) {
+                for (int c = 0; c < made.channels; ++c) {
+                    const float value = made.at(x, y)[c];
+                    if (contains(*part.region, {x, y}))
+                        ASSERT_NEAR(value, inside.at(x, y)[c], 1e-5f * (1 + std::abs(value))) << x << ", " << y;
+                    else
+                        ASSERT_EQ(value, outside.at(x, y)[c]) << x << ", " << y;
+                }
+            }
+        }
+    };
+    const auto seen = thread.pictures.back();
+    expect_pixels(seen->result.beauty, six.beauty, two.beauty);
+    for (const char* channel : {"albedo.R", "Z"})
+        expect_pixels(layer(seen->result, channel), layer(six, channel), layer(two, channel));
+    EXPECT_EQ(seen->result.stats.samples, 2);
+    EXPECT_EQ(seen->view, 1u);
+
+    // The picture goes on from its own samples, and the region stays until the rest has as many.
+    thread->limit(4);
+    const std::uint64_t again = thread->show(r);
+    ASSERT_TRUE(until(again, 4, false));
+    expect_pixels(thread.pictures.back()->result.beauty, six.beauty, expected(r, 4).beauty);
+    thread->limit(6);
+    ASSERT_TRUE(until(again, 6, false));
+    expect_includes(thread.pictures.back()->result, six);
+    for (const auto& picture : thread.pictures)
+        EXPECT_TRUE(picture->request == 1 || picture->samples() >= 2) << "rendering has restarted";
+
+    // In a new view the whole picture takes one sample first.
+    part.camera.camera_to_world[3].x += 0.1;
+    thread->limit(3);
+    ASSERT_TRUE(until(thread->show(part), 3, true));
+    EXPECT_EQ(thread.pictures.back()->result.stats.samples, 1);
 }
 
 TEST_F(RenderThreadTest, PreviewModesReportTheirBias) {

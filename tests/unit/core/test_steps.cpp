@@ -30,6 +30,17 @@ TEST(Steps, InnermostWatchOfTheThreadCountsThem) {
     EXPECT_EQ(inner, (std::vector<std::string>{"b1", "c2"}));
 }
 
+TEST(Steps, TheInnermostWatchHearsOfEnds) {
+    int ends = 0;
+    const StepWatch a([](const char*, int) {}, [&] { ++ends; });
+    begin_step("a");
+    end_step();
+    EXPECT_EQ(ends, 1);
+    const StepWatch b([](const char*, int) {});
+    end_step();
+    EXPECT_EQ(ends, 1);
+}
+
 TEST(Steps, AWatchMayEndTheWork) {
     const StepWatch watch([](const char*, int) { throw Ended(); });
     EXPECT_THROW(begin_step("a"), Ended);

@@ -9,8 +9,11 @@
 #include "tools/common/color_map.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/pass_history.h"
+#include "tools/view/region.h"
+#include "tools/view/render_thread.h"
 #include "tools/view/resolution.h"
 #include "tools/view/script.h"
+#include "tools/view/standing_picture.h"
 #include "tools/view/statistics_text.h"
 #include "tools/view/timings.h"
 
@@ -257,6 +260,9 @@ TEST(Requests, ServeRequestsThatDifferInTheShownLayer) {
     other.aovs.clear();
     EXPECT_TRUE(serves(made, other));
     EXPECT_TRUE(serves(other, made)) << "all layers are gathered";
+    other.region = PixelWindow{{1, 2}, {3, 4}};
+    EXPECT_TRUE(serves(made, other)) << "a region keeps the samples";
+    EXPECT_FALSE(other == made);
     other.bounces = 1;
     EXPECT_FALSE(serves(made, other));
     other = made;
@@ -265,6 +271,68 @@ TEST(Requests, ServeRequestsThatDifferInTheShownLayer) {
     other = made;
     other.modes.clamp = 1;
     EXPECT_FALSE(serves(made, other));
+}
+
+TEST(Region, KeepsItsPlaceWhereTheSizeChanges) {
+    const auto region = region_of({{32, -5}, {160, 45}}, {320, 90});
+    ASSERT_TRUE(region);
+    EXPECT_EQ(pixels_of(*region, {320, 90}), (PixelWindow{{32, 0}, {160, 45}}));
+    EXPECT_EQ(pixels_of(*region, {640, 180}), (PixelWindow{{64, 0}, {320, 90}}));
+    EXPECT_EQ(pixels_of(*region, {1, 1}), std::nullopt) << "it is the whole picture";
+    EXPECT_EQ(pixels_of({{1, 1}, {1, 1}}, {10, 10}), (PixelWindow{{9, 9}, {10, 10}})) << "a region is never empty";
+    EXPECT_FALSE(region_of({{400, 10}, {500, 20}}, {320, 90}));
+    EXPECT_FALSE(region_of({{10, 10}, {10, 20}}, {320, 90}));
+    EXPECT_EQ(window_between({5.5, 9.5}, {2.5, 3}), (PixelWindow{{2, 3}, {6, 10}}));
+}
+
+/// Returns a picture of one row with a colour, a variance and a number of samples in each pixel.
+RenderResult row_of_pixels(int width, int samples, float color, float variance) {
+    RenderResult row;
+    row.stats.samples = samples;
+    const auto filled = [&](int channels, float value) {
+        Image image(width, 1, channels);
+        std::ranges::fill(image.pixels, value);
+        return image;
+    };
+    row.beauty = filled(4, color);
+    row.aovs.push_back({{"variance.R", "variance.G", "variance.B"}, filled(3, variance), ExrType::float32, "variance"});
+    row.aovs.push_back({{"samples"}, filled(1, static_cast<float>(samples)), ExrType::float32, "samples"});
+    row.aovs.push_back({{"Z"}, filled(1, color), ExrType::float32, "depth"});
+    return row;
+}
+
+TEST(StandingPicture, RegionsHaveMoreSamplesUntilTheRestHasThem) {
+    StandingPicture standing;
+    standing.take(row_of_pixels(3, 2, 1, 0.5f));
+    const PixelWindow window{{1, 0}, {2, 1}};
+    standing.add(row_of_pixels(1, 6, 5, 0.25f), window);
+    EXPECT_EQ(standing.most({{0, 0}, {3, 1}}), 8);
+    EXPECT_EQ(standing.least({{0, 0}, {3, 1}}), 2);
+    EXPECT_EQ(standing.least(window), 8);
+    const RenderResult& picture = standing.picture();
+    EXPECT_EQ(picture.beauty.at(1, 0)[0], 4) << "the mean is weighted by samples";
+    EXPECT_EQ(picture.beauty.at(0, 0)[0], 1);
+    EXPECT_EQ(picture.aovs[0].image.at(1, 0)[0], (4 * 0.5f + 36 * 0.25f) / 64);
+    EXPECT_EQ(picture.aovs[1].image.pixels, (std::vector<float>{2, 8, 2}));
+    EXPECT_EQ(picture.aovs[2].image.at(1, 0)[0], 1) << "depth is that of the pixel's centre";
+
+    RenderResult later = row_of_pixels(3, 7, 3, 0.5f);
+    standing.lay_over(later);
+    EXPECT_EQ(later.beauty.at(1, 0)[0], 4) << "the region still has more samples";
+    EXPECT_EQ(later.beauty.at(2, 0)[0], 3);
+    RenderResult same = row_of_pixels(3, 8, 2, 0.5f);
+    standing.lay_over(same);
+    EXPECT_EQ(same.beauty.at(1, 0)[0], 2) << "the rest has as many";
+}
+
+TEST(StandingPicture, OneSampleHasNoVarianceOfItsOwn) {
+    StandingPicture standing;
+    standing.take(row_of_pixels(1, 4, 1, 0.25f));  // samples have a variance of 1
+    const PixelWindow window{{0, 0}, {1, 1}};
+    EXPECT_EQ(standing.with(row_of_pixels(1, 1, 1, 0), window).aovs[0].image.pixels[0], 0.2f);
+    StandingPicture single;
+    single.take(row_of_pixels(1, 1, 1, 0));
+    EXPECT_EQ(single.with(row_of_pixels(1, 4, 1, 0.25f), window).aovs[0].image.pixels[0], 0.2f);
 }
 
 Picture with_passes(int samples, std::vector<PassTime> passes) {

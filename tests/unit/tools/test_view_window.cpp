@@ -113,7 +113,8 @@ TEST(Actions, KeysAreUnambiguous) {
     EXPECT_EQ(action_of({.key = "=", .ctrl = true, .shift = true})->action, Action::larger_ui) << "a plus sign";
     std::vector<std::string> keys;
     for (char sign = '!'; sign < 0x7f; ++sign) keys.push_back({sign});
-    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y", "Ctrl+Z", "Ctrl+Shift+Z"})
+    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y", "Ctrl+Z", "Ctrl+Shift+Z",
+                             "Ctrl+B", "Ctrl+Shift+B"})
         keys.push_back(name);
     for (const std::string& name : keys) {
         const auto has = [&](const ActionRow& row) { return has_key(row, key_press(name)); };
@@ -157,6 +158,8 @@ TEST(Progress, NamesEveryState) {
         "64 of 1024 samples, 2 min left, error 0.03");
     EXPECT_EQ(progress_line({.activity = "", .samples = 1024, .limit = 1024, .seconds = 1, .relmse = 1e-4}),
               "1024 samples, done, error 0.01");
+    EXPECT_EQ(progress_line({.activity = "rendering", .samples = 64, .limit = 1024, .region = ivec2(320, 200)}),
+              "region 320x200: 64 of 1024 samples");
     EXPECT_EQ(progress_line({}), "ready");
     EXPECT_EQ(share_done({.activity = "", .samples = 16, .limit = 64}), 0.25);
 }

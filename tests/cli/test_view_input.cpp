@@ -1,0 +1,155 @@
+// Tests real input of mouse and keys, regions, inspection and comparison in the viewer.
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/view_test.h"
+
+namespace halflight::test {
+namespace {
+
+class ViewInput : public ViewTest {
+  protected:
+    /// Runs the viewer with real input by a shell script, which starts once there is a picture. Returns the state after
+    /// the input and a further command.
+    nlohmann::json input_state(const std::string& shell, const std::string& then) {
+        for (const char* name : {"ready.json", "typed"}) std::filesystem::remove(folder / name);
+        write_text(folder / "input.sh", fmt::format("until [ -f {0} ]; do sleep 0.1; done\n{1}\ntouch {2}\n",
+                                                    file("ready.json"), shell, file("typed")));
+        Process input({"sh", file("input.sh")}, ProcessOptions{.environment = {"DISPLAY=" + display->name()}});
+        expect_done(view("wait samples 1\nstate @ready.json\ninput until @typed\n" + then + "\nstate @state.json\n"));
+        input.wait();
+        return nlohmann::json::parse(read_text(file("state.json")));
+    }
+};
+
+TEST_F(ViewInput, NoInputIsLost) {
+    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+    const auto state = input_state(R"(
+        xdotool mousemove 100 200
+        for i in $(seq 50); do xdotool key --delay 1 bracketright; done
+        for i in $(seq 25); do xdotool click --delay 1 2; xdotool click --delay 1 3; done
+        xdotool key ctrl+s
+        xdotool keydown ctrl keydown s keyup ctrl sleep 0.2 keyup s)",
+                                   "");
+    EXPECT_EQ(state["exposure"], 50 * 0.25) << "each tap adds a quarter of a stop";
+    EXPECT_EQ(state["clicks"], 50);
+    EXPECT_EQ(state["view"], nlohmann::json::parse(read_text(file("ready.json")))["view"])
+        << "a change of exposure has discarded samples, or Ctrl-S has moved the camera";
+}
+
+TEST_F(ViewInput, InspectsPixelsAndCompares) {
+    expect_done(view(R"(
+        wait samples 3
+        screenshot @seen.exr
+        screenshot @seen.png
+        probe 160 170 @probe.json
+        histogram @histogram.json
+        state @before.json
+        view albedo
+        wait first
+        view final
+        wait first
+        state @after.json
+        against @seen.exr
+        comparison difference
+        screenshot @none.png
+        exposure 1
+        comparison split
+        split 0
+        screenshot @other.png
+        exposure 0
+        split 1
+        view luminance
+        wait first
+        screenshot @luminance.png)"));
+    const auto json = [&](const char* name) { return nlohmann::json::parse(read_text(file(name))); };
+    const auto probe = json("probe.json");
+    const Image seen = exr("seen.exr");
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(probe["value"][std::size_t(c)].get<float>(), seen.at(160, 170)[c]);
+    EXPECT_EQ(probe["samples"], 3);
+    EXPECT_EQ(read_exr(file("seen.exr")).attributes.counts.at("samples"), 3);
+    EXPECT_GT(probe["depth"], 0);
+    EXPECT_EQ(probe["position"][1].get<double>(), 0) << "the floor";
+    const auto histogram = json("histogram.json");
+    double sum = histogram["black"];
+    for (const double share : histogram["shares"]) sum += share;
+    EXPECT_NEAR(sum, 1, 1e-4);
+    EXPECT_EQ(json("after.json")["samples"], 3) << "a change of layer has discarded samples";
+    EXPECT_EQ(json("after.json")["view"], json("before.json")["view"]);
+    EXPECT_LE(mean(png("none.png")), 1e-3) << "a picture differs from itself";
+    EXPECT_GT(difference(png("other.png"), png("seen.png")), 10) << "exposure applies to the file, too";
+    EXPECT_GT(difference(png("luminance.png"), png("seen.png")), 10) << "it has no colours of its own";
+    // The differences from black and from twice the picture are the picture.
+    Image black = seen, twice = seen;
+    for (int i = 0; i < seen.width * seen.height; ++i)
+        for (int c = 0; c < 3; ++c) black.pixels[std::size_t(4 * i + c)] = 0, twice.pixels[std::size_t(4 * i + c)] *= 2;
+    write_exr(file("black.exr"), {{{"R", "G", "B", "A"}, black}}, {});
+    write_exr(file("twice.exr"), {{{"R", "G", "B", "A"}, twice}}, {});
+    expect_done(view(R"(
+        wait samples 3
+        against @black.exr
+        comparison difference
+        screenshot @from-black.png
+        against @twice.exr
+        screenshot @from-twice.png)"));
+    EXPECT_GT(std::ranges::max(png("seen.png").pixels), 0.5) << "black pictures would show no difference either";
+    EXPECT_EQ(difference(png("from-black.png"), png("seen.png")), 0);
+    EXPECT_EQ(difference(png("from-twice.png"), png("seen.png")), 0);
+    const Outcome wrong = view("wait samples 1\nscreenshot @a.png\nagainst @a.png\ncomparison difference\n");
+    EXPECT_EQ(wrong.err, fmt::format("halflight: {}4: comparison: a linear picture and a display-encoded one have no "
+                                     "difference\n",
+                                     file("script.txt:")));
+}
+
+TEST_F(ViewInput, RegionsTakeSamplesAndKeepThem) {
+    expect_done(view(R"(
+        wait samples 2
+        screenshot @two.exr
+        region 100 60 210 170
+        wait samples 8
+        state @state.json
+        screenshot @region.exr
+        region off
+        wait samples 8
+        screenshot @whole.exr)"));
+    EXPECT_EQ(nlohmann::json::parse(read_text(file("state.json")))["region"], nlohmann::json({100, 60, 210, 170}));
+    render({file("eight.exr"), "--samples", "8"});
+    EXPECT_TRUE(same_bits(exr("whole.exr"), exr("eight.exr"))) << "samples were lost";
+    const Image region = exr("region.exr"), two = exr("two.exr"), eight = exr("eight.exr");
+    for (int y = 0; y < region.height; ++y)
+        for (int x = 0; x < region.width; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const bool inside = x >= 100 && x < 210 && y >= 60 && y < 170;
+                if (inside)
+                    ASSERT_NEAR(region.at(x, y)[c], eight.at(x, y)[c], 1e-5f * (1 + eight.at(x, y)[c]));
+                else
+                    ASSERT_EQ(region.at(x, y)[c], two.at(x, y)[c]) << "it has taken further samples";
+            }
+    EXPECT_NE(read_exr(file("region.exr")).attributes.comments.find("2 samples, 8 in the region 100,60,210,170"),
+              std::string::npos);
+    const std::string at = file("script.txt:");
+    EXPECT_EQ(view("region 400 10 500 20\n").err, fmt::format("halflight: {}1: region: has no pixels of the picture\n", at));
+    EXPECT_EQ(view("region on\n").err, fmt::format("halflight: {}1: 'region' takes X0 Y0 X1 Y1 or off\n", at));
+}
+
+TEST_F(ViewInput, RegionsAreDrawnWithTheMouse) {
+    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+    const auto state = input_state(R"(
+        xdotool key ctrl+b
+        xdotool mousemove 140 120 mousedown 1
+        xdotool mousemove 90 80 mousemove 40 50 mouseup 1
+        xdotool key bracketright)",
+                                   "wait samples 2");
+    EXPECT_EQ(state["region"], nlohmann::json({40, 50, 140, 120}));
+    EXPECT_EQ(state["exposure"], 0.25);
+    EXPECT_EQ(state["view"], 1) << "the camera has moved";
+    EXPECT_TRUE(input_state(R"(
+        xdotool key ctrl+b key Escape
+        xdotool mousemove 140 120 mousedown 1 mousemove 40 50 mouseup 1)",
+                            "wait first")["region"]
+                    .is_null());
+}
+
+}  // namespace
+}  // namespace halflight::test
