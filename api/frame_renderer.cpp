@@ -17,6 +17,7 @@
 #include "engine/scene/material_lobes.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
+#include "renderer/film.h"
 #include "renderer/held_out.h"
 #include "renderer/memory.h"
 #include "renderer/metering.h"
@@ -37,6 +38,11 @@ int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, 
 
 int default_bounces(const Scene& scene) {
     return std::ranges::any_of(scene.materials, is_solid) ? kBouncesOfSolids : kBounces;
+}
+
+void request_light_groups(RenderSettings& settings, const Scene& scene) {
+    for (const std::string& layer : light_group_layers(settings)) std::erase(settings.aovs, layer);
+    for (const std::string& group : scene.light_groups) settings.aovs.push_back(std::string(kLightGroupLayer) + group);
 }
 
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings) {
@@ -114,6 +120,7 @@ struct FrameRenderer::State {
         context->make_current();
         if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
         take_lens();
+        request_light_groups(settings, scene.scene());
         if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
         if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
             deformer.emplace(*context);
@@ -128,7 +135,9 @@ struct FrameRenderer::State {
     void begin() {
         context->make_current();
         if (scene.surfaces_move()) scene.deform_by(deformer ? &*deformer : nullptr);
-        if (transforms != scene.transform_revision()) drop();
+        const std::vector<std::string> layers = settings.aovs;
+        request_light_groups(settings, scene.scene());  // edits may have changed them
+        if (transforms != scene.transform_revision() || settings.aovs != layers) drop();
         transforms = scene.transform_revision();
     }
     void drop() {

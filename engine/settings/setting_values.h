@@ -321,7 +321,7 @@ struct Value<std::vector<std::string>> {
         std::vector<std::string> layers;
         if (text == kNone) return value.clear(), "";
         for (const std::string& wanted : split_names(text, kSeparators)) {
-            if (wanted != "all" && !find_aov(wanted))
+            if (wanted != "all" && std::ranges::find(known_aovs(), wanted, &AovInfo::name) == known_aovs().end())
                 return fmt::format("has no layer '{}'; known layers are: {}{}", wanted, names(), meant(wanted));
             for (const AovInfo& aov : known_aovs())
                 if ((aov.name == wanted || (wanted == "all" && aov.in_all())) &&
