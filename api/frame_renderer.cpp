@@ -10,6 +10,7 @@
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/core/stopwatch.h"
+#include "engine/core/suggestion.h"
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
@@ -120,6 +121,7 @@ struct FrameRenderer::State {
         context->make_current();
         if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
         take_lens();
+        for (const std::string& layer : light_group_layers(settings)) check_light_group(layer);
         request_light_groups(settings, scene.scene());
         if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
         if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
@@ -131,6 +133,14 @@ struct FrameRenderer::State {
         if (deformer && scene.deformer() == &*deformer) scene.deform_by(nullptr);
     }
 
+    /// Throws Error unless the scene has the light group of a layer.
+    void check_light_group(const std::string& layer) const {
+        const std::vector<std::string>& groups = scene.scene().light_groups;
+        const std::string name = layer.substr(kLightGroupLayer.size());
+        if (std::ranges::find(groups, name) == groups.end())
+            throw Error("render settings", "aov: there is no light group '{}' (--light-group){}", name,
+                        did_you_mean(name, groups));
+    }
     /// Makes this renderer's context and deformer current; others may have used the scene or the thread.
     void begin() {
         context->make_current();

@@ -20,9 +20,10 @@ void check_count(std::size_t groups, const std::string& subject) {
                     kMostLightGroups);
 }
 
-/// Returns whether a character may be part of a layer's name. Dots separate layers from channels.
+/// Returns whether a character may be part of a layer's name. Lists of layers are separated by commas, layers and
+/// channels by dots; spaces are trouble in scripts.
 bool suits_layer(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == ' ' ||
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' ||
            static_cast<unsigned char>(c) >= 0x80;
 }
 
@@ -30,7 +31,7 @@ bool suits_layer(char c) {
 void check_name(const std::string& name, const std::string& subject) {
     if (name == kRest) throw Error(subject, "'{}' is the group of all lights that no other group names", kRest);
     if (name.empty() || !std::ranges::all_of(name, suits_layer))
-        throw Error(subject, "'{}' cannot name a light group: names have letters, digits, spaces, _ and -", name);
+        throw Error(subject, "'{}' cannot name a light group: names have letters, digits, _ and -", name);
 }
 
 /// Returns the name of a group of one light: that of the object, as far as it can name a layer and is not taken yet.

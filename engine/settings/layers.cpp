@@ -215,7 +215,7 @@ std::string layers_markdown() {
                             pass_of(a.source), a.description, note);
     };
     for (const AovInfo& a : kLayers) add(a, a.in_all() ? "" : " (not part of `all`)");
-    add(*light_group_layer(fmt::format("{}NAME", kLightGroupLayer)), "; not an `--aov`");
+    add(*light_group_layer(fmt::format("{}NAME", kLightGroupLayer)), " (not part of `all`)");
     return text;
 }
 

