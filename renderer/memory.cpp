@@ -63,7 +63,7 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
     constexpr std::size_t kBlock = 128 * kMiB;
     std::size_t widest = std::max({scene.surface_record_bytes(), sizeof(shared::PathState), 6 * sizeof(double)});
     if (needs.halves) widest = std::max(widest, needs.halves.path_bytes);
-    if (needs.light_groups) widest = std::max(widest, needs.light_groups.path_bytes);  // of all its buffers together
+    if (needs.light_groups) widest = std::max(widest, needs.light_groups.path_bytes);  // sum of its buffers
     if (needs.reuse) widest = std::max(widest, std::size_t(s.estimator.reuse) * sizeof(shared::Ray));
     if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
     constexpr int kTextureSize = 16384;

@@ -187,7 +187,7 @@ void add(uint path, uint to) {
     glossy += dvec3(lobe == kLobeGlossy ? met : vec3(0.0));
 #ifdef HALFLIGHT_LIGHT_GROUPS
     int group_row = int(path * kGroupRows);
-    uvec2 last_groups = uvec2(0u);  // of the light that the first ray met, and of the last light sample
+    uvec2 last_groups = uvec2(0u);  // groups of the light that the first ray met, and of the last light sample
     if (lobe != kLobeNone) last_groups = words_of_floats(texelFetch(group_light, group_row)).xy;
     add_to_group(to, min(last_groups.x, HALFLIGHT_LIGHT_GROUPS - 1u), dvec3(met));
 #endif
