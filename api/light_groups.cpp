@@ -37,7 +37,8 @@ void check_name(const std::string& name, const std::string& subject) {
 /// Returns the name of a group of one light: that of the object, as far as it can name a layer and is not taken yet.
 std::string own_name(const std::string& object, const char* kind, std::set<std::string>& taken) {
     std::string name = object.empty() ? kind : object;
-    std::ranges::replace_if(name, [](char c) { return !suits_layer(c); }, '_');
+    std::ranges::replace_if(
+        name, [](char c) { return !suits_layer(c); }, '_');
     std::string unique = name;
     for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}_{}", name, i);
     return unique;

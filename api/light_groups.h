@@ -15,8 +15,8 @@ struct FoundLightGroups {
     std::uint32_t environment = kNoLightGroup;
 };
 
-/// Returns the groups of SceneEdits::light_groups. A name means all lights, materials and nodes that have it, nodes with
-/// everything below them; "light:NAME", "material:NAME" and "node:NAME" select a kind, and "environment" is the
+/// Returns the groups of SceneEdits::light_groups. A name means all lights, materials and nodes that have it, nodes
+/// with everything below them; "light:NAME", "material:NAME" and "node:NAME" select a kind, and "environment" is the
 /// environment. The first group that names an object has it. Throws Error about `subject` for names that find nothing,
 /// for too many groups, and for names of groups that cannot name a layer.
 FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,

@@ -123,8 +123,7 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
 std::size_t kept_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     if (!s.adaptive || !s.error) return 0;
     return kLightSums + 3 * sizeof(double) * light_group_layers(s).size() + needs.squares.path_bytes +
-           needs.features.path_bytes + needs.halves.path_bytes +
-           kReplicatesBytes + mattes(s) * kMatte;
+           needs.features.path_bytes + needs.halves.path_bytes + kReplicatesBytes + mattes(s) * kMatte;
 }
 
 /// Returns the bytes per pixel; see PreviewPicture.

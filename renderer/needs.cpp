@@ -164,7 +164,8 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),
-                        asked(options.want_hits || traced || options.light_groups > 0, kCameraHits, "neither mattes nor light groups were requested")},
+                        asked(options.want_hits || traced || options.light_groups > 0, kCameraHits,
+                              "neither mattes nor light groups were requested")},
         // A lens needs traced visibility, so it is not kept by its name, either.
         .lens = {kLens, 0, options.lens ? nullptr : "no depth of field was requested"},
         // Additional camera rays are a different estimator, too, and are kept only where requested.

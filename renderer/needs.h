@@ -61,7 +61,7 @@ struct FrameNeeds {
     FramePart light_groups;                           // sums of light groups, and their light along paths
     FramePart tiles;                                  // tile lists of first shadow rays
     std::array<FramePart, 18> parts() const {
-        return {shadow, diffuse, glossy, continuation, later_light, reuse,    radiance_cache, camera_rays, camera_hits,
+        return {shadow, diffuse, glossy, continuation, later_light, reuse,    radiance_cache, camera_rays,  camera_hits,
                 lens,   seen,    clamp,  chains,       squares,     features, halves,         light_groups, tiles};
     }
 };

@@ -120,7 +120,7 @@ SumBuffers Renderer::State::sums_of(const CompiledSample& sample, int first_half
     const Accumulated& a = sample.frame.sums;
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     return {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares),
-            buffer(a.features), buffer(a.halves), buffer(a.groups),  first_half};
+            buffer(a.features), buffer(a.halves), buffer(a.groups),   first_half};
 }
 
 std::vector<double> Renderer::State::read(const gpu::Buffer* b) {

@@ -66,9 +66,8 @@ struct PreparedScene::Shape {
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace().statistics();
-    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,   trace().alpha_tested(),
-            has_environment_,  drawn_triangles(), pools_,        object_names_, material_names_,
-            light_groups_};
+    return {buffers_->needs(), estimator_, s.node_format, s.two_level,     trace().alpha_tested(), has_environment_,
+            drawn_triangles(), pools_,     object_names_, material_names_, light_groups_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)

@@ -130,7 +130,7 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<Camera> cameras;
     Environment environment;
-    std::vector<std::string> light_groups;  // names; the last group has all lights of no other. Empty: no groups
+    std::vector<std::string> light_groups;      // names; the last group has all lights of no other. Empty: no groups
     std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; its meshes are then empty
     SceneReport report;
 };

@@ -99,7 +99,12 @@ constexpr std::array kLayers = {
 };
 
 /// Layers of light groups; the name and the prefix go on with the name of the group.
-constexpr AovInfo kLightGroup{kLightGroupLayer, kLightGroupLayer, "R,G,B", color, Merge::mean, groups,
+constexpr AovInfo kLightGroup{kLightGroupLayer,
+                              kLightGroupLayer,
+                              "R,G,B",
+                              color,
+                              Merge::mean,
+                              groups,
                               "radiance of the lights of the group NAME (`--light-group`)"};
 
 /// Returns the layer of a light group. Layers that were asked for stay, since others keep pointers to them.

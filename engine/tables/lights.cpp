@@ -234,7 +234,8 @@ class Builder {
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
         add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(type.kind)),
              vec4(light.direction, cos_outer), vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
-            intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal, light.light_group);
+            intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal,
+            light.light_group);
     }
 
     /// Returns the strongest directional light, or null where there is none.

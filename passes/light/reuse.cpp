@@ -24,8 +24,7 @@ struct Connections {
 /// Inputs of both kernels.
 struct GroupInputs {
     SceneView view;
-    graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light,
-        group_light;
+    graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light, group_light;
 
     void declare(graph::Pass& pass) const {
         pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
@@ -99,10 +98,10 @@ graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const 
     inputs.declare(pass);
     pass.read(c.occluded, Access::texture_read, {"blocked", GL_R32UI});
     pass.read(c.densities, Access::storage_read, "Densities");
-    const graph::BufferHandle received =
-        pass.write(graph.create_buffer("light received", {(1 + view.light_groups) * std::size_t{view.band.paths()} *
-                                                          sizeof(shared::DirectLight)}),
-                   Access::storage_write, "Received");
+    const graph::BufferHandle received = pass.write(
+        graph.create_buffer("light received",
+                            {(1 + view.light_groups) * std::size_t{view.band.paths()} * sizeof(shared::DirectLight)}),
+        Access::storage_write, "Received");
     pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_gather.comp"); });
     return received;
 }

@@ -77,9 +77,9 @@ TEST_F(Light, GroupsOfAllIntensities) {
         for (const std::size_t g : {0u, 1u}) {
             Image scaled = plain[g];
             for (float& v : scaled.pixels) v = static_cast<float>(v * factors[g]);
-            expect(fmt::format("light group of a factor of {:.0e} beside another, path reuse {}", factors[g],
-                               name(reuse)),
-                   pixels_that_differ(extreme[g], scaled), 0, "pixels", "the factor is a power of two");
+            expect(
+                fmt::format("light group of a factor of {:.0e} beside another, path reuse {}", factors[g], name(reuse)),
+                pixels_that_differ(extreme[g], scaled), 0, "pixels", "the factor is a power of two");
             EXPECT_GT(brightest(plain[g]), 0);
         }
     }

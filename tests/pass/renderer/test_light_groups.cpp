@@ -211,7 +211,9 @@ TEST_F(LightGroups, DoNotDependOnBandsPartsOrCheckpoints) {
         FrameSettings own = settings;
         own.checkpoint = &checkpoint;
         int count = 0;
-        return Renderer(prepared, colors, settings).render(own, [&](const RenderProgress&) { return ++count != calls; });
+        return Renderer(prepared, colors, settings).render(own, [&](const RenderProgress&) {
+            return ++count != calls;
+        });
     };
     EXPECT_TRUE(from_checkpoint(8).stats.interrupted);
     expect_same(from_checkpoint(0), whole);
@@ -227,8 +229,7 @@ TEST_F(LightGroups, DoNotDependOnBandsPartsOrCheckpoints) {
         Renderer(prepared, colors, settings).render(own);
     }
     for (const int number : {1, 2})
-        all.push_back(
-            &parts.emplace_back(folder / fmt::format("{}", number), "corner", 1e9, Checkpoint::Use::merge));
+        all.push_back(&parts.emplace_back(folder / fmt::format("{}", number), "corner", 1e9, Checkpoint::Use::merge));
     FrameSettings merged = settings;
     merged.merged = all;
     expect_same(Renderer(prepared, colors, settings).render(merged), in_parts);

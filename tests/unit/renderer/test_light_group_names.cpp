@@ -86,12 +86,12 @@ TEST(LightGroupNames, MistakesAreNamed) {
     EXPECT_EQ(stage.message({"key=light:lamp c"}),
               "--light-group: stage: there is no light 'lamp c'; did you mean 'lamp a'?");
     EXPECT_EQ(stage.message({"key=z*"}), "--light-group: stage: no light, material or node matches 'z*'");
-    EXPECT_EQ(stage.message({"key=0"}),
-              "--light-group: stage: '0' needs a kind: light:0, material:0 or node:0");
+    EXPECT_EQ(stage.message({"key=0"}), "--light-group: stage: '0' needs a kind: light:0, material:0 or node:0");
     EXPECT_EQ(stage.message({"rest=lamp*"}),
               "--light-group: stage: 'rest' is the group of all lights that no other group names");
-    EXPECT_EQ(stage.message({"a.b=lamp*"}), "--light-group: stage: 'a.b' cannot name a light group: names have letters, "
-                                            "digits, _ and -");
+    EXPECT_EQ(stage.message({"a.b=lamp*"}),
+              "--light-group: stage: 'a.b' cannot name a light group: names have letters, "
+              "digits, _ and -");
     for (const char* text : {"key", "key=", "key=a,,b", ""})
         EXPECT_EQ(stage.message({text}), fmt::format("--light-group: expects NAME=LIGHT,... or each, not '{}'", text));
 }
@@ -105,9 +105,8 @@ TEST(LightGroupNames, SettingsFilesHoldThem) {
     add_light_group(s.edits, "", "each");
     EXPECT_TRUE(parse_settings(settings_text(s, ""), "file").edits.each_light);
     const auto refused = [](const char* value) {
-        return error_message([&] {
-            parse_settings(fmt::format(R"({{"halflight_settings": 1, "light_groups": {}}})", value), "file");
-        });
+        return error_message(
+            [&] { parse_settings(fmt::format(R"({{"halflight_settings": 1, "light_groups": {}}})", value), "file"); });
     };
     EXPECT_EQ(refused("\"all\""), "file: light_groups: is neither an object nor \"each\"");
     EXPECT_NE(refused("{\"key\": 3}"), "");
