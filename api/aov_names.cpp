@@ -1,7 +1,11 @@
 #include "api/halflight/aov_names.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+
+#include "engine/settings/layers.h"
 
 namespace halflight {
 namespace {
@@ -35,13 +39,16 @@ std::optional<AovNames> aov_names_named(std::string_view word) {
 }
 
 std::vector<std::string> renamed(AovNames names, std::string_view layer, const std::vector<std::string>& channels) {
-    const auto row = std::ranges::find(kRows, layer, &Row::layer);
-    if (names == AovNames::halflight || row == std::end(kRows)) return channels;
-    const std::string_view start = names == AovNames::blender ? row->blender : row->arnold;
+    if (names == AovNames::halflight) return channels;
+    const bool blender = names == AovNames::blender;
+    std::string start;
+    if (const auto row = std::ranges::find(kRows, layer, &Row::layer); row != std::end(kRows))
+        start = blender ? row->blender : row->arnold;
+    else if (layer.starts_with(kLightGroupLayer))
+        start = fmt::format("{}{}.", blender ? "ViewLayer.Combined_" : "RGBA_", layer.substr(kLightGroupLayer.size()));
     if (start.empty()) return channels;
     std::vector<std::string> made;
-    for (const std::string& channel : channels)
-        made.push_back(std::string(start) + channel.substr(channel.rfind('.') + 1));
+    for (const std::string& channel : channels) made.push_back(start + channel.substr(channel.rfind('.') + 1));
     return made;
 }
 

@@ -292,4 +292,23 @@ void add_hidden(SceneEdits& edits, const std::string& source, const std::string&
     if (std::ranges::find(edits.hidden, hidden) == edits.hidden.end()) edits.hidden.push_back(hidden);
 }
 
+void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text) {
+    if (text == "each") {
+        edits.each_light = true;
+        edits.light_groups.clear();
+        return;
+    }
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    const std::vector<std::string> lights =
+        equals == std::string::npos ? std::vector<std::string>() : split_names(text.substr(equals + 1));
+    if (lights.empty() || std::ranges::find(lights, "") != lights.end())
+        throw Error(source, "expects NAME=LIGHT,... or each, not '{}'", text);
+    edits.each_light = false;
+    const auto known = std::ranges::find(edits.light_groups, name, &LightGroup::name);
+    LightGroup& group = known == edits.light_groups.end() ? edits.light_groups.emplace_back(name) : *known;
+    group.lights.insert(group.lights.end(), lights.begin(), lights.end());
+    group.source = source;
+}
+
 }  // namespace halflight

@@ -10,6 +10,7 @@
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/core/stopwatch.h"
+#include "engine/core/suggestion.h"
 #include "engine/device/deform.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
@@ -17,6 +18,7 @@
 #include "engine/scene/material_lobes.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
+#include "renderer/film.h"
 #include "renderer/held_out.h"
 #include "renderer/memory.h"
 #include "renderer/metering.h"
@@ -37,6 +39,11 @@ int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, 
 
 int default_bounces(const Scene& scene) {
     return std::ranges::any_of(scene.materials, is_solid) ? kBouncesOfSolids : kBounces;
+}
+
+void request_light_groups(RenderSettings& settings, const Scene& scene) {
+    for (const std::string& layer : light_group_layers(settings)) std::erase(settings.aovs, layer);
+    for (const std::string& group : scene.light_groups) settings.aovs.push_back(std::string(kLightGroupLayer) + group);
 }
 
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings) {
@@ -114,6 +121,8 @@ struct FrameRenderer::State {
         context->make_current();
         if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
         take_lens();
+        for (const std::string& layer : light_group_layers(settings)) check_light_group(layer);
+        request_light_groups(settings, scene.scene());
         if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
         if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
             deformer.emplace(*context);
@@ -124,11 +133,21 @@ struct FrameRenderer::State {
         if (deformer && scene.deformer() == &*deformer) scene.deform_by(nullptr);
     }
 
+    /// Throws Error unless the scene has the light group of a layer.
+    void check_light_group(const std::string& layer) const {
+        const std::vector<std::string>& groups = scene.scene().light_groups;
+        const std::string name = layer.substr(kLightGroupLayer.size());
+        if (std::ranges::find(groups, name) == groups.end())
+            throw Error("render settings", "aov: there is no light group '{}' (--light-group){}", name,
+                        did_you_mean(name, groups));
+    }
     /// Makes this renderer's context and deformer current; others may have used the scene or the thread.
     void begin() {
         context->make_current();
         if (scene.surfaces_move()) scene.deform_by(deformer ? &*deformer : nullptr);
-        if (transforms != scene.transform_revision()) drop();
+        const std::vector<std::string> layers = settings.aovs;
+        request_light_groups(settings, scene.scene());  // edits may have changed them
+        if (transforms != scene.transform_revision() || settings.aovs != layers) drop();
         transforms = scene.transform_revision();
     }
     void drop() {

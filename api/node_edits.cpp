@@ -12,8 +12,6 @@
 namespace halflight {
 namespace {
 
-constexpr const char* kPrefixes[] = {"node:", "mesh:", "light:"};
-
 bool invertible(const dmat4& m) {
     const double determinant = glm::determinant(dmat3(m));
     return is_affine(m) && determinant != 0 && std::isfinite(determinant);
@@ -125,34 +123,23 @@ Hidden find_hidden(const SceneEdits& edits, const Scene& scene, const SceneTree&
     std::vector<bool>* const lists[] = {&hidden.nodes, &hidden.meshes, &hidden.lights};
     for (const auto& [name, source] : edits.hidden) {
         const std::string where = source.empty() ? subject : source + ": " + scene.name;
-        bool found = false;
-        for (std::size_t k = 0; k < std::size(kinds); ++k) {
-            const std::string_view prefix = kPrefixes[k];
-            const bool selected = name.starts_with(prefix);
-            std::vector<std::size_t> objects;
-            if (selected) {
-                const std::string rest = name.substr(prefix.size());
-                objects = objects_named(kinds[k], rest);
-                if (objects.empty()) objects = find_objects(kinds[k], rest, where);  // a number, or an error
-            } else {
-                objects = objects_named(kinds[k], name);
-            }
-            for (const std::size_t i : objects) (*lists[k])[i] = true;
-            found = found || !objects.empty();
-        }
-        if (found) continue;
-        NamedObjects all{"node, mesh or light", {}};
-        for (const NamedObjects& kind : kinds)
-            for (std::size_t i = 0; i < kind.names.size(); ++i)
-                if (kind.finds(i)) all.names.push_back(kind.names[i]);
-        if (name.find_first_not_of("0123456789") == std::string::npos)
-            throw Error(where, "'{}' needs a kind: node:{}, mesh:{} or light:{}", name, name, name, name);
-        find_objects(all, name, where);  // throws
+        const auto found = find_among(kinds, name, where);
+        for (std::size_t k = 0; k < found.size(); ++k)
+            for (const std::size_t i : found[k]) (*lists[k])[i] = true;
     }
     return hidden;
 }
 
 }  // namespace
+
+int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index) {
+    const int node = tree.instance_nodes.empty() ? scene.instances[index].node : tree.instance_nodes.at(index);
+    return node >= 0 && static_cast<std::size_t>(node) < tree.nodes.size() ? node : kNone;
+}
+
+int node_of_light(const SceneTree& tree, std::size_t index) {
+    return index < tree.light_nodes.size() ? tree.light_nodes[index] : kNone;
+}
 
 std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree) {
     std::vector<bool> movable(tree.nodes.size());

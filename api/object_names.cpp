@@ -110,6 +110,42 @@ std::vector<std::size_t> find_objects(const NamedObjects& objects, std::string_v
     throw Error(subject, "there is no {} '{}'{}", objects.kind, name, hint);
 }
 
+std::vector<std::vector<std::size_t>> find_among(std::span<const NamedObjects> kinds, const std::string& name,
+                                                 const std::string& subject) {
+    std::vector<std::vector<std::size_t>> found;
+    bool any = false;
+    for (const NamedObjects& kind : kinds) {
+        const std::string prefix = fmt::format("{}:", kind.kind);
+        std::vector<std::size_t> objects = objects_named(kind, name);
+        if (name.starts_with(prefix)) {
+            const std::string rest = name.substr(prefix.size());
+            objects = objects_named(kind, rest);
+            if (objects.empty()) objects = find_objects(kind, rest, subject);  // a number, or an error
+        }
+        any = any || !objects.empty();
+        found.push_back(std::move(objects));
+    }
+    if (any) return found;
+    std::vector<std::string> words, choices;
+    NamedObjects all{"", {}};
+    for (const NamedObjects& kind : kinds) {
+        words.emplace_back(kind.kind);
+        choices.push_back(fmt::format("{}:{}", kind.kind, name));
+        for (std::size_t i = 0; i < kind.names.size(); ++i)
+            if (kind.finds(i)) all.names.push_back(kind.names[i]);
+    }
+    const auto listed = [](std::vector<std::string> items) {
+        const std::string last = items.back();
+        items.pop_back();
+        return fmt::format("{} or {}", fmt::join(items, ", "), last);
+    };
+    if (is_number(name)) throw Error(subject, "'{}' needs a kind: {}", name, listed(choices));
+    const std::string kind = listed(words);
+    all.kind = kind.c_str();
+    find_objects(all, name, subject);  // throws
+    return found;
+}
+
 std::vector<std::string> references_to(const NamedObjects& objects) {
     std::map<std::string_view, std::size_t> counts;
     for (std::size_t i = 0; i < objects.names.size(); ++i)

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "api/halflight/object_names.h"
+#include "api/light_groups.h"
 #include "api/node_edits.h"
 #include "engine/core/error.h"
 #include "engine/scene/black_body.h"
@@ -144,6 +145,7 @@ void check_values(const SceneEdits& edits, const Scene& scene, const std::string
 
 void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source) {
     check_values(edits, scene, subject_of(scene, source));
+    find_light_groups(edits, scene, tree, subject_of(scene, source));
     move_objects(edits, scene, tree, subject_of(scene, source));
 }
 
@@ -154,7 +156,9 @@ void check_edits(const SceneEdits& edits, const Scene& scene, const std::string&
 void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
     const std::string subject = subject_of(scene, source);
     check_values(edits, scene, subject);
+    const FoundLightGroups groups = find_light_groups(edits, scene, tree, subject);
     std::vector<Instance> unmoved = scene.instances;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) scene.instances[i].light_group = groups.instances[i];
     for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
     MovedObjects moved;
     try {
@@ -184,6 +188,7 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         edits.lights, lights_of(scene), scene, subject,
         [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });
     for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
+    set_light_groups(edits, groups, scene, subject);
 }
 
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {

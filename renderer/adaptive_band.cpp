@@ -18,6 +18,7 @@ Accumulated imported(graph::Graph& graph, const SumBuffers& sums) {
     Accumulated all;
     all.emission = import(sums.emission), all.direct = import(sums.direct), all.indirect = import(sums.indirect);
     all.squares = import(sums.squares), all.features = import(sums.features), all.halves = import(sums.halves);
+    all.groups = import(sums.groups);
     return all;
 }
 
@@ -95,11 +96,11 @@ void Renderer::State::scale_sums(CompiledBand& with, std::span<const std::uint32
     gpu::Buffer first = gpu::Buffer::from("samples of the first half",
                                           std::vector<std::uint32_t>(first_halves.begin(), first_halves.end()));
     graph::Graph graph;
-    const gpu::Buffer* halves = with.sample.sums.halves;
+    const auto doubles = [&](const gpu::Buffer* b) { return b ? b->bytes() / sizeof(double) / band.paths() : 0; };
     add_adaptive_mean(
         graph, band, imported(graph, with.sample.sums),
         {graph.import_buffer("numbers of samples", counts), graph.import_buffer("samples of the first half", first)},
-        static_cast<std::uint32_t>(wanted), halves ? halves->bytes() / sizeof(double) / band.paths() : 0);
+        static_cast<std::uint32_t>(wanted), doubles(with.sample.sums.halves), doubles(with.sample.sums.groups));
     composer.run(graph::compile(graph));
     with.sample.sums.first_half = wanted / 2;
 }

@@ -43,8 +43,13 @@ void add_variance(const Band& band, Image& to, const Film::Sums& sums, int sampl
     });
 }
 
-/// Writes a layer from the sums of its source.
-void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Sums& sums, int samples) {
+std::size_t group_of(const AovInfo& layer, const std::vector<std::string>& groups) {
+    return static_cast<std::size_t>(std::ranges::find(groups, layer.name) - groups.begin());
+}
+
+/// Writes a layer from the sums of its source. groups: light_group_layers().
+void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Sums& sums, int samples,
+               const std::vector<std::string>& groups) {
     switch (layer.source) {
         case LayerSource::emission:
             return add_mean(band, to, sums.emission, 4, layer.first, samples);
@@ -54,6 +59,8 @@ void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Su
             return add_mean(band, to, sums.indirect, 6, layer.first, samples);
         case LayerSource::features:
             return add_mean(band, to, sums.features, 6, layer.first, samples);
+        case LayerSource::groups:
+            return add_mean(band, to, sums.groups, 3 * groups.size(), 3 * group_of(layer, groups), samples);
         case LayerSource::squares:
             return add_variance(band, to, sums, samples);
         case LayerSource::count:
@@ -78,6 +85,15 @@ bool asked_for(const RenderSettings& s, std::initializer_list<LayerSource> sourc
     return std::ranges::any_of(s.aovs, [&](const std::string& name) {
         return std::ranges::find(sources, find_aov(name)->source) != sources.end();
     });
+}
+
+std::vector<std::string> light_group_layers(const RenderSettings& s) {
+    std::vector<std::string> layers;
+    std::ranges::copy_if(s.aovs, std::back_inserter(layers), [](const std::string& name) {
+        const AovInfo* const aov = find_aov(name);
+        return aov && aov->is_light_group();
+    });
+    return layers;
 }
 
 std::size_t film_bytes(const RenderSettings& s) {
@@ -122,7 +138,8 @@ double Film::Sums::beauty(std::size_t path, std::size_t channel) const {
 }
 
 void Film::add_sums(const Band& band, int samples, const Sums& sums) {
-    for (Plane& p : planes_) add_layer(band, *p.aov, p.image, sums, samples);
+    const std::vector<std::string> groups = light_group_layers(settings_);
+    for (Plane& p : planes_) add_layer(band, *p.aov, p.image, sums, samples, groups);
 }
 
 void Film::add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view) {

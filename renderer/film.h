@@ -22,6 +22,8 @@ namespace halflight {
 bool asked_for(const RenderSettings& settings, std::string_view name);
 /// Returns whether a layer of one of these sources was requested.
 bool asked_for(const RenderSettings& settings, std::initializer_list<LayerSource> sources);
+/// Returns the requested layers of light groups, in the order of Scene::light_groups.
+std::vector<std::string> light_group_layers(const RenderSettings& settings);
 /// Returns the bytes per pixel of a film.
 std::size_t film_bytes(const RenderSettings& settings);
 
@@ -42,7 +44,7 @@ class Film {
 
     /// Sums over a band's samples, by path index (see Accumulated); empty where the frame left them out.
     struct Sums {
-        std::vector<double> emission, direct, indirect, squares, features;
+        std::vector<double> emission, direct, indirect, squares, features, groups;
         double beauty(std::size_t path, std::size_t channel) const;
     };
     void add_sums(const Band& band, int samples, const Sums& sums);

@@ -23,6 +23,9 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
     if (needs.continuation) {
         PathBuffers paths = create_path_buffers(graph, view);
         if (needs.reuse) paths.points = create_reuse_points(graph, view);
+        if (view.light_groups > 0)
+            paths.group_light = graph.create_buffer(
+                "light of groups", {view.band.paths() * group_light_bytes(view.light_groups, bool(needs.reuse))});
         if (needs.radiance_cache) use_radiance_cache(graph, view, *view.radiance_cache, paths);
         std::vector<PathList> batches;
         if (needs.diffuse) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
@@ -41,8 +44,8 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
     if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;
     frame.sums = add_accumulate(graph, view, sample, wanted, bad_values);
     for (const graph::BufferHandle& sums :
-         {frame.sums.emission, frame.sums.direct, frame.sums.indirect, frame.sums.squares, frame.sums.features,
-          frame.sums.halves, frame.sums.bad_values}) {
+         {frame.sums.emission, frame.sums.direct, frame.sums.indirect, frame.sums.squares, frame.sums.groups,
+          frame.sums.features, frame.sums.halves, frame.sums.bad_values}) {
         if (sums) graph.output(sums);
     }
     if (options.want_hits) graph.output(frame.gbuffer.hits);

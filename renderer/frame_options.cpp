@@ -15,6 +15,7 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
             .culling = settings.culling,
             .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
             .kept = settings.kept,
+            .light_groups = static_cast<int>(light_group_layers(settings).size()),
             .clamp = settings.clamp,
             .primary = settings.primary,
             .group_size = static_cast<int>(settings.estimator.reuse),

@@ -30,7 +30,7 @@ SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32
 /// Sums of a band (Accumulated), in the history of the executor of its graph; null where the frame left them out.
 struct SumBuffers {
     gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr,
-                *halves = nullptr;
+                *halves = nullptr, *groups = nullptr;
     int first_half = 0;  // number of samples of the first half
 };
 

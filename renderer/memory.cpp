@@ -63,6 +63,7 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
     constexpr std::size_t kBlock = 128 * kMiB;
     std::size_t widest = std::max({scene.surface_record_bytes(), sizeof(shared::PathState), 6 * sizeof(double)});
     if (needs.halves) widest = std::max(widest, needs.halves.path_bytes);
+    if (needs.light_groups) widest = std::max(widest, needs.light_groups.path_bytes);  // sum of its buffers
     if (needs.reuse) widest = std::max(widest, std::size_t(s.estimator.reuse) * sizeof(shared::Ray));
     if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
     constexpr int kTextureSize = 16384;
@@ -109,6 +110,7 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
         bytes += kLightSums;
     if (needs.camera_hits && mattes(s) > 0) bytes += sizeof(shared::Hit);
     if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
+    bytes += 3 * sizeof(double) * light_group_layers(s).size();
     if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
     if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
@@ -120,8 +122,8 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
 /// Returns the bytes per path of what bands keep that grow together: sums, replicates and mattes.
 std::size_t kept_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     if (!s.adaptive || !s.error) return 0;
-    return kLightSums + needs.squares.path_bytes + needs.features.path_bytes + needs.halves.path_bytes +
-           kReplicatesBytes + mattes(s) * kMatte;
+    return kLightSums + 3 * sizeof(double) * light_group_layers(s).size() + needs.squares.path_bytes +
+           needs.features.path_bytes + needs.halves.path_bytes + kReplicatesBytes + mattes(s) * kMatte;
 }
 
 /// Returns the bytes per pixel; see PreviewPicture.

@@ -6,6 +6,7 @@
 #include "engine/core/math.h"
 #include "engine/rays/choice.h"
 #include "engine/scene/material_properties.h"
+#include "passes/light/scatter.h"
 #include "passes/picture/denoiser.h"
 #include "shaders/shared/albedo.h"
 #include "shaders/shared/denoise.h"
@@ -43,6 +44,7 @@ constexpr const char* kChains = "surfaces seen in mirrors";
 constexpr const char* kSquares = "sums of squares";
 constexpr const char* kFeatures = "sums of albedo and normal";
 constexpr const char* kHalves = "sums of half the samples";
+constexpr const char* kLightGroups = "light groups";
 constexpr const char* kTiles = "tile lists";
 
 constexpr std::size_t kRow = sizeof(vec4);
@@ -53,6 +55,12 @@ constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  
 std::size_t reuse_bytes(const SceneNeeds& scene, int group_size) {
     return scene.reuse_point_bytes() + sizeof(shared::DirectLight) +
            std::size_t(group_size) * (kShadowRay + sizeof(float));
+}
+
+/// Returns the bytes per path of `groups` light groups: sums, light along paths, light seen, light that is received.
+std::size_t light_group_bytes(std::size_t groups, bool reuse, bool seen) {
+    return groups * 3 * sizeof(double) + group_light_bytes(groups, reuse) + (seen ? groups * kRow : 0) +
+           (reuse ? groups * sizeof(shared::DirectLight) : 0);
 }
 
 /// Returns the bytes per path for a scene without instances and with a grid hierarchy. Tiles have a record and a mask,
@@ -158,7 +166,8 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),
-                        asked(options.want_hits || traced, kCameraHits, "no mattes were requested")},
+                        asked(options.want_hits || traced || options.light_groups > 0, kCameraHits,
+                              "neither mattes nor light groups were requested")},
         // A lens needs traced visibility, so it is not kept by its name, either.
         .lens = {kLens, 0, options.lens ? nullptr : "no depth of field was requested"},
         .optics = {kOptics, 0, options.optics ? nullptr : "neither another projection nor stereo was requested"},
@@ -174,6 +183,11 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .features = {kFeatures, 6 * sizeof(double),
                      asked(features, kFeatures, "neither albedo nor normal was requested")},
         .halves = {kHalves, half_sums * sizeof(double), asked(halves, kHalves, kNoDenoise)},
+        // Light groups without layers would be sums that nobody reads, so they are not kept by their name.
+        .light_groups = {kLightGroups,
+                         light_group_bytes(std::size_t(std::max(options.light_groups, 1)), options.group_size > 1,
+                                           options.camera_rays > 1),
+                         options.light_groups > 0 ? nullptr : "no light groups were requested"},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }
@@ -202,7 +216,7 @@ std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
     for (const FramePart& part : frame_needs({}, {}).parts())
         if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache && part.name != kLens &&
-            part.name != kOptics)
+            part.name != kOptics && part.name != kLightGroups)
             names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);

@@ -26,6 +26,7 @@ struct FrameOptions {
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // upper limit of the samples of a band in all pictures; 0: unknown
     Kept kept{};             // parts that are built although they contribute nothing
+    int light_groups = 0;    // number of light groups whose light is summed apart; 0: none
     float clamp = 0;         // largest luminance of a sample's indirect light; 0: not clamped
     PrimaryVisibility primary = PrimaryVisibility::raster;  // method used; never `automatic`
     int group_size = 1;                                     // pixels that share paths: 4, 8 or 16; 1: no path reuse
@@ -58,10 +59,12 @@ struct FrameNeeds {
     FramePart clamp;                                  // clamp of indirect light
     FramePart chains;                                 // surfaces seen in mirrors and through clear glass
     FramePart squares, features, halves;              // sums
+    FramePart light_groups;                           // sums of light groups, and their light along paths
     FramePart tiles;                                  // tile lists of first shadow rays
-    std::array<FramePart, 18> parts() const {
-        return {shadow, diffuse, glossy, continuation, later_light, reuse,   radiance_cache, camera_rays, camera_hits,
-                lens,   optics,  seen,   clamp,        chains,      squares, features,       halves,      tiles};
+    std::array<FramePart, 19> parts() const {
+        return {shadow,         diffuse,     glossy,      continuation, later_light,  reuse, radiance_cache,
+                camera_rays,    camera_hits, lens,        optics,       seen,         clamp, chains,
+                squares,        features,    halves,      light_groups, tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

@@ -14,6 +14,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     using Source = LayerSource;
     if (film.wants({Source::emission, Source::direct, Source::indirect, Source::squares})) all = light(sums);
     if (film.wants({Source::squares})) all.squares = read(sums.squares);
+    if (film.wants({Source::groups})) all.groups = read(sums.groups);
     if (film.wants({Source::features})) all.features = read(sums.features);
     film.add_sums(where, samples, all);
     if (!with.samples.empty()) film.add_sample_counts(where, with.samples);

@@ -1,3 +1,5 @@
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cstdint>
 
@@ -12,6 +14,19 @@
 #include "shaders/shared/sampled_block.h"
 
 namespace halflight {
+namespace {
+
+/// Throws Error unless the settings request the layers of all light groups of a scene, in their order, or none.
+void check_light_groups(const RenderSettings& settings, const std::vector<std::string>& groups) {
+    std::vector<std::string> layers;
+    for (const std::string& group : groups) layers.push_back(std::string(kLightGroupLayer) + group);
+    const std::vector<std::string> asked = light_group_layers(settings);
+    if (!asked.empty() && asked != layers)
+        throw Error("render settings", "layers of light groups {} are not those of the scene: {}",
+                    fmt::join(asked, ", "), layers.empty() ? "none" : fmt::format("{}", fmt::join(layers, ", ")));
+}
+
+}  // namespace
 
 Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c,
                        std::optional<ViewKernel> view, RenderSettings r, rays::BatchServer* callers_server)
@@ -55,6 +70,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         offered_server = rays::offered_native_server(served());
         if (offered_server) tracer->offer(*offered_server);
     }
+    check_light_groups(settings, scene.light_groups());
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
     settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height),
@@ -75,6 +91,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // rays to lights and one to the sun
         most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
     }
+    if (needs().light_groups) most = std::min(most, limits.storage_block_bytes / needs().light_groups.path_bytes);
     if (needs().halves) most = std::min(most, limits.storage_block_bytes / needs().halves.path_bytes);
     band = first_band(asked, scene.buffers(), most, limits);
     // From here on, the rendered pixels are the picture; finish() cuts out those that were asked for.
@@ -171,6 +188,7 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
     if (listed) own_view.sampled_blocks = sample.graph.import_buffer("sampled blocks", *sampled_blocks);
     own_view.sums += further_sums;
     own_view.radiance_cache = cache.get();
+    own_view.light_groups = static_cast<std::uint32_t>(options.light_groups);
     own_view.lens = lens;  // layers at the pixels' centres are those of a pinhole
     std::vector<graph::BufferHandle> constants;
     for (gpu::Buffer& of_seen : seen_constants)

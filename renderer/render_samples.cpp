@@ -120,7 +120,7 @@ SumBuffers Renderer::State::sums_of(const CompiledSample& sample, int first_half
     const Accumulated& a = sample.frame.sums;
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     return {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares),
-            buffer(a.features), buffer(a.halves), first_half};
+            buffer(a.features), buffer(a.halves), buffer(a.groups),   first_half};
 }
 
 std::vector<double> Renderer::State::read(const gpu::Buffer* b) {
@@ -128,7 +128,7 @@ std::vector<double> Renderer::State::read(const gpu::Buffer* b) {
 }
 
 Film::Sums Renderer::State::light(const SumBuffers& sums) {
-    return {read(sums.emission), read(sums.direct), read(sums.indirect), {}, {}};
+    return {read(sums.emission), read(sums.direct), read(sums.indirect), {}, {}, {}};
 }
 
 }  // namespace halflight

@@ -8,6 +8,7 @@
 #include "engine/settings/layers.h"
 #include "engine/settings/settings_table.h"
 #include "passes/picture/adaptive.h"
+#include "renderer/film.h"
 #include "renderer/needs.h"
 #include "renderer/replicates.h"
 
@@ -61,6 +62,9 @@ void check_settings(const RenderSettings& s) {
                 "crop and overscan cannot be combined with adaptive sampling or an error target, which decide by the "
                 "whole picture");
     }
+    require(
+        light_group_layers(s).empty() || !s.preview.cache,
+        "light groups cannot be combined with the preview mode cache, which holds the light of all lights together");
     require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
     require(s.denoise_error == 0 || s.denoise, "an estimate for the denoised picture needs denoising");
     require(s.denoise_error == 0 || !s.adaptive || s.denoise_error >= kLeastAdaptiveSamples,

@@ -2,6 +2,9 @@
 // radiances are counted, by the pass that they come from, and taken as zero.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
+#ifdef HALFLIGHT_LIGHT_GROUPS
+#include "shaders/geometry_tables.glsl"  // tables of triangle lights
+#endif
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
@@ -45,6 +48,9 @@ layout(std430) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
 #ifdef HALFLIGHT_HALVES
 layout(std430) buffer HalfSums { double half_sums[]; };  // Accumulated::halves
 #endif
+#ifdef HALFLIGHT_LIGHT_GROUPS
+layout(std430) buffer GroupSums { double group_sums[]; };  // rgb of each light group
+#endif
 layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 #ifdef HALFLIGHT_SPECULAR_CHAINS
 uniform samplerBuffer chains;  // RGBA32F: SpecularChain, three texels each
@@ -55,6 +61,13 @@ uniform samplerBuffer received;  // RGBA32F: DirectLight, two texels each
 
 #ifdef HALFLIGHT_SEEN
 uniform samplerBuffer light_seen;  // RGBA32F: emission seen by camera rays
+#endif
+
+#ifdef HALFLIGHT_LIGHT_GROUPS
+#include "shaders/lib/hit_texels.glsl"
+#ifdef HALFLIGHT_PATHS
+uniform samplerBuffer group_light;  // RGBA32F: kGroupRows rows for each path
+#endif
 #endif
 
 #ifdef HALFLIGHT_CLAMP
@@ -68,6 +81,10 @@ uniform float most_luminance;  // highest luminance of a sample's indirect light
 #include "shaders/lib/path_pixel.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
+#ifdef HALFLIGHT_LIGHT_GROUPS
+#include "shaders/lib/group_rows.glsl"
+#include "shaders/lib/light_of_hit.glsl"
+#endif
 
 // Returns the sum so far. It is 0 at the first sample, where the buffer may hold an earlier frame.
 double so_far(double sum) { return frame.begins != 0u ? 0.0lf : sum; }
@@ -89,11 +106,31 @@ vec3 guarded(vec3 v, float least, uint pass) {
 }
 vec3 guarded(vec3 radiance, uint pass) { return guarded(radiance, 0.0, pass); }
 
+#ifdef HALFLIGHT_LIGHT_GROUPS
+// Adds light to a group of a pixel.
+void add_to_group(uint to, uint group, dvec3 light) {
+    uint first = (to * HALFLIGHT_LIGHT_GROUPS + group) * 3u;
+    for (uint i = 0u; i < 3u; ++i) group_sums[first + i] += light[i];
+}
+
+// Returns a group's part of light, without the components that guarded() has taken out of the whole.
+dvec3 part_of(vec3 part, vec3 whole) {
+    bvec3 bad = greaterThanEqual(floatBitsToUint(whole) & 0x7fffffffu, uvec3(0x7f800000u));
+    return dvec3(max(mix(part, vec3(0.0), bad), vec3(0.0)));
+}
+#endif
+
 #ifdef HALFLIGHT_LIGHT_SAMPLES
 // Adds the direct light of a sample, given the answer to its shadow ray.
-void add_sample(int ray, uint answer, inout dvec3 diffuse, inout dvec3 glossy) {
-    diffuse += dvec3(guarded(answered_light(texelFetch(light, 2 * ray).rgb, answer), kCountShadow));
-    glossy += dvec3(guarded(answered_light(texelFetch(light, 2 * ray + 1).rgb, answer), kCountShadow));
+void add_sample(int ray, uint answer, uint to, inout dvec3 diffuse, inout dvec3 glossy) {
+    vec4 of_diffuse = texelFetch(light, 2 * ray);
+    dvec3 by_diffuse = dvec3(guarded(answered_light(of_diffuse.rgb, answer), kCountShadow));
+    dvec3 by_glossy = dvec3(guarded(answered_light(texelFetch(light, 2 * ray + 1).rgb, answer), kCountShadow));
+    diffuse += by_diffuse;
+    glossy += by_glossy;
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    add_to_group(to, word_of_float(of_diffuse.w), by_diffuse + by_glossy);
+#endif
 }
 #endif
 
@@ -101,12 +138,30 @@ void add_sample(int ray, uint answer, inout dvec3 diffuse, inout dvec3 glossy) {
 void add(uint path, uint to) {
     SurfacePoint point = load_surface_point(path);
 #ifdef HALFLIGHT_SEEN
-    point.emission = texelFetch(light_seen, int(path)).rgb;
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    uint seen_row = path * (1u + HALFLIGHT_LIGHT_GROUPS);
+#else
+    uint seen_row = path;
+#endif
+    point.emission = texelFetch(light_seen, int(seen_row)).rgb;
 #endif
     vec3 emission = guarded(point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // no sum of doubles overflows for finite floats
     for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[to * 4u + i], emission[i]);
     ADD(emission_sums[to * 4u + 3u], point.is_surface ? 1.0 : 0.0);
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    for (uint i = 0u; i < (frame.begins != 0u ? 3u * HALFLIGHT_LIGHT_GROUPS : 0u); ++i)
+        group_sums[to * 3u * HALFLIGHT_LIGHT_GROUPS + i] = 0.0lf;
+#ifdef HALFLIGHT_SEEN
+    for (uint g = 0u; g < HALFLIGHT_LIGHT_GROUPS; ++g)
+        add_to_group(to, g, part_of(texelFetch(light_seen, int(seen_row + 1u + g)).rgb, point.emission));
+#else
+    Hit seen = load_hit(path);
+    seen.triangle = point.is_surface ? seen.triangle : 0u;  // a miss looks up triangle 0 in vain
+    seen.instance = point.is_surface ? seen.instance : 0u;
+    add_to_group(to, group_of_met(seen, point.is_surface), dvec3(emission));
+#endif
+#endif
 
 #ifdef HALFLIGHT_DIRECT
     dvec3 diffuse = dvec3(0.0);
@@ -116,11 +171,11 @@ void add(uint path, uint to) {
         uint paths = gl_NumWorkGroups.x * 64u;
         for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
             uint ray = i * paths + path;
-            add_sample(int(ray), texelFetch(occluded, int(ray)).x, diffuse, glossy);
+            add_sample(int(ray), texelFetch(occluded, int(ray)).x, to, diffuse, glossy);
         }
 #ifdef HALFLIGHT_SUN
         uint sun = HALFLIGHT_SHADOW_RAYS * paths + path;
-        add_sample(int(sun), texelFetch(sun_occluded, int(path)).x, diffuse, glossy);
+        add_sample(int(sun), texelFetch(sun_occluded, int(path)).x, to, diffuse, glossy);
 #endif
     }
 #endif
@@ -130,6 +185,12 @@ void add(uint path, uint to) {
     vec3 met = lobe == kLobeNone ? vec3(0.0) : guarded(state.direct, kCountScatter);
     diffuse += dvec3(lobe == kLobeDiffuse ? met : vec3(0.0));
     glossy += dvec3(lobe == kLobeGlossy ? met : vec3(0.0));
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    int group_row = int(path * kGroupRows);
+    uvec2 last_groups = uvec2(0u);  // groups of the light that the first ray met, and of the last light sample
+    if (lobe != kLobeNone) last_groups = words_of_floats(texelFetch(group_light, group_row)).xy;
+    add_to_group(to, min(last_groups.x, HALFLIGHT_LIGHT_GROUPS - 1u), dvec3(met));
+#endif
 #endif
     beauty += diffuse + glossy;
     for (uint i = 0u; i < 3u; ++i) {
@@ -140,30 +201,55 @@ void add(uint path, uint to) {
 
 #ifdef HALFLIGHT_INDIRECT
     vec3 later = vec3(0.0);
+    vec3 sampled = vec3(0.0);  // light of the last samples: of a light, of the sun
+    vec3 of_sun = vec3(0.0);
     if (lobe != kLobeNone) {
         later = state.indirect;
 #ifdef HALFLIGHT_PENDING
         if (state.pending_light != 0u) {
-            later += answered_light(state.pending, texelFetch(light_occluded, int(path)).x);
+            sampled = answered_light(state.pending, texelFetch(light_occluded, int(path)).x);
+            later += sampled;
 #ifdef HALFLIGHT_SUN
-            later += answered_light(texelFetch(sun_light, int(own_sun_light(path))).rgb,
+            of_sun = answered_light(texelFetch(sun_light, int(own_sun_light(path))).rgb,
                                     texelFetch(later_sun_occluded, int(path)).x);
+            later += of_sun;
 #endif
         }
 #endif
     }
+    vec3 all_later = later;
     later = guarded(later, kCountContinuation);
     dvec3 later_diffuse = dvec3(lobe == kLobeDiffuse ? later : vec3(0.0));
     dvec3 later_glossy = dvec3(lobe == kLobeGlossy ? later : vec3(0.0));
 #ifdef HALFLIGHT_REUSE
-    later_diffuse += dvec3(guarded(texelFetch(received, 2 * int(path)).rgb, kCountReuse));
-    later_glossy += dvec3(guarded(texelFetch(received, 2 * int(path) + 1).rgb, kCountReuse));
+    vec3 from_group_diffuse = texelFetch(received, 2 * int(path)).rgb;
+    vec3 from_group_glossy = texelFetch(received, 2 * int(path) + 1).rgb;
+    later_diffuse += dvec3(guarded(from_group_diffuse, kCountReuse));
+    later_glossy += dvec3(guarded(from_group_glossy, kCountReuse));
 #endif
+    double kept = 1.0lf;
 #ifdef HALFLIGHT_CLAMP
     double luminance = dot(later_diffuse + later_glossy, dvec3(kToLuminance));
-    double kept = luminance > most_luminance ? most_luminance / luminance : 1.0lf;
+    kept = luminance > most_luminance ? most_luminance / luminance : 1.0lf;
     later_diffuse *= kept;
     later_glossy *= kept;
+#endif
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    for (uint g = 0u; g < HALFLIGHT_LIGHT_GROUPS; ++g) {
+        vec3 own = vec3(0.0);
+        if (lobe != kLobeNone) own = texelFetch(group_light, group_row + int(kOwnGroups + g)).rgb;
+        own += g == last_groups.y ? sampled : vec3(0.0);
+#ifdef HALFLIGHT_SUN
+        own += g == sun_group() ? of_sun : vec3(0.0);
+#endif
+        dvec3 part = part_of(own, all_later);
+#ifdef HALFLIGHT_REUSE
+        int from = 2 * int(path + (1u + g) * gl_NumWorkGroups.x * 64u);
+        part += part_of(texelFetch(received, from).rgb, from_group_diffuse);
+        part += part_of(texelFetch(received, from + 1).rgb, from_group_glossy);
+#endif
+        add_to_group(to, g, kept * part);
+    }
 #endif
     beauty += later_diffuse + later_glossy;
     for (uint i = 0u; i < 3u; ++i) {

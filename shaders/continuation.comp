@@ -70,6 +70,10 @@ layout(std430) buffer Cells { CacheCell cells[]; };
 #if defined(HALFLIGHT_SUN) && (defined(HALFLIGHT_PENDING) || defined(HALFLIGHT_LIGHT_SAMPLES))
 layout(std430) buffer SunLight { vec4 sun_light[]; };
 #endif
+#ifdef HALFLIGHT_LIGHT_GROUPS
+#include "shaders/lib/group_rows.glsl"
+layout(std430) buffer GroupLight { vec4 group_light[]; };
+#endif
 
 uniform uint depth;  // number of this vertex, > 0
 
@@ -88,6 +92,13 @@ uniform uint depth;  // number of this vertex, > 0
 DEFINE_APPEND(append_lit, lit_header)
 #endif
 DEFINE_APPEND(append_leaving, leaving_header)
+#endif
+
+#ifdef HALFLIGHT_LIGHT_GROUPS
+// Adds light to a group. first: kOwnGroups or kGivenGroups.
+void add_to_group(uint path, uint first, uint group, vec3 light) {
+    if (contributes(light)) group_light[path * kGroupRows + first + group].rgb += light;
+}
 #endif
 
 // Stores what this vertex may have changed: stores cost more than anything else here.
@@ -135,6 +146,31 @@ void main() {
 #endif
 #endif
 #endif
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    uint groups = path * kGroupRows;
+    if (active_path) {
+#ifdef HALFLIGHT_FIRST_HIT
+        for (uint i = 1u; i < kGroupRows; ++i) group_light[groups + i] = vec4(0.0);
+#endif
+#ifdef HALFLIGHT_PENDING
+        if (answers) {
+            uint group = word_of_float(group_light[groups].y);
+            uint answer = texelFetch(occluded, int(path)).x;
+            add_to_group(path, kOwnGroups, group, answered_light(state.pending, answer));
+#ifdef HALFLIGHT_REUSE
+            add_to_group(path, kGivenGroups, group, answered_light(points[path].pending, answer));
+#endif
+#ifdef HALFLIGHT_SUN
+            uint of_sun = texelFetch(sun_occluded, int(path)).x;
+            add_to_group(path, kOwnGroups, sun_group(), answered_light(sun_light[own_sun_light(path)].rgb, of_sun));
+#ifdef HALFLIGHT_REUSE
+            add_to_group(path, kGivenGroups, sun_group(), answered_light(sun_light[given_sun_light(path)].rgb, of_sun));
+#endif
+#endif
+        }
+#endif
+    }
+#endif
     state.pending_light = 0u;
 
     // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
@@ -153,6 +189,18 @@ void main() {
     density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
 #endif
     vec3 met = at.emission * (state.throughput * met_light_weight(state.pdf, density));
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    uint met_group = group_of_met(hit, is_hit);
+#ifdef HALFLIGHT_FIRST_HIT
+    if (active_path) group_light[groups].x = float_of_word(met_group);
+#else
+    uint first_group = kOwnGroups;
+#ifdef HALFLIGHT_APART
+    first_group = gives ? kGivenGroups : kOwnGroups;
+#endif
+    if (active_path) add_to_group(path, first_group, met_group, met);
+#endif
+#endif
 #ifdef HALFLIGHT_FIRST_HIT
     state.direct = met;
 #elif defined(HALFLIGHT_APART)
@@ -243,6 +291,9 @@ void main() {
     asks = asks || asks_sun;
 #endif
     bool is_lit = active_path && is_hit && asks;
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    if (is_lit) group_light[groups].y = float_of_word(e.group);
+#endif
     state.pending_light = is_lit ? 1u : 0u;
 #endif
 

@@ -11,7 +11,7 @@
 // and run again when the tiles are there (engine/paging/tile_pool.h).
 // HALFLIGHT_TEXTURE_LEVELS: lookups choose mip levels by the width of the ray's cone.
 // Variants by what is stored:
-//   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
+//   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean, and to that of its light group
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
 //   HALFLIGHT_REUSE_POINTS   the point for path reuse is stored, too, without its light
 #include "shaders/shared/frame.h"
@@ -46,6 +46,9 @@ layout(std430) writeonly buffer Rays { Ray rays[]; };
 #ifdef HALFLIGHT_STORE_HITS
 layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
+#endif
+#if defined(HALFLIGHT_SEEN) && defined(HALFLIGHT_LIGHT_GROUPS)
+#define HALFLIGHT_SEEN_GROUPS
 #endif
 #ifdef HALFLIGHT_SEEN
 layout(std430) buffer LightSeen { vec4 light_seen[]; };
@@ -91,6 +94,9 @@ uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib
 #include "shaders/lib/reuse.glsl"
 #endif
 #include "shaders/lib/environment.glsl"
+#ifdef HALFLIGHT_SEEN_GROUPS
+#include "shaders/lib/light_of_hit.glsl"
+#endif
 
 #ifdef HALFLIGHT_REUSE_POINTS
 // Returns the second vertex of a path as a point to be shared, all but its light. A point that cannot be shared has a
@@ -161,6 +167,9 @@ void main() {
     // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
+#ifdef HALFLIGHT_SEEN_GROUPS
+    uint group = group_of_met(hit, is_hit);
+#endif
 #ifdef HALFLIGHT_GATHERED_ROWS
     hit.triangle = listed ? invocation : 0u;
 #endif
@@ -172,6 +181,9 @@ void main() {
     Hit hit = seen.hit;
     bool is_hit = inside && seen.is_hit && hit.t <= ray.t_max;
     const bool unfinished = false;
+#ifdef HALFLIGHT_SEEN_GROUPS
+    uint group = group_of_met(hit, is_hit);
+#endif
 #endif
 #ifdef HALFLIGHT_LIST
     vec3 direction = normalize(ray.direction);
@@ -217,8 +229,17 @@ void main() {
     emission *= transmittance(medium, way);
 #endif
 #ifdef HALFLIGHT_SEEN
+#ifdef HALFLIGHT_SEEN_GROUPS
+    const uint rows = 1u + HALFLIGHT_LIGHT_GROUPS;  // the mean, and its parts by light group
+    for (uint i = 0u; i < rows; ++i) {
+        vec4 before = begins ? vec4(0.0) : light_seen[path * rows + i];
+        vec4 more = i == 0u || i == 1u + group ? weight * vec4(emission, 0.0) : vec4(0.0);
+        if (listed) light_seen[path * rows + i] = before + more;
+    }
+#else
     vec4 before = begins ? vec4(0.0) : light_seen[path];
     if (listed) light_seen[path] = before + weight * vec4(emission, 0.0);
+#endif
 #elif defined(HALFLIGHT_LAST_VERTEX)
     if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
 #else

@@ -7,6 +7,9 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
+#ifdef HALFLIGHT_LIGHT_GROUPS
+#include "shaders/geometry_tables.glsl"  // tables of triangle lights
+#endif
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 256) in;
@@ -26,7 +29,7 @@ shared uint gives[256];  // 1: there is light at the path's point
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-    vec3 light = given_light(path);
+    vec3 light = given_light(path, kAllLight);
     gives[gl_LocalInvocationIndex] = light != vec3(0.0) && all_finite(light) ? 1u : 0u;
     barrier();
 

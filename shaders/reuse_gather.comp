@@ -4,6 +4,9 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
+#ifdef HALFLIGHT_LIGHT_GROUPS
+#include "shaders/geometry_tables.glsl"  // tables of triangle lights
+#endif
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 256) in;
@@ -27,25 +30,17 @@ float visible(uint entry) {
     return answer == kFree ? 1.0 : answer == kOccluded ? 0.0 : not_a_number();
 }
 
-void main() {
-    uint path = gl_GlobalInvocationID.x;
-    vec3 light = given_light(path);
+// Sums up the light that the path of this invocation receives, and stores it. part: that of given_light().
+void receive(uint path, uint part, float density, SurfacePoint from, Bsdf b, uint grouping) {
+    vec3 light = given_light(path, part);
     bool bad = !all_finite(light);
-    float density = 0.0;
-    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i) {
-        uint entry = path * HALFLIGHT_GROUP_SIZE + i;
-        density += densities[entry] == 0.0 ? 0.0 : densities[entry] * visible(entry);
-    }
     bool gives = light != vec3(0.0) && !bad && density != 0.0;
     given[gl_LocalInvocationIndex] = gives ? light / (point_texel(path, 2).w * density) : vec3(0.0);
     barrier();
 
-    SurfacePoint from = load_surface_point(path);
-    Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
     vec3 diffuse = vec3(0.0);
     vec3 glossy = vec3(0.0);
-    uint grouping = sample_grouping(frame.seed, frame.sample_index);
     // Bits of steps to members whose points give light. A loop without iterations costs nothing, unlike a branch.
     uint finders = 0u;
     for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i)
@@ -65,5 +60,25 @@ void main() {
     }
     // Invalid light stays with the path that brought it, to be counted once.
     diffuse += bad ? light : vec3(0.0);
-    received[path] = DirectLight(from.is_surface ? diffuse : vec3(0.0), 0.0, from.is_surface ? glossy : vec3(0.0), 0.0);
+    received[path + part * gl_NumWorkGroups.x * 256u] =
+        DirectLight(from.is_surface ? diffuse : vec3(0.0), 0.0, from.is_surface ? glossy : vec3(0.0), 0.0);
+}
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    float density = 0.0;
+    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i) {
+        uint entry = path * HALFLIGHT_GROUP_SIZE + i;
+        density += densities[entry] == 0.0 ? 0.0 : densities[entry] * visible(entry);
+    }
+    SurfacePoint from = load_surface_point(path);
+    Bsdf b = load_bsdf(path);
+    uint grouping = sample_grouping(frame.seed, frame.sample_index);
+    receive(path, kAllLight, density, from, b, grouping);
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    for (uint part = 1u; part <= HALFLIGHT_LIGHT_GROUPS; ++part) {
+        barrier();  // all invocations have read `given`
+        receive(path, part, density, from, b, grouping);
+    }
+#endif
 }

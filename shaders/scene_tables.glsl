@@ -14,6 +14,9 @@ layout(binding = UNIT_LIGHT_OF_TRIANGLE) uniform usamplerBuffer light_of_triangl
 layout(binding = UNIT_ENVIRONMENT) uniform sampler2D environment_map;
 layout(binding = UNIT_ENVIRONMENT_WARP) uniform samplerBuffer environment_warp;
 layout(binding = UNIT_LIGHT_TREE) uniform usamplerBuffer light_tree;
+#ifdef HALFLIGHT_LIGHT_GROUPS
+layout(binding = UNIT_LIGHT_GROUPS) uniform usamplerBuffer light_groups;
+#endif
 layout(binding = UNIT_ALBEDO) uniform sampler2D albedo_table;
 #ifdef HALFLIGHT_TILED_TEXTURES
 layout(binding = UNIT_TILE_SLOTS) uniform usamplerBuffer tile_slots;

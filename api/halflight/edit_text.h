@@ -2,6 +2,7 @@
 //   light     NAME=KEY:VALUE,...        key=intensity:800,temperature:2700    key=off    key=0.5 (a factor)
 //   material  NAME.PROPERTY=VALUE       floor.roughness=0.3    wall.base_color=#8899cc
 //   node      NAME=KEY:VALUE,...        crate=translate:1,0,0,rotate:0,45,0
+//   group     NAME=LIGHT,...            key=sun,lamp*    each
 // NamedEdit says what a NAME finds. Numbers of a value are separated by commas.
 #pragma once
 
@@ -50,5 +51,7 @@ void add_material_edit(SceneEdits& edits, const std::string& source, const std::
 void add_node_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 /// Hides objects (HiddenName).
 void add_hidden(SceneEdits& edits, const std::string& source, const std::string& name);
+/// Adds lights to a light group, in the form NAME=LIGHT,...; "each" separates all lights (SceneEdits::each_light).
+void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text);
 
 }  // namespace halflight

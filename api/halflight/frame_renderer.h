@@ -38,6 +38,9 @@ int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, 
 /// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.
 int default_bounces(const Scene& scene);
 
+/// Requests the layers of the light groups of a scene, and no others of light groups. Renderers of frames do so.
+void request_light_groups(RenderSettings& settings, const Scene& scene);
+
 /// Returns "open for 0.5 of a frame, 8 times", the text in files; empty without motion blur.
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,11 @@ bool matches_pattern(std::string_view pattern, std::string_view name);
 std::vector<std::size_t> find_objects(const NamedObjects& objects, std::string_view name, const std::string& subject);
 /// Returns all objects that have the name, or else match the pattern; none where there are none.
 std::vector<std::size_t> objects_named(const NamedObjects& objects, std::string_view name);
+
+/// Returns the objects of each kind that a name means: all of that name, or else those that match the pattern.
+/// "KIND:NAME" selects a kind, and may have a number as NAME. Throws Error about `subject` where there are none.
+std::vector<std::vector<std::size_t>> find_among(std::span<const NamedObjects> kinds, const std::string& name,
+                                                 const std::string& subject);
 
 /// Returns for each object the text by which find_objects() finds it alone: its name where that is unique, else its
 /// number.

@@ -71,6 +71,15 @@ struct HiddenName {
     bool operator==(const HiddenName& other) const { return name == other.name; }
 };
 
+/// A group of lights, whose light gets a layer of its own.
+struct LightGroup {
+    std::string name;                 // name of the group, which names the layer
+    std::vector<std::string> lights;  // names, with a prefix or without (find_light_groups() in api/light_groups.h)
+    std::string source{};             // like NamedEdit::source
+    bool operator==(const LightGroup& other) const { return name == other.name && lights == other.lights; }
+};
+inline constexpr std::size_t kMostLightGroups = 32;  ///< number of light groups, that of all other lights included
+
 /// Edits of a list apply in their order. No name comes twice in a list.
 struct SceneEdits {
     double environment_rotation = 0;  // degrees to the right, seen from inside, kEditRotation; rounded to whole texels
@@ -84,6 +93,8 @@ struct SceneEdits {
     std::vector<NamedEdit<MaterialEdit>> materials{};  // they replace animated values at all times
     std::vector<NamedEdit<NodeEdit>> nodes{};
     std::vector<HiddenName> hidden{};
+    std::vector<LightGroup> light_groups{};  // groups of lights; the first one that names a light has it
+    bool each_light = false;                 // groups of one light each, in place of light_groups
     bool operator==(const SceneEdits&) const = default;
 };
 

@@ -126,6 +126,14 @@ void show(PyScene& s, const std::vector<std::string>& names) {
     });
 }
 
+/// groups: in the form of add_light_group(), in place of earlier ones.
+void set_light_groups(PyScene& s, const std::vector<std::string>& groups) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        edits.light_groups.clear(), edits.each_light = false;
+        for (const std::string& group : groups) add_light_group(edits, "light_groups", group);
+    });
+}
+
 /// Returns the render settings of the settings file, by the names of keyword arguments.
 Texts file_settings(const PyScene& s) {
     Texts texts;
@@ -259,6 +267,8 @@ void bind_scene(py::module_& module) {
         .def("edit_node", &edit_node)
         .def("hide", &hide)
         .def("show", &show)
+        .def("set_light_groups", &set_light_groups)
+        .def_property_readonly("light_groups", [](const PyScene& s) { return s.scene.scene().light_groups; })
         .def_property_readonly("hidden",
                                [](const PyScene& s) {
                                    std::vector<std::string> names;

@@ -60,13 +60,14 @@ struct PreparedScene::Shape {
     std::uint32_t pools;
     std::vector<std::string> objects;
     std::vector<std::string> materials;
+    std::vector<std::string> light_groups;
     bool operator==(const Shape&) const = default;
 };
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace().statistics();
-    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,   trace().alpha_tested(),
-            has_environment_,  drawn_triangles(), pools_,        object_names_, material_names_};
+    return {buffers_->needs(), estimator_, s.node_format, s.two_level,     trace().alpha_tested(), has_environment_,
+            drawn_triangles(), pools_,     object_names_, material_names_, light_groups_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
@@ -107,6 +108,7 @@ void PreparedScene::settle(const Estimator& piloted, double seconds) {
 void PreparedScene::take_names(const Scene& scene) {
     object_names_.clear();
     material_names_.clear();
+    light_groups_ = scene.light_groups;
     for (const Instance& i : scene.instances) object_names_.push_back(name_or(i.name, "object", object_names_.size()));
     for (const Material& m : scene.materials)
         material_names_.push_back(name_or(m.name, "material", material_names_.size()));

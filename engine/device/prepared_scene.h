@@ -66,6 +66,7 @@ class PreparedScene {
     const rays::CullTree& cull_tree() const { return cull_tree_; }  ///< Returns an empty tree unless prepared.
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< Returns instances' names.
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< Returns materials' names.
+    const std::vector<std::string>& light_groups() const { return light_groups_; }  ///< Returns Scene::light_groups.
     std::uint64_t drawn_triangles() const;                                              ///< Sums over all instances.
     bool has_environment() const { return has_environment_; }  ///< Returns whether an environment is visible.
     const Kept& kept() const { return options_.kept; }
@@ -97,6 +98,7 @@ class PreparedScene {
     std::optional<dvec3> origin_;  // origin of the reference pose
     std::vector<std::string> object_names_;
     std::vector<std::string> material_names_;
+    std::vector<std::string> light_groups_;
     std::vector<PooledImage> pooled_;
     std::optional<SceneBuffers> buffers_;
     std::optional<rays::TraceScene> trace_;

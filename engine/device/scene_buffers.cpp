@@ -76,6 +76,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_LIGHT_TREE, GL_RGBA32UI, "light tree");
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
     add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, "environment warp");
+    add(UNIT_LIGHT_GROUPS, GL_R32UI, "light groups");
     update_tables(trace, shading, nullptr);
 }
 
@@ -143,7 +144,7 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     }
     for (const View& v : views_) {
         const bool color = v.unit >= UNIT_COLOR_BANKS && v.unit < UNIT_DATA_BANKS;
-        if (v.unit < UNIT_COLOR_BANKS) continue;
+        if (v.unit < UNIT_COLOR_BANKS || v.unit >= UNIT_TILE_SLOTS) continue;
         defines_.set(fmt::format("HALFLIGHT_{}_BANK_{}", color ? "COLOR" : "DATA",
                                  1 + v.unit - (color ? UNIT_COLOR_BANKS : UNIT_DATA_BANKS)));
         defines_.set(color ? "HALFLIGHT_COLOR_BANK_SHIFT" : "HALFLIGHT_DATA_BANK_SHIFT", std::to_string(bank_shift_));
@@ -153,6 +154,7 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
     bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
     bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
+    bring(UNIT_LIGHT_GROUPS, shading.light_groups, shaded ? &shaded->light_groups : nullptr);
     bring(UNIT_ENVIRONMENT_WARP, shading.environment_warp, shaded ? &shaded->environment_warp : nullptr);
     bind();  // bind() reports tables beyond the driver's limits
     set_draws(trace);

@@ -16,6 +16,7 @@ void SceneView::read_frame(graph::Pass& pass) const {
 gpu::Defines SceneView::path_defines() const {
     gpu::Defines defines = scene.defines();
     if (sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
+    if (light_groups > 0) defines.set("HALFLIGHT_LIGHT_GROUPS", std::to_string(light_groups) + "u");
     return defines;
 }
 

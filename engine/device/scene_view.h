@@ -47,13 +47,14 @@ struct SceneView {
     paging::RowGather* rows = nullptr;        // table rows of hits, for scenes that are loaded in pages; else null
     std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
+    std::uint32_t light_groups = 0;           // number of light groups whose light is summed apart; 0: none
     bool lens = false;                        // camera rays start on the lens of the frame constants
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
     bool optics = false;                      // camera rays follow shaders/shared/optics.h
 
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;
-    /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl.
+    /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, or light groups.
     gpu::Defines path_defines() const;
     /// Returns the defines of kernels that use camera rays.
     gpu::Defines camera_defines(gpu::Defines others = {}) const;

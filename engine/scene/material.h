@@ -13,6 +13,8 @@
 namespace halflight {
 
 inline constexpr int kNone = -1;  ///< "no such element" for every index of the scene
+/// Index of Scene::light_groups of lights that no group names. They are in the last one.
+inline constexpr std::uint32_t kNoLightGroup = 0xffffffffu;
 
 /// Index of refraction from which on a surface reflects all light and disperses none. It stands for glTF's `ior` 0.
 inline constexpr float kInfiniteIor = 1e9f;
@@ -96,6 +98,7 @@ struct Material {
     float iridescence_thickness_minimum = 100;  // nanometres; counts only with a texture
     float iridescence_thickness_maximum = 400;
     TextureRef iridescence_thickness_texture;
+    std::uint32_t light_group = kNoLightGroup;
 };
 
 /// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).

@@ -41,6 +41,7 @@ struct Instance {
     dmat4 object_to_world{1};  // affine; may mirror, may be non-uniform; never NaN
     int node = kNone;          // index of the glTF node of the instance
     bool moves = false;        // object_to_world changes with the pose of the scene
+    std::uint32_t light_group = kNoLightGroup;  // the first of this group and its material's has the emitted light
 };
 
 // --- Lights and cameras ----------------------------------------------------------------------------------------------
@@ -57,6 +58,7 @@ struct PunctualLight {
     float inner_cone = 0;              // radians, 0 <= inner_cone < outer_cone
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
     bool of_environment = false;       // sun of a generated sky, or default lamp: changes with the environment
+    std::uint32_t light_group = kNoLightGroup;
 };
 
 /// Lights and choices of lights that a scene needs. Shaders leave out all others (engine/tables/needs.h).
@@ -93,6 +95,7 @@ struct Environment {
     std::string name;
     vec3 color{0};  // >= 0
     Image map;      // 3 channels, finite, >= 0; empty: constant
+    std::uint32_t light_group = kNoLightGroup;
     bool black() const { return color == vec3(0); }
 };
 
@@ -129,6 +132,7 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<Camera> cameras;
     Environment environment;
+    std::vector<std::string> light_groups;      // names; the last group has all lights of no other. Empty: no groups
     std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; its meshes are then empty
     SceneReport report;
 };

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <map>
+#include <mutex>
 
 #include "engine/core/names.h"
 #include "engine/tables/tables.h"
@@ -97,6 +99,33 @@ constexpr std::array kLayers = {
             }},
 };
 
+/// Layers of light groups; the name and the prefix go on with the name of the group.
+constexpr AovInfo kLightGroup{kLightGroupLayer,
+                              kLightGroupLayer,
+                              "R,G,B",
+                              color,
+                              Merge::mean,
+                              groups,
+                              "radiance of the lights of the group NAME (`--light-group`)"};
+
+/// Returns the layer of a light group. Layers that were asked for stay, since others keep pointers to them.
+const AovInfo* light_group_layer(std::string_view layer) {
+    struct Named {
+        std::string name, prefix;
+        AovInfo info;
+    };
+    static std::mutex mutex;
+    static std::map<std::string, Named, std::less<>> known;
+    const std::lock_guard lock(mutex);
+    const auto [place, added] = known.try_emplace(std::string(layer));
+    Named& own = place->second;
+    if (added) {
+        own = {std::string(layer), fmt::format("{}.", layer), kLightGroup};
+        own.info.name = own.name, own.info.prefix = own.prefix;
+    }
+    return &own.info;
+}
+
 const char* name(LayerStorage storage) {
     switch (storage) {
         case color:
@@ -135,6 +164,7 @@ const char* pass_of(LayerSource source) {
         case indirect:
         case squares:
         case features:
+        case groups:
         case count:
             return "accumulate";
         case objects:
@@ -172,7 +202,9 @@ std::vector<std::string> AovInfo::channel_names() const {
 
 const AovInfo* find_aov(std::string_view name) {
     const auto found = std::ranges::find(kLayers, name, &AovInfo::name);
-    return found == kLayers.end() ? nullptr : &*found;
+    if (found != kLayers.end()) return &*found;
+    const bool of_group = name.starts_with(kLightGroupLayer) && name.size() > kLightGroupLayer.size();
+    return of_group ? light_group_layer(name) : nullptr;
 }
 
 std::span<const AovInfo> known_aovs() {
@@ -181,13 +213,15 @@ std::span<const AovInfo> known_aovs() {
 
 std::string layers_markdown() {
     std::string text = "| Layer | Channels | Storage | Shutter times | Pass | Contents |\n|---|---|---|---|---|---|\n";
-    for (const AovInfo& a : kLayers) {
+    const auto add = [&](const AovInfo& a, const char* note) {
         const std::vector<std::string> names = a.channel_names();
         const std::string channels = a.is_matte() ? fmt::format("{} ... {}", names.front(), names.back())
                                                   : fmt::format("{}", fmt::join(names, ", "));
         text += fmt::format("| `{}` | {} | {} | {} | {} | {}{} |\n", a.name, channels, name(a.storage), name(a.merge),
-                            pass_of(a.source), a.description, a.in_all() ? "" : " (not part of `all`)");
-    }
+                            pass_of(a.source), a.description, note);
+    };
+    for (const AovInfo& a : kLayers) add(a, a.in_all() ? "" : " (not part of `all`)");
+    add(*light_group_layer(fmt::format("{}NAME", kLightGroupLayer)), " (not part of `all`)");
     return text;
 }
 

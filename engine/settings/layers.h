@@ -40,6 +40,7 @@ enum class LayerSource {
     indirect,   // sums of two colours: diffuse, glossy
     squares,    // sums of squares, made on demand
     features,   // albedo and normal, made on demand
+    groups,     // sums of light groups
     count,      // number of samples per pixel
     objects,    // objects hit by camera rays
     materials,  // materials hit by camera rays
@@ -66,6 +67,7 @@ struct AovInfo {
     bool debug() const { return source == LayerSource::debug; }  ///< Returns whether values vary between runs.
     /// Returns whether "all" stands for the layer, too. Layers that only biased pictures need are not part of it.
     bool in_all() const { return !debug() && source != LayerSource::noisy && source != LayerSource::denoiser; }
+    bool is_light_group() const { return source == LayerSource::groups; }
     bool at_centre() const { return merge == LayerMerge::none; }
     bool is_color() const { return storage == LayerStorage::color; }
     bool is_matte() const { return storage == LayerStorage::matte; }
@@ -78,9 +80,12 @@ struct AovInfo {
 /// Pairs of id and coverage that a matte keeps per pixel.
 inline constexpr std::size_t kCryptomatteRanks = 6;
 
-/// Returns the layer of that name; null if there is none.
+/// Start of the names of layers of light groups, which the name of the group follows.
+inline constexpr std::string_view kLightGroupLayer = "light_";
+
+/// Returns the layer of that name, which may be that of any light group; null if there is none.
 const AovInfo* find_aov(std::string_view name);
-/// Returns all layers. Layers for debugging come last.
+/// Returns all layers without those of light groups. Layers for debugging come last.
 std::span<const AovInfo> known_aovs();
 /// Returns the table in Markdown, for docs/settings.md.
 std::string layers_markdown();

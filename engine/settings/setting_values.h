@@ -336,12 +336,14 @@ struct Value<std::vector<std::string>> {
         std::vector<std::string> layers;
         if (text == kNone) return value.clear(), "";
         for (const std::string& wanted : split_names(text, kSeparators)) {
-            if (wanted != "all" && !find_aov(wanted))
+            const AovInfo* const found = find_aov(wanted);
+            if (wanted != "all" && !found)
                 return fmt::format("has no layer '{}'; known layers are: {}{}", wanted, names(), meant(wanted));
             for (const AovInfo& aov : known_aovs())
                 if ((aov.name == wanted || (wanted == "all" && aov.in_all())) &&
                     std::ranges::find(layers, aov.name) == layers.end())
                     layers.emplace_back(aov.name);
+            if (found && found->is_light_group()) layers.push_back(wanted);
         }
         value = std::move(layers);
         return "";

@@ -41,19 +41,38 @@ class Builder {
         add_environment();
         const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
         if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among, through_).build();
-        if (!others) return {};
-        choose();
-        find_needs();
-        if (sun_) add_sun();
+        if (!others) tables_ = {}, group_.clear();
+        if (others) choose();
+        if (others) find_needs();
+        if (sun_ && others) add_sun();
+        add_groups();
         return std::move(tables_);
     }
 
   private:
-    void add(const std::array<vec4, shared::kLightStride>& rows, double power, Kind kind) {
+    void add(const std::array<vec4, shared::kLightStride>& rows, double power, Kind kind, std::uint32_t group) {
         if (power_.size() >= (1u << 29)) throw Error(scene_.name, "2^29 lights or more");
+        group_.push_back(group);
         tables_.rows.insert(tables_.rows.end(), rows.begin(), rows.end());
         power_.push_back(power);
         kind_.push_back(kind);
+    }
+
+    /// Fills in the table of light groups.
+    void add_groups() {
+        if (scene_.light_groups.empty()) return;
+        const auto last = static_cast<std::uint32_t>(scene_.light_groups.size() - 1);
+        tables_.groups = {scene_.environment.light_group, last};
+        tables_.groups.insert(tables_.groups.end(), group_.begin(), group_.end());
+        for (std::uint32_t& group : tables_.groups) group = std::min(group, last);
+    }
+
+    /// Returns the group of the light that a triangle emits. instance: number in TraceTables::instances; triangle:
+    /// place in the tables of all geometry.
+    std::uint32_t group_of(std::size_t instance, std::uint32_t triangle, const Material& material) const {
+        if (scene_.light_groups.empty()) return kNoLightGroup;
+        const TriangleSource source = source_of(trace_, static_cast<std::uint32_t>(instance), triangle);
+        return std::min(scene_.instances[source.instance].light_group, material.light_group);
     }
 
     /// Adds the bounds of the light that is added next.
@@ -108,7 +127,7 @@ class Builder {
             const double value = brightness(t, [&](int set) { return uvs_in_rows(t, set); });
             if (value == 0) continue;
             tables_.light_of_triangle.push_back(trace_.absent->emitters[t]);
-            add_triangle(trace_.instances.front(), t, value);
+            add_triangle(0, t, value, trace_.absent->emitters[t]);
         }
         tables_.triangle_count = power_.size();
         // Kernels see whole groups of 16 bytes. What follows the last triangle must not disturb their search.
@@ -138,17 +157,18 @@ class Builder {
         }
         if (!any) return;
         const bool shared_blocks = trace_.blocks.size() > 1 || !trace_.instances.front().identity;
-        for (const BlockInstance& instance : trace_.instances) {
+        for (std::size_t i = 0; i < trace_.instances.size(); ++i) {
             if (shared_blocks) rank.push_back(static_cast<std::uint32_t>(power_.size()));
-            for (const Emitter& emitter : emitters[instance.block]) {
-                add_triangle(instance, emitter.triangle, emitter.brightness);
-            }
+            for (const Emitter& emitter : emitters[trace_.instances[i].block])
+                add_triangle(i, emitter.triangle, emitter.brightness, emitter.triangle);
         }
         tables_.light_of_triangle = std::move(rank);
         tables_.triangle_count = power_.size();
     }
 
-    void add_triangle(const BlockInstance& instance, std::uint32_t triangle, double brightness) {
+    /// Adds a triangle of an instance of the tables. `place`: its place in the tables of all geometry.
+    void add_triangle(std::size_t number, std::uint32_t triangle, double brightness, std::uint32_t place) {
+        const BlockInstance& instance = trace_.instances[number];
         const glm::dmat4x3 to_world(instance.block_to_world);
         const glm::dmat4x3 to_block(instance.world_to_block);
         const uvec4 corners = trace_.triangles[triangle];
@@ -186,7 +206,7 @@ class Builder {
         add({vec4(vec3(p[0]), shared::float_of_word(shared::kLightTriangle)),
              vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), static_cast<float>(glm::length(error))),
              vec4(material.emission, 0)},
-            area > 0 ? 2 * kPi * area * brightness : 0, kTriangles);
+            area > 0 ? 2 * kPi * area * brightness : 0, kTriangles, group_of(number, place, material));
         area_.push_back(area);
     }
 
@@ -214,7 +234,8 @@ class Builder {
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
         add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(type.kind)),
              vec4(light.direction, cos_outer), vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
-            intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
+            intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal,
+            light.light_group);
     }
 
     /// Returns the strongest directional light, or null where there is none.
@@ -253,7 +274,7 @@ class Builder {
             return;
         }
         add({vec4(0, 0, 0, shared::float_of_word(shared::kLightEnvironment)), vec4(0), vec4(0), vec4(0)},
-            shadow_disk_ * integral, kEnvironment);
+            shadow_disk_ * integral, kEnvironment, environment.light_group);
     }
 
     // --- Choice ---------------------------------------------------------------------------------------------------
@@ -372,6 +393,7 @@ class Builder {
     std::vector<double> power_;              // power per light
     std::vector<Kind> kind_;                 // kind per light
     std::vector<double> area_;               // area per triangle light, m^2
+    std::vector<std::uint32_t> group_;       // light group per light; kNoLightGroup: the last
     std::vector<LightBounds> bounds_;        // bounds of the lights that a tree may hold
     std::vector<std::uint32_t> in_tree_;     // indices of the lights that a tree may hold
     std::optional<EnvironmentCells> cells_;  // cells of the environment map

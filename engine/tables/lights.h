@@ -48,6 +48,9 @@ struct LightTables {
     // UNIT_LIGHT_OF_TRIANGLE: light by triangle. Paged scenes: emissive triangles by light, ascending. Empty if none
     // emits.
     std::vector<std::uint32_t> light_of_triangle;
+    // UNIT_LIGHT_GROUPS: groups of the environment, of emission that is no light, and of each light. Empty without
+    // groups
+    std::vector<std::uint32_t> groups;
     Image environment;                        // UNIT_ENVIRONMENT: map times its colour; empty if black
     std::vector<vec4> environment_warp;       // UNIT_ENVIRONMENT_WARP: hierarchy of cells
     std::vector<uvec4> tree;                  // UNIT_LIGHT_TREE: light tree; empty without one

@@ -150,6 +150,7 @@ class Builder {
         tables_.light_tree = std::move(lights.tree);
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
+        tables_.light_groups = std::move(lights.groups);
         tables_.environment = std::move(lights.environment);
         tables_.environment_warp = std::move(lights.environment_warp);
     }

@@ -72,6 +72,7 @@ struct ShadingTables {
     std::vector<uvec4> light_tree;                  // RGBA32UI: light tree
     LightChoice light_choice = LightChoice::power;  // choice in use, never `automatic`
     std::vector<std::uint32_t> light_of_triangle;   // R32UI: light of each triangle
+    std::vector<std::uint32_t> light_groups;        // R32UI: LightTables::groups
     Image environment;                              // map of 3 channels, times the colour; 1x1 where constant
     std::vector<vec4> environment_warp;             // RGBA32F: hierarchy of cells
     Image albedo;                                   // table of 2 channels (albedo.h); empty unless glossy

@@ -44,6 +44,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     }
     if (paths.cones && !last) paths.cones = pass.write(paths.cones, Access::storage_read_write, "Cones");
     if (paths.media && !last) paths.media = pass.write(paths.media, Access::storage_read_write, "Media");
+    if (paths.group_light)
+        paths.group_light = pass.write(paths.group_light, partial_write(paths.group_light), "GroupLight");
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
     const bool asks = paths.cells && depth == 1;  // vertex 1 asks for cells
     const bool takes = paths.cells && depth == 2 && !last;

@@ -24,7 +24,7 @@ struct Connections {
 /// Inputs of both kernels.
 struct GroupInputs {
     SceneView view;
-    graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light;
+    graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light, group_light;
 
     void declare(graph::Pass& pass) const {
         pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
@@ -33,6 +33,7 @@ struct GroupInputs {
         pass.read(states, Access::texture_read, {"states", GL_RGBA32UI});
         pass.read(points, Access::texture_read, {"points", GL_RGBA32F});
         if (occluded) pass.read(occluded, Access::texture_read, {"occluded", GL_R32UI});
+        if (group_light) pass.read(group_light, Access::texture_read, {"group_light", GL_RGBA32F});
         if (!sun_occluded) return;
         pass.read(sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
         pass.read(sun_light, Access::texture_read, {"sun_light", GL_RGBA32F});
@@ -42,7 +43,7 @@ struct GroupInputs {
         r.compute(kernel, defines()).dispatch(view.band.paths() / 256);
     }
     gpu::Defines defines() const {
-        gpu::Defines defines = view.scene.defines();
+        gpu::Defines defines = view.path_defines();
         if (occluded) defines.set("HALFLIGHT_PENDING");
         defines.set("HALFLIGHT_REUSE");
         defines.set("HALFLIGHT_GROUP_SIZE", fmt::format("{}u", view.group_size));
@@ -90,15 +91,17 @@ graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const 
                              paths.points,
                              continuation.occluded,
                              continuation.sun_occluded,
-                             continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{}};
+                             continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{},
+                             paths.group_light};
     const Connections c = connect(graph, inputs);
     graph::Pass pass = graph.add_pass("reuse: gather");
     inputs.declare(pass);
     pass.read(c.occluded, Access::texture_read, {"blocked", GL_R32UI});
     pass.read(c.densities, Access::storage_read, "Densities");
-    const graph::BufferHandle received =
-        pass.write(graph.create_buffer("light received", {view.band.paths() * sizeof(shared::DirectLight)}),
-                   Access::storage_write, "Received");
+    const graph::BufferHandle received = pass.write(
+        graph.create_buffer("light received",
+                            {(1 + view.light_groups) * std::size_t{view.band.paths()} * sizeof(shared::DirectLight)}),
+        Access::storage_write, "Received");
     pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_gather.comp"); });
     return received;
 }

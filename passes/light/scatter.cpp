@@ -24,7 +24,8 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
             .media = media,
             .points = {},
             .sun_light = {},
-            .cells = {}};
+            .cells = {},
+            .group_light = {}};
 }
 
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name) {

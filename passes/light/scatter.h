@@ -22,6 +22,7 @@ struct PathBuffers {
     // path, which belong to the `pending` of PathState and of the point. Empty unless the sun is sampled separately
     graph::BufferHandle sun_light;
     graph::BufferHandle cells;  // CacheCell: radiance cache; empty without one
+    graph::BufferHandle group_light;  // rows of shaders/lib/group_rows.glsl; empty without light groups
 };
 
 /// The paths of one batch.
@@ -30,6 +31,11 @@ struct PathList {
     graph::BufferHandle header;  // one ListHeader
 };
 
+/// Returns the bytes per path of PathBuffers::group_light. reuse: paths have points for path reuse.
+constexpr std::size_t group_light_bytes(std::size_t groups, bool reuse) {
+    return (1 + (reuse ? 2 : 1) * groups) * sizeof(vec4);
+}
+/// Creates the buffers without `points`, `sun_light`, `cells` and `group_light`.
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
 /// Creates an empty list with room for every path.
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name);

@@ -67,6 +67,12 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         out.squares = keep("square sums", 3, "SquareSums");
         defines.set("HALFLIGHT_SQUARES");
     }
+    if (view.light_groups > 0) {
+        out.groups = keep("light group sums", 3 * std::size_t{view.light_groups}, "GroupSums");
+        if (!sample.seen) pass.read(sample.gbuffer.hits, Access::texture_read, {"hits", GL_R32UI});
+        if (sample.paths) pass.read(sample.paths->group_light, Access::texture_read, {"group_light", GL_RGBA32F});
+        if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
+    }
     if (options.features) {
         out.features = keep("feature sums", 6, "FeatureSums");
         defines.set("HALFLIGHT_FEATURES");
@@ -82,6 +88,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     out.bad_values = pass.write(graph.import_buffer("bad values", bad_values), Access::storage_read_write, "Counts");
 
     pass.execute([=](graph::Resources& r) {
+        if (view.light_groups > 0) view.scene.bind();  // tables of lights
         const gpu::Program& program = r.compute("shaders/accumulate.comp", defines);
         if (clamped) program.set("most_luminance", *options.clamp);
         program.dispatch(view.band.paths() / 64);

@@ -17,9 +17,11 @@ struct SampleInputs {
     std::optional<DirectLightEstimate> direct;
     std::optional<PathBuffers> paths;
     std::optional<Continuation> continuation;
-    graph::BufferHandle seen;      // vec4 per path: emission seen by extra camera rays (add_seen)
+    // vec4 per path: emission seen by extra camera rays (add_seen); then those of its light groups
+    graph::BufferHandle seen;
     graph::BufferHandle chains;    // SpecularChain per path (add_specular_chains)
-    graph::BufferHandle received;  // DirectLight per path: indirect light from the group (add_reuse)
+    // DirectLight per path: indirect light from the group (add_reuse); then those of each light group
+    graph::BufferHandle received;
 };
 
 /// Sums over all samples so far, at the path's index. Handles of parts that the frame leaves out are empty.
@@ -28,6 +30,7 @@ struct Accumulated {
     graph::BufferHandle direct;    // 6 doubles: diffuse rgb, glossy rgb; light met by next-event estimation or by a ray
     graph::BufferHandle indirect;  // 6 doubles: diffuse rgb, glossy rgb
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
+    graph::BufferHandle groups;    // 3 doubles for each light group: rgb of all light of its lights
     graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
                                    // incidence), shading normal xyz (world); zero where there is no surface
     // kHalfSums doubles for the denoiser. 0 to 8: direct diffuse, indirect diffuse and glossy rgb of the first half of

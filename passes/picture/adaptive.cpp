@@ -133,7 +133,7 @@ std::vector<std::uint32_t> replicate_counts(std::span<const double> deviations, 
 }
 
 void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated& sums, const BlockCounts& counts,
-                       std::uint32_t wanted, std::size_t half_sums) {
+                       std::uint32_t wanted, std::size_t half_sums, std::size_t group_sums) {
     if (sums.squares) {
         graph::Pass pass = graph.add_pass("adaptive samples: squares");
         gpu::Defines defines;
@@ -164,6 +164,7 @@ void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated&
     scale(sums.direct, 6);
     scale(sums.indirect, 6);
     scale(sums.features, 6);
+    scale(sums.groups, group_sums);
     scale(sums.halves, half_sums, shared::kFirstHalfSums);
 }
 

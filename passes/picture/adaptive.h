@@ -57,8 +57,9 @@ struct BlockCounts {
 };
 
 /// Adds the passes that scale sums as if every pixel had `wanted` samples, half of them in the first half. Squares then
-/// give the variance of the mean. wanted: even. half_sums: doubles per path of Accumulated::halves.
+/// give the variance of the mean. wanted: even. half_sums, group_sums: doubles per path of Accumulated::halves and
+/// groups.
 void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated& sums, const BlockCounts& counts,
-                       std::uint32_t wanted, std::size_t half_sums);
+                       std::uint32_t wanted, std::size_t half_sums, std::size_t group_sums);
 
 }  // namespace halflight

@@ -157,7 +157,7 @@ GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOut
 graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
                              const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary) {
     const std::size_t paths = view.band.paths();
-    graph::BufferHandle seen = graph.create_buffer("light seen", {paths * sizeof(vec4)});
+    graph::BufferHandle seen = graph.create_buffer("light seen", {paths * (1 + view.light_groups) * sizeof(vec4)});
     std::uint32_t number = 0;
     for (const graph::BufferHandle& constants : frame_constants) {
         SceneView through = view;
@@ -168,6 +168,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         pass.read(constants, Access::uniform_read, "FrameBlock");
         gpu::Defines defines = view.camera_defines(view.shading_defines());
         defines.set("HALFLIGHT_SEEN");
+        if (view.light_groups > 0 && view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
         read_hits(pass, view, g, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());

@@ -2,6 +2,7 @@
 // shaders/geometry_tables.glsl and shaders/scene_tables.glsl.
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
+#include "shaders/lib/light_of_hit.glsl"
 #include "shaders/lib/light_tree.glsl"
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
@@ -16,6 +17,9 @@ struct LightSample {
     vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: no light arrives
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    uint group;      // light group; any where no light arrives
+#endif
 };
 
 Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
@@ -32,6 +36,9 @@ LightSample sample_sun(vec3 position) {
     s.weight = texelFetch(scene_lights, row + 3).rgb;
     s.at_infinity = true;
     s.end = position;
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    s.group = sun_group();
+#endif
     return s;
 }
 #else
@@ -147,6 +154,9 @@ LightSample no_light_sample(vec3 position) {
     s.weight = vec3(0.0);
     s.at_infinity = false;
     s.end = position;
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    s.group = 0u;
+#endif
     return s;
 }
 
@@ -159,6 +169,9 @@ LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float 
     vec4 head = texelFetch(scene_lights, row);
     vec4 last = texelFetch(scene_lights, row + 3);
     uint kind = light_kind(word_of_float(head.w));
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    s.group = group_of_light(light);
+#endif
 #ifdef HALFLIGHT_LIGHT_TREE
     last.w *= gain;
     if (gain == 0.0) kind = kLightNone;
@@ -240,33 +253,13 @@ LightSample sample_light(Receiver at, SampleBits bits) {
 #endif
 }
 
-#ifdef HALFLIGHT_AREA_LIGHTS
-// Returns the rank of a triangle among the lights of its block, or kNoLight.
-uint light_rank(uint triangle) {
-#ifdef HALFLIGHT_SORTED_EMITTERS
-    int count = textureSize(light_of_triangle), rank = 0;  // ranks below `rank` are of lower triangles
-    for (int step = 1 << findMSB(max(count, 1)); step > 0; step >>= 1) {
-        bool lower = rank + step <= count && texelFetch(light_of_triangle, rank + step - 1).x < triangle;
-        rank += lower ? step : 0;
-    }
-    return rank < count && texelFetch(light_of_triangle, rank).x == triangle ? uint(rank) : kNoLight;
-#else
-    return texelFetch(light_of_triangle, int(triangle)).x;
-#endif
-}
-#endif
-
 // Returns the density per solid angle with which sample_light() at a receiver picks the hit of a ray of unit direction.
 // The hit is at `distance` on a surface of geometric normal n_g. The density is 0 if this is no light.
 float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
 #ifdef HALFLIGHT_AREA_LIGHTS
-    uint rank = light_rank(hit.triangle);
-    if (rank == kNoLight) return 0.0;
-    uint first = 0u;
-#ifdef HALFLIGHT_INSTANCES
-    first = texelFetch(light_of_triangle, textureSize(scene_triangles) + int(hit.instance)).x;
-#endif
-    int row = int(first + rank) * kLightStride;
+    uint light = light_of_hit(hit);
+    if (light == kNoLight) return 0.0;
+    int row = int(light) * kLightStride;
     float density = texelFetch(scene_lights, row + 3).w;
 #ifdef HALFLIGHT_LIGHT_TREE
     uint trail = light_trail(word_of_float(texelFetch(scene_lights, row).w));

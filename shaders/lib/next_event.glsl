@@ -6,6 +6,9 @@ struct NextEvent {
     vec3 diffuse;  // radiance towards wo if the light is visible
     vec3 glossy;
     Ray ray;       // shadow ray that decides visibility
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    uint group;    // light group
+#endif
 };
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Returns true for NaN, too.
@@ -26,6 +29,9 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     e.glossy *= passed;
 #endif
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    e.group = light.group;
+#endif
     return e;
 }
 

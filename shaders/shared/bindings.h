@@ -25,6 +25,7 @@
 #define UNIT_COLOR_BANKS 19        // RGBA16F: banks 1 to 3 of the colour texels
 #define UNIT_DATA_BANKS 22         // RGBA8: banks 1 to 3 of the data texels
 #define UNIT_TILE_SLOTS 25         // R32UI: slot of each tile of textures
-#define UNIT_FREE 26               // first unit for a kernel's own textures
+#define UNIT_LIGHT_GROUPS 26       // R32UI: light group of each light
+#define UNIT_FREE 27               // first unit for a kernel's own textures
 
 #endif

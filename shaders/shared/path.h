@@ -26,7 +26,7 @@ HALFLIGHT_SHARED_SIZE(PathState, 64)
 // Light at the first surface, by component: sampled there if visible, or received from its group.
 struct DirectLight {
     vec3 diffuse;
-    float reserved0;
+    float group;  // word (word.h): light group of a sample; 0 without groups
     vec3 glossy;
     float reserved1;
 };

@@ -21,6 +21,9 @@ inline uint word_of_float(float value) {
     return std::bit_cast<uint>(value) & kWordMask;
 }
 #else
+float float_of_word(uint word) {
+    return uintBitsToFloat(word | kWordTag);
+}
 uint word_of_float(float value) {
     return floatBitsToUint(value) & kWordMask;
 }

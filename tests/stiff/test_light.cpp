@@ -1,5 +1,6 @@
 // Tests lights of all sizes, intensities and positions against closed forms.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -51,6 +52,38 @@ class Light : public StiffTest {
         return top + (y - j) * (bottom - top);
     }
 };
+
+TEST_F(Light, GroupsOfAllIntensities) {
+    // With equal chances of all lights, intensities change no random decision, and factors that are powers of two no
+    // bits but those of the exponents.
+    const auto layers = [&](float lamp, float glow, Reuse reuse) {
+        Scene scene = closed_box(diffuse_material(vec3(kAlbedo)));
+        Material glowing = diffuse_material(vec3(kAlbedo));
+        glowing.emission = vec3(glow);
+        glowing.light_group = 1;
+        add_box(scene, add_material(scene, glowing), {0.3f, -0.5f, -0.8f}, {0.5f, -0.2f, -0.5f});
+        scene.lights[std::size_t(add_lamp(scene, LightType::point, {-0.4, 0.3, -0.3}, lamp))].light_group = 0;
+        scene.light_groups = {"lamp", "glow", "rest"};
+        RenderSettings settings = small_settings(camera_in_box(), 24, 24, 4, 4);
+        settings.estimator = {.lights = LightChoice::uniform, .reuse = reuse};
+        settings.aovs = {"light_lamp", "light_glow", "light_rest"};
+        const RenderResult result = picture(scene, settings);
+        return std::array{layer(result, "light_lamp.R"), layer(result, "light_glow.R")};
+    };
+    for (const Reuse reuse : {Reuse::off, Reuse::sixteen}) {
+        const auto plain = layers(1, 1, reuse);
+        const auto extreme = layers(0x1p66f, 0x1p-100f, reuse);
+        const double factors[] = {0x1p66, 0x1p-100};
+        for (const std::size_t g : {0u, 1u}) {
+            Image scaled = plain[g];
+            for (float& v : scaled.pixels) v = static_cast<float>(v * factors[g]);
+            expect(
+                fmt::format("light group of a factor of {:.0e} beside another, path reuse {}", factors[g], name(reuse)),
+                pixels_that_differ(extreme[g], scaled), 0, "pixels", "the factor is a power of two");
+            EXPECT_GT(brightest(plain[g]), 0);
+        }
+    }
+}
 
 TEST_F(Light, DarkBesideBright) {
     // There are two closed rooms. The camera is in the dim one; nearly all samples select lights of the other one.

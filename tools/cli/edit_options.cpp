@@ -45,6 +45,11 @@ void add_edit_options(Options& options, ViewArguments& a) {
          "hides nodes with everything below them, meshes and lights of a name or pattern; node:NAME, mesh:NAME and "
          "light:NAME select a kind",
          add_hidden);
+    edit("--light-group", "NAME=LIGHT,...|each",
+         "adds the layer light_NAME to the .exr: the picture's light from some lights. LIGHT is the name or pattern of "
+         "lights, emissive materials, nodes with everything below them, or environment; light:NAME, material:NAME and "
+         "node:NAME select a kind. light_rest has all other lights. `each` makes a layer of each light",
+         add_light_group);
 }
 
 }  // namespace halflight

@@ -136,8 +136,9 @@ Json facts_of(const InfoArguments& a, Scene& scene, Environment own, const Trace
     CameraChoice choice = a.picture;
     const bool named = std::ranges::find(scene.cameras, "all", &Camera::name) != scene.cameras.end();
     if (choice.camera == "all" && !named) choice.camera.reset();  // `render` makes a picture of each camera
-    const RenderSettings settings =
+    RenderSettings settings =
         make_settings(a.picture, with_lens(choose_camera(scene, choice).camera, a.picture.settings.view.camera.lens));
+    request_light_groups(settings, scene);
     const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0, .exr_tile = a.picture.exr.tile};
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) {

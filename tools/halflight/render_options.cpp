@@ -261,9 +261,10 @@ void check(const RenderArguments& a, const CLI::App& app) {
         throw UsageError("--keep", problem);
     check_camera_options(app, a);
     check_environment_options(app);
-    const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
+    const bool exr = has_exr(a);
     check_compression(a);
-    for (const char* option : {"--aov", "--half", "--aov-names", "--exr-compression", "--exr-parts", "--exr-tiles"})
+    for (const char* option :
+         {"--aov", "--light-group", "--half", "--aov-names", "--exr-compression", "--exr-parts", "--exr-tiles"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
     const auto has = [&](const char* extension) {
         return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });

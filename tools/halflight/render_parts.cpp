@@ -13,6 +13,10 @@
 
 namespace halflight {
 
+bool has_exr(const RenderArguments& a) {
+    return std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
+}
+
 bool wants_view(const RenderArguments& a) {
     return a.movie || std::ranges::any_of(a.outputs, [&](const auto& path) { return holds_view(path, a.tiff); });
 }
@@ -21,6 +25,7 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
     std::optional<ProgressDisplay> display;
     Stopwatch watch;
     SceneChoice choice = a;
+    if (!has_exr(a)) choice.edits.light_groups.clear(), choice.edits.each_light = false;  // no file takes their layers
     choice.packing = [&](double share) {
         if (const int signal = stop_signal()) throw Interrupted(signal, a.scene.string(), "not converted: interrupted");
         if (!display) {

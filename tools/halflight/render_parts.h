@@ -9,6 +9,8 @@
 
 namespace halflight {
 
+/// Returns whether an output is an .exr.
+bool has_exr(const RenderArguments& arguments);
 /// Returns whether an output needs the picture through the view transform.
 bool wants_view(const RenderArguments& arguments);
 

@@ -154,6 +154,7 @@ class Scene:
                         doc="Render settings of the settings file of load(), for render(scene, **scene.settings).")
     instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes.")
     lights = property(lambda self: self._native.lights, doc="Lights with their edits, as dicts.")
+    light_groups = property(lambda self: self._native.light_groups, doc="Names of light groups, \"rest\" last.")
     bounds = property(lambda self: self._native.bounds, doc="Lower and upper corner of all surfaces, metres.")
     frame_rate = property(lambda self: self._native.frame_rate, doc="Frames per second, as text.")
 
@@ -230,6 +231,15 @@ class Scene:
     def show(self, *names):
         """Shows what hide() of the same names has hidden."""
         _call(self._native.show, names=list(names))
+
+    def set_light_groups(self, groups=None):
+        """Groups lights, whose light gets the layers "light_NAME" of pictures: set_light_groups({"key": ["sun", "lamp*"]}).
+
+        A light is the name or pattern of lights, emissive materials, or nodes with everything below them, or
+        "environment"; "light:NAME", "material:NAME" and "node:NAME" select a kind. "light_rest" has all other lights.
+        "each" makes a group of each light; None removes the groups."""
+        texts = [groups] if groups == "each" else [f"{name}={','.join(lights)}" for name, lights in (groups or {}).items()]
+        _call(self._native.set_light_groups, groups=texts)
 
     def edit_options(self):
         """Returns the text of ``halflight info --names`` for the scene with its edits: objects as options of

@@ -209,7 +209,7 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_TRUE(filtered.contains("sums of squares") && filtered.contains("surfaces seen in mirrors"));
     EXPECT_EQ(plain.at("sums of squares"), "no variance was requested");
     EXPECT_EQ(plain.at("sums of albedo and normal"), "neither albedo nor normal was requested");
-    EXPECT_EQ(plain.at("hits of camera rays"), "no mattes were requested");
+    EXPECT_EQ(plain.at("hits of camera rays"), "neither mattes nor light groups were requested");
     EXPECT_EQ(plain.at("camera rays for light alone"), "there is one camera ray per sample");
     EXPECT_EQ(plain.at("clamp of indirect light"), "no clamp is set");
     EXPECT_EQ(bytes("unlit surfaces"), 0u);
