@@ -92,6 +92,18 @@ Camera with_lens(Camera camera, const Lens& wanted) {
     return camera;
 }
 
+Camera with_optics(Camera camera, const Optics& wanted) {
+    camera.optics = wanted;
+    if (wanted.projection != Projection::camera) {
+        camera.orthographic = false;
+        camera.aspect = wanted.projection == Projection::panorama ? 2 : 1;
+    }
+    if (const std::string problem = optics_problem(camera); !problem.empty()) throw Error("render settings", problem);
+    const dvec2 eyes = eyes_in_picture(wanted);
+    if (eyes != dvec2(1)) camera.aspect = (camera.aspect > 0 ? camera.aspect : kUsualAspect) * eyes.x / eyes.y;
+    return camera;
+}
+
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera) {
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
     const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };

@@ -191,41 +191,14 @@ std::pair<std::string, std::string> split_name(const std::string& source, const 
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// Returns the edit of a name, which is added where there is none. A new one starts as take(index) where the name is a
-/// number: edits by index go on under that number, so that an object has one edit only.
-template <class Edit, class Take>
-Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, const std::string& source,
-                  const Take& take) {
+/// Returns the edit of a name, which is added where there is none. `source` names its option, and may be empty.
+template <class Edit>
+Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, const std::string& source = {}) {
     const auto known = std::ranges::find(edits, name, &NamedEdit<Edit>::name);
-    if (known == edits.end()) {
-        std::size_t index = 0;
-        std::from_chars(name.data(), name.data() + name.size(), index);
-        const Edit start = name == std::to_string(index) ? take(index) : Edit();
-        return edits.emplace_back(NamedEdit<Edit>{name, start, source}).edit;
-    }
+    if (known == edits.end()) return edits.emplace_back(NamedEdit<Edit>{name, {}, source}).edit;
     std::rotate(known, known + 1, edits.end());  // edits apply in order
     if (!source.empty()) edits.back().source = source;
     return edits.back().edit;
-}
-
-LightEdit& find_light(SceneEdits& edits, const std::string& name, const std::string& source) {
-    return find_or_add(edits.named_lights, name, source, [&](std::size_t index) {
-        if (index >= edits.lights.size()) return LightEdit();
-        const LightEdit taken = std::exchange(edits.lights[index], {});
-        while (!edits.lights.empty() && edits.lights.back() == LightEdit()) edits.lights.pop_back();
-        return taken;
-    });
-}
-
-MaterialEdit& find_material(SceneEdits& edits, const std::string& name, const std::string& source) {
-    return find_or_add(edits.named_materials, name, source, [&](std::size_t index) {
-        auto taken = edits.materials.extract(index);
-        return taken ? std::move(taken.mapped()) : MaterialEdit();
-    });
-}
-
-NodeEdit& find_node(SceneEdits& edits, const std::string& name, const std::string& source) {
-    return find_or_add(edits.nodes, name, source, [](std::size_t) { return NodeEdit(); });
 }
 
 }  // namespace
@@ -275,21 +248,21 @@ std::string property_text(std::span<const float> values) {
 }
 
 LightEdit& light_edit(SceneEdits& edits, const std::string& name) {
-    return find_light(edits, name, {});
+    return find_or_add(edits.lights, name);
 }
 
 MaterialEdit& material_edit(SceneEdits& edits, const std::string& name) {
-    return find_material(edits, name, {});
+    return find_or_add(edits.materials, name);
 }
 
 NodeEdit& node_edit(SceneEdits& edits, const std::string& name) {
-    return find_node(edits, name, {});
+    return find_or_add(edits.nodes, name);
 }
 
 void add_light_edit(SceneEdits& edits, const std::string& source, const std::string& text) {
     const auto [name, rest] = split_name(source, text, "NAME=KEY:VALUE,... or NAME=off");
     const std::string subject = fmt::format("{}: {}", source, name);
-    LightEdit parsed = find_light(edits, name, source);
+    LightEdit parsed = find_or_add(edits.lights, name, source);
     for (const auto& [key, value] : split_keys(rest)) set_key(parsed, subject, key.empty() ? "factor" : key, value);
     light_edit(edits, name) = parsed;
 }
@@ -300,7 +273,7 @@ void add_material_edit(SceneEdits& edits, const std::string& source, const std::
     const std::size_t dot = place.rfind('.');
     if (dot == std::string::npos || dot == 0) throw Error(source, "expects {}, not '{}'", kForm, text);
     const std::string name = place.substr(0, dot);
-    MaterialEdit parsed = find_material(edits, name, source);
+    MaterialEdit parsed = find_or_add(edits.materials, name, source);
     set_key(parsed, fmt::format("{}: {}", source, name), place.substr(dot + 1), value);
     material_edit(edits, name) = std::move(parsed);
 }
@@ -308,7 +281,7 @@ void add_material_edit(SceneEdits& edits, const std::string& source, const std::
 void add_node_edit(SceneEdits& edits, const std::string& source, const std::string& text) {
     const auto [name, rest] = split_name(source, text, "NAME=KEY:VALUE,...");
     const std::string subject = fmt::format("{}: {}", source, name);
-    NodeEdit parsed = find_node(edits, name, source);
+    NodeEdit parsed = find_or_add(edits.nodes, name, source);
     for (const auto& [key, value] : split_keys(rest)) set_key(parsed, subject, key, value);
     node_edit(edits, name) = parsed;
 }

@@ -85,24 +85,12 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
                                edits.clay);
     print.text("tint").text(point_text(dvec3(edits.environment_tint)));
-    for (const LightEdit& light : edits.lights) {
-        print.values("light {}", light.factor);
-        if (light.color) print.text(point_text(dvec3(*light.color)));
-        if (light.position) print.text("at").text(point_text(*light.position));
-        if (light.direction) print.text("towards").text(point_text(*light.direction));
-        if (light.intensity) print.values("intensity {}", *light.intensity);
-        if (light.temperature) print.values("temperature {}", *light.temperature);
-        if (light.off) print.text("off");
-    }
-    for (const auto& [index, properties] : edits.materials)
-        for (const auto& [name, values] : properties)
-            print.values("material {} {}", index, name).values("{}", fmt::join(values, " "));
     for (const auto& [index, transform] : edits.transforms) {
         print.values("instance {}", index);
         for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
     }
-    for (const auto& [name, edit, source] : edits.named_lights) print.text("named light").text(name).text(text(edit));
-    for (const auto& [name, edit, source] : edits.named_materials)
+    for (const auto& [name, edit, source] : edits.lights) print.text("named light").text(name).text(text(edit));
+    for (const auto& [name, edit, source] : edits.materials)
         for (const auto& [property, values] : edit)
             print.text("named material").text(name).text(property).text(property_text(values));
     for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));

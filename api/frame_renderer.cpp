@@ -174,13 +174,15 @@ struct FrameRenderer::State {
         const Camera& camera = scene.chosen_camera().camera;
         if (lens.focus.kind == Focus::Kind::open && camera.lens.blurs()) lens = with_lens(camera, lens).lens;
     }
-    /// Returns a camera with the lens of the settings.
-    Camera of_lens(const ChosenCamera& chosen) const { return with_lens(chosen.camera, settings.view.camera.lens); }
+    /// Returns a camera with lens and optics of the settings.
+    Camera equipped(const ChosenCamera& chosen) const {
+        return with_optics(with_lens(chosen.camera, settings.view.camera.lens), settings.optics);
+    }
     RenderSettings renderer_settings(const FrameSettings& frame) const {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
-        s.camera = of_lens(scene.chosen_camera());  // camera of the pilot's pictures
-        s.previous_surfaces = nullptr;              // the pointer is valid for one picture
+        s.camera = equipped(scene.chosen_camera());  // camera of the pilot's pictures
+        s.previous_surfaces = nullptr;               // the pointer is valid for one picture
         s.history = nullptr;
         s.checkpoint = nullptr;
         s.radiance_cache = cache;
@@ -353,7 +355,7 @@ struct FrameRenderer::State {
         for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
             const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
             FrameSettings part = own;
-            part.camera = of_lens(scene.camera(seconds));
+            part.camera = equipped(scene.camera(seconds));
             part.first_sample = time.first_sample;
             part.samples = time.samples;
             part.of_samples = own.samples;
@@ -428,7 +430,7 @@ struct FrameRenderer::State {
         scene.frame_for(double(settings.width) / settings.height);
         const FrameRate& rate = scene.frame_rate();
         settings.frame = frame;
-        settings.camera = of_lens(scene.camera(rate.seconds(frame)));
+        settings.camera = equipped(scene.camera(rate.seconds(frame)));
         if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())
             settings.previous_camera = scene.camera(rate.seconds(static_cast<double>(frame) - 1)).camera;
     }

@@ -37,14 +37,21 @@ struct NodeMotion {
 /// The motions that edits give to the nodes of a scene.
 class Motions {
   public:
-    /// scene: name of the scene, for errors about edits that have a source of their own.
-    Motions(const SceneEdits& edits, const SceneTree& tree, const std::string& scene, const std::string& subject)
+    /// Throws Error about `subject`, or about the source of an edit.
+    Motions(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& subject)
         : tree_(tree) {
         const NamedObjects nodes = nodes_of(tree);
+        const std::vector<bool> movable = movable_nodes(scene, tree);
         for (const NamedEdit<NodeEdit>& named : edits.nodes) {
-            const std::string where = named.source.empty() ? subject : named.source + ": " + scene;
+            const std::string where = named.source.empty() ? subject : named.source + ": " + scene.name;
             check_values(named.edit, where);
-            for (const std::size_t index : find_objects(nodes, named.name, where)) add(index, named.edit, where);
+            const std::vector<std::size_t> found = find_objects(nodes, named.name, where);
+            if (std::ranges::none_of(found, [&](std::size_t index) { return movable[index]; }))
+                throw Error(where,
+                            "node '{}' has no surface and no light that an edit could move; edits leave cameras "
+                            "and the joints of skins in place",
+                            named.name);
+            for (const std::size_t index : found) add(index, named.edit, where);
         }
     }
     bool empty() const { return motions_.empty(); }
@@ -125,6 +132,18 @@ int node_of_light(const SceneTree& tree, std::size_t index) {
     return index < tree.light_nodes.size() ? tree.light_nodes[index] : kNone;
 }
 
+std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree) {
+    std::vector<bool> movable(tree.nodes.size());
+    const auto mark = [&](int node) {
+        for (; node != kNone && !movable[static_cast<std::size_t>(node)];
+             node = tree.nodes[static_cast<std::size_t>(node)].parent)
+            movable[static_cast<std::size_t>(node)] = true;
+    };
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) mark(node_of_instance(scene, tree, i));
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) mark(node_of_light(tree, i));
+    return movable;
+}
+
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject) {
     MovedObjects result{scene.lights, {}, {}};
@@ -132,7 +151,7 @@ MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const Sce
         result.instances = scene.instances;
         return result;
     }
-    const Motions motions(edits, tree, scene.name, subject);
+    const Motions motions(edits, scene, tree, subject);
     const Hidden hidden = find_hidden(edits, scene, tree, subject);
     for (std::size_t i = 0; i < result.lights.size(); ++i) {
         PunctualLight& light = result.lights[i];

@@ -16,8 +16,12 @@ struct MovedObjects {
     std::vector<std::size_t> hidden_lights;  // indices of lights that are hidden
 };
 
+/// Returns for each node whether it or a node below it has a surface or a light, so that an edit can move it.
+std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree);
+
 /// Returns the lights and instances of a scene as edits of nodes and hidden names change them. Throws Error about
-/// `subject` for names that find nothing, for values outside their ranges and for transforms that cannot be replaced.
+/// `subject` for names that find nothing that can move, for values outside their ranges and for transforms that cannot
+/// be replaced.
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject);
 

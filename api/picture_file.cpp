@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <list>
 
 #include "api/fingerprint.h"
 #include "api/halflight/camera.h"
@@ -26,6 +27,35 @@ bool is_color(const ExrLayer& layer) {
     return known && known->is_color();
 }
 
+/// Names of the views of Stereo::views. Channels of the first one have no prefix (OpenEXR, Multi-View OpenEXR).
+const std::vector<std::string> kViews{"left", "right"};
+
+/// Returns the name of a channel of the second view, "right.R" or "albedo.right.R".
+std::string in_second_view(const std::string& channel) {
+    const std::size_t last = channel.rfind('.');
+    return last == std::string::npos ? kViews[1] + "." + channel
+                                     : channel.substr(0, last + 1) + kViews[1] + channel.substr(last);
+}
+
+/// Splits layers of two eyes, one above the other, into views. `images` keeps their pixels.
+std::vector<ExrLayerView> views_of(const std::vector<ExrLayerView>& layers, std::list<Image>& images) {
+    std::vector<ExrLayerView> views;
+    for (const int view : {0, 1}) {
+        for (const ExrLayerView& layer : layers) {
+            const ivec2 size(layer.image.width, layer.image.height / 2);
+            ExrLayerView one{layer.channels, images.emplace_back(part_of(layer.image, {0, view * size.y}, size)),
+                             layer.type,     layer.color,
+                             layer.exact,    layer.name};
+            if (view == 1) {
+                std::ranges::transform(one.channels, one.channels.begin(), in_second_view);
+                one.name += "." + kViews[1];
+            }
+            views.push_back(std::move(one));
+        }
+    }
+    return views;
+}
+
 void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     std::vector<ExrLayerView> layers;
     layers.push_back({.channels = renamed(info.aov_names, "rgba", {"R", "G", "B", "A"}),
@@ -41,14 +71,18 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
                           .exact = !is_color(aov),
                           .name = aov.name});
 
-    const ivec2 whole = info.whole.x > 0 ? info.whole : ivec2(result.beauty.width, result.beauty.height);
+    ivec2 whole = info.whole.x > 0 ? info.whole : ivec2(result.beauty.width, result.beauty.height);
+    std::list<Image> images;
+    const bool views = info.camera.optics.stereo == Stereo::views;
+    if (views) layers = views_of(layers, images), whole.y /= 2;
     const double aspect = static_cast<double>(whole.x) / whole.y;
     ExrAttributes attributes;
+    if (views) attributes.views = kViews;
     attributes.display = whole;
     attributes.origin = info.origin;
     attributes.chromaticities = info.working_space.chromaticities;
     attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
-    attributes.world_to_clip = standard_clip(info.camera, aspect);
+    if (!info.camera.optics.traced()) attributes.world_to_clip = standard_clip(info.camera, aspect);
     if (!info.reproducible) attributes.capture_date = capture_date_now();
     attributes.frame_rate = info.frame_rate;
     if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
@@ -56,11 +90,9 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     if (!info.fingerprint.empty()) attributes.extra[kFingerprintName] = info.fingerprint;
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
-    const std::pair<const char*, const std::string&> extra[] = {{"filter", info.filter},
-                                                                {"lens", info.lens},
-                                                                {"shutter", info.shutter},
-                                                                {"bias", info.bias},
-                                                                {"error", info.error}};
+    const std::pair<const char*, const std::string&> extra[] = {
+        {"filter", info.filter},   {"lens", info.lens}, {"projection", info.projection},
+        {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
     for (const auto& [name, value] : extra)
         if (!value.empty()) attributes.extra[name] = value;
     if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
@@ -122,15 +154,16 @@ std::map<std::string, float> numbers_of(const FrameRenderer& renderer, const Ren
     const PhysicalCamera& physical = settings.view.camera;
     std::map<std::string, double> numbers;
     Camera camera = settings.camera;
+    const double aspect = eye_aspect(camera.optics, {settings.width, settings.height});
     camera.lens = stats.lens;
     if (camera.lens.sensor == 0) camera.lens.sensor = physical.lens.sensor;
     double diameter = 0;  // diameter of the aperture, mm; 0: not known
     if (camera.lens.blurs()) {
         numbers["focus"] = camera.lens.focus.distance;
-        diameter = 2000 * aperture_radius(camera, double(settings.width) / settings.height);
+        diameter = 2000 * aperture_radius(camera, aspect);
     }
-    if (!camera.orthographic) {
-        const double length = focal_length(camera, double(settings.width) / settings.height);
+    if (!camera.orthographic && camera.optics.projection == Projection::camera) {
+        const double length = focal_length(camera, aspect);
         numbers["effectiveFocalLength"] = length;
         if (diameter > 0) numbers["aperture"] = length / diameter;
     }
@@ -204,7 +237,8 @@ PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& resu
             .samples = result.stats.samples,
             .comments = settings_line(renderer, result.stats),
             .filter = text(settings.filter),
-            .lens = lens_text(settings.camera, result.stats.lens, double(settings.width) / settings.height),
+            .lens = lens_text(settings.camera, result.stats.lens, {settings.width, settings.height}),
+            .projection = text(settings.camera.optics),
             .shutter = shutter_text(renderer.shutter(), settings),
             .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
             .error = error,

@@ -119,35 +119,15 @@ void for_each_named(const std::vector<NamedEdit<Edit>>& edits, const NamedObject
     }
 }
 
-/// Throws Error where an object is edited by its index and by its number as a name.
-template <class Edit>
-void check_once(const std::vector<NamedEdit<Edit>>& named, const char* kind, std::size_t index,
-                const std::string& subject) {
-    if (std::ranges::find(named, std::to_string(index), &NamedEdit<Edit>::name) != named.end())
-        throw Error(subject, "{} '{}' is edited twice", kind, index);
-}
-
 /// Checks everything but nodes and hidden names.
 void check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
     check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
     check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
     check(subject, "factor of emission", edits.emission, kEditFactor);
-    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
-        check(edits.lights[i], fmt::format("{}: light {}", subject, i));
-        if (edits.lights[i] != LightEdit()) check_once(edits.named_lights, "light", i, subject);
-    }
-    for_each_named(edits.named_lights, lights_of(scene), scene, subject,
+    for_each_named(edits.lights, lights_of(scene), scene, subject,
                    [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
-    for (const auto& [index, properties] : edits.materials) {
-        if (index >= scene.materials.size())
-            throw Error(subject, "there is no material {}; the scene has {}, numbered from 0", index,
-                        scene.materials.size());
-        check_once(edits.named_materials, "material", index, subject);
-        Material material = scene.materials[index];
-        apply(properties, material, fmt::format("{}: material {}", subject, index));
-    }
-    for_each_named(edits.named_materials, materials_of(scene), scene, subject,
+    for_each_named(edits.materials, materials_of(scene), scene, subject,
                    [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
                        Material material = scene.materials[index];
                        apply(edit, material, where);
@@ -189,8 +169,7 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     }
     scene.lights = std::move(moved.lights);
     scene.instances = std::move(moved.instances);
-    for (const auto& [index, properties] : edits.materials) apply(properties, scene.materials[index], subject);
-    for_each_named(edits.named_materials, materials_of(scene), scene, subject,
+    for_each_named(edits.materials, materials_of(scene), scene, subject,
                    [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
                        apply(edit, scene.materials[index], where);
                    });
@@ -205,10 +184,8 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         const double c = std::cos(angle), s = std::sin(angle), x = double(sun.direction.x), z = double(sun.direction.z);
         if (angle != 0) sun.direction = glm::normalize(vec3(c * x - s * z, double(sun.direction.y), s * x + c * z));
     }
-    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i)
-        apply(edits.lights[i], scene.lights[i]);
     for_each_named(
-        edits.named_lights, lights_of(scene), scene, subject,
+        edits.lights, lights_of(scene), scene, subject,
         [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });
     for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
     set_light_groups(edits, groups, scene, subject);

@@ -8,6 +8,7 @@
 
 #include "api/halflight/edit_text.h"
 #include "api/halflight/object_names.h"
+#include "api/node_edits.h"
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 
@@ -90,11 +91,13 @@ Json name_facts(const Scene& scene, const SceneTree& tree, const std::vector<std
     for (std::size_t i = 0; i < meshes.size(); ++i)
         names["meshes"].push_back(entry(scene.meshes[i].name, i, Json::array({option("--hide", "mesh:" + meshes[i])})));
     const auto nodes = references_to(nodes_of(tree));
+    const std::vector<bool> movable = movable_nodes(scene, tree);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         if (!tree.nodes[i].in_scene) continue;
         const dvec3 origin(tree.nodes[i].to_world[3]);
-        Json node =
-            entry(tree.nodes[i].name, i, Json::array({option("--node", fmt::format("{}=translate:0,0,0", nodes[i]))}));
+        Json options = Json::array();
+        if (movable[i]) options.push_back(option("--node", fmt::format("{}=translate:0,0,0", nodes[i])));
+        Json node = entry(tree.nodes[i].name, i, std::move(options));
         node["origin"] = {origin.x, origin.y, origin.z};
         if (tree.nodes[i].parent != kNone) node["parent"] = tree.nodes[i].parent;
         names["nodes"].push_back(std::move(node));

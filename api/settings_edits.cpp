@@ -112,35 +112,24 @@ Json node_json(const NodeEdit& node) {
 /// Reads edits of lights: an object by name, or the list of earlier versions, whose places become names.
 void read_lights(const Element& e, SceneEdits& edits) {
     if (e.is_object()) {
-        for (const auto& [key, one] : e.members()) edits.named_lights.push_back({key, read_light(one), e.where()});
+        for (const auto& [key, one] : e.members()) edits.lights.push_back({key, read_light(one), e.where()});
         return;
     }
     const auto items = e.items();
     for (std::size_t i = 0; i < items.size(); ++i)
         if (const LightEdit light = read_light(items[i]); light != LightEdit())
-            edits.named_lights.push_back({std::to_string(i), light, e.where()});
-}
-
-/// Adds an edit of an object. Throws Error where the object has one already: a file keeps a name once.
-void put(Json& json, const char* kind, const std::string& name, Json edit) {
-    if (json.contains(name)) throw Error(fmt::format("{} {}", kind, name), "is edited by its index and by its number");
-    json[name] = std::move(edit);
+            edits.lights.push_back({std::to_string(i), light, e.where()});
 }
 
 Json lights_json(const SceneEdits& edits) {
     Json json = Json::object();
-    for (std::size_t i = 0; i < edits.lights.size(); ++i)
-        if (edits.lights[i] != LightEdit()) put(json, "light", std::to_string(i), light_json(edits.lights[i]));
-    for (const auto& [name, edit, source] : edits.named_lights) put(json, "light", name, light_json(edit));
+    for (const auto& [name, edit, source] : edits.lights) json[name] = light_json(edit);
     return json;
 }
 
 Json materials_json(const SceneEdits& edits) {
     Json json = Json::object();
-    for (const auto& [index, properties] : edits.materials)
-        put(json, "material", std::to_string(index), material_json(properties));
-    for (const auto& [name, properties, source] : edits.named_materials)
-        put(json, "material", name, material_json(properties));
+    for (const auto& [name, properties, source] : edits.materials) json[name] = material_json(properties);
     return json;
 }
 
@@ -151,8 +140,7 @@ void read_edits(const Element& file, SceneEdits& edits) {
     with(file, "lights", [&](const Element& v) { read_lights(v, edits); });
     with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
     with(file, "materials", [&](const Element& v) {
-        for (const auto& [key, one] : v.members())
-            edits.named_materials.push_back({key, read_material(one), v.where()});
+        for (const auto& [key, one] : v.members()) edits.materials.push_back({key, read_material(one), v.where()});
     });
     with(file, "transforms", [&](const Element& v) {
         for (const auto& [index, one] : v.indexed()) edits.transforms[index] = read_transform(one);

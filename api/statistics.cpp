@@ -122,12 +122,13 @@ std::string environment_name(const Environment& environment) {
     return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
 }
 
-std::string lens_text(const Camera& camera, const Lens& lens, double aspect) {
+std::string lens_text(const Camera& camera, const Lens& lens, const ivec2& image) {
     if (!lens.blurs()) return "";
     Camera with = camera;
     with.lens = lens;
     std::string words = lens.aperture > 0 ? "" : fmt::format("f/{:g}, ", lens.fstop);
-    words += fmt::format("aperture {:.4g} mm, focus at ", 2000 * aperture_radius(with, aspect));
+    words +=
+        fmt::format("aperture {:.4g} mm, focus at ", 2000 * aperture_radius(with, eye_aspect(camera.optics, image)));
     words += std::isinf(lens.focus.distance) ? "infinity" : fmt::format("{:.6g} m", lens.focus.distance);
     if (lens.blades > 0) words += fmt::format(", {} blades", lens.blades);
     if (lens.blades > 0 && lens.rotation != 0) words += fmt::format(" turned by {:g} degrees", lens.rotation);
@@ -146,6 +147,7 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
         const PixelWindow window = data_window(s);
         line += fmt::format(", pixels {},{} to {},{}", window.first.x, window.first.y, window.end.x, window.end.y);
     }
+    if (s.camera.optics.traced()) line += ", " + text(s.camera.optics);
     if (s.transparent) line += ", transparent";
     if (s.adaptive) line += ", adaptive";
     if (s.denoise) line += ", denoised";
@@ -237,7 +239,8 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"shutter", shutter.open > 0
                           ? Json{{"open", shutter.open}, {"times", shutter_count(shutter, s.aovs, s.samples)}}
                           : Json()},
-          {"lens", !stats.lens.blurs() ? Json() : Json(lens_text(s.camera, stats.lens, double(s.width) / s.height))},
+          {"lens", !stats.lens.blurs() ? Json() : Json(lens_text(s.camera, stats.lens, {s.width, s.height}))},
+          {"projection", s.camera.optics.traced() ? Json(text(s.camera.optics)) : Json()},
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
           {"primary", name(stats.primary)},

@@ -18,9 +18,10 @@ constexpr const char* kBias = "denoised: noise of reflected light filtered by no
 DenoiserBlur blur_of(const Camera& camera, const ivec2& picture) {
     const Lens& lens = camera.lens;
     if (!lens.blurs()) return DenoiserBlur(0);
-    const double radius = aperture_radius(camera, double(picture.x) / picture.y);
+    const double rows = picture.y / eyes_in_picture(camera.optics).y;
+    const double radius = aperture_radius(camera, eye_aspect(camera.optics, picture));
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
-    const double pixels = radius * picture.y / (2 * half), inverse = 1 / lens.focus.distance;
+    const double pixels = radius * rows / (2 * half), inverse = 1 / lens.focus.distance;
     return DenoiserBlur(camera.orthographic ? dvec3(pixels, 0, -pixels * inverse)
                                             : dvec3(pixels * inverse, -pixels, 0));
 }

@@ -207,22 +207,19 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
                               const PreviousSurfaces& surfaces, const Camera& now, const Camera& previous) {
     Image* motion = plane("motion");
     if (!motion) return;
-    const dvec2 size(band.whole());
-    const dmat4 to_clip = world_to_clip(now, band.whole(), 1),
-                to_clip_before = world_to_clip(previous, band.whole(), 1);
-    const auto place = [&](const dvec4& clip) {
-        return dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
-    };
+    const CameraPlaces places(now, band.whole()), earlier(previous, band.whole());
     for_each_pixel(band, [&](int x, int y, std::size_t path) {
         const shared::AovRecord& r = records[path];
         if (r.triangle == shared::kMiss) return;
         const TriangleSource source = source_of(tables_, r.instance, r.triangle);
         if (!surfaces.moved(source.instance)) return;
         const dvec3 position = dvec3(r.position) + tables_.origin;
-        const dvec4 before = to_clip_before * dvec4(surfaces.before(source.instance, source.triangle, position), 1);
-        if (!(before.w > 0)) return;  // the point was behind the camera
+        const ivec2 pixel = band.origin + ivec2(x, y);
+        const auto before = earlier.place(surfaces.before(source.instance, source.triangle, position), pixel);
         // The rasterizer may show a triangle beside the pixel's ray, so that the point itself is projected.
-        const dvec2 way = place(to_clip * dvec4(position, 1)) - place(before);
+        const auto here = places.place(position, pixel);
+        if (!before || !here) return;  // the point was behind the camera
+        const dvec2 way = places.shorter(*here - *before);
         motion->at(x, y)[0] = static_cast<float>(way.x);
         motion->at(x, y)[1] = static_cast<float>(way.y);
     });

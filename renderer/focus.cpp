@@ -18,6 +18,7 @@ Camera camera_through(const Camera& camera, double aspect, double& along) {
     const dmat3 axes(camera.camera_to_world);
     Camera through = camera;
     through.lens = {};
+    through.optics = {};  // both eyes have the focus of the camera between them
     along = 1;
     if (camera.orthographic) {
         through.camera_to_world[3] += dvec4(axes * offset, 0);
@@ -40,7 +41,7 @@ double find_focus(PreparedScene& scene, const ColorConfig& colors, const RenderS
                   const Camera& camera) {
     double along = 1;
     RenderSettings s;
-    s.camera = camera_through(camera, double(settings.width) / settings.height, along);
+    s.camera = camera_through(camera, eye_aspect(camera.optics, {settings.width, settings.height}), along);
     s.width = s.height = 1;
     s.samples = 1;
     s.bounces = 0;

@@ -30,6 +30,26 @@ dvec2 half_extent(const Camera& camera, const ivec2& image) {
     return {half * image.x / image.y, half};
 }
 
+/// Returns the radius of the image circle of a fisheye, plane coordinates (shaders/shared/optics.h).
+double image_circle(const Optics& optics) {
+    const double angle = glm::radians(optics.fisheye_fov) / 2;
+    return optics.projection == Projection::fisheye ? angle : 2 * std::sin(angle / 2);
+}
+
+/// Returns the plane coordinates of the picture of one eye, from its centre to its upper right corner.
+dvec2 half_plane(const Camera& camera, const dvec2& eye) {
+    switch (camera.optics.projection) {
+        case Projection::camera:
+            break;
+        case Projection::panorama:
+            return {kPi, kPi / 2};
+        case Projection::fisheye:
+        case Projection::equisolid:
+            return image_circle(camera.optics) * eye / std::min(eye.x, eye.y);
+    }
+    return std::tan(camera.vertical_fov / 2) * dvec2(eye.x / eye.y, 1);
+}
+
 /// Returns the largest distance of the scene from the camera; 1 for an empty scene.
 double reach_of(const TraceTables& tables, const Camera& camera) {
     if (tables.bounds.empty()) return 1;
@@ -55,13 +75,43 @@ void set_lens(const Camera& camera, const ivec2& image, shared::Frame& frame) {
     const Lens& lens = camera.lens;
     if (!lens.blurs()) return;
     assert(lens.focus.kind == Focus::Kind::distance);
-    const double radius = aperture_radius(camera, double(image.x) / image.y), turn = glm::radians(lens.rotation);
+    const double radius = aperture_radius(camera, eye_aspect(camera.optics, image)), turn = glm::radians(lens.rotation);
     const dvec3 right(camera.camera_to_world[0]), up(camera.camera_to_world[1]);
     frame.lens_x = vec4(vec3(radius * (std::cos(turn) * right + std::sin(turn) * up)), 1 / lens.focus.distance);
     frame.lens_y = vec4(vec3(radius * (std::cos(turn) * up - std::sin(turn) * right)), lens.blades);
 }
 
+/// Replaces the camera by one that shaders/shared/optics.h describes.
+void set_optics(const Camera& camera, const Camera& previous, const dvec3& origin, shared::Frame& frame) {
+    dmat4 from_origin(1);
+    from_origin[3] = dvec4(origin, 1);
+    frame.view_projection = mat4(glm::inverse(camera.camera_to_world) * from_origin);
+    frame.previous_view_projection = mat4(glm::inverse(previous.camera_to_world) * from_origin);
+    frame.camera_right = vec4(vec3(dvec3(camera.camera_to_world[0])), 0);
+    frame.camera_up = vec4(vec3(dvec3(camera.camera_to_world[1])), 0);
+    frame.optics = shader_optics(camera, frame.size);
+    frame.optics.earlier_zoom = shader_optics(previous, frame.size).half_extent.y / frame.optics.half_extent.y;
+}
+
 }  // namespace
+
+shared::Optics shader_optics(const Camera& camera, const ivec2& image) {
+    const Optics& optics = camera.optics;
+    const bool right = optics.stereo == Stereo::right;
+    const dvec2 eyes = eyes_in_picture(optics);
+    shared::Optics o{};
+    o.half_extent = half_plane(camera, dvec2(image) / eyes);
+    o.circle = static_cast<float>(optics.is_fisheye() ? image_circle(optics) : 0);
+    if (optics.stereo != Stereo::none) o.eye = static_cast<float>((right ? 0.5 : -0.5) * optics.eye_distance);
+    o.toe_in = static_cast<float>(optics.convergence > 0 ? 1 / optics.convergence : 0);
+    o.projection = optics.projection == Projection::panorama    ? shared::kPanorama
+                   : optics.projection == Projection::fisheye   ? shared::kFisheye
+                   : optics.projection == Projection::equisolid ? shared::kEquisolid
+                                                                : shared::kPerspective;
+    o.layout_of_eyes = eyes.y > 1 ? shared::kOverUnder : eyes.x > 1 ? shared::kSideBySide : shared::kOneEye;
+    o.earlier_zoom = 1;
+    return o;
+}
 
 SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted) {
     return wanted == SamplePoints::blue_noise && blue_noise_count(frame) == 0 ? SamplePoints::sobol : wanted;
@@ -133,6 +183,7 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.shared_count = view.shared_count;
     frame.first_half = view.first_half ? 1 : 0;
     set_lens(camera, image, frame);
+    if (camera.optics.traced()) set_optics(camera, previous, origin, frame);
     return frame;
 }
 
@@ -164,6 +215,34 @@ SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int nu
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view) {
     return frame_constants(frame.camera, frame.previous_camera.value_or(frame.camera), tables.origin,
                            reach_of(tables, frame.camera), view);
+}
+
+CameraPlaces::CameraPlaces(const Camera& camera, const ivec2& image) : image_(image), size_(image) {
+    if (camera.optics.traced()) {
+        optics_ = shader_optics(camera, image);
+        to_ = glm::inverse(camera.camera_to_world);
+    } else {
+        to_ = world_to_clip(camera, image, 1);  // depth is not used
+    }
+}
+
+std::optional<dvec2> CameraPlaces::place(const dvec3& point, const ivec2& pixel) const {
+    const dvec4 p = to_ * dvec4(point, 1);
+    if (!optics_) {
+        if (!(p.w > 0)) return std::nullopt;
+        return dvec2(0.5 + 0.5 * p.x / p.w, 0.5 - 0.5 * p.y / p.w) * size_;
+    }
+    const bool second = shared::shows_second_eye(*optics_, pixel, image_);
+    const vec3 plane = shared::plane_of_point(*optics_, shared::eye_of(*optics_, second), vec3(p));
+    if (!(plane.z > 0)) return std::nullopt;
+    return dvec2(shared::place_of_plane(*optics_, second, vec2(plane), image_));
+}
+
+dvec2 CameraPlaces::shorter(dvec2 way) const {
+    if (!optics_ || optics_->projection != shared::kPanorama) return way;
+    const double around = double{shared::eye_size(*optics_, image_).x};
+    way.x -= around * std::round(way.x / around);
+    return way;
 }
 
 }  // namespace halflight

@@ -1,6 +1,8 @@
 // Frame constants: camera and sample as kernels read them.
 #pragma once
 
+#include <optional>
+
 #include "engine/device/scene_view.h"
 #include "engine/settings/estimator.h"
 #include "engine/settings/frame_settings.h"
@@ -48,5 +50,26 @@ shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tab
 /// Returns the matrix from world space to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0).
 /// Orthographic cameras use `reach`.
 dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach);
+
+/// Returns what shaders need of the optics of a camera that must be traced. image: size of the whole picture, pixels.
+shared::Optics shader_optics(const Camera& camera, const ivec2& image);
+
+/// Places of points in the picture of a camera.
+class CameraPlaces {
+  public:
+    /// image: size of the whole picture, pixels.
+    CameraPlaces(const Camera& camera, const ivec2& image);
+    /// Returns the place of a point, pixels from the picture's upper left corner; none where it has none, such as
+    /// behind a perspective camera. pixel: a pixel of the same eye.
+    std::optional<dvec2> place(const dvec3& point, const ivec2& pixel) const;
+    /// Returns a way between two places; in panoramas, the shorter way around.
+    dvec2 shorter(dvec2 way) const;
+
+  private:
+    dmat4 to_{1};                           // world space to clip space, or with optics to camera coordinates
+    std::optional<shared::Optics> optics_;  // none: the picture can be rasterized
+    ivec2 image_;
+    dvec2 size_;
+};
 
 }  // namespace halflight

@@ -23,6 +23,7 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
             .camera_rays_piloted = asked.camera == CameraRays::automatic,
             .camera_rays = static_cast<int>(settings.estimator.camera),
             .lens = settings.camera.lens.blurs(),
+            .optics = settings.camera.optics.traced(),
             .shadow_rays = static_cast<int>(settings.estimator.shadow),
             .preview = settings.preview};
 }

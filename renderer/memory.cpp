@@ -166,7 +166,8 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     const ivec2 size = data_window(s).size();
     const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
     const std::size_t exr = std::min(rows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
-    return (use.exr ? exr : 0) + (use.png ? width * height * png : 0);
+    const bool views = s.camera.optics.stereo == Stereo::views;  // the layers are copied, each eye apart
+    return (use.exr ? exr + (views ? film_bytes(s) * width * height : 0) : 0) + (use.png ? width * height * png : 0);
 }
 
 /// Fills in the parts that belong to the whole picture.
@@ -210,7 +211,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                 paging::RowGather::bytes_per_path(static_cast<std::uint32_t>(scene.vertex_stride()));
     }
     s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height),
-                         shown_by_tracing(s.camera.lens.blurs(), has_overscan(s)));
+                         shown_by_tracing(s.camera.optics, s.camera.lens.blurs(), has_overscan(s)));
     s.want_view = use.png;
     s.pictures = 0;
     const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));

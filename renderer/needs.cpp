@@ -36,6 +36,8 @@ constexpr const char* kRadianceCache = "radiance cache";
 constexpr const char* kCameraRays = "camera rays";
 constexpr const char* kCameraHits = "hits of camera rays";
 constexpr const char* kLens = "lens";
+constexpr const char* kOptics = "projections and eyes";
+constexpr const char* kRasterization = "rasterization";
 constexpr const char* kSeen = "camera rays for light alone";
 constexpr const char* kClamp = "clamp of indirect light";
 constexpr const char* kChains = "surfaces seen in mirrors";
@@ -168,6 +170,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                               "neither mattes nor light groups were requested")},
         // A lens needs traced visibility, so it is not kept by its name, either.
         .lens = {kLens, 0, options.lens ? nullptr : "no depth of field was requested"},
+        .optics = {kOptics, 0, options.optics ? nullptr : "neither another projection nor stereo was requested"},
         // Additional camera rays are a different estimator, too, and are kept only where requested.
         .seen = {kSeen, sizeof(vec4),
                  options.camera_rays == 1
@@ -194,6 +197,12 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     std::vector<LeftOut> all;
     for (const FramePart& part : frame_needs(needs, options).parts())
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
+    if (options.primary == PrimaryVisibility::traced)
+        all.push_back({kRasterization,
+                       options.optics ? "no rasterizer draws the projection or the eyes"
+                       : options.lens ? "depth of field needs traced camera rays"
+                                      : "camera rays are traced",
+                       (sizeof(uvec2) + sizeof(float)) * size.pixels});
     if (!options.preview.temporal) all.push_back({"temporal accumulation", kNoPreview, kTemporalBytes * size.pixels});
     if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kPreviewFilterBytes * size.pixels});
     if (!options.adaptive) all.push_back({"adaptive sampling", kNoAdaptive, 3 * sizeof(double) * size.paths});
@@ -207,7 +216,7 @@ std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
     for (const FramePart& part : frame_needs({}, {}).parts())
         if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache && part.name != kLens &&
-            part.name != kLightGroups)
+            part.name != kOptics && part.name != kLightGroups)
             names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);

@@ -34,6 +34,7 @@ struct FrameOptions {
     bool camera_rays_piloted = false;                       // a pilot chose camera_rays
     int camera_rays = 1;                                    // camera rays per sample for directly visible light, > 0
     bool lens = false;                                      // camera rays start on a lens
+    bool optics = false;                                    // camera rays follow shaders/shared/optics.h
     int shadow_rays = 1;                                    // shadow rays per sample from the first surface, > 0
     bool radiance_cache = false;  // samples end paths in the radiance cache; excludes path reuse
     Preview preview{};            // modes of the whole picture
@@ -53,16 +54,17 @@ struct FrameNeeds {
     FramePart reuse;                                  // path reuse by the pixels of a group
     FramePart radiance_cache;                         // cache in which paths end
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
-    FramePart lens;                                   // camera rays that start on a lens
+    FramePart lens, optics;                           // camera rays that start on a lens, or follow optics
     FramePart seen;                                   // additional camera rays for directly visible light
     FramePart clamp;                                  // clamp of indirect light
     FramePart chains;                                 // surfaces seen in mirrors and through clear glass
     FramePart squares, features, halves;              // sums
     FramePart light_groups;                           // sums of light groups, and their light along paths
     FramePart tiles;                                  // tile lists of first shadow rays
-    std::array<FramePart, 18> parts() const {
-        return {shadow, diffuse, glossy, continuation, later_light, reuse,    radiance_cache, camera_rays,  camera_hits,
-                lens,   seen,    clamp,  chains,       squares,     features, halves,         light_groups, tiles};
+    std::array<FramePart, 19> parts() const {
+        return {shadow,         diffuse,     glossy,      continuation, later_light,  reuse, radiance_cache,
+                camera_rays,    camera_hits, lens,        optics,       seen,         clamp, chains,
+                squares,        features,    halves,      light_groups, tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

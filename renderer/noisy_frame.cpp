@@ -11,10 +11,12 @@
 namespace halflight {
 namespace {
 
-/// Returns the distance of a point along the axis of a camera.
+/// Returns the depth of a point (shaders/lib/camera.glsl, camera_depth()), as seen from the middle between the eyes.
 double depth_of(const Camera& camera, const dvec3& point) {
     const dmat4& m = camera.camera_to_world;
-    return std::max(-glm::dot(point - dvec3(m[3]), dvec3(m[2])), double{shared::kLeastDepth});
+    const dvec3 away = point - dvec3(m[3]);
+    const bool planar = camera.optics.projection == Projection::camera;
+    return std::max(planar ? -glm::dot(away, dvec3(m[2])) : glm::length(away), double{shared::kLeastDepth});
 }
 
 gpu::Texture* find_motion(std::map<int, gpu::Texture>& motion, int offset) {
@@ -103,7 +105,7 @@ double NoisyFrame::curvature(int x, int y) const {
 
 Image NoisyFrame::motion_image(const Camera& own, const Camera& other, const PreviousSurfaces* surfaces,
                                bool mirrored) const {
-    const dmat4 to_clip = world_to_clip(other, size_, 1);  // depth is not used
+    const CameraPlaces places(other, size_);
     const double farthest = 2.0 * std::max(size_.x, size_.y);
     Image motion(size_.x, size_.y, 4);
     std::size_t i = 0;
@@ -125,11 +127,11 @@ Image NoisyFrame::motion_image(const Camera& own, const Camera& other, const Pre
             dvec3 there = place.position;
             if (surfaces && surfaces->moved(instance)) there = surfaces->before(instance, place.triangle, there);
             if (end) there = here + magnification * (dmat3(end->turned) * (there - place.position));
-            const dvec4 clip = to_clip * dvec4(there, 1);
-            const dvec2 pixel = dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * dvec2(size_);
-            const dvec2 way = pixel - dvec2(x + 0.5, y + 0.5);
             // A point behind the camera, or far outside the picture, has no place in the other frame.
-            if (!(clip.w > 0 && std::abs(way.x) < farthest && std::abs(way.y) < farthest)) continue;
+            const auto pixel = places.place(there, {x, y});
+            if (!pixel) continue;
+            const dvec2 way = *pixel - dvec2(x + 0.5, y + 0.5);
+            if (!(std::abs(way.x) < farthest && std::abs(way.y) < farthest)) continue;
             const double nearer = std::log(depth_of(other, there) / depth_of(own, here));
             // An object that is seen in a mirror is another one than the object itself.
             const vec4 value(way, nearer, static_cast<float>(place.object) + (end ? 0.5f : 0.0f));

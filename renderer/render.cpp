@@ -77,10 +77,10 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
     return render(state().settings, progress);
 }
 
-void Renderer::follow_lens(const Camera& camera) {
-    if (state().lens == camera.lens.blurs()) return;
-    // Throws for a method that shows no depth of field, as long as the state is whole.
-    resolved(state().asked.primary, 0, ivec2(1), shown_by_tracing(camera.lens.blurs(), false));
+void Renderer::follow_camera(const Camera& camera) {
+    if (state().lens == camera.lens.blurs() && state().optics == camera.optics.traced()) return;
+    // Throws for a method that cannot show the picture, as long as the state is whole.
+    resolved(state().asked.primary, 0, ivec2(1), shown_by_tracing(camera.optics, camera.lens.blurs(), false));
     std::unique_ptr<State> last = std::move(state_);  // destroyed if this function throws
     RenderSettings asked = last->asked;
     asked.camera = camera;
@@ -93,7 +93,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     state().scene.check_usable();
     check_settings(state().settings, wanted);
     const Stopwatch watch;
-    follow_lens(wanted.camera);
+    follow_camera(wanted.camera);
     State& s = state();
     FrameSettings frame = wanted;
     if (Focus& focus = frame.camera.lens.focus; s.lens && focus.kind == Focus::Kind::point)

@@ -56,8 +56,9 @@ class Renderer {
 
   private:
     struct State;
-    /// Makes the state anew where the camera has a lens that blurs and the last camera had none, or the reverse.
-    void follow_lens(const Camera& camera);
+    /// Makes the state anew where the camera has a lens that blurs, or optics that must be traced, and the last camera
+    /// had none, or the reverse.
+    void follow_camera(const Camera& camera);
     /// Throws Error where an update has failed.
     State& state() const;
     std::unique_ptr<State> state_;  // state; null where an update has failed

@@ -36,6 +36,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
       asked(std::move(r)),
       settings(asked),
       lens(settings.camera.lens.blurs()),
+      optics(settings.camera.optics.traced()),
       given_server(callers_server),
       server(callers_server),
       view_kernel(std::move(view)),
@@ -73,7 +74,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
     settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height),
-                                shown_by_tracing(lens, has_overscan(asked)));
+                                shown_by_tracing(settings.camera.optics, lens, has_overscan(asked)));
     if (needs().seen)
         for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
             seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
@@ -236,7 +237,8 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             .sums = own_sums ? place : 0,
             .rows = page_rows.get(),
             .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
-            .group_size = static_cast<std::uint32_t>(settings.estimator.reuse)};
+            .group_size = static_cast<std::uint32_t>(settings.estimator.reuse),
+            .optics = optics};
 }
 
 }  // namespace halflight

@@ -32,6 +32,13 @@ void check_settings(const RenderSettings& s) {
         s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
         "the camera's field of view must be between 0 and 180 degrees, or its height positive");
     if (const std::string problem = lens_problem(s.camera); !problem.empty()) throw Error("lens", problem);
+    if (const std::string problem = optics_problem(s.camera); !problem.empty()) throw Error("render settings", problem);
+    if (s.camera.optics.stereo == Stereo::views) {
+        require(s.height % 2 == 0, "stereo views need an even height, that of both eyes together");
+        require(!has_window(s), "crop and overscan cannot be combined with stereo views, which share their pixels");
+    }
+    require(!s.camera.optics.traced() || !s.preview.temporal,
+            "the preview mode temporal needs the projection of the camera itself, without stereo");
     require(
         !s.camera.lens.blurs() || !s.preview.temporal,
         "the preview mode temporal cannot be combined with depth of field: blurred surfaces have no single place in "

@@ -292,14 +292,14 @@ void add(uint path, uint to) {
         ADD(half_sums[first + 6u + i], counts * glossy[i]);
         ADD(half_sums[first + 9u + i], diffuse_albedo[i]);
     }
-    float depth = dot(seen_position(path, point) - frame.camera_position.xyz, frame.camera_forward.xyz);
+    float depth = camera_depth(frame, path, seen_position(path, point));
     ADD(half_sums[first + 12u], point.is_surface ? log(max(depth, kLeastDepth)) : 0.0);
 #ifdef HALFLIGHT_SPECULAR_CHAINS
     vec4 of_throughput = texelFetch(chains, 3 * int(path));
     vec4 of_albedo = texelFetch(chains, 3 * int(path) + 1);
     vec4 of_normal = texelFetch(chains, 3 * int(path) + 2);
     bool follows = point.is_surface && of_throughput.w > 0.0;
-    float unfolded = depth + of_albedo.w * dot(-wo, frame.camera_forward.xyz);  // depth at which the end appears
+    float unfolded = depth + of_albedo.w * depth_per_distance(frame, -wo);  // depth at which the end appears
     float behind = log(max(unfolded, kLeastDepth) / max(depth, kLeastDepth)) + of_normal.w * kEscapedDepth;
     vec3 instead = guarded(follows ? of_albedo.rgb - (albedo - diffuse_albedo) : vec3(0.0), -kLargestFloat, kCountGBuffer);
     vec3 turned = guarded(follows ? of_normal.xyz - normal : vec3(0.0), -kLargestFloat, kCountGBuffer);

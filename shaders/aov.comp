@@ -1,4 +1,5 @@
-// Stores data outputs of the surfaces at the pixels' centres; HALFLIGHT_MOTION adds motion.
+// Stores data outputs of the surfaces at the pixels' centres; HALFLIGHT_MOTION adds motion. HALFLIGHT_OPTICS: as in
+// shaders/lib/camera.glsl.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
@@ -9,6 +10,7 @@ layout(local_size_x = 64) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) readonly buffer Hits { Hit hits[]; };
 
+#include "shaders/lib/camera.glsl"
 #include "shaders/lib/surface_record.glsl"
 #define HALFLIGHT_MAKE_AOV_RECORD
 #include "shaders/shared/aov.h"

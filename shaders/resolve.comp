@@ -214,7 +214,7 @@ void main() {
 #ifdef HALFLIGHT_LIST
     const bool sees_environment = true;
 #else
-    bool sees_environment = inside && frame.transparent == 0u;
+    bool sees_environment = inside && ray.t_max >= 0.0 && frame.transparent == 0u;  // not where the ray is dead
 #endif
     vec3 emission = is_hit ? material.emission : sees_environment ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later

@@ -105,7 +105,12 @@ void main() {
         leaving[leaving_place] = path;
 #ifdef HALFLIGHT_TEXTURE_LEVELS
 #ifdef HALFLIGHT_CHAIN_BEGINS
-        cones[path] = scattered_cone(camera_cone(frame), distance(position, frame.camera_position.xyz), 0.0);
+#ifdef HALFLIGHT_OPTICS
+        vec3 eye = camera_ray_of_path(frame, path).origin;
+#else
+        vec3 eye = frame.camera_position.xyz;
+#endif
+        cones[path] = scattered_cone(camera_cone(frame), distance(position, eye), 0.0);
 #else
         cones[path] = scattered_cone(cones[path], way, 0.0);
 #endif

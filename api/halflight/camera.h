@@ -39,6 +39,10 @@ ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice);
 /// Error where a focus lacks an aperture, or an aperture lacks a focus.
 Camera with_lens(Camera camera, const Lens& wanted);
 
+/// Returns a camera with another projection and eyes, and with the aspect ratio of that picture. Throws Error where the
+/// camera cannot have them.
+Camera with_optics(Camera camera, const Optics& wanted);
+
 /// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 where it has
 /// none); `default_width` applies where both are missing. Each side is within [1, kMaxSide].
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera);

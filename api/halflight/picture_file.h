@@ -48,6 +48,7 @@ struct PictureInfo {
     std::string comments;
     std::string filter;         // name of the pixel filter
     std::string lens{};         // lens_text(); empty for a pinhole
+    std::string projection{};   // text() of the optics; empty: that of the camera itself
     std::string shutter;        // shutter_text(); empty without motion blur
     std::string bias;           // reason why the picture would not converge to the scene's light; empty where it would
     std::string error;          // estimated error, in words; empty where it is not known

@@ -80,21 +80,17 @@ struct LightGroup {
 };
 inline constexpr std::size_t kMostLightGroups = 32;  ///< number of light groups, that of all other lights included
 
-/// Edits by index come before those by name, which apply in their order. No name comes twice in a list.
+/// Edits of a list apply in their order. No name comes twice in a list.
 struct SceneEdits {
     double environment_rotation = 0;  // degrees to the right, seen from inside, kEditRotation; rounded to whole texels
     float environment_intensity = 1;  // factor, kEditFactor
     vec3 environment_tint{1};         // factor by channel, kEditColor
     float emission = 1;               // factor of the emission of all surfaces, kEditFactor
-    std::vector<LightEdit> lights{};  // edits of Scene::lights, by index; surplus entries are ignored
     bool clay = false;                // gives every surface one rough grey without texture; lights stay
-    // Properties by index into Scene::materials, then by name (engine/scene/material_properties.h: "roughness",
-    // "base_color"), one value for each component. They replace animated values at all times.
-    std::map<std::size_t, std::map<std::string, std::vector<float>>> materials{};
     // object_to_world by index into Scene::instances, affine. They replace animated transforms at all times.
     std::map<std::size_t, dmat4> transforms{};
-    std::vector<NamedEdit<LightEdit>> named_lights{};
-    std::vector<NamedEdit<MaterialEdit>> named_materials{};
+    std::vector<NamedEdit<LightEdit>> lights{};
+    std::vector<NamedEdit<MaterialEdit>> materials{};  // they replace animated values at all times
     std::vector<NamedEdit<NodeEdit>> nodes{};
     std::vector<HiddenName> hidden{};
     std::vector<LightGroup> light_groups{};  // groups of lights; the first one that names a light has it

@@ -33,8 +33,8 @@ nlohmann::ordered_json memory_json(const MemoryLedger& ledger);
 std::string environment_name(const Environment& environment);
 
 /// Returns "f/2.8, aperture 8.2 mm, focus at 1.5 m, 6 blades", the lens of a picture's camera; empty for a pinhole.
-/// aspect: width / height.
-std::string lens_text(const Camera& camera, const Lens& lens, double aspect);
+/// image: size of the whole picture, pixels.
+std::string lens_text(const Camera& camera, const Lens& lens, const ivec2& image);
 
 /// Returns the settings of the picture that `renderer` made last as one line, for the comments of its file.
 std::string settings_line(const FrameRenderer& renderer, const RenderStats& stats);

@@ -15,8 +15,8 @@
 namespace halflight::python {
 namespace {
 
-/// Returns settings by the rules of the command line. `camera` replaces missing values of size and camera.
-RenderSettings settings_of(const SettingTexts& texts, const Camera& camera) {
+/// Returns settings by the rules of the command line. `chosen` replaces missing values of size and camera.
+RenderSettings settings_of(const SettingTexts& texts, const Camera& chosen) {
     RenderSettings settings;
     for (const auto& [name, text] : texts) {
         const auto rows = known_settings();
@@ -29,6 +29,7 @@ RenderSettings settings_of(const SettingTexts& texts, const Camera& camera) {
         if (const std::string problem = row->set(settings, text); !problem.empty())
             throw Error("settings", "{} {}", name, problem);
     }
+    const Camera camera = with_optics(chosen, settings.optics);
     const auto given = [&](const char* name, int value) {
         return texts.contains(name) ? std::optional(value) : std::nullopt;
     };

@@ -4,6 +4,7 @@ namespace halflight {
 
 gpu::Defines SceneView::camera_defines(gpu::Defines others) const {
     if (lens) others.set("HALFLIGHT_LENS");
+    if (optics) others.set("HALFLIGHT_OPTICS");
     return others;
 }
 

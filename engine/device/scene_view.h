@@ -50,6 +50,7 @@ struct SceneView {
     std::uint32_t light_groups = 0;           // number of light groups whose light is summed apart; 0: none
     bool lens = false;                        // camera rays start on the lens of the frame constants
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
+    bool optics = false;                      // camera rays follow shaders/shared/optics.h
 
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;

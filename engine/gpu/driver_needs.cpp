@@ -82,6 +82,9 @@ void prepare_for_drivers() {
     std::call_once(once, [] {
         check_address_space();
         secure_shader_cache();
+        // Zink compiles copies of kernels for values of uniforms, unless a GPU runs them. After many values of one
+        // kernel, Mesa 22.3 uses a copy for other values.
+        setenv("ZINK_INLINE_UNIFORMS", "0", 0);
     });
 }
 

@@ -89,6 +89,7 @@ struct ExrAttributes {
     std::map<std::string, std::string> extra;  // further text attributes
     std::map<std::string, float> numbers;      // further attributes of type float
     std::map<std::string, int> counts;         // further attributes of type int
+    std::vector<std::string> views{};          // multiView; channels without the name of a view are those of the first
     // Windows: the data window has its upper left pixel at `origin` of the display window, which begins at (0, 0).
     ivec2 origin{0};
     std::optional<ivec2> display;  // size of the display window, pixels; none: it is the data window

@@ -156,6 +156,7 @@ ExrAttributes attributes_of(const Imf::Header& header) {
         const Imf::Rational& rate = Imf::framesPerSecond(header);
         attributes.frame_rate = {rate.n, static_cast<std::int32_t>(rate.d)};
     }
+    if (Imf::hasMultiView(header)) attributes.views = Imf::multiView(header);
     if (Imf::hasTimeCode(header)) {
         const Imf::TimeCode& t = Imf::timeCode(header);
         attributes.time_code = {t.hours(), t.minutes(), t.seconds(), t.frame(), t.fieldPhase()};

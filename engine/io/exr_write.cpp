@@ -67,6 +67,7 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
     if (!attributes.software.empty()) header.insert("software", Imf::StringAttribute(attributes.software));
     for (const auto& [name, value] : attributes.extra) header.insert(name, Imf::StringAttribute(value));
     for (const auto& [name, value] : attributes.numbers) header.insert(name, Imf::FloatAttribute(value));
+    if (!attributes.views.empty()) Imf::addMultiView(header, attributes.views);
     for (const auto& [name, value] : attributes.counts) header.insert(name, Imf::IntAttribute(value));
 }
 

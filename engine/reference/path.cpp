@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/quaternion.hpp>
 
 namespace halflight::reference {
 namespace {
@@ -22,17 +23,72 @@ dvec2 point_on_lens(const Lens& lens, double focal_length, Random& random) {
     }
 }
 
+/// The picture of one eye.
+struct EyePicture {
+    dvec2 corner{0};  // upper left corner, pixels
+    dvec2 size{0};    // pixels
+    double side = 0;  // place of the eye to the right of the camera, world units
+};
+
+/// Returns the picture of the eye that a pixel shows.
+EyePicture eye_picture(const ReferenceSettings& settings, int x, int y) {
+    const Optics& optics = settings.camera.optics;
+    EyePicture picture{.size = {settings.width, settings.height}};
+    bool right = optics.stereo == Stereo::right;
+    if (optics.stereo != Stereo::none && optics.stereo != Stereo::left && !right) {
+        const int axis = optics.stereo == Stereo::side_by_side ? 0 : 1;
+        picture.size[axis] /= 2;
+        right = (axis == 1 ? y : x) >= picture.size[axis];
+        if (right) picture.corner[axis] = picture.size[axis];
+    }
+    if (optics.stereo != Stereo::none) picture.side = (right ? 1 : -1) * optics.eye_distance / 2;
+    return picture;
+}
+
+/// Sets the direction that a panorama or a fisheye sees at a place of its picture, from its upper left corner, (0,0) to
+/// (1,1), and the axis along which the eyes lie. Returns false outside of the image circle.
+bool see(const Optics& optics, const dvec2& place, const dvec2& size, dvec3& direction, dvec3& side) {
+    if (optics.projection == Projection::panorama) {
+        const glm::dquat turn = glm::angleAxis((0.5 - place.x) * 2 * kPi, dvec3(0, 1, 0));
+        direction = turn * (glm::angleAxis((0.5 - place.y) * kPi, dvec3(1, 0, 0)) * dvec3(0, 0, -1));
+        side = turn * dvec3(1, 0, 0);
+        return true;
+    }
+    const dvec2 from_centre = (place - 0.5) * size / std::min(size.x, size.y) * 2.0;  // length 1 on the image circle
+    const double r = std::hypot(from_centre.x, from_centre.y), half_fov = glm::radians(optics.fisheye_fov) / 2;
+    const double angle = optics.projection == Projection::fisheye
+                             ? r * half_fov
+                             : 2 * std::asin(std::min(r * std::sin(half_fov / 2), 1.0));
+    // The axis is turned towards the place, about an axis across.
+    const dvec3 across(from_centre.y, from_centre.x, 0);
+    direction = dvec3(0, 0, -1);
+    if (r > 0) direction = glm::angleAxis(-angle, across / r) * direction;
+    side = dvec3(1, 0, 0);
+    return r <= 1;
+}
+
 /// Returns the ray through point (px, py) of the image, pixels from its top left corner, relative to Tracer::origin().
-/// It starts at a point of the lens where there are random numbers, and otherwise at its centre.
-ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, double px, double py,
-                        Random* random = nullptr) {
+/// It starts at a point of the lens where there are random numbers, and otherwise at its centre. pixel: that of the
+/// point. Returns a ray that ends before it starts where the camera sees nothing.
+ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, const ivec2& pixel, double px,
+                        double py, Random* random = nullptr) {
     const Camera& camera = settings.camera;
-    const double aspect = static_cast<double>(settings.width) / settings.height;
+    const EyePicture eye = eye_picture(settings, pixel.x, pixel.y);
+    const dvec2 place = (dvec2(px, py) - eye.corner) / eye.size;
+    const double aspect = eye.size.x / eye.size.y;
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
-    const double x = (2 * px / settings.width - 1) * half * aspect;
-    const double y = (1 - 2 * py / settings.height) * half;
+    const double x = (2 * place.x - 1) * half * aspect;
+    const double y = (1 - 2 * place.y) * half;
     dvec3 from = camera.orthographic ? dvec3(x, y, 0) : dvec3(0);
     dvec3 along = camera.orthographic ? dvec3(0, 0, -1) : dvec3(x, y, -1);  // t is depth along -Z
+    dvec3 side(1, 0, 0);
+    bool seen = true;
+    if (camera.optics.projection != Projection::camera) seen = see(camera.optics, place, eye.size, along, side);
+    if (eye.side != 0) {
+        // The lines of sight of both eyes meet at the distance of convergence, like rays of a lens at its focus.
+        from += eye.side * side;
+        if (camera.optics.convergence > 0) along -= eye.side * side / camera.optics.convergence;
+    }
     const Lens& lens = camera.lens;
     if (random && lens.focus.kind == Focus::Kind::distance && (lens.fstop > 0 || lens.aperture > 0)) {
         const double sensor = lens.sensor > 0 ? lens.sensor / 1000 : 0.036;
@@ -49,6 +105,7 @@ ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings
     ray.direction = dmat3(m) * along;
     ray.t_min = camera.near_plane;
     if (camera.far_plane > 0) ray.t_max = camera.far_plane;
+    if (!seen) ray.t_max = -1;
     return ray;
 }
 
@@ -214,15 +271,19 @@ Radiance& Radiance::operator+=(const Radiance& other) {
 
 PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random) {
     const double dx = filtered(settings.filter, random), dy = filtered(settings.filter, random);
-    return Path(scene, settings, random).trace(camera_ray(scene, settings, x + 0.5 + dx, y + 0.5 + dy, &random));
+    const ReferenceRay ray = camera_ray(scene, settings, {x, y}, x + 0.5 + dx, y + 0.5 + dy, &random);
+    return ray.t_max < 0 ? PathResult() : Path(scene, settings, random).trace(ray);
 }
 
-std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y) {
-    const ReferenceRay ray = camera_ray(scene, settings, x + 0.5, y + 0.5);
+std::optional<FirstSurface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y) {
+    const ReferenceRay ray = camera_ray(scene, settings, {x, y}, x + 0.5, y + 0.5);
+    if (ray.t_max < 0) return std::nullopt;
     const auto pixel = (static_cast<std::uint64_t>(y) << 32) | static_cast<std::uint64_t>(x);
     const std::optional<ReferenceHit> hit = scene.tracer.closest_hit(ray, {combine(settings.seed, pixel)});
     if (!hit) return std::nullopt;
-    return make_surface(scene.tracer, *hit, -normalize(ray.direction));
+    const bool planar = settings.camera.optics.projection == Projection::camera;
+    return FirstSurface{make_surface(scene.tracer, *hit, -normalize(ray.direction)),
+                        planar ? hit->t : hit->t * length(ray.direction)};
 }
 
 }  // namespace halflight::reference

@@ -40,8 +40,14 @@ struct PathResult {
 
 PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random);
 
+/// A surface that the camera sees.
+struct FirstSurface {
+    Surface surface;
+    double depth;  // distance along the camera's axis; with a projection other than the camera's own, along the ray
+};
+
 /// Returns the surface that the ray through the pixel's centre hits; alpha `blend` is decided by a hash of seed and
 /// pixel.
-std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y);
+std::optional<FirstSurface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y);
 
 }  // namespace halflight::reference

@@ -102,14 +102,15 @@ void render_pixel(const Prepared& scene, const ReferenceSettings& settings, int 
 }
 
 void store_aovs(const Prepared& scene, const ReferenceSettings& settings, int x, int y, ReferenceAovs& aovs) {
-    const std::optional<Surface> surface = reference::first_surface(scene, settings, x, y);
-    if (!surface) return;
+    const std::optional<reference::FirstSurface> first = reference::first_surface(scene, settings, x, y);
+    if (!first) return;
+    const Surface* const surface = &first->surface;
     const dmat4& camera = settings.camera.camera_to_world;
     const dvec3 position = surface->seen - (dvec3(camera[3]) - scene.tracer.origin());
     store(aovs.position, x, y, position);
     store(aovs.normal, x, y, surface->n);
     store(aovs.albedo, x, y, surface->parameters.base_color);
-    *aovs.depth.at(x, y) = static_cast<float>(-dot(position, dvec3(camera[2])));
+    *aovs.depth.at(x, y) = static_cast<float>(first->depth);
     const auto index = static_cast<std::size_t>(y) * settings.width + x;
     aovs.instance[index] = surface->triangle.instance;
     aovs.triangle[index] = surface->triangle.triangle;

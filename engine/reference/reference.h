@@ -92,7 +92,7 @@ struct ReferenceAovs {
     Image position;  // 3 channels: world units, relative to the camera's position
     Image normal;    // 3 channels: shading normal, unit, world
     Image albedo;    // 3 channels: base colour
-    Image depth;     // 1 channel: world units along the view axis
+    Image depth;     // 1 channel: world units along the view axis, or along the ray of other projections
     std::vector<std::int32_t> instance, triangle;
 };
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -86,6 +88,23 @@ std::string lens_problem(const Camera& camera) {
     if (!(p.x >= 0 && p.x <= 1 && p.y >= 0 && p.y <= 1)) return "the focus must be at a point of the picture";
     if (camera.orthographic && lens.blurs() && lens.aperture == 0)
         return "an orthographic camera has no focal length, so its lens needs an aperture instead of an f-number";
+    return "";
+}
+
+std::string optics_problem(const Camera& camera) {
+    const Optics& optics = camera.optics;
+    if (!(optics.fisheye_fov > 0 && optics.fisheye_fov <= 360))
+        return "a fisheye sees more than 0 and up to 360 degrees";
+    if (!(optics.eye_distance > 0 && std::isfinite(optics.eye_distance)))
+        return "the distance between the eyes must be positive and finite";
+    const double meet = optics.convergence;
+    if (meet != 0 && !(meet > optics.eye_distance && std::isfinite(meet)))
+        return "the eyes must converge farther away than they are apart";
+    if (optics.projection != Projection::camera && camera.lens.blurs())
+        return fmt::format("depth of field needs a perspective or orthographic camera, not the projection {}",
+                           name(optics.projection));
+    if (optics.projection == Projection::camera && optics.stereo != Stereo::none && camera.orthographic)
+        return "stereo needs a perspective camera, a panorama or a fisheye; the camera is orthographic";
     return "";
 }
 

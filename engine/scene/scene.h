@@ -14,6 +14,7 @@
 #include "engine/core/image.h"
 #include "engine/core/lens.h"
 #include "engine/core/math.h"
+#include "engine/core/optics.h"
 #include "engine/scene/material.h"
 
 namespace halflight {
@@ -85,6 +86,7 @@ struct Camera {
     double near_plane = 0;  // distance, world units; 0: derived from the scene
     double far_plane = 0;   // distance, world units; 0: infinite
     Lens lens{};            // lens; a pinhole unless it blurs
+    Optics optics{};        // projection and eyes
 };
 
 /// Radiance from infinite distance: `color`, times the map where there is one.
@@ -158,6 +160,8 @@ Environment default_sky();
 Camera framing_camera(const Scene& scene, double aspect = 1, bool turns = false);
 /// Returns what is wrong with the lens of a camera, or "" where it can be used.
 std::string lens_problem(const Camera& camera);
+/// Returns what is wrong with the optics of a camera, or "" where they can be used.
+std::string optics_problem(const Camera& camera);
 /// Returns the radius of the aperture of a lens that blurs, world units (metres). aspect: width / height of the
 /// picture.
 ///

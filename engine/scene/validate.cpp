@@ -150,6 +150,7 @@ void check(const Camera& camera, const Element& e) {
     if (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)
         throw Error(e.at("far_plane"), "not beyond the near plane");
     if (const std::string problem = lens_problem(camera); !problem.empty()) throw Error(e.at("lens"), problem);
+    if (const std::string problem = optics_problem(camera); !problem.empty()) throw Error(e.at("optics"), problem);
 }
 
 void check(const Environment& environment) {

@@ -59,8 +59,9 @@ constexpr std::array kLayers = {
     AovInfo{"position", "position.", "X,Y,Z", data, Merge::none, record,
             "position in world units at the pixel's centre; 0 where there is no surface", 0, read_position},
     AovInfo{"depth", "", "Z", data, Merge::none, record,
-            "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface", 0,
-            [](const AovRecord& r, const TraceTables&, float* to) { *to = r.depth; }},
+            "distance along the camera's axis at the pixel's centre, or along the ray of a panorama or fisheye, world "
+            "units; 1e10 where there is no surface",
+            0, [](const AovRecord& r, const TraceTables&, float* to) { *to = r.depth; }},
     AovInfo{"motion", "motion.", "X,Y", data, Merge::none, record,
             "motion since the previous frame of the surface at the pixel's centre, pixels, x right, y down", 0,
             [](const AovRecord& r, const TraceTables&, float* to) { std::copy_n(&r.motion.x, 2, to); }},

@@ -34,6 +34,9 @@ inline constexpr int kDenoiseFrames = 2;  ///< PictureSettings::denoise_frames o
 struct PictureSettings {
     int width = 1280;  // pixels, > 0
     int height = 720;  // pixels, > 0
+    // Projection and eyes of the pictures of a FrameRenderer, which makes its cameras by them. A Renderer uses those of
+    // its cameras.
+    Optics optics{};
     // Rectangle that is rendered instead of the whole picture, whose size and camera stay. It may reach beyond the
     // picture's edges. Its pixels have the bits of the whole picture. None: the whole picture.
     std::optional<PixelWindow> crop{};

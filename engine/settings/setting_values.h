@@ -132,6 +132,21 @@ struct Value<Focus> {
     }
 };
 
+/// Value of a setting that is one of choices().
+template <class Enum, const auto& choices>
+struct Named {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return names_of(choices()); }
+    static std::string text(Enum value) { return name(value); }
+    static std::string parse(const Setting&, const std::string& text, Enum& value) {
+        return parse_name(choices(), text, value);
+    }
+};
+template <>
+struct Value<Projection> : Named<Projection, projections> {};
+template <>
+struct Value<Stereo> : Named<Stereo, stereo_layouts> {};
+
 /// A rectangle of pixels: "none" or "X0,Y0,X1,Y1".
 template <>
 struct Value<std::optional<PixelWindow>> {

@@ -16,7 +16,9 @@ const char* name(PrimaryVisibility primary) {
     return "";
 }
 
-std::string_view shown_by_tracing(bool lens, bool overscan) {
+std::string_view shown_by_tracing(const Optics& optics, bool lens, bool overscan) {
+    if (optics.projection != Projection::camera) return name(optics.projection);
+    if (optics.stereo != Stereo::none) return "stereo";
     return lens ? "depth of field" : overscan ? "overscan" : "";
 }
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "engine/core/math.h"
+#include "engine/core/optics.h"
 
 namespace halflight {
 
@@ -25,7 +26,8 @@ inline constexpr double kTracedTrianglesPerPixel = 0.25;
 /// "depth of field"; empty: nothing. Throws Error for `raster` then.
 PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image,
                            std::string_view traced_for = {});
-/// Returns what only tracing can show: depth of field, or pixels beyond the edges of the picture. Empty: nothing.
-std::string_view shown_by_tracing(bool lens, bool overscan);
+/// Returns what only tracing can show: another projection, two eyes, depth of field, or pixels beyond the edges of the
+/// picture. Empty: nothing.
+std::string_view shown_by_tracing(const Optics& optics, bool lens, bool overscan);
 
 }  // namespace halflight

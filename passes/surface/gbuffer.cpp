@@ -91,7 +91,7 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
 
 /// Adds the passes that find hits, without the passes that use them.
 GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary, std::uint32_t number) {
-    assert(!view.lens || primary == PrimaryVisibility::traced);
+    assert(!(view.lens || view.optics) || primary == PrimaryVisibility::traced);
     GBuffer g;
     if (primary == PrimaryVisibility::traced)
         trace(view, g, graph, number);
@@ -124,7 +124,7 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     const bool traced = !g.visibility;
     graph::Pass pass = graph.add_pass("gbuffer: resolve");
     view.read_frame(pass);
-    gpu::Defines defines = view.shading_defines();
+    gpu::Defines defines = view.camera_defines(view.shading_defines());
     read_hits(pass, view, g, defines);
     if (outputs.rays && !traced) {
         g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write,
@@ -166,7 +166,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         const bool first = constants == frame_constants.front();
         graph::Pass pass = graph.add_pass("gbuffer: light seen");
         pass.read(constants, Access::uniform_read, "FrameBlock");
-        gpu::Defines defines = view.shading_defines();
+        gpu::Defines defines = view.camera_defines(view.shading_defines());
         defines.set("HALFLIGHT_SEEN");
         if (view.light_groups > 0 && view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
         read_hits(pass, view, g, defines);

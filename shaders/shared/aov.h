@@ -12,24 +12,31 @@ HALFLIGHT_SHARED_CONST float kNoDepth = 1e10f;
 
 struct AovRecord {
     vec3 position;  // position relative to TraceTables::origin; 0 without a surface
-    float depth;    // distance along the camera's axis, world units; kNoDepth where there is no surface
+    float depth;    // depth (shaders/lib/camera.glsl, camera_depth()), world units; kNoDepth where there is no surface
     vec2 motion;    // motion of the point since the previous frame, pixels, x right, y down
     uint triangle;  // id in the tables; kMiss where there is no surface
     uint instance;  // index of the block instance
 };
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 
-// Returns the record of a path, for kernels that have the frame and shaders/lib/surface_record.glsl.
+// Returns the record of a path, for kernels that have the frame, shaders/lib/camera.glsl and surface_record.glsl.
 #ifdef HALFLIGHT_MAKE_AOV_RECORD
 AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     bool seen = point.is_surface;
     vec3 position = seen_position(path, point);
     AovRecord record;
     record.position = seen ? position : vec3(0.0);
-    record.depth = seen ? dot(position - frame.camera_position.xyz, frame.camera_forward.xyz)
-                        : kNoDepth;
+    record.depth = seen ? camera_depth(frame, path, position) : kNoDepth;
     record.motion = vec2(0.0);
-#ifdef HALFLIGHT_MOTION
+#if defined(HALFLIGHT_MOTION) && defined(HALFLIGHT_OPTICS)
+    ivec2 pixel = ivec2(pixel_in_band(frame, path)) + ivec2(frame.band_x, frame.band_y);
+    bool second = shows_second_eye(frame.optics, pixel, frame.size);
+    float eye = eye_of(frame.optics, second);
+    vec3 here = plane_of_point(frame.optics, eye, (frame.view_projection * vec4(position, 1.0)).xyz);
+    vec3 there = plane_of_point(frame.optics, eye, (frame.previous_view_projection * vec4(position, 1.0)).xyz);
+    vec2 before = there.xy / frame.optics.earlier_zoom;
+    if (seen && here.z * there.z > 0.0) record.motion = way_of_plane(frame.optics, second, before, here.xy, frame.size);
+#elif defined(HALFLIGHT_MOTION)
     vec4 before = frame.previous_view_projection * vec4(position, 1.0);
     // Rasterized triangles may be seen beside the pixel's ray, so that the point itself is projected, not the pixel.
     vec3 away = position - frame.camera_position.xyz;

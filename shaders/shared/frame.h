@@ -2,6 +2,7 @@
 #ifndef HALFLIGHT_SHARED_FRAME_H
 #define HALFLIGHT_SHARED_FRAME_H
 
+#include "shaders/shared/optics.h"
 #include "shaders/shared/portable.h"
 
 HALFLIGHT_SHARED_BEGIN
@@ -11,14 +12,16 @@ HALFLIGHT_SHARED_BEGIN
 // result.
 struct Frame {
     // World (relative to origin) to clip space of the raster window, reversed infinite depth, jitter included.
+    // HALFLIGHT_OPTICS: to camera coordinates.
     mat4 view_projection;
     mat4 previous_view_projection;  // view_projection of the previous frame, without jitter
     vec4 camera_position;           // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
-    vec4 camera_right;    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
-    vec4 camera_up;       // xyz: half of the image's height on that plane
+    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane); HALFLIGHT_OPTICS: 1 long
+    vec4 camera_right;
+    vec4 camera_up;       // xyz: half of the image's height on that plane; HALFLIGHT_OPTICS: 1 long
     vec4 camera_forward;  // xyz: unit direction of view
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
-    vec2 clip;            // near and far distance along camera_forward; far may be +inf
+    vec2 clip;            // near and far distance along camera_forward (curved projections: the ray); far may be +inf
     ivec2 size;           // size of the whole image, pixels, also where a part of it is rendered
     int band_y;           // first row of the band; beyond the image's edge in pictures with overscan
     int band_rows;        // number of rows of the band
@@ -35,10 +38,11 @@ struct Frame {
     uint transparent;     // 1: the environment is not seen directly; else 0
     uint reserved0;
     // Lens of cameras with depth of field (HALFLIGHT_LENS).
-    vec4 lens_x;  // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
-    vec4 lens_y;  // xyz: y axis of the aperture; w: number of blades, 0: round
+    vec4 lens_x;    // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
+    vec4 lens_y;    // xyz: y axis of the aperture; w: number of blades, 0: round
+    Optics optics;  // HALFLIGHT_OPTICS
 };
-HALFLIGHT_SHARED_SIZE(Frame, 304)
+HALFLIGHT_SHARED_SIZE(Frame, 336)
 
 HALFLIGHT_SHARED_END
 

@@ -69,6 +69,16 @@ TEST_F(Refusal, Lenses) {
     expect_render({"--aperture", "5"}, 1, "aperture: blurs nothing without a focus \\(--focus\\)");
     expect_render({"--fstop", "2", "--focus", "2", "--primary", "raster", "--quiet"}, 1,
                   ".*primary raster shows no depth .*");
+    expect_render({"--projection", "cylinder"}, 2, "--projection: expects one of auto, panorama, .*");
+    expect_render({"--fisheye-fov", "361"}, 2, "--fisheye-fov: expects a number from 0.01 to 360, not '361'");
+    expect_render({"--stereo", "both"}, 2, "--stereo: expects one of none, left, right, .*");
+    expect_render({"--projection", "panorama", "--primary", "raster", "--quiet"}, 1,
+                  "render settings: primary raster shows no panorama, for which every ray is traced");
+    expect_render({"--projection", "fisheye", "--fstop", "2", "--focus", "2"}, 1,
+                  "render settings: depth of field needs a perspective or orthographic camera, not the projection "
+                  "fisheye");
+    expect_render({"--stereo", "left", "--convergence", "0.01"}, 1,
+                  "render settings: the eyes must converge farther away than they are apart");
     expect({"converge", scene, "-o", folder / "report", "--fstop", "2", "--focus", "0.5,0.5"}, 1,
            "focus: the reference needs a distance, not a point of the picture");
 }

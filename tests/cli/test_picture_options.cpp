@@ -7,6 +7,7 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "engine/core/image_tools.h"
@@ -87,6 +88,54 @@ TEST_F(PictureOptions, DenoisedCropsHaveThePixelsOfTheWhole) {
     EXPECT_GT(filtered, 1000u);
     render(with({file("wide.exr"), "--overscan", "3"}));
     EXPECT_EQ(read_exr(file("wide.exr")).width, 166);
+}
+
+TEST_F(PictureOptions, PanoramasAndEyesDescribeThemselves) {
+    // Sizes follow from one side, since a panorama is twice as wide as high.
+    const auto made = [&](Strings options) {
+        Strings all = {"render", scene, file("a.exr"), "--samples", "1", "--aov", "depth,normal"};
+        all.insert(all.end(), options.begin(), options.end());
+        const Outcome outcome = run_program(all);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_exr(file("a.exr"));
+    };
+    const ExrFile panorama = made({"--projection", "panorama", "--width", "32"});
+    EXPECT_EQ(ivec2(panorama.width, panorama.height), ivec2(32, 16));
+    EXPECT_EQ(panorama.attributes.extra.at("projection"), "panorama");
+    EXPECT_FALSE(panorama.attributes.world_to_clip) << "no matrix describes a panorama";
+    EXPECT_TRUE(panorama.attributes.world_to_camera);
+    const Strings eyes = {"--projection", "panorama", "--width", "32", file("a.png")};
+    Strings stacked = eyes, split = eyes;
+    stacked.insert(stacked.end(), {"--stereo", "over-under"});
+    split.insert(split.end(), {"--stereo", "views"});
+    const ExrFile both = made(stacked);
+    const Image shown = png("a.png");
+    const ExrFile views = made(split);
+    EXPECT_TRUE(same_bits(png("a.png"), shown)) << "a .png of views has both eyes, too";
+    EXPECT_EQ(ivec2(both.width, both.height), ivec2(32, 32));
+    EXPECT_EQ(ivec2(views.width, views.height), ivec2(32, 16));
+    EXPECT_EQ(*views.attributes.display, ivec2(32, 16));
+    EXPECT_EQ(views.attributes.views, (Strings{"left", "right"}));
+    EXPECT_TRUE(both.attributes.views.empty());
+    const auto half = [&](const char* name, std::size_t eye) {
+        const std::vector<float>& all = both.find(name)->values;
+        return std::vector<float>(all.begin() + std::ptrdiff_t(eye * 512),
+                                  all.begin() + std::ptrdiff_t(eye * 512 + 512));
+    };
+    for (const auto& [name, right] : {std::pair("R", "right.R"), {"Z", "right.Z"}, {"normal.X", "normal.right.X"}}) {
+        ASSERT_TRUE(views.find(name) && views.find(right)) << name;
+        EXPECT_EQ(views.find(name)->values, half(name, 0)) << name;
+        EXPECT_EQ(views.find(right)->values, half(name, 1)) << name;
+    }
+    EXPECT_EQ(views.channels.size(), 2 * both.channels.size());
+    const ExrFile parts = made({"--stereo", "views", "--width", "16", "--height", "16", "--exr-parts"});
+    EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.right.X"));
+    std::ofstream(file("fish.json")) << R"({"halflight_settings": 1, "projection": "fisheye", "fisheye-fov": 220})";
+    const ExrFile fish = made({"--settings", file("fish.json"), "--height", "24"});
+    EXPECT_EQ(ivec2(fish.width, fish.height), ivec2(24, 24));
+    EXPECT_EQ(fish.attributes.extra.at("projection"), "fisheye of 220 degrees");
+    EXPECT_EQ(fish.find("R")->values[0], 0) << "outside of the image circle";
+    EXPECT_FALSE(fish.attributes.numbers.contains("effectiveFocalLength"));
 }
 
 TEST_F(PictureOptions, LayersHaveTheNamesOfOtherRenderers) {

@@ -166,5 +166,65 @@ TEST_F(View, Lenses) {
            "of the pixels", "geometry is relative to the middle of the scene");
 }
 
+TEST_F(View, Projections) {
+    const Camera middle = look_at_camera({0.1, 0.05, 0}, {-0.4, 0.1, -1}, {0, 1, 0}, 1);
+    /// Returns the number of pixels other than 1 within the image circle, and of those other than 0 outside of it.
+    const auto wrong = [&](const Scene& scene, Camera camera, const Optics& optics, int width, int height) {
+        camera.optics = optics;
+        const Image image = emission(scene, camera, width, height).beauty;
+        double count = 0;
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const double side = std::min(width, height) / 2.0;
+                const double r = glm::length(dvec2(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0));
+                const bool rim = optics.is_fisheye() && std::abs(r - side) < 1,
+                           inside = !optics.is_fisheye() || r < side;
+                count += !rim && *image.at(x, y) != (inside ? 1 : 0);
+            }
+        }
+        return count;
+    };
+    constexpr const char* kCircle =
+        "exact: every ray within the room ends on its walls, and none starts outside of the circle";
+    for (const Projection projection : {Projection::fisheye, Projection::equisolid})
+        for (const double fov : {0.01, 1.0, 180.0, 359.9, 360.0})
+            expect(fmt::format("{} of {} degrees in a closed room", name(projection), fov),
+                   wrong(room(), middle, {.projection = projection, .fisheye_fov = fov}, 40, 32), 0, "pixels", kCircle);
+    const Camera up = look_at_camera({0.1, 0.05, 0}, {0.1, 1, 0}, {0, 0, 1}, 1);
+    for (const auto& [camera, word] : {std::pair(middle, "level"), std::pair(up, "looking up")})
+        for (const ivec2& size : {ivec2(64, 32), ivec2(1, 1), ivec2(1, 64), ivec2(64, 1)})
+            expect(fmt::format("panorama of {}x{} pixels in a closed room, {}", size.x, size.y, word),
+                   wrong(room(), camera, {.projection = Projection::panorama}, size.x, size.y), 0, "pixels", kInside);
+    for (const double eyes : {1e-6, 0.065, 1.7})
+        for (const double meet : {0.0, 1.0001 * eyes, 1e9})
+            expect(fmt::format("panorama of eyes {} m apart in a room of 2 m, converging at {:g} m", eyes, meet),
+                   wrong(room(), middle,
+                         {.projection = Projection::panorama,
+                          .stereo = Stereo::over_under,
+                          .eye_distance = eyes,
+                          .convergence = meet},
+                         32, 32),
+                   0, "pixels", kInside);
+    for (const double scale : {1e-6, 1e6}) {
+        Scene whole = room();
+        whole.cameras = {middle};
+        whole = scaled(whole, scale);
+        expect(
+            fmt::format("panorama of a room scaled by {}", scale),
+            wrong(whole, whole.cameras[0],
+                  {.projection = Projection::panorama, .stereo = Stereo::left, .eye_distance = 0.065 * scale}, 64, 32),
+            0, "pixels", kInside);
+    }
+    Scene far = room();
+    far.cameras = {middle};
+    far = moved(far, {0x1p20, -0x1p19, 0x1p21});
+    expect("panorama 2^21 m from the origin", wrong(far, far.cameras[0], {.projection = Projection::panorama}, 64, 32),
+           0, "pixels", kInside);
+    Camera around = middle;
+    around.optics.projection = Projection::panorama;
+    expect_mean("light of 3 bounces in a panorama", mean_of(picture(room(), small_settings(around, 32, 16, 64, 3))),
+                1.875);
+}
+
 }  // namespace
 }  // namespace halflight::test

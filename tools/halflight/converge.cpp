@@ -93,7 +93,7 @@ void run_converge(const ConvergeArguments& a) {
     CameraChoice choice = a;
     if (a.width && a.height) choice.aspect = double(*a.width) / *a.height;
     const ChosenCamera chosen = choose_camera(scene, choice);
-    const Camera camera = with_lens(chosen.camera, a.settings.view.camera.lens);
+    const Camera camera = with_optics(with_lens(chosen.camera, a.settings.view.camera.lens), a.settings.optics);
     if (camera.lens.focus.kind == Focus::Kind::point)
         throw Error("focus", "the reference needs a distance, not a point of the picture");
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);

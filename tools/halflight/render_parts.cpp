@@ -41,7 +41,8 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
     return LoadedScene(std::move(choice), a, log);
 }
 
-RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
+RenderSettings make_settings(const RenderArguments& a, const Camera& chosen) {
+    const Camera camera = with_optics(chosen, a.settings.optics);
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     RenderSettings settings = a.settings;
     settings.width = size.x;

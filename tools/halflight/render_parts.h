@@ -19,7 +19,7 @@ bool wants_view(const RenderArguments& arguments);
 LoadedScene load_scene(const RenderArguments& arguments, const Console& console);
 
 /// Returns the settings of a picture by this camera. The arguments decide size, view and statistics.
-RenderSettings make_settings(const RenderArguments& arguments, const Camera& camera);
+RenderSettings make_settings(const RenderArguments& arguments, const Camera& chosen);
 
 /// Returns the memory that every picture of these arguments takes, bytes, as far as it is known without the scene.
 std::size_t picture_bytes(const RenderArguments& arguments);

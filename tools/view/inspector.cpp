@@ -69,8 +69,7 @@ void node(PanelContext& c, std::size_t index) {
     const dvec3 origin(frame.above * dvec4(frame.origin + edit.translate, 1));
     value("Origin", fmt::format("{:.5g}, {:.5g}, {:.5g}", origin.x, origin.y, origin.z), "world space, metres");
     std::vector<int> meshes;
-    for (const std::size_t i : c.session.selected_instances())
-        meshes.push_back(c.session.picker().instances()[i].mesh);
+    for (const std::size_t i : c.session.selected_instances()) meshes.push_back(c.session.picker().instances()[i].mesh);
     value("Instances", fmt::format("{}", meshes.size()), "of this node and of those below it");
     material_buttons(c, meshes);
     if (edit == before) return;
@@ -105,7 +104,8 @@ bool property(const MaterialProperty& p, vec4& v) {
     }
     if (count >= 3 && (fraction || p.range.lowest == 0)) {
         vec3 color(v);
-        bool changed = fraction ? pick_color(title.c_str(), color, p.meaning) : radiance(title.c_str(), color, p.meaning);
+        bool changed =
+            fraction ? pick_color(title.c_str(), color, p.meaning) : radiance(title.c_str(), color, p.meaning);
         if (changed) v = vec4(color, v.a);
         if (count == 4) changed |= slider("Alpha", v.a, 0, 1, "%.3f", "coverage");
         return changed;
@@ -149,10 +149,8 @@ void material(PanelContext& c, std::size_t index) {
     for (const MaterialTexture& t : material_textures())
         if (own.*t.field) textures.push_back(t.name);
     if (!textures.empty()) faint_text(fmt::format("Textures multiply the values: {}", fmt::join(textures, ", ")));
-    if (button("Reset material", "restores the material of the scene")) {
-        std::erase_if(edits.named_materials, [&](const auto& named) { return named.name == name; });
-        edits.materials.erase(index);
-    }
+    if (button("Reset material", "restores the material of the scene"))
+        std::erase_if(edits.materials, [&](const auto& named) { return named.name == name; });
     if (!ImGui::TreeNode("All other properties")) return;
     for (const MaterialProperty& p : material_properties())
         if (!usual(p)) show(p);

@@ -17,8 +17,8 @@ constexpr float kUsualKelvin = 4000;  // temperature that a light gets first
 
 /// Returns the edit of the light's own name; a default one where there is none.
 LightEdit own_edit(const SceneEdits& edits, const std::string& name) {
-    const auto found = std::ranges::find(edits.named_lights, name, &NamedEdit<LightEdit>::name);
-    return found == edits.named_lights.end() ? LightEdit() : found->edit;
+    const auto found = std::ranges::find(edits.lights, name, &NamedEdit<LightEdit>::name);
+    return found == edits.lights.end() ? LightEdit() : found->edit;
 }
 
 void color_of_light(const PunctualLight& shown, LightEdit& edit) {
@@ -107,10 +107,7 @@ void light_properties_of(PanelContext& c, std::size_t index) {
             edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
     }
     if (type.has_direction) direction_of_light(shown, edit);
-    if (button("Reset light", "restores the light of the scene")) {
-        edit = {};
-        if (index < edits.lights.size()) edits.lights[index] = {};
-    }
+    if (button("Reset light", "restores the light of the scene")) edit = {};
     if (edit != before) light_edit(edits, name) = edit;
     remove_empty(edits);
 }

@@ -66,10 +66,11 @@ std::string dragged_text(const Session& session) {
     const std::size_t i = session.selection.index;
     if (session.selection.kind == ObjectKind::light) {
         const auto found =
-            std::ranges::find(session.edits.named_lights, session.references().lights[i], &NamedEdit<LightEdit>::name);
-        return found == session.edits.named_lights.end() ? "" : text(found->edit);
+            std::ranges::find(session.edits.lights, session.references().lights[i], &NamedEdit<LightEdit>::name);
+        return found == session.edits.lights.end() ? "" : text(found->edit);
     }
-    const auto found = std::ranges::find(session.edits.nodes, session.references().nodes[i], &NamedEdit<NodeEdit>::name);
+    const auto found =
+        std::ranges::find(session.edits.nodes, session.references().nodes[i], &NamedEdit<NodeEdit>::name);
     return found == session.edits.nodes.end() ? "" : text(found->edit);
 }
 

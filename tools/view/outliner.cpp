@@ -44,8 +44,7 @@ void add_nodes(const SceneTree& tree, std::vector<Outliner::Row>& rows) {
 
 template <class T>
 void add_objects(const std::vector<T>& objects, ObjectKind kind, const char* name, std::vector<Outliner::Row>& rows) {
-    for (std::size_t i = 0; i < objects.size(); ++i)
-        rows.push_back({{kind, i}, 0, label_of(objects[i].name, name, i)});
+    for (std::size_t i = 0; i < objects.size(); ++i) rows.push_back({{kind, i}, 0, label_of(objects[i].name, name, i)});
 }
 
 struct HidingKind {
@@ -70,9 +69,8 @@ std::vector<Selection> hidden_by(const std::string& name, const std::vector<Hidi
         if (name.starts_with(k.prefix)) {
             const std::string rest = name.substr(std::string_view(k.prefix).size());
             found = objects_named(k.objects, rest);
-            const bool number = !rest.empty() && rest.size() < 10 && std::ranges::all_of(rest, [](unsigned char c) {
-                return std::isdigit(c) != 0;
-            });
+            const bool number = !rest.empty() && rest.size() < 10 &&
+                                std::ranges::all_of(rest, [](unsigned char c) { return std::isdigit(c) != 0; });
             if (found.empty() && number && std::stoul(rest) < k.objects.names.size()) found = {std::stoul(rest)};
         } else {
             found = objects_named(k.objects, name);
@@ -99,9 +97,8 @@ void switch_light(Session& s, std::size_t index, bool on) {
         light_edit(edits, references[index]).off = true;
         return;
     }
-    if (index < edits.lights.size()) edits.lights[index].off = false;
     std::vector<std::size_t> others;  // lights that stay off
-    for (NamedEdit<LightEdit>& named : edits.named_lights) {
+    for (NamedEdit<LightEdit>& named : edits.lights) {
         const std::vector<std::size_t> found = lights_named(named.name, s);
         if (!named.edit.off || std::ranges::find(found, index) == found.end()) continue;
         named.edit.off = false;
@@ -138,9 +135,7 @@ HiddenObjects::HiddenObjects(const Session& session) {
         for (const HiddenName& hidden : edits.hidden)
             for (const Selection& object : hidden_by(hidden.name, kinds)) all_.emplace(object.kind, object.index);
     }
-    for (std::size_t i = 0; i < edits.lights.size(); ++i)
-        if (edits.lights[i].off) all_.emplace(ObjectKind::light, i);
-    for (const NamedEdit<LightEdit>& named : edits.named_lights)
+    for (const NamedEdit<LightEdit>& named : edits.lights)
         if (named.edit.off)
             for (const std::size_t i : lights_named(named.name, session)) all_.emplace(ObjectKind::light, i);
 }
@@ -178,10 +173,9 @@ void set_shown(Session& session, const Selection& object, bool shown) {
 }
 
 void remove_empty(SceneEdits& edits) {
-    std::erase_if(edits.named_lights, [](const auto& named) { return named.edit == LightEdit(); });
-    std::erase_if(edits.named_materials, [](const auto& named) { return named.edit.empty(); });
+    std::erase_if(edits.lights, [](const auto& named) { return named.edit == LightEdit(); });
+    std::erase_if(edits.materials, [](const auto& named) { return named.edit.empty(); });
     std::erase_if(edits.nodes, [](const auto& named) { return named.edit == NodeEdit(); });
-    if (std::ranges::all_of(edits.lights, [](const LightEdit& edit) { return edit == LightEdit(); })) edits.lights.clear();
 }
 
 }  // namespace halflight::view

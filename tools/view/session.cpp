@@ -439,10 +439,10 @@ void Session::recall(const std::string& name) {
 
 Request Session::request(const ivec2& size) const {
     return {reference_, scene_,          reference_tree_,
-              tree_,      pages_,          arguments_.settings.pool_bytes,
-              edits,      timeline_.frame, camera_with_lens(),
-              size,       bounces,         required_aovs(layer_view),
-              modes,      culling,         measure};
+            tree_,      pages_,          arguments_.settings.pool_bytes,
+            edits,      timeline_.frame, camera_with_lens(),
+            size,       bounces,         required_aovs(layer_view),
+            modes,      culling,         measure};
 }
 
 std::string Session::description() const {
@@ -458,18 +458,13 @@ std::string Session::description() const {
     if (edits.environment_rotation != 0) words.push_back(fmt::format("turned by {:g} deg", edits.environment_rotation));
     if (edits.environment_tint != vec3(1)) words.emplace_back("tinted");
     factor("emission", edits.emission);
-    for (std::size_t i = 0; i < edits.lights.size(); ++i) {
-        factor(fmt::format("light {}", i).c_str(), edits.lights[i].factor);
-        if (edits.lights[i].color) words.push_back(fmt::format("light {} coloured", i));
-        if (edits.lights[i].position || edits.lights[i].direction) words.push_back(fmt::format("light {} moved", i));
-    }
     if (edits.clay) words.emplace_back("clay");
     const auto count = [&](std::size_t number, const char* what, const char* how) {
         if (number > 0) words.push_back(fmt::format("{} {}{} {}", number, what, number == 1 ? "" : "s", how));
     };
-    for (const auto& [name, edit, source] : edits.named_lights)
+    for (const auto& [name, edit, source] : edits.lights)
         if (edit != LightEdit()) words.push_back(fmt::format("light {} edited", name));
-    count(edits.materials.size() + edits.named_materials.size(), "material", "edited");
+    count(edits.materials.size(), "material", "edited");
     count(edits.transforms.size(), "instance", "moved");
     count(edits.nodes.size(), "node", "moved");
     count(edits.hidden.size(), "name", "hidden");
@@ -495,6 +490,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     }
     s.given = saved_settings();
     s.settings.view = transform;
+    s.settings.optics = arguments_.settings.optics;  // the viewer shows the camera itself
     if (size.x > 0 && size.y > 0) s.size = size;
     s.settings.samples = samples;
     s.settings.bounces = bounces;

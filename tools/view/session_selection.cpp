@@ -42,7 +42,7 @@ void Session::find_references(bool other_scene) {
         return std::ranges::find(all, name) != all.end();
     };
     if (other_scene) return;
-    std::erase_if(edits.named_lights, [&](const NamedEdit<LightEdit>& edit) {
+    std::erase_if(edits.lights, [&](const NamedEdit<LightEdit>& edit) {
         return has(before, edit.name) && !has(references_.lights, edit.name);
     });
     if (selection.kind == ObjectKind::light && selection.index >= references_.lights.size()) selection = {};

@@ -200,8 +200,8 @@ void Viewer::screenshot(const std::filesystem::path& path) {
         .comments = fmt::format("scene {}, shown by halflight view, {} samples, {}",
                                 session_.file().filename().string(), stats.samples, session_.description()),
         .filter = text(PixelFilter{}),
-        .lens = lens_text(picture_->camera, stats.lens,
-                          double(picture_->result.beauty.width) / picture_->result.beauty.height),
+        .lens =
+            lens_text(picture_->camera, stats.lens, {picture_->result.beauty.width, picture_->result.beauty.height}),
         .shutter = "",
         .bias = fmt::format("{}", fmt::join(layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
         .error = ""};

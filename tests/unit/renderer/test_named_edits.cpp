@@ -224,10 +224,16 @@ TEST(NodeEdits, InvalidValuesAreNamed) {
               "--option: group: scale: 0 is no factor; --hide hides nodes");
     EXPECT_EQ(yard.message(add_node_edit, "group=matrix:1,2"),
               "--option: group: matrix: expects 12 or 16 numbers, not 2");
+    Yard with_camera;
+    with_camera.tree.nodes.push_back({"eye", 0, true, dmat4(1)});
+    EXPECT_EQ(with_camera.message(add_node_edit, "eye=translate:0,0,1"),
+              "--option: yard: node 'eye' has no surface and no light that an edit could move; edits leave cameras and "
+              "the joints of skins in place");
+    EXPECT_EQ(with_camera.message(add_node_edit, "*e*=translate:0,0,1"), "") << "others of the pattern move";
     EXPECT_EQ(yard.message(add_node_edit, "grop=scale:2"),
               "--option: yard: there is no node 'grop'; did you mean 'group'?");
     SceneEdits twice;
-    twice.named_lights = {{"key", {}}, {"key", {}}};
+    twice.lights = {{"key", {}}, {"key", {}}};
     EXPECT_EQ(yard.message(twice), "yard: light 'key' is edited twice");
 }
 
@@ -265,32 +271,30 @@ TEST(EditTexts, RestoreTheEditExactly) {
     SceneEdits edits;
     add_light_edit(edits, "", "a = b=" + text(light));
     add_node_edit(edits, "", "n=" + text(node));
-    EXPECT_EQ(edits.named_lights.at(0).name, "a = b");
-    EXPECT_EQ(edits.named_lights[0].edit.position, light.position);
-    light.direction = edits.named_lights[0].edit.direction;  // normalised again
+    EXPECT_EQ(edits.lights.at(0).name, "a = b");
+    EXPECT_EQ(edits.lights[0].edit.position, light.position);
+    light.direction = edits.lights[0].edit.direction;  // normalised again
     EXPECT_LT(glm::length(*light.direction - *unit_direction({1, 2, 3})), 1e-15);
-    EXPECT_EQ(edits.named_lights[0].edit, light);
+    EXPECT_EQ(edits.lights[0].edit, light);
     EXPECT_EQ(edits.nodes.at(0).edit, node);
 
     // Settings files restore them, too.
     TemporaryFolder folder;
     SavedSettings saved;
     saved.edits = edits;
-    saved.edits.lights = {{2}};
-    saved.edits.materials[1]["roughness"] = {0.3f};
-    add_light_edit(saved.edits, "", "0=temperature:2700.5");
-    add_material_edit(saved.edits, "", "1.metallic=0.7");
+    add_light_edit(saved.edits, "", "0=factor:2,temperature:2700.5");
+    material_edit(saved.edits, "1") = {{"metallic", {0.7f}}, {"roughness", {0.3f}}};
     add_material_edit(saved.edits, "", "wall*.base_color=0.1,0.2,0.3");
     add_hidden(saved.edits, "", "mesh:crate");
     write_settings(folder / "a.json", saved);
     const SceneEdits read = read_settings(folder / "a.json").edits;
-    EXPECT_EQ(read.named_materials, saved.edits.named_materials);
+    EXPECT_EQ(read.materials, saved.edits.materials);
     EXPECT_EQ(read.nodes, saved.edits.nodes);
     EXPECT_EQ(read.hidden, saved.edits.hidden);
-    EXPECT_EQ(read.named_lights, saved.edits.named_lights);
+    EXPECT_EQ(read.lights, saved.edits.lights);
     EXPECT_EQ(read, saved.edits);
-    EXPECT_EQ(text(read.named_lights.at(1).edit), "factor:2,temperature:2700.5");
-    EXPECT_EQ(read.named_materials.at(0).edit, (MaterialEdit{{"metallic", {0.7f}}, {"roughness", {0.3f}}}));
+    EXPECT_EQ(text(read.lights.at(1).edit), "factor:2,temperature:2700.5");
+    EXPECT_EQ(read.materials.at(0).edit, (MaterialEdit{{"metallic", {0.7f}}, {"roughness", {0.3f}}}));
 }
 
 TEST(EditTexts, NumbersAreNamesInFilesAndOptions) {
@@ -304,11 +308,11 @@ TEST(EditTexts, NumbersAreNamesInFilesAndOptions) {
         add_light_edit(edits, "--light", "0=2");
         EXPECT_EQ(yard.with(edits).lights[0].intensity, 2.0f * yard.scene.lights[0].intensity) << file;
     }
-    EXPECT_EQ(parsed(R"("lights": [1, {"factor": 1}, {"off": true}])").named_lights,
+    EXPECT_EQ(parsed(R"("lights": [1, {"factor": 1}, {"off": true}])").lights,
               (std::vector<NamedEdit<LightEdit>>{{"2", {.off = true}}}));
     SceneEdits steel = parsed(R"("materials": {"2": {"roughness": 0.5, "metallic": 1}})");
     add_material_edit(steel, "--material", "2.roughness=0.25");
-    EXPECT_EQ(steel.named_materials.size(), 1u);
+    EXPECT_EQ(steel.materials.size(), 1u);
     EXPECT_EQ(yard.with(steel).materials[2].roughness, 0.25f);
     EXPECT_EQ(yard.with(steel).materials[2].metallic, 1);
     EXPECT_EQ(yard.message(parsed(R"("lights": {"7": 0.5})")),
@@ -411,7 +415,7 @@ TEST(SceneNames, AreOptionsThatKeepTheScene) {
                 if (name == "--material") add_material_edit(edits, name, value);
                 if (name == "--node") add_node_edit(edits, name, value);
             }
-    EXPECT_EQ(edits.named_lights.size(), 1u);
+    EXPECT_EQ(edits.lights.size(), 1u);
     EXPECT_EQ(edits.nodes.size(), 4u);
     const Scene same = yard.with(edits);
     EXPECT_EQ(same.lights[0].intensity, yard.scene.lights[0].intensity);

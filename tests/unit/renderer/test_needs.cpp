@@ -118,6 +118,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                            .group_size = 16,
                            .camera_rays = 4,
                            .lens = true,
+                           .optics = true,
                            .preview = {.temporal = true, .filter = true}};
     for (const FramePart& part : frame_needs({}, all).parts())
         EXPECT_NE(bool(part), part.name == std::string("radiance cache")) << part.name;
@@ -168,8 +169,8 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never :
          {"environment map", "light tree", "every light", "sun apart", "double precision for slivers", "mip levels",
-          "path reuse", "radiance cache", "camera rays for light alone", "lens", "temporal accumulation",
-          "filter of noise", "adaptive sampling", "denoiser"})
+          "path reuse", "radiance cache", "camera rays for light alone", "lens", "projections and eyes",
+          "temporal accumulation", "filter of noise", "adaptive sampling", "denoiser"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
@@ -212,6 +213,11 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_EQ(plain.at("camera rays for light alone"), "there is one camera ray per sample");
     EXPECT_EQ(plain.at("clamp of indirect light"), "no clamp is set");
     EXPECT_EQ(bytes("unlit surfaces"), 0u);
+    EXPECT_EQ(plain.at("projections and eyes"), "neither another projection nor stereo was requested");
+    EXPECT_FALSE(plain.contains("rasterization"));
+    const auto curved = facts(plain_scene(), {.primary = PrimaryVisibility::traced, .optics = true});
+    EXPECT_EQ(curved.at("rasterization"), "no rasterizer draws the projection or the eyes");
+    EXPECT_FALSE(curved.contains("projections and eyes"));
 }
 
 }  // namespace

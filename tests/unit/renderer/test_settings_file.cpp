@@ -34,14 +34,13 @@ SavedSettings all_kinds() {
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
     s.edits.environment_tint = {1, 0.5f, 0.1f};
-    s.edits.named_lights = {{"0", {}},
-                            {"1", {0.3f}},
-                            {"2", {2, vec3(0.2f, 0, 1)}},
-                            {"3", {1, {}, dvec3(0.1, -2e5, 3)}},
-                            {"key", {1, {}, {}, dvec3(0, -0.6, 0.8)}}};
+    s.edits.lights = {{"0", {}},
+                      {"1", {0.3f}},
+                      {"2", {2, vec3(0.2f, 0, 1)}},
+                      {"3", {1, {}, dvec3(0.1, -2e5, 3)}},
+                      {"key", {1, {}, {}, dvec3(0, -0.6, 0.8)}}};
     s.edits.clay = true;
-    s.edits.named_materials = {{"0", {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}},
-                               {"12", {{"ior", {1.3f}}}}};
+    s.edits.materials = {{"0", {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}}, {"12", {{"ior", {1.3f}}}}};
     s.edits.transforms[3] = dmat4(dvec4(1, 2, 3, 0), dvec4(0, 1, 0, 0), dvec4(0.1, 0, 1, 0), dvec4(4, 1.0 / 3, 6, 1));
     s.moment = {{"run", 13, {30000, 1001}}};
     pose.orthographic = true;
@@ -201,10 +200,11 @@ TEST(SceneEdits, ColoursReplaceTheLightsOwn) {
     EXPECT_EQ(color_of(light).color, vec3(0, 0.25f, 1));
     EXPECT_EQ(color_of(light).intensity, 8);
     EXPECT_EQ(color_of(off).color, vec3(1));
-    apply({.environment_intensity = 0.5f,
-           .environment_tint = {1, 0.5f, 0},
-           .lights = {{2, vec3(1, 0.5f, 0)}, {3}, {1, color_of(light).color}, {1, vec3(1)}}},
-          scene);
+    apply(
+        {.environment_intensity = 0.5f,
+         .environment_tint = {1, 0.5f, 0},
+         .lights = {{"0", {2, vec3(1, 0.5f, 0)}}, {"1", {3}}, {"2", {1, color_of(light).color}}, {"3", {1, vec3(1)}}}},
+        scene);
     EXPECT_EQ(scene.lights[0].intensity, vec3(16, 8, 0));
     EXPECT_EQ(scene.lights[1].intensity, 3.0f * light.intensity);
     EXPECT_EQ(scene.lights[2].intensity, light.intensity);
@@ -218,7 +218,7 @@ TEST(SceneEdits, LightsAreMovedAndRotated) {
     spot.type = LightType::spot;
     spot.position = {1, 2, 3};
     scene.lights = {spot, spot, spot};
-    apply({.lights = {{1, {}, dvec3(4, 5, 6)}, {1, {}, {}, unit_direction({0, -1e-200, 0})}}}, scene);
+    apply({.lights = {{"0", {1, {}, dvec3(4, 5, 6)}}, {"1", {1, {}, {}, unit_direction({0, -1e-200, 0})}}}}, scene);
     EXPECT_EQ(scene.lights[0].position, dvec3(4, 5, 6));
     EXPECT_EQ(scene.lights[0].direction, spot.direction);
     EXPECT_EQ(scene.lights[1].position, spot.position);
@@ -238,16 +238,16 @@ TEST(SceneEdits, AreCheckedWhenTheyAreApplied) {
               "box: intensity of the environment: -1 is outside [0, 1000000000]");
     EXPECT_EQ(message({.environment_tint = {0, 2, 0}}), "box: tint of the environment: 2 is outside [0, 1]");
     EXPECT_EQ(message({.emission = kNan}), "box: factor of emission: nan is outside [0, 1000000000]");
-    EXPECT_EQ(message({.lights = {{}, {-1}}}), "box: light 1: factor: -1 is outside [0, 1000000000]");
-    EXPECT_EQ(message({.lights = {{1, vec3(0, 0, -1)}}}), "box: light 0: color: -1 is outside [0, 1]");
-    EXPECT_EQ(message({.lights = {{1, {}, dvec3(kNan)}}}),
+    EXPECT_EQ(message({.lights = {{"1", {-1}}}}), "box: light 1: factor: -1 is outside [0, 1000000000]");
+    EXPECT_EQ(message({.lights = {{"0", {1, vec3(0, 0, -1)}}}}), "box: light 0: color: -1 is outside [0, 1]");
+    EXPECT_EQ(message({.lights = {{"0", {1, {}, dvec3(kNan)}}}}),
               "box: light 0: position: nan is outside [-1000000000000, 1000000000000]");
-    EXPECT_EQ(message({.lights = {{1, {}, {}, dvec3(0)}}}), "box: light 0: direction: is not of unit length");
+    EXPECT_EQ(message({.lights = {{"0", {1, {}, {}, dvec3(0)}}}}), "box: light 0: direction: is not of unit length");
     EXPECT_EQ(message({.transforms = {{0, dmat4(kNan)}}}),
               "box: instance 0: its transform is not finite, or not affine");
-    EXPECT_EQ(message({.materials = {{0, {{"roughness", {2}}}}}}), "box: material 0: roughness: 2 is outside [0, 1]");
-    EXPECT_EQ(message({.lights = {{2, vec3(1), dvec3(1e12), dvec3(0, 0, 1)}}}), "");
-    EXPECT_EQ(message({.lights = {{}, {}, {-1}}}), "") << "surplus lights are ignored";
+    EXPECT_EQ(message({.materials = {{"0", {{"roughness", {2}}}}}}), "box: material 0: roughness: 2 is outside [0, 1]");
+    EXPECT_EQ(message({.lights = {{"0", {2, vec3(1), dvec3(1e12), dvec3(0, 0, 1)}}}}), "");
+    EXPECT_EQ(message({.lights = {{"2", {}}}}), "box: there is no light 2; the scene has 2, numbered from 0");
 }
 
 TEST(SceneEdits, ClayKeepsLightsAndHoles) {
@@ -262,7 +262,7 @@ TEST(SceneEdits, ClayKeepsLightsAndHoles) {
     SceneEdits edits;
     edits.clay = true;
     edits.emission = 2;
-    edits.lights = {{3}};
+    edits.lights = {{"0", {3}}};
     apply(edits, scene);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const Material& m = scene.materials[i];

@@ -39,6 +39,7 @@ RenderSettings unusual() {
     s.bounces = 0;
     s.view = {"a display", "a view", "a look, -another", -0.7f, {200, {0.01f}, {}}};
     s.view.camera.lens = {2.8f, 5, 24, {.kind = Focus::Kind::distance, .distance = 0.1}, 7, -30};
+    s.optics = {Projection::equisolid, 200, Stereo::views, 0.1, 7};
     s.culling = rays::Culling::raster;
     s.primary = PrimaryVisibility::traced;
     s.estimator = {.lights = LightChoice::tree, .sampler = SamplePoints::blue_noise};

@@ -66,11 +66,11 @@ TEST(LensValues, AnFNumberBesideAFocusLeavesTheExposureAlone) {
 TEST(LensValues, Text) {
     Camera camera = camera_of_50_mm(1.5);
     const Lens lens{.fstop = 2, .focus = {.kind = Kind::distance, .distance = 1.5}, .blades = 6, .rotation = 10};
-    EXPECT_EQ(lens_text(camera, lens, 1.5), "f/2, aperture 25 mm, focus at 1.5 m, 6 blades turned by 10 degrees");
+    EXPECT_EQ(lens_text(camera, lens, {3, 2}), "f/2, aperture 25 mm, focus at 1.5 m, 6 blades turned by 10 degrees");
     const double far = std::numeric_limits<double>::infinity();
-    EXPECT_EQ(lens_text(camera, {.aperture = 8, .focus = {.kind = Kind::distance, .distance = far}}, 1.5),
+    EXPECT_EQ(lens_text(camera, {.aperture = 8, .focus = {.kind = Kind::distance, .distance = far}}, {3, 2}),
               "aperture 8 mm, focus at infinity");
-    EXPECT_EQ(lens_text(camera, {}, 1.5), "");
+    EXPECT_EQ(lens_text(camera, {}, {3, 2}), "");
 }
 
 }  // namespace

@@ -334,14 +334,14 @@ TEST_F(ViewSession, DescribesThePicture) {
     EXPECT_EQ(session.description(), "final, 8 bounces");
     session.layer_view.components[0] = false;
     session.edits.emission = 0.5f;
-    session.edits.lights = {{}, {2, vec3(1, 0, 0), dvec3(0)}};
+    session.edits.lights = {{"1", {2, vec3(1, 0, 0), dvec3(0)}}};
     session.edits.clay = true;
-    session.edits.materials[2]["roughness"] = {0.5f};
+    material_edit(session.edits, "2")["roughness"] = {0.5f};
     session.edits.transforms = {{3, dmat4(1)}, {4, dmat4(1)}};
     session.modes.clamp = 3;
     session.bounces = 1;
     EXPECT_EQ(session.description(),
-              "final, no emission, emission x 0.5, light 1 x 2, light 1 coloured, light 1 moved, clay, 1 material "
+              "final, no emission, emission x 0.5, clay, light 1 edited, 1 material "
               "edited, 2 instances moved, clamped to 3, 1 bounces");
 }
 
@@ -433,7 +433,7 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     EXPECT_EQ(session.samples, 7);
     EXPECT_EQ(session.transform.exposure, 1);
     EXPECT_EQ(session.edits.emission, 2);
-    EXPECT_EQ(session.edits.materials.size() + session.edits.named_materials.size() + session.edits.hidden.size(), 0u);
+    EXPECT_EQ(session.edits.materials.size() + session.edits.hidden.size(), 0u);
     ASSERT_EQ(session.bookmarks.size(), 1u);
     EXPECT_EQ(session.bookmarks[0].name, "here");
     EXPECT_EQ(test::read_text(file), R"({"halflight_settings": 1)" + text + "}") << "opening writes nothing";

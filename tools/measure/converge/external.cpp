@@ -58,6 +58,7 @@ std::map<std::string, std::string> camera_values(const External& external, const
         if (argument.starts_with("{camera}") && camera.name.starts_with('-'))
             throw Error(external.name, "would take the camera's name '{}' for an option; write --camera={{camera}}",
                         camera.name);
+    if (camera.optics.traced()) throw Error(external.name, "its command cannot describe a {}", text(camera.optics));
     if (camera.lens.blurs()) throw Error(external.name, "its command cannot describe the camera's lens");
     const auto text = [](const dvec3& v) { return fmt::format("{},{},{}", v.x + 0.0, v.y + 0.0, v.z + 0.0); };  // no -0
     const dmat4& m = camera.camera_to_world;

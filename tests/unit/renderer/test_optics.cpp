@@ -1,0 +1,225 @@
+// Tests projections and eyes as pure functions: camera rays, their inverse, known directions, and parallax.
+#include "engine/core/optics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "api/halflight/camera.h"
+#include "renderer/frame_constants.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+namespace {
+
+constexpr Projection kProjections[] = {Projection::camera, Projection::panorama, Projection::fisheye,
+                                       Projection::equisolid};
+const ivec2 kImage(2000, 1200);
+
+Camera camera_with(const Optics& optics) {
+    Camera camera;  // at the origin, looking along -Z
+    camera.optics = optics;
+    return camera;
+}
+
+struct Ray {
+    dvec3 origin;
+    dvec3 direction;  // unit vector
+    bool seen;
+};
+
+/// Returns the ray through a place of the picture, as shaders/lib/camera.glsl composes it, in camera coordinates.
+Ray ray_at(const Camera& camera, const ivec2& image, const dvec2& place, const ivec2& pixel) {
+    const shared::Optics o = shader_optics(camera, image);
+    const bool second = shared::shows_second_eye(o, pixel, image);
+    const vec2 plane = shared::plane_of_place(o, second, vec2(place), image);
+    const vec3 eye = shared::eye_place(o, shared::eye_of(o, second), plane);
+    const vec3 along = shared::seen_direction(o, plane) - o.toe_in * eye;
+    return {dvec3(eye), glm::normalize(dvec3(along)), shared::in_image_circle(o, plane)};
+}
+Ray ray_at(const Camera& camera, const dvec2& place) {
+    return ray_at(camera, kImage, place, ivec2(place));
+}
+
+TEST(Optics, PlacesAreTheInverseOfRays) {
+    std::mt19937 random(3);
+    const auto real = [&](double a, double b) { return std::uniform_real_distribution(a, b)(random); };
+    int found = 0;
+    for (int i = 0; i < 20000; ++i) {
+        Optics optics{.projection = kProjections[i % 4]};
+        optics.fisheye_fov = i % 3 == 0 ? 360 : real(1, 359);
+        optics.stereo = stereo_layouts()[std::size_t(i / 4) % stereo_layouts().size()];
+        if (i % 5 < 2) optics.convergence = real(0.2, 10);
+        const Camera camera = camera_with(optics);
+        const dvec2 place(real(0, kImage.x), real(0, kImage.y));
+        const Ray ray = ray_at(camera, place);
+        if (!ray.seen) continue;
+        const dvec3 point = ray.origin + ray.direction * std::exp(real(0, 6));
+        const auto again = CameraPlaces(camera, kImage).place(point, ivec2(place));
+        ASSERT_TRUE(again.has_value()) << text(optics);
+        // Near a pole of a panorama and at the rim of a full fisheye, many places have almost the same direction.
+        const Ray there = ray_at(camera, kImage, *again, ivec2(place));
+        EXPECT_LT(glm::length(glm::normalize(point - there.origin) - ray.direction), 4e-6) << text(optics);
+        const double slack = optics.projection == Projection::panorama
+                                 ? 1e-3 / std::max(std::hypot(ray.direction.x, ray.direction.z), 1e-4)
+                             : optics.is_fisheye() ? 4e-3 / std::max(std::hypot(ray.direction.x, ray.direction.y), 1e-4)
+                                                   : 2e-3;
+        const dvec2 way = CameraPlaces(camera, kImage).shorter(*again - place);
+        if (optics.projection == Projection::panorama || ray.direction.z < 0) {
+            EXPECT_LT(glm::length(way), slack) << text(optics) << " at " << place.x << ", " << place.y;
+        }
+        ++found;
+    }
+    EXPECT_GT(found, 12000);
+}
+
+void expect_direction(const Optics& optics, const dvec2& share, const dvec3& direction) {
+    const ivec2 image(1000, 1000);
+    const Ray ray = ray_at(camera_with(optics), image, share * 1000.0, ivec2(share * 999.0));
+    EXPECT_LT(glm::length(ray.direction - direction), 1e-6) << text(optics) << " " << share.x << ", " << share.y;
+}
+
+TEST(Optics, KnownDirections) {
+    const Optics panorama{.projection = Projection::panorama};
+    expect_direction(panorama, {0.5, 0.5}, {0, 0, -1});
+    expect_direction(panorama, {0.75, 0.5}, {1, 0, 0});
+    expect_direction(panorama, {0.25, 0.5}, {-1, 0, 0});
+    expect_direction(panorama, {0, 0.5}, {0, 0, 1});
+    expect_direction(panorama, {1, 0.5}, {0, 0, 1});
+    expect_direction(panorama, {0.3, 0}, {0, 1, 0});
+    expect_direction(panorama, {0.9, 1}, {0, -1, 0});
+    for (const Projection projection : {Projection::fisheye, Projection::equisolid}) {
+        const Optics half{.projection = projection, .fisheye_fov = 180};
+        expect_direction(half, {0.5, 0.5}, {0, 0, -1});
+        expect_direction(half, {1, 0.5}, {1, 0, 0});
+        expect_direction(half, {0.5, 0}, {0, 1, 0});
+        const Optics whole{.projection = projection, .fisheye_fov = 360};
+        expect_direction(whole, {0, 0.5}, {0, 0, 1});
+    }
+    // Half of the radius: 45 degrees, or for equal areas 2 asin(sin(45 degrees) / 2).
+    expect_direction({.projection = Projection::fisheye}, {0.75, 0.5}, {std::sqrt(0.5), 0, -std::sqrt(0.5)});
+    const double angle = 2 * std::asin(std::sqrt(0.5) / 2);
+    expect_direction({.projection = Projection::equisolid}, {0.5, 0.25}, {0, std::sin(angle), -std::cos(angle)});
+}
+
+TEST(Optics, EqualAreasHaveEqualSolidAngles) {
+    // Midpoint rule over the image circle: the solid angle of a fisheye's circle is 2 pi (1 - cos(fov / 2)).
+    for (const double fov : {1.0, 180.0, 300.0}) {
+        const Camera camera = camera_with({.projection = Projection::equisolid, .fisheye_fov = fov});
+        const shared::Optics o = shader_optics(camera, kImage);
+        const double area = kPi * double{o.circle} * double{o.circle};
+        EXPECT_NEAR(area, 2 * kPi * (1 - std::cos(glm::radians(fov) / 2)), 1e-6 * area);
+    }
+}
+
+TEST(Optics, TheImageCircleTouchesTheShorterSide) {
+    for (const Projection projection : {Projection::fisheye, Projection::equisolid}) {
+        const Camera camera = camera_with({.projection = projection, .fisheye_fov = 200});
+        EXPECT_TRUE(ray_at(camera, {1000, 0.01}).seen);
+        EXPECT_TRUE(ray_at(camera, {400.01, 600}).seen);
+        EXPECT_FALSE(ray_at(camera, {399.9, 600}).seen);
+        EXPECT_FALSE(ray_at(camera, {1, 1}).seen);
+    }
+    EXPECT_TRUE(ray_at(camera_with({.projection = Projection::panorama}), {0, 0}).seen);
+}
+
+/// Returns the way of a point in the picture from the right eye to the left one, pixels to the right.
+double parallax(Optics optics, const dvec3& point) {
+    optics.stereo = Stereo::left;
+    const auto left = CameraPlaces(camera_with(optics), kImage).place(point, {0, 0});
+    optics.stereo = Stereo::right;
+    const auto right = CameraPlaces(camera_with(optics), kImage).place(point, {0, 0});
+    EXPECT_TRUE(left && right);
+    return left->x - right->x;
+}
+
+TEST(Optics, ParallaxOfKnownPoints) {
+    constexpr double kEyes = 0.065;
+    const Camera camera;
+    const double pixels = kImage.y / (2 * std::tan(camera.vertical_fov / 2));  // per unit at distance 1
+    for (const double distance : {0.5, 2.0, 50.0}) {
+        const dvec3 point(0.1 * distance, -0.2 * distance, -distance);
+        EXPECT_NEAR(parallax({}, point), pixels * kEyes / distance, 2e-3) << "parallel eyes";
+        EXPECT_NEAR(parallax({.convergence = 2}, point), pixels * kEyes * (1 / distance - 1 / 2.0), 2e-3);
+        // Omnidirectional stereo: the line of sight is a tangent of the circle on which the eyes turn.
+        const double level = std::hypot(point.x, point.z);
+        EXPECT_NEAR(parallax({.projection = Projection::panorama}, point),
+                    kImage.x / (2 * kPi) * 2 * std::asin(kEyes / 2 / level), 2e-3);
+        const auto turned = [&](double azimuth) {
+            return dvec3(level * std::sin(azimuth), point.y, -level * std::cos(azimuth));
+        };
+        for (const double azimuth : {1.0, 2.5, -2.0})
+            EXPECT_NEAR(parallax({.projection = Projection::panorama}, turned(azimuth)),
+                        kImage.x / (2 * kPi) * 2 * std::asin(kEyes / 2 / level), 2e-3)
+                << "the same in all directions";
+        // Two parallel fisheyes; 180 degrees take 1200 pixels.
+        EXPECT_NEAR(parallax({.projection = Projection::fisheye}, dvec3(0, 0, -distance)),
+                    1200 / kPi * 2 * std::atan(kEyes / 2 / distance), 2e-3);
+    }
+    for (const Projection projection : kProjections)
+        EXPECT_NEAR(parallax({.projection = projection, .convergence = 2}, dvec3(0, 0, -2)), 0, 2e-3)
+            << name(projection);
+}
+
+TEST(Optics, BothEyesInOnePicture) {
+    const Optics one{.projection = Projection::panorama, .stereo = Stereo::right};
+    Optics both = one;
+    for (const auto& [stereo, image, corner] : {std::tuple{Stereo::over_under, ivec2(2000, 2400), dvec2(0, 1200)},
+                                                {Stereo::views, ivec2(2000, 2400), dvec2(0, 1200)},
+                                                {Stereo::side_by_side, ivec2(4000, 1200), dvec2(2000, 0)}}) {
+        both.stereo = stereo;
+        const dvec2 place(700, 300);
+        const Ray alone = ray_at(camera_with(one), place);
+        const Ray beside = ray_at(camera_with(both), image, place + corner, ivec2(place + corner));
+        EXPECT_LT(glm::length(alone.origin - beside.origin), 1e-6);
+        EXPECT_LT(glm::length(alone.direction - beside.direction), 1e-6);
+        EXPECT_NEAR(eye_aspect(both, image), 2000.0 / 1200, 1e-12);
+    }
+}
+
+TEST(Optics, PointsWithoutAPlace) {
+    EXPECT_FALSE(CameraPlaces(camera_with({.stereo = Stereo::left}), kImage).place({0, 0, 1}, {0, 0}));
+    const Camera turning = camera_with({.projection = Projection::panorama, .stereo = Stereo::left});
+    EXPECT_FALSE(CameraPlaces(turning, kImage).place({0, 3, 0}, {0, 0})) << "no tangent of the eyes' circle meets it";
+    EXPECT_TRUE(CameraPlaces(camera_with({.projection = Projection::panorama}), kImage).place({0, 3, 0}, {0, 0}));
+    EXPECT_TRUE(CameraPlaces(camera_with({.projection = Projection::panorama}), kImage).place({0, 0, 1}, {0, 0}));
+}
+
+TEST(Optics, WaysAroundAPanoramaAreShort) {
+    const CameraPlaces places(camera_with({.projection = Projection::panorama}), {360, 180});
+    EXPECT_EQ(places.shorter({359, 3}), dvec2(-1, 3));
+    EXPECT_EQ(places.shorter({-200, 0}), dvec2(160, 0));
+    EXPECT_EQ(CameraPlaces(camera_with({}), {360, 180}).shorter({359, 3}), dvec2(359, 3));
+}
+
+TEST(Optics, CamerasWithOptics) {
+    Camera own;
+    own.aspect = 1.5;
+    EXPECT_EQ(with_optics(own, {}).aspect, 1.5);
+    EXPECT_EQ(with_optics(own, {.projection = Projection::panorama}).aspect, 2);
+    EXPECT_EQ(with_optics(own, {.projection = Projection::equisolid}).aspect, 1);
+    EXPECT_EQ(with_optics(own, {.projection = Projection::panorama, .stereo = Stereo::over_under}).aspect, 1);
+    EXPECT_EQ(with_optics(own, {.stereo = Stereo::side_by_side}).aspect, 3);
+    own.orthographic = true;
+    EXPECT_FALSE(with_optics(own, {.projection = Projection::fisheye}).orthographic);
+    EXPECT_EQ(
+        error_message([&] { with_optics(own, {.stereo = Stereo::left}); }),
+        "render settings: stereo needs a perspective camera, a panorama or a fisheye; the camera is orthographic");
+    own.lens = {.aperture = 9, .focus = {.kind = Focus::Kind::distance, .distance = 2}};
+    EXPECT_EQ(
+        error_message([&] { with_optics(own, {.projection = Projection::panorama}); }),
+        "render settings: depth of field needs a perspective or orthographic camera, not the projection panorama");
+    EXPECT_EQ(error_message([&] { with_optics({}, {.stereo = Stereo::left, .convergence = 0.05}); }),
+              "render settings: the eyes must converge farther away than they are apart");
+    EXPECT_EQ(error_message([&] { with_optics({}, {.fisheye_fov = 361}); }),
+              "render settings: a fisheye sees more than 0 and up to 360 degrees");
+    EXPECT_EQ(text(Optics()), "");
+    EXPECT_EQ(text(Optics{.projection = Projection::fisheye, .fisheye_fov = 220, .stereo = Stereo::views}),
+              "fisheye of 220 degrees, stereo views, eyes 0.065 m apart, parallel");
+    EXPECT_EQ(text(Optics{.stereo = Stereo::left, .convergence = 3}),
+              "stereo left, eyes 0.065 m apart, converging at 3 m");
+}
+
+}  // namespace
+}  // namespace halflight
