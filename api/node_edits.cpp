@@ -34,15 +34,6 @@ struct NodeMotion {
     bool absolute = false;  // the node does not follow edits of nodes above it
 };
 
-int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index) {
-    const int node = tree.instance_nodes.empty() ? scene.instances[index].node : tree.instance_nodes.at(index);
-    return node >= 0 && static_cast<std::size_t>(node) < tree.nodes.size() ? node : kNone;
-}
-
-int node_of_light(const SceneTree& tree, std::size_t index) {
-    return index < tree.light_nodes.size() ? tree.light_nodes[index] : kNone;
-}
-
 /// The motions that edits give to the nodes of a scene.
 class Motions {
   public:
