@@ -17,7 +17,7 @@ constexpr const char* kKnown =
     "shadow=auto|1|2|4|8,sampler=sobol|blue-noise|independent";
 
 TEST(Estimator, TextRoundTrips) {
-    EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,shadow=1,sampler=sobol");
+    EXPECT_EQ(text(Estimator()), "lights=auto,sun=apart,reuse=off,camera=1,shadow=1,sampler=sobol");
     EXPECT_EQ(known_estimators(), kKnown);
     for (const LightChoice lights : kLightChoices) {
         for (const SunChoice sun : kSunChoices) {

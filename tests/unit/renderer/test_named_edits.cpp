@@ -317,24 +317,6 @@ TEST(EditTexts, NumbersAreNamesInFilesAndOptions) {
     EXPECT_EQ(yard.with(steel).materials[2].metallic, 1);
     EXPECT_EQ(yard.message(parsed(R"("lights": {"7": 0.5})")),
               "a.json: lights: yard: there is no light 7; the scene has 1, numbered from 0");
-
-    // An edit by index goes on as that of the number.
-    SceneEdits mixed;
-    mixed.lights = {{2}};
-    mixed.materials[1]["roughness"] = {0.5f};
-    add_light_edit(mixed, "", "0=color:1,1,1");
-    add_material_edit(mixed, "", "1.metallic=0.5");
-    EXPECT_EQ(yard.with(mixed).lights[0].intensity, vec3(16));
-    EXPECT_EQ(yard.with(mixed).materials[1].roughness, 0.5f);
-    EXPECT_TRUE(mixed.lights.empty());
-    EXPECT_TRUE(mixed.materials.empty());
-    mixed.lights = {{3}};
-    EXPECT_EQ(yard.message(mixed), "yard: light '0' is edited twice");
-    SavedSettings saved;
-    saved.edits = mixed;
-    const TemporaryFolder folder;
-    EXPECT_EQ(error_message([&] { write_settings(folder / "a.json", saved); }),
-              "light 0: is edited by its index and by its number");
 }
 
 TEST(EditTexts, FilesTakeTheTextsOfOptions) {

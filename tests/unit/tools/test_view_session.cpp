@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "api/halflight/edit_text.h"
 #include "engine/io/exr.h"
 #include "engine/paging/pages.h"
 #include "tests/cli/animated_scenes.h"
