@@ -101,8 +101,8 @@ void expect_sum(const RenderResult& result, const Image& whole, double tolerance
 
 class LightGroups : public GpuTest {
   protected:
-    RenderResult rendered(const Scene& scene, const RenderSettings& settings) {
-        PreparedScene prepared(context, scene, {.estimator = settings.estimator});
+    RenderResult rendered(const Scene& shown, const RenderSettings& settings) {
+        PreparedScene prepared(context, shown, {.estimator = settings.estimator});
         return Renderer(prepared, ColorConfig::load(), settings).render();
     }
     const Scene scene = corner();
