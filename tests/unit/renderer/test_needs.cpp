@@ -115,6 +115,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                            .adaptive = true,
                            .runs = 1,
                            .kept = Kept::everything(),
+                           .light_groups = 2,
                            .group_size = 16,
                            .camera_rays = 4,
                            .lens = true,
@@ -169,7 +170,7 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never :
          {"environment map", "light tree", "every light", "sun apart", "double precision for slivers", "mip levels",
-          "path reuse", "radiance cache", "camera rays for light alone", "lens", "projections and eyes",
+          "path reuse", "radiance cache", "camera rays for light alone", "lens", "projections and eyes", "light groups",
           "temporal accumulation", "filter of noise", "adaptive sampling", "denoiser"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
