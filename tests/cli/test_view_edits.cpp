@@ -136,7 +136,7 @@ TEST_F(ViewEdit, HandlesMoveTheSelectedNode) {
 TEST_F(ViewEdit, UnsavedEditsAreAskedAbout) {
     if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
     const std::string settings = scene + ".halflight.json";
-    write_text(folder / "keys.sh", fmt::format(R"(xdotool search --sync --name '^halflight: ' >{0}
+    write_text(folder / "keys.sh", fmt::format(R"(xdotool search --sync --onlyvisible --name '^halflight: ' >{0}
         xdotool mousemove 20 60
         xdotool key bracketright
         xdotool search --sync --name 'not saved$' >{0}
