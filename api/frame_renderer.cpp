@@ -178,6 +178,8 @@ struct FrameRenderer::State {
     Camera equipped(const ChosenCamera& chosen) const {
         return with_optics(with_lens(chosen.camera, settings.view.camera.lens), settings.optics);
     }
+    /// Returns the camera at a frame, whole or not.
+    Camera camera_at(double frame) const { return equipped(scene.camera(scene.frame_rate().seconds(frame))); }
     RenderSettings renderer_settings(const FrameSettings& frame) const {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
@@ -333,7 +335,8 @@ struct FrameRenderer::State {
             guarded([&] { renderer->denoise(noisy, others, result); });
         };
         RenderResult result =
-            near_frames.render(scene, frame, neighbour_frames(settings), {render_noisy, denoise}, progress);
+            near_frames.render(scene, frame, neighbour_frames(settings),
+                               {render_noisy, denoise, [&](std::uint32_t n) { return camera_at(n); }}, progress);
         load_seconds += near_frames.load_seconds();
         return result;
     }
@@ -428,11 +431,10 @@ struct FrameRenderer::State {
     /// frame before.
     void set_frame(std::uint32_t frame) {
         scene.frame_for(double(settings.width) / settings.height);
-        const FrameRate& rate = scene.frame_rate();
         settings.frame = frame;
-        settings.camera = equipped(scene.camera(rate.seconds(frame)));
+        settings.camera = camera_at(frame);
         if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())
-            settings.previous_camera = scene.camera(rate.seconds(static_cast<double>(frame) - 1)).camera;
+            settings.previous_camera = camera_at(static_cast<double>(frame) - 1);
     }
 };
 

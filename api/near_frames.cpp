@@ -37,11 +37,10 @@ NearFrames::Held NearFrames::noisy(LoadedScene& scene, std::uint32_t frame, std:
     Held made{{}, std::make_unique<NoisyFrame>()};
     made.result = steps.render(frame, *made.noisy, progress);
     if (made.result.stats.interrupted) return made;
-    const Camera own = scene.camera(scene.frame_rate().seconds(frame)).camera;
+    const Camera own = steps.camera(frame);
     for (const std::uint32_t other : frames) {
         if (other == frame) continue;
         Stopwatch clock;
-        const double seconds = scene.frame_rate().seconds(other);
         std::optional<PreviousSurfaces> surfaces;
         if (scene.surfaces_move()) {
             std::optional<Scene> there = pose_of(scene, other);
@@ -49,7 +48,7 @@ NearFrames::Held NearFrames::noisy(LoadedScene& scene, std::uint32_t frame, std:
             surfaces.emplace(scene.scene(), std::move(*there));
         }
         const auto offset = static_cast<int>(std::int64_t{other} - frame);
-        made.noisy->add_motion(offset, own, scene.camera(seconds).camera, surfaces ? &*surfaces : nullptr);
+        made.noisy->add_motion(offset, own, steps.camera(other), surfaces ? &*surfaces : nullptr);
         load_seconds_ += clock.lap();
     }
     made.noisy->finish();

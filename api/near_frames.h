@@ -24,6 +24,8 @@ class NearFrames {
         std::function<RenderResult(std::uint32_t frame, NoisyFrame& noisy, const ProgressCallback& progress)> render;
         /// Denoises the noisy picture of a frame in place.
         std::function<void(NoisyFrame& noisy, std::span<const NearFrame> near, RenderResult& result)> denoise;
+        /// Returns the camera of the picture of a frame.
+        std::function<Camera(std::uint32_t frame)> camera;
     };
 
     /// Renders a frame and those up to `reach` before and after it that are not held yet, and denoises it with them. An

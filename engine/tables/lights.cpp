@@ -41,10 +41,14 @@ class Builder {
         add_environment();
         const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
         if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among, through_).build();
-        if (!others) tables_ = {}, group_.clear();
-        if (others) choose();
-        if (others) find_needs();
-        if (sun_ && others) add_sun();
+        if (others) {
+            choose();
+            find_needs();
+            if (sun_) add_sun();
+        } else {
+            tables_ = {};
+            group_.clear();
+        }
         add_groups();
         return std::move(tables_);
     }

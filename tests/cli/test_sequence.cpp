@@ -120,6 +120,35 @@ TEST_F(Sequence, DeformationRunsOnTheGpuInEveryFrame) {
         for (const float pixels : first.find(channel)->values) EXPECT_NEAR(pixels, 0, 0.01f) << channel;
 }
 
+TEST_F(Sequence, PanoramasShowTheMotionOfTheirCamera) {
+    constexpr int kWidth = 96, kHeight = 48;
+    const Outcome outcome = run_program({"render", scene, folder / "a" / "f.####.exr", "--frames", "0-1", "--samples",
+                                         "1", "--width", std::to_string(kWidth), "--animation", "fly", "--camera",
+                                         "moving", "--projection", "panorama", "--aov", "position,motion,depth"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const ExrFile earlier = read_exr(file("a", 0)), later = read_exr(file("a", 1));
+    const auto place = [&](const ExrFile& of, const dvec3& point) {
+        const dvec3 p(*of.attributes.world_to_camera * dvec4(point, 1));
+        return dvec2((std::atan2(p.x, -p.z) / (2 * kPi) + 0.5) * kWidth,
+                     (0.5 - std::asin(p.y / glm::length(p)) / kPi) * kHeight);
+    };
+    ASSERT_NE(*earlier.attributes.world_to_camera, *later.attributes.world_to_camera) << "the camera moves";
+    const Image position = later.image({"position.X", "position.Y", "position.Z"});
+    const Image motion = later.image({"motion.X", "motion.Y"});
+    int surfaces = 0;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+        if (later.find("Z")->values[std::size_t(i)] >= 1e9f) continue;
+        ++surfaces;
+        const float* const p = position.at(i % kWidth, i / kWidth);
+        const dvec3 point(p[0], p[1], p[2]);
+        dvec2 way = place(later, point) - place(earlier, point);
+        way.x -= kWidth * std::round(way.x / kWidth);
+        EXPECT_NEAR(motion.at(i % kWidth, i / kWidth)[0], way.x, 2e-3) << i;
+        EXPECT_NEAR(motion.at(i % kWidth, i / kWidth)[1], way.y, 2e-3) << i;
+    }
+    EXPECT_GT(surfaces, 64);
+}
+
 TEST_F(Sequence, StatisticsReportDeformation) {
     const auto deformed = [&](const char* into, const Strings& more) {
         Strings all = {"--stats", folder / into / "stats.jsonl"};
