@@ -24,8 +24,11 @@ namespace halflight::setting_values {
 
 inline constexpr const char* kNone = "none";
 inline constexpr const char* kAuto = "auto";
-inline constexpr PrimaryVisibility kPrimaries[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
-                                                   PrimaryVisibility::traced};
+inline std::span<const PrimaryVisibility> primaries() {
+    static constexpr PrimaryVisibility kAll[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
+                                                 PrimaryVisibility::traced};
+    return kAll;
+}
 
 /// Separators of lists. Newlines join the values of an option that is given several times.
 inline constexpr const char* kSeparators = ",\n";
@@ -132,21 +135,6 @@ struct Value<Focus> {
     }
 };
 
-/// Value of a setting that is one of choices().
-template <class Enum, const auto& choices>
-struct Named {
-    static constexpr Setting::Type type = Setting::Type::text;
-    static std::string names() { return names_of(choices()); }
-    static std::string text(Enum value) { return name(value); }
-    static std::string parse(const Setting&, const std::string& text, Enum& value) {
-        return parse_name(choices(), text, value);
-    }
-};
-template <>
-struct Value<Projection> : Named<Projection, projections> {};
-template <>
-struct Value<Stereo> : Named<Stereo, stereo_layouts> {};
-
 /// A rectangle of pixels: "none" or "X0,Y0,X1,Y1".
 template <>
 struct Value<std::optional<PixelWindow>> {
@@ -226,28 +214,24 @@ struct Value<std::string> {
     static std::string parse(const Setting&, const std::string& text, std::string& value) { return value = text, ""; }
 };
 
-template <class Enum, const auto& kChoices>
+/// The name of one of choices().
+template <class Enum, const auto& choices>
 struct Choice {
     static constexpr Setting::Type type = Setting::Type::text;
-    static std::string names() { return names_of(kChoices); }
+    static std::string names() { return names_of(choices()); }
     static std::string text(Enum value) { return name(value); }
     static std::string parse(const Setting&, const std::string& text, Enum& value) {
-        return parse_name(kChoices, text, value);
+        return parse_name(choices(), text, value);
     }
 };
 template <>
-struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
-
-/// Value of the setting "culling": the name of a row of the table of methods.
+struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, primaries> {};
 template <>
-struct Value<rays::Culling> {
-    static constexpr Setting::Type type = Setting::Type::text;
-    static std::string names() { return names_of(rays::culling_methods()); }
-    static std::string text(rays::Culling culling) { return name(culling); }
-    static std::string parse(const Setting&, const std::string& text, rays::Culling& value) {
-        return parse_name(rays::culling_methods(), text, value);
-    }
-};
+struct Value<rays::Culling> : Choice<rays::Culling, rays::culling_methods> {};
+template <>
+struct Value<Projection> : Choice<Projection, projections> {};
+template <>
+struct Value<Stereo> : Choice<Stereo, stereo_layouts> {};
 
 /// Value of the setting "filter": the name of a shape. Parsing also sets the usual radius of the shape.
 template <>
@@ -343,7 +327,8 @@ struct Value<std::vector<std::string>> {
                 if ((aov.name == wanted || (wanted == "all" && aov.in_all())) &&
                     std::ranges::find(layers, aov.name) == layers.end())
                     layers.emplace_back(aov.name);
-            if (found && found->is_light_group()) layers.push_back(wanted);
+            if (found && found->is_light_group() && std::ranges::find(layers, wanted) == layers.end())
+                layers.push_back(wanted);
         }
         value = std::move(layers);
         return "";
