@@ -54,7 +54,7 @@ class Light : public StiffTest {
 };
 
 TEST_F(Light, GroupsOfAllIntensities) {
-    // With equal chances of all lights, intensities change no random decision, and factors that are powers of two no
+    // All lights have equal chances, so intensities change no random decision. Factors that are powers of two change no
     // bits but those of the exponents.
     const auto layers = [&](float lamp, float glow, Reuse reuse) {
         Scene scene = closed_box(diffuse_material(vec3(kAlbedo)));
