@@ -65,7 +65,7 @@ ErrorEstimate ReplicateError::estimate(double confidence) const {
     const double value = scatter / (n * (n - 1) * count_);
     const double deviation = std::sqrt(2 / (n * (n - 1)) * products.mean() / 4) / count_;
     const double freedom = n * (n - 3) / 2;
-    const double spread = value > 0 ? deviation / value : 0;  // of the logarithm
+    const double spread = value > 0 ? deviation / value : 0;  // deviation of the logarithm
     const double two_sided = std::exp(student_quantile(confidence, freedom) * spread);
     // half of the tail probability is below the interval
     const double one_sided = std::exp(student_quantile(2 * confidence - 1, freedom) * spread);
