@@ -6,7 +6,7 @@
 
 namespace halflight {
 
-float metered_exposure(const Image& picture) {
+float metered_exposure(const Image& picture, const Optics& optics) {
     constexpr double kFrom = 0.2, kTo = 0.95;       // percentiles of the pixels that count
     constexpr double kGrey = 0.18, kBrightest = 4;  // luminance of the mean, and of the upper percentile at most
     constexpr double kCorner = 0.1;                 // weight of a corner; that of the centre is 1
@@ -16,13 +16,16 @@ float metered_exposure(const Image& picture) {
     };
     std::vector<Weighted> pixels;
     double total = 0;
+    const dvec2 eyes = eyes_in_picture(optics);
     for (int y = 0; y < picture.height; ++y)
         for (int x = 0; x < picture.width; ++x) {
             const float* const p = picture.at(x, y);
             const double value = double(luminance(vec3(p[0], p[1], p[2])));
             if (!(value > 0) || !std::isfinite(value)) continue;
-            const double u = (2 * x + 1.0) / picture.width - 1, v = (2 * y + 1.0) / picture.height - 1;
-            const double weight = std::pow(kCorner, (u * u + v * v) / 2);
+            const dvec2 place = eyes * dvec2(x + 0.5, y + 0.5) / dvec2(picture.width, picture.height);
+            const dvec2 at = 2.0 * (place - glm::floor(place)) - 1.0;
+            double weight = std::pow(kCorner, glm::dot(at, at) / 2);
+            if (optics.projection == Projection::panorama) weight *= std::cos(at.y * kPi / 2);
             pixels.push_back({std::log2(value), weight});
             total += weight;
         }
@@ -47,11 +50,15 @@ float metered_exposure(const Image& picture) {
 std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                                    const PilotProgress& progress) {
     const double scale = std::min(1.0, std::sqrt(kMeterPixels / (double(settings.width) * double(settings.height))));
-    const auto scaled = [&](int size) { return std::max(static_cast<int>(std::lround(size * scale)), 1); };
+    // Both eyes have whole pixels.
+    const auto scaled = [&](int size, double eyes) {
+        return static_cast<int>(eyes * std::max(std::round(size * scale / eyes), 1.0));
+    };
+    const dvec2 eyes = eyes_in_picture(settings.camera.optics);
     RenderSettings s;
     s.camera = settings.camera;
-    s.width = scaled(settings.width);
-    s.height = scaled(settings.height);
+    s.width = scaled(settings.width, eyes.x);
+    s.height = scaled(settings.height, eyes.y);
     s.samples = kMeterSamples;
     s.bounces = settings.bounces;
     s.clamp = settings.clamp;
@@ -69,7 +76,7 @@ std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colo
         return !cancelled;
     });
     if (cancelled) return std::nullopt;
-    return metered_exposure(result.beauty);
+    return metered_exposure(result.beauty, s.camera.optics);
 }
 
 }  // namespace halflight

@@ -16,9 +16,10 @@ inline constexpr float kNearStops = 3;  ///< pictures whose exposure would be sm
 /// exposure would be below kNearStops either way.
 ///
 /// The logarithm of the luminance is averaged over the pixels between the 20th and the 95th percentile, black pixels
-/// left out. Pixels at the centre weigh ten times as much as those in the corners. The mean becomes 0.18, the
-/// reflectance of a grey card, unless the 95th percentile would become more than 4.
-float metered_exposure(const Image& picture);
+/// left out. Pixels at the centre of each eye's picture weigh ten times as much as those in the corners; those of
+/// panoramas also weigh by their solid angle. The mean becomes 0.18, the reflectance of a grey card, unless the 95th
+/// percentile would become more than 4.
+float metered_exposure(const Image& picture, const Optics& optics = {});
 
 /// Returns the exposure of the settings' camera in the current pose of the scene, by a picture of about kMeterPixels
 /// pixels and kMeterSamples samples. Returns none where `progress` has cancelled. Throws Error as Renderer does.

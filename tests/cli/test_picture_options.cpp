@@ -130,6 +130,7 @@ TEST_F(PictureOptions, PanoramasAndEyesDescribeThemselves) {
     EXPECT_EQ(views.channels.size(), 2 * both.channels.size());
     const ExrFile parts = made({"--stereo", "views", "--width", "16", "--height", "16", "--exr-parts"});
     EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.right.X"));
+    render({file("views.jpg"), "--stereo", "views", "--width", "64", "--height", "90"});  // metering has odd halves
     std::ofstream(file("fish.json")) << R"({"halflight_settings": 1, "projection": "fisheye", "fisheye-fov": 220})";
     const ExrFile fish = made({"--settings", file("fish.json"), "--height", "24"});
     EXPECT_EQ(ivec2(fish.width, fish.height), ivec2(24, 24));

@@ -72,6 +72,23 @@ TEST(Metering, TheCentreWeighsMore) {
     EXPECT_GT(disc(100, 200), disc(200, 100)) << "nearly as many pixels are inside as outside";
 }
 
+TEST(Metering, EyesWeighAlike) {
+    // Both halves have the same disc. Without the layout, the seam between them would weigh most.
+    const auto discs = [](double inside, double outside) {
+        return metered_exposure(picture_of([=](double x, double y) {
+                                    return std::hypot(x, 2 * std::abs(y) - 1) < 0.8 ? inside : outside;
+                                }),
+                                {.stereo = Stereo::over_under});
+    };
+    EXPECT_GT(discs(100, 200), discs(200, 100)) << "nearly as many pixels are inside as outside";
+}
+
+TEST(Metering, PolesOfPanoramasWeighLittle) {
+    const Image poles = picture_of([](double, double y) { return std::abs(y) > 0.75 ? 1e6 : 1000; });
+    EXPECT_FLOAT_EQ(metered_exposure(poles, {.projection = Projection::panorama}), -12.44f) << "4 % of the sphere";
+    EXPECT_LT(metered_exposure(poles), -13);
+}
+
 TEST(Metering, KeepsHighlights) {
     // Half of the picture is 2^20 times brighter than the other half.
     const float stops = metered_exposure(picture_of([](double x, double) { return x < 0 ? 1e-3 : 1e3; }));
