@@ -106,10 +106,13 @@ Camera with_optics(Camera camera, const Optics& wanted) {
 
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera) {
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
-    const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };
-    if (width) return {*width, height ? *height : pixels(*width / aspect)};
-    if (height) return {pixels(*height * aspect), *height};
-    return {default_width, pixels(default_width / aspect)};
+    const dvec2 eyes = eyes_in_picture(camera.optics);  // each has whole pixels
+    const auto pixels = [](double x, double n) {
+        return static_cast<int>(n * std::clamp(std::round(x / n), 1.0, kMaxSide / n));
+    };
+    if (width) return {*width, height ? *height : pixels(*width / aspect, eyes.y)};
+    if (height) return {pixels(*height * aspect, eyes.x), *height};
+    return {default_width, pixels(default_width / aspect, eyes.y)};
 }
 
 dmat4 standard_clip(const Camera& camera, double aspect) {

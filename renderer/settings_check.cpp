@@ -33,10 +33,11 @@ void check_settings(const RenderSettings& s) {
         "the camera's field of view must be between 0 and 180 degrees, or its height positive");
     if (const std::string problem = lens_problem(s.camera); !problem.empty()) throw Error("lens", problem);
     if (const std::string problem = optics_problem(s.camera); !problem.empty()) throw Error("render settings", problem);
-    if (s.camera.optics.stereo == Stereo::views) {
-        require(s.height % 2 == 0, "stereo views need an even height, that of both eyes together");
-        require(!has_window(s), "crop and overscan cannot be combined with stereo views, which share their pixels");
-    }
+    if (const std::string side = odd_side(s.camera.optics, {s.width, s.height}); !side.empty())
+        throw Error("render settings", "stereo {} needs an even {}, that of both eyes together",
+                    name(s.camera.optics.stereo), side);
+    require(s.camera.optics.stereo != Stereo::views || !has_window(s),
+            "crop and overscan cannot be combined with stereo views, which share their pixels");
     require(!s.camera.optics.traced() || !s.preview.temporal,
             "the preview mode temporal needs the projection of the camera itself, without stereo");
     require(

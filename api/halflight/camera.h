@@ -44,7 +44,8 @@ Camera with_lens(Camera camera, const Lens& wanted);
 Camera with_optics(Camera camera, const Optics& wanted);
 
 /// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 where it has
-/// none); `default_width` applies where both are missing. Each side is within [1, kMaxSide].
+/// none), in whole pixels of each eye; `default_width` applies where both are missing. Each side is within
+/// [1, kMaxSide].
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera);
 
 /// Returns the matrix from world to OpenGL's standard clip space, for files. The rasterizer uses another one, with

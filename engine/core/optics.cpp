@@ -31,6 +31,12 @@ dvec2 eyes_in_picture(const Optics& optics) {
     return {stereo == Stereo::side_by_side ? 2 : 1, stereo == Stereo::over_under || stereo == Stereo::views ? 2 : 1};
 }
 
+const char* odd_side(const Optics& optics, const ivec2& image) {
+    const dvec2 eyes = eyes_in_picture(optics);
+    if (eyes.x > 1 && image.x % 2 != 0) return "width";
+    return eyes.y > 1 && image.y % 2 != 0 ? "height" : "";
+}
+
 double eye_aspect(const Optics& optics, const ivec2& image) {
     const dvec2 size = dvec2(image) / eyes_in_picture(optics);
     return size.x / size.y;

@@ -72,6 +72,10 @@ TEST_F(Refusal, Lenses) {
     expect_render({"--projection", "cylinder"}, 2, "--projection: expects one of auto, panorama, .*");
     expect_render({"--fisheye-fov", "361"}, 2, "--fisheye-fov: expects a number from 0.01 to 360, not '361'");
     expect_render({"--stereo", "both"}, 2, "--stereo: expects one of none, left, right, .*");
+    for (const char* odd : {"--width", "--height"})
+        expect({"render", scene, folder / "out.exr", odd, "33", "--stereo",
+                odd == std::string("--width") ? "side-by-side" : "over-under"},
+               2, std::string(odd) + ": must be even with --stereo .*, since it is that of both eyes together");
     expect_render({"--projection", "panorama", "--primary", "raster", "--quiet"}, 1,
                   "render settings: primary raster shows no panorama, for which every ray is traced");
     expect_render({"--projection", "fisheye", "--fstop", "2", "--focus", "2"}, 1,

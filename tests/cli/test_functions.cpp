@@ -132,6 +132,15 @@ TEST(PictureSize, MissingSizesFollowFromTheCamera) {
     EXPECT_EQ(size({}, 640, flat), ivec2(kMaxSide, 640));
 }
 
+TEST(PictureSize, BothEyesHaveWholePixels) {
+    const auto size = [](Optics optics, std::optional<int> width, std::optional<int> height) {
+        return picture_size(width, height, 1280, with_optics({}, optics));
+    };
+    EXPECT_EQ(size({.projection = Projection::panorama, .stereo = Stereo::views}, 101, {}), ivec2(101, 102));
+    EXPECT_EQ(size({.projection = Projection::fisheye, .stereo = Stereo::side_by_side}, {}, 101), ivec2(202, 101));
+    EXPECT_EQ(size({.stereo = Stereo::side_by_side}, {}, 99), ivec2(352, 99)) << "twice 176";
+}
+
 TEST(WorldToClip, CornersOfTheView) {
     Camera camera;
     camera.vertical_fov = 1;

@@ -289,6 +289,13 @@ void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
         if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
 }
 
+void check_optics_options(const CLI::App& app, const ViewArguments& a) {
+    const Optics& optics = a.settings.optics;
+    if (const std::string side = odd_side(optics, {a.width.value_or(0), a.height.value_or(0)}); !side.empty())
+        throw UsageError("--" + side, "must be even with --stereo {}, since it is that of both eyes together",
+                         name(optics.stereo));
+}
+
 void check_leftovers(const CLI::App& app, const std::string& command) {
     const auto extras = app.remaining();
     if (extras.empty()) return;

@@ -147,6 +147,9 @@ void exclude(const CLI::App& app, const char* one, const char* other);
 /// Throws UsageError for camera options that contradict each other.
 void check_camera_options(const CLI::App& app, const CameraChoice& choice);
 
+/// Throws UsageError for options of projection and eyes that do not fit together. Settings files must have been read.
+void check_optics_options(const CLI::App& app, const ViewArguments& arguments);
+
 /// Checks the options of `halflight view` after parsing, and reads its settings file.
 void finish_preview_options(const CLI::App& app, PreviewArguments& arguments);
 

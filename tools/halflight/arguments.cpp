@@ -200,6 +200,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         check(info, info_app);
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
+        check_optics_options(info_app, info.picture);
         info.picture.mip_levels = info.picture.settings.texture_lod;
         return info;
     }

@@ -216,6 +216,7 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     exclude(app, "--samples", "--seconds");
     if (app.count("--light-group") > 0) throw UsageError("--light-group", "adds layers, which converge does not write");
     check_camera_options(app, a);
+    check_optics_options(app, a);
     check_environment_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {
         exclude(app, "--reference-samples", "--reference");

@@ -260,6 +260,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     if (const std::string problem = kept_problem(a.settings.kept); !problem.empty())
         throw UsageError("--keep", problem);
     check_camera_options(app, a);
+    check_optics_options(app, a);
     check_environment_options(app);
     const bool exr = has_exr(a);
     check_compression(a);

@@ -259,7 +259,9 @@ TEST_F(OpticsTest, WhatCannotBeShownIsRefused) {
     EXPECT_EQ(message({.projection = Projection::fisheye}, [](auto& s) { s.preview.temporal = true; }),
               "render settings: the preview mode temporal needs the projection of the camera itself, without stereo");
     EXPECT_EQ(message({.stereo = Stereo::views}, [](auto& s) { s.height = 17; }),
-              "render settings: stereo views need an even height, that of both eyes together");
+              "render settings: stereo views needs an even height, that of both eyes together");
+    EXPECT_EQ(message({.stereo = Stereo::side_by_side}, [](auto& s) { s.width = 17; }),
+              "render settings: stereo side-by-side needs an even width, that of both eyes together");
     EXPECT_EQ(message({.stereo = Stereo::views}, [](auto& s) { s.overscan = 2; }),
               "render settings: crop and overscan cannot be combined with stereo views, which share their pixels");
     EXPECT_EQ(message({.projection = Projection::fisheye, .fisheye_fov = NAN}, [](auto&) {}),
