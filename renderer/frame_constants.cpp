@@ -90,6 +90,7 @@ void set_optics(const Camera& camera, const Camera& previous, const dvec3& origi
     frame.camera_right = vec4(vec3(dvec3(camera.camera_to_world[0])), 0);
     frame.camera_up = vec4(vec3(dvec3(camera.camera_to_world[1])), 0);
     frame.optics = shader_optics(camera, frame.size);
+    frame.half_pixel = frame.optics.half_extent.y / shared::eye_size(frame.optics, frame.size).y;
     frame.optics.earlier_zoom = shader_optics(previous, frame.size).half_extent.y / frame.optics.half_extent.y;
 }
 
@@ -167,6 +168,7 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.camera_right = vec4(vec3(dvec3(camera.camera_to_world[0]) * half.x), 0);
     frame.camera_up = vec4(vec3(dvec3(camera.camera_to_world[1]) * half.y), 0);
     frame.camera_forward = vec4(vec3(-dvec3(camera.camera_to_world[2])), 0);
+    frame.half_pixel = static_cast<float>(half.y / image.y);
     frame.jitter = view.jitter;
     frame.clip = vec2(clip.near_plane, clip.far_plane);
     frame.size = image;

@@ -13,13 +13,8 @@ const float kLobeShare = 0.25;
 
 // Returns the cone of a camera ray: half a pixel wide, so that texels blur a pixel little.
 RayCone camera_cone(Frame frame) {
-#ifdef HALFLIGHT_OPTICS
-    return RayCone(0.0, frame.optics.half_extent.y / eye_size(frame.optics, frame.size).y);
-#else
-    float width = length(frame.camera_up.xyz) / float(frame.size.y);
     bool perspective = frame.camera_position.w != 0.0;
-    return perspective ? RayCone(0.0, width) : RayCone(width, 0.0);
-#endif
+    return perspective ? RayCone(0.0, frame.half_pixel) : RayCone(frame.half_pixel, 0.0);
 }
 
 float cone_width(RayCone cone, float way) { return cone.width + cone.spread * way; }

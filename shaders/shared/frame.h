@@ -36,7 +36,7 @@ struct Frame {
     int band_x;           // first column of the band; beyond the image's edge in pictures with overscan
     int band_columns;     // number of columns of the band
     uint transparent;     // 1: the environment is not seen directly; else 0
-    uint reserved0;
+    float half_pixel;     // half of a pixel's height on the plane at distance 1 (orthographic: on any plane)
     // Lens of cameras with depth of field (HALFLIGHT_LENS).
     vec4 lens_x;    // xyz: x axis of the aperture, as long as its radius; w: 1 / distance of the focus, 0: infinity
     vec4 lens_y;    // xyz: y axis of the aperture; w: number of blades, 0: round

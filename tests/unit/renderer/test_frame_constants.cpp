@@ -160,6 +160,21 @@ TEST(FrameConstants, PreviousCameraHasNeitherJitterNorBand) {
     }
 }
 
+TEST(FrameConstants, HalfAPixelIsThatOfOneEye) {
+    SampleView view;
+    view.band.image = {40, 20}, view.band.rows = 20;
+    const auto half = [&](const Optics& optics) {
+        Camera camera;
+        camera.vertical_fov = 2 * std::atan(0.5);
+        camera.optics = optics;
+        return frame_constants(camera, camera, dvec3(0), 1, view).half_pixel;
+    };
+    EXPECT_FLOAT_EQ(half({}), 0.5f / 20);
+    EXPECT_FLOAT_EQ(half({.stereo = Stereo::left}), 0.5f / 20);
+    EXPECT_FLOAT_EQ(half({.stereo = Stereo::over_under}), 0.5f / 10);
+    EXPECT_FLOAT_EQ(half({.projection = Projection::panorama}), float(kPi / 40));
+}
+
 TEST(FrameConstants, TheLastBandEndsAtTheImage) {
     const Camera camera = look_at_camera({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 1);
     SampleView view;
