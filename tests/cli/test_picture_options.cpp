@@ -131,12 +131,16 @@ TEST_F(PictureOptions, PanoramasAndEyesDescribeThemselves) {
     const ExrFile parts = made({"--stereo", "views", "--width", "16", "--height", "16", "--exr-parts"});
     EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.right.X"));
     render({file("views.jpg"), "--stereo", "views", "--width", "64", "--height", "90"});  // metering has odd halves
-    std::ofstream(file("fish.json")) << R"({"halflight_settings": 1, "projection": "fisheye", "fisheye-fov": 220})";
+    std::ofstream(file("fish.json")) << R"({"halflight_settings": 1, "size": [1280, 720],
+        "projection": "fisheye", "fisheye-fov": 220})";
     const ExrFile fish = made({"--settings", file("fish.json"), "--height", "24"});
     EXPECT_EQ(ivec2(fish.width, fish.height), ivec2(24, 24));
     EXPECT_EQ(fish.attributes.extra.at("projection"), "fisheye of 220 degrees");
     EXPECT_EQ(fish.find("R")->values[0], 0) << "outside of the image circle";
     EXPECT_FALSE(fish.attributes.numbers.contains("effectiveFocalLength"));
+    std::ofstream(file("wide.json")) << R"({"halflight_settings": 1, "size": [32, 18], "projection": "panorama"})";
+    const ExrFile wide = made({"--settings", file("wide.json")});
+    EXPECT_EQ(ivec2(wide.width, wide.height), ivec2(32, 16)) << "the size of the viewer's window is 16:9";
 }
 
 TEST_F(PictureOptions, LayersHaveTheNamesOfOtherRenderers) {

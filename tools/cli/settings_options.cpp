@@ -3,6 +3,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -14,13 +15,19 @@ namespace halflight {
 namespace {
 
 /// Takes the size of the settings file. Where one side was given, the other follows from the file's aspect.
+/// Pictures with an aspect of their own take the width only, since the viewer saves the size of its window.
 template <class Given>
-void take_size(const ivec2& size, const Given& given, ViewArguments& a) {
+void take_size(const ivec2& size, const Given& given, bool own_aspect, ViewArguments& a) {
     const auto scaled = [](int side, int to, int from) {
         return static_cast<int>(std::clamp(std::round(double(side) * to / from), 1.0, double{kMaxSide}));
     };
     const bool width = given("--width"), height = given("--height");
     if (given("--size") || (width && height)) return;
+    if (own_aspect) {
+        const int eyes = static_cast<int>(eyes_in_picture(a.settings.optics).x);
+        if (!width && !height) a.width = std::max(size.x / eyes, 1) * eyes;
+        return;
+    }
     a.width = height ? scaled(*a.height, size.x, size.y) : width ? *a.width : size.x;
     a.height = width ? scaled(*a.width, size.y, size.x) : height ? *a.height : size.y;
 }
@@ -54,7 +61,9 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
             std::ranges::none_of(kOverrides, overrides))
             copy_setting(setting, s.settings, a.settings);
     }
-    if (s.size) take_size(*s.size, given, a);
+    const Optics& optics = a.settings.optics;
+    const bool own_aspect = optics.projection != Projection::camera || eyes_in_picture(optics) != dvec2(1);
+    if (s.size) take_size(*s.size, given, std::is_same_v<A, RenderArguments> && own_aspect, a);
     if (!given("--variant")) a.variant = s.variant;
     if (!given("--line-width")) a.line_width = s.line_width;
     if (!given("--env") && !given("--sky")) a.environment = s.environment;
