@@ -430,7 +430,7 @@ struct FrameRenderer::State {
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
     void set_frame(std::uint32_t frame) {
-        scene.frame_for(double(settings.width) / settings.height);
+        scene.frame_for(eye_aspect(settings.optics, {settings.width, settings.height}));
         settings.frame = frame;
         settings.camera = camera_at(frame);
         if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())

@@ -19,7 +19,7 @@ struct CameraChoice {
     dvec3 up{0, 1, 0};                    // up direction of look_from
     double vertical_fov = 45;             // field of view of look_from, degrees, (0, 180)
     std::optional<CameraPose> pose{};     // camera of a settings file or of the caller
-    double aspect = 0;     // width / height of the picture, for the camera of a scene that has none; 0: 16 / 9
+    double aspect = 0;     // width / height of one eye's picture, for the camera of a scene that has none; 0: 16 / 9
     int turntable = 0;     // frames in which the camera turns once about the scene's centre, or about look_at; 0: none
     std::string source{};  // settings file that names `camera`, for errors; empty: none
 };

@@ -222,6 +222,18 @@ TEST_F(FirstPicture, TurntableTurnsOnce) {
               std::string::npos);
 }
 
+TEST_F(FirstPicture, EachEyeIsFramed) {
+    write_text(folder / "scene.gltf", blocks().dump());
+    const auto camera = [&](Strings options) {
+        options.insert(options.begin(), {"render", folder / "scene.gltf", folder / "a.exr", "--samples", "1"});
+        const Outcome outcome = run_program(options);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return *read_exr(folder / "a.exr").attributes.world_to_camera;
+    };
+    const Strings pair = {"--stereo", "side-by-side", "--width", "16", "--height", "16"};
+    EXPECT_EQ(camera(pair), camera({"--width", "8", "--height", "16"}));
+}
+
 TEST_F(FirstPicture, PhysicalCamerasReplaceMetering) {
     const Json scene = sun(68000);
     expect_judgeable(scene, {"--iso", "100", "--shutter-speed", "1/125", "--fstop", "16"});

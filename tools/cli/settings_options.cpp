@@ -32,6 +32,11 @@ void take_size(const ivec2& size, const Given& given, bool own_aspect, ViewArgum
     a.height = width ? scaled(*a.width, size.y, size.x) : height ? *a.height : size.y;
 }
 
+/// Sets the aspect of the camera of a scene that has none: that of one eye's picture.
+void set_aspect(ViewArguments& a) {
+    if (a.width && a.height) a.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});
+}
+
 /// Options that override a setting of the file, besides the setting's own option.
 struct Override {
     std::string_view setting;
@@ -135,7 +140,7 @@ void add_settings_option(Options& options, RenderArguments& a) {
 void take_size_options(const CLI::App& app, ViewArguments& a) {
     if (app.count("--width") > 0) a.width = a.settings.width;
     if (app.count("--height") > 0) a.height = a.settings.height;
-    if (a.width && a.height) a.aspect = double(*a.width) / *a.height;
+    set_aspect(a);
 }
 
 void use_settings(const CLI::App& app, RenderArguments& a) {
@@ -151,6 +156,7 @@ void use_settings(const CLI::App& app, RenderArguments& a) {
         temporal = !a.frames.empty();  // a single picture has no earlier frames
     }
     take(saved, *a.settings_file, given, a);
+    set_aspect(a);
     // The viewer, which saves such files, shows no light groups.
     const bool groups = a.edits.each_light || !a.edits.light_groups.empty();
     if (groups && !given("--preview")) a.settings.preview.cache = false;

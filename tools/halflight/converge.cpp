@@ -91,7 +91,7 @@ void run_converge(const ConvergeArguments& a) {
     set_environment(scene, a.environment, console);
     apply(a.edits, scene, file.tree_at(0));
     CameraChoice choice = a;
-    if (a.width && a.height) choice.aspect = double(*a.width) / *a.height;
+    if (a.width && a.height) choice.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});
     const ChosenCamera chosen = choose_camera(scene, choice);
     const Camera camera = with_optics(with_lens(chosen.camera, a.settings.view.camera.lens), a.settings.optics);
     if (camera.lens.focus.kind == Focus::Kind::point)
