@@ -27,15 +27,8 @@ bool is_color(const ExrLayer& layer) {
     return known && known->is_color();
 }
 
-/// Names of the views of Stereo::views. Channels of the first one have no prefix (OpenEXR, Multi-View OpenEXR).
+/// Names of the views of Stereo::views.
 const std::vector<std::string> kViews{"left", "right"};
-
-/// Returns the name of a channel of the second view, "right.R" or "albedo.right.R".
-std::string in_second_view(const std::string& channel) {
-    const std::size_t last = channel.rfind('.');
-    return last == std::string::npos ? kViews[1] + "." + channel
-                                     : channel.substr(0, last + 1) + kViews[1] + channel.substr(last);
-}
 
 /// Splits layers of two eyes, one above the other, into views. `images` keeps their pixels.
 std::vector<ExrLayerView> views_of(const std::vector<ExrLayerView>& layers, std::list<Image>& images) {
@@ -43,14 +36,8 @@ std::vector<ExrLayerView> views_of(const std::vector<ExrLayerView>& layers, std:
     for (const int view : {0, 1}) {
         for (const ExrLayerView& layer : layers) {
             const ivec2 size(layer.image.width, layer.image.height / 2);
-            ExrLayerView one{layer.channels, images.emplace_back(part_of(layer.image, {0, view * size.y}, size)),
-                             layer.type,     layer.color,
-                             layer.exact,    layer.name};
-            if (view == 1) {
-                std::ranges::transform(one.channels, one.channels.begin(), in_second_view);
-                one.name += "." + kViews[1];
-            }
-            views.push_back(std::move(one));
+            views.push_back({layer.channels, images.emplace_back(part_of(layer.image, {0, view * size.y}, size)),
+                             layer.type, layer.color, layer.exact, layer.name, view});
         }
     }
     return views;

@@ -39,6 +39,8 @@ struct ExrLayerView {
     mat3 color{1};       // matrix for the first three channels, applied while writing
     bool exact = false;  // values are data, which lossy compression must not change
     std::string name{};  // ExrLayer::name
+    // Number of the layer's view in ExrAttributes::views; -1: none. Channels have names without that of the view.
+    int view = -1;
 };
 
 enum class ExrCompression : std::uint8_t { none, rle, zips, zip, piz, pxr24, dwaa, dwab };
@@ -89,7 +91,9 @@ struct ExrAttributes {
     std::map<std::string, std::string> extra;  // further text attributes
     std::map<std::string, float> numbers;      // further attributes of type float
     std::map<std::string, int> counts;         // further attributes of type int
-    std::vector<std::string> views{};          // multiView; channels without the name of a view are those of the first
+    // Views of the layers. A file of one part lists them as multiView, and its channels name theirs: "albedo.left.R",
+    // "right.R". Channels of the first view without a period do not: "R". In files of several parts, each part has one.
+    std::vector<std::string> views{};
     // Windows: the data window has its upper left pixel at `origin` of the display window, which begins at (0, 0).
     ivec2 origin{0};
     std::optional<ivec2> display;  // size of the display window, pixels; none: it is the data window
@@ -111,7 +115,7 @@ void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayer
                      const ExrAttributes& attributes, const ExrLayout& layout = {});
 
 struct ExrChannel {
-    std::string name;
+    std::string name;  // name as in a file of one part, with that of its view
     ExrType type = ExrType::float32;
     std::vector<float> values;  // width * height values, top row first; uint32 as bits
 };

@@ -7,6 +7,7 @@
 #include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfMultiPartInputFile.h>
+#include <ImfMultiView.h>
 #include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -141,8 +142,14 @@ glm::dvec2 dvec2_of(const Imath::V2f& v) {
 
 ExrAttributes attributes_of(const Imf::Header& header) {
     // Attributes that every file has, or that describe the part itself.
-    static const std::set<std::string> kOfPart{
-        "type", "name", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth", "dwaCompressionLevel"};
+    static const std::set<std::string> kOfPart{"type",
+                                               "name",
+                                               "view",
+                                               "version",
+                                               "chunkCount",
+                                               "pixelAspectRatio",
+                                               "screenWindowWidth",
+                                               "dwaCompressionLevel"};
     ExrAttributes attributes;
     if (Imf::hasChromaticities(header)) {
         const Imf::Chromaticities& c = Imf::chromaticities(header);
@@ -202,10 +209,11 @@ void read_pixels(Imf::MultiPartInputFile& file, int number, std::size_t first, E
     for (int done = 0; done < result.height; done += band) {
         const int rows = std::min(band, result.height - done);
         Imf::FrameBuffer buffer;
+        auto in_part = header.channels().begin();
         for (ExrChannel& channel : std::span(result.channels).subspan(first)) {
             channel.values.resize(width * static_cast<std::size_t>(done + rows));
             const Imath::V2i origin(window.min.x, window.min.y + done);
-            buffer.insert(channel.name,
+            buffer.insert((in_part++).name(),
                           Imf::Slice::Make(channel.type == ExrType::uint32 ? Imf::UINT : Imf::FLOAT,
                                            channel.values.data() + width * static_cast<std::size_t>(done), origin,
                                            result.width, rows, sizeof(float), sizeof(float) * width));
@@ -215,24 +223,44 @@ void read_pixels(Imf::MultiPartInputFile& file, int number, std::size_t first, E
     }
 }
 
+/// Returns the views of the parts.
+std::vector<std::string> views_of(const Imf::MultiPartInputFile& file) {
+    std::vector<std::string> views;
+    for (int part = 0; part < file.parts(); ++part)
+        if (const Imf::Header& header = file.header(part);
+            header.hasView() && std::ranges::find(views, header.view()) == views.end())
+            views.push_back(header.view());
+    return views;
+}
+
+/// Returns the name that a channel of a part has in a file of one part.
+std::string name_of(const std::string& channel, const Imf::Header& header, const std::vector<std::string>& views) {
+    if (!header.hasView()) return channel;
+    const auto view = std::ranges::find(views, header.view()) - views.begin();
+    return Imf::insertViewName(channel, views, static_cast<int>(view));
+}
+
 /// Returns the channels of a part. Throws Error for channels that cannot be read.
-std::vector<ExrChannel> channels_of(const std::string& subject, const Imf::Header& header) {
+std::vector<ExrChannel> channels_of(const std::string& subject, const Imf::Header& header,
+                                    const std::vector<std::string>& views) {
     if (header.hasType() && Imf::isDeepData(header.type())) throw Error(subject, "deep data is not supported");
     std::vector<ExrChannel> channels;
     for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
         if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
             throw Error(subject, "channel {} is subsampled, which is not supported", c.name());
-        channels.push_back({c.name(), type_of(c.channel().type), {}});
+        channels.push_back({name_of(c.name(), header, views), type_of(c.channel().type), {}});
     }
     return channels;
 }
 
 /// Returns whether a further part adds to the pixels of the first: same data window, flat, channels of other names.
-bool adds_to(const ExrFile& first, const Imf::Header& window, const Imf::Header& header) {
+bool adds_to(const ExrFile& first, const Imf::Header& window, const Imf::Header& header,
+             const std::vector<std::string>& views) {
     if (header.hasType() && Imf::isDeepData(header.type())) return false;
     if (header.dataWindow() != window.dataWindow()) return false;
     for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
-        if (first.find(c.name()) || c.channel().xSampling != 1 || c.channel().ySampling != 1) return false;
+        if (first.find(name_of(c.name(), header, views)) || c.channel().xSampling != 1 || c.channel().ySampling != 1)
+            return false;
     return true;
 }
 
@@ -254,10 +282,12 @@ ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
         result.width = header.dataWindow().max.x - header.dataWindow().min.x + 1;
         result.height = header.dataWindow().max.y - header.dataWindow().min.y + 1;
         result.attributes = attributes_of(header);
+        const std::vector<std::string> views = views_of(file);
+        if (!views.empty()) result.attributes.views = views;
         for (int part = 0; part < file.parts(); ++part) {
-            if (part > 0 && !adds_to(result, header, file.header(part))) continue;
+            if (part > 0 && !adds_to(result, header, file.header(part), views)) continue;
             const std::size_t first = result.channels.size();
-            std::ranges::move(channels_of(subject, file.header(part)), std::back_inserter(result.channels));
+            std::ranges::move(channels_of(subject, file.header(part), views), std::back_inserter(result.channels));
             const std::uint64_t size = sizeof(float) * result.channels.size() *
                                        static_cast<std::uint64_t>(result.width) *
                                        static_cast<std::uint64_t>(result.height);

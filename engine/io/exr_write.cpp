@@ -6,6 +6,7 @@
 #include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfMultiPartOutputFile.h>
+#include <ImfMultiView.h>
 #include <ImfOutputFile.h>
 #include <ImfOutputPart.h>
 #include <ImfPartType.h>
@@ -67,7 +68,6 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
     if (!attributes.software.empty()) header.insert("software", Imf::StringAttribute(attributes.software));
     for (const auto& [name, value] : attributes.extra) header.insert(name, Imf::StringAttribute(value));
     for (const auto& [name, value] : attributes.numbers) header.insert(name, Imf::FloatAttribute(value));
-    if (!attributes.views.empty()) Imf::addMultiView(header, attributes.views);
     for (const auto& [name, value] : attributes.counts) header.insert(name, Imf::IntAttribute(value));
 }
 
@@ -77,6 +77,15 @@ ExrCompression compression_of(const std::string& subject, const ExrLayerView& la
     if (layout.parts) return ExrCompression::zip;
     throw Error(subject, "compression {} would change data in channel {}, unless layers are parts of their own",
                 name(layout.compression), layer.channels.front());
+}
+
+/// Returns the layers with the names of their views in those of channels, as files of one part have them.
+std::vector<ExrLayerView> with_views(std::span<const ExrLayerView> layers, const ExrAttributes& attributes) {
+    std::vector<ExrLayerView> named(layers.begin(), layers.end());
+    for (ExrLayerView& layer : named)
+        for (std::string& channel : layer.channels)
+            if (layer.view >= 0) channel = Imf::insertViewName(channel, attributes.views, layer.view);
+    return named;
 }
 
 void check_layers(const std::string& subject, std::span<const ExrLayerView> layers) {
@@ -187,10 +196,17 @@ Part part_of(const ExrLayerView& first, ExrCompression compression, const ExrAtt
     }
     if (layout.parts) {
         const std::string& channel = first.channels.front();
-        part.header.setName(first.name.empty() ? channel.substr(0, channel.find('.')) : first.name);
+        std::string name = first.name.empty() ? channel.substr(0, channel.find('.')) : first.name;
+        if (first.view >= 0) {
+            const std::string& view = attributes.views[static_cast<std::size_t>(first.view)];
+            name += "." + view;
+            part.header.setView(view);
+        }
+        part.header.setName(name);
         part.header.setType(layout.tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
     }
     add_attributes(part.header, attributes);
+    if (!attributes.views.empty() && !layout.parts) Imf::addMultiView(part.header, attributes.views);
     return part;
 }
 
@@ -288,7 +304,9 @@ void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& l
 void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayerView> layers,
                      const ExrAttributes& attributes, const ExrLayout& layout) {
     const std::string subject = path.string();
-    check_layers(subject, layers);
+    const std::vector<ExrLayerView> named = with_views(layers, attributes);
+    check_layers(subject, named);
+    if (!layout.parts) layers = named;
     if (layout.tile != 0 && (layout.tile < kLeastTile || layout.tile > kMostTile))
         throw Error(subject, "has tiles of {} pixels, not {} to {}", layout.tile, kLeastTile, kMostTile);
     try {

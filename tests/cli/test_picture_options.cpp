@@ -123,13 +123,15 @@ TEST_F(PictureOptions, PanoramasAndEyesDescribeThemselves) {
                                   all.begin() + std::ptrdiff_t(eye * 512 + 512));
     };
     for (const auto& [name, right] : {std::pair("R", "right.R"), {"Z", "right.Z"}, {"normal.X", "normal.right.X"}}) {
-        ASSERT_TRUE(views.find(name) && views.find(right)) << name;
-        EXPECT_EQ(views.find(name)->values, half(name, 0)) << name;
+        const std::string left = name == std::string("normal.X") ? "normal.left.X" : name;
+        ASSERT_TRUE(views.find(left) && views.find(right)) << name;
+        EXPECT_EQ(views.find(left)->values, half(name, 0)) << name;
         EXPECT_EQ(views.find(right)->values, half(name, 1)) << name;
     }
     EXPECT_EQ(views.channels.size(), 2 * both.channels.size());
     const ExrFile parts = made({"--stereo", "views", "--width", "16", "--height", "16", "--exr-parts"});
-    EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.right.X"));
+    EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.left.X") && parts.find("normal.right.X"));
+    EXPECT_EQ(parts.attributes.views, views.attributes.views);
     render({file("views.jpg"), "--stereo", "views", "--width", "64", "--height", "90"});  // metering has odd halves
     std::ofstream(file("fish.json")) << R"({"halflight_settings": 1, "size": [1280, 720],
         "projection": "fisheye", "fisheye-fov": 220})";

@@ -2,7 +2,9 @@
 #include <ImfChannelList.h>
 #include <ImfHeader.h>
 #include <ImfMultiPartInputFile.h>
+#include <ImfMultiView.h>
 #include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
 #include <ImfThreading.h>
 #include <gtest/gtest.h>
 
@@ -159,6 +161,40 @@ TEST_F(ExrLayouts, EveryTruncationOfPartsIsAnError) {
         write_file(path, whole.substr(0, length));
         EXPECT_THROW(read_exr(path), Error) << length << " of " << whole.size() << " bytes";
     }
+}
+
+TEST_F(ExrLayouts, EveryChannelHasAView) {
+    const std::vector<std::string> names{"left", "right"};
+    std::vector<ExrLayerView> eyes;
+    for (const int view : {0, 1})
+        for (ExrLayerView layer : layers()) {
+            layer.view = view;
+            eyes.push_back(layer);
+        }
+    ExrAttributes attributes;
+    attributes.views = names;
+    std::vector<std::string> channels[2];
+    for (const bool parts : {false, true}) {
+        write_exr_views(path, eyes, attributes, {ExrCompression::zip, parts, 0});
+        const ExrFile file = read_exr(path);
+        EXPECT_EQ(file.attributes.views, names);
+        for (const ExrChannel& channel : file.channels) {
+            channels[parts].push_back(channel.name);
+            EXPECT_NE(Imf::viewFromChannelName(channel.name, names), "") << channel.name;
+        }
+        std::ranges::sort(channels[parts]);
+        EXPECT_EQ(difference(file, "albedo.right.G", albedo, 1), 0);
+        // Readers of OpenEXR find the view in the attribute of a part.
+        const Imf::MultiPartInputFile plain(path.c_str());
+        EXPECT_EQ(plain.parts(), parts ? 10 : 1);
+        EXPECT_EQ(Imf::hasMultiView(plain.header(0)), !parts);
+        if (!parts) continue;
+        EXPECT_EQ(plain.header(6).view(), "right");
+        EXPECT_EQ(plain.header(6).name(), "albedo.right");
+        EXPECT_TRUE(plain.header(6).channels().findChannel("albedo.R"));
+    }
+    EXPECT_EQ(channels[0], channels[1]);
+    EXPECT_TRUE(Imf::areCounterparts("albedo.left.R", "albedo.right.R", names));
 }
 
 TEST_F(ExrLayouts, WrongLayoutsAreRefused) {
