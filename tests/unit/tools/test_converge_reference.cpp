@@ -209,6 +209,8 @@ TEST(ConvergeFingerprint, ChangesWithEveryInput) {
     EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.bounces = 4; }));
     EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.height = 9; }));
     EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.vertical_fov *= 1.001; }));
+    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.optics.eye_distance += 1e-9; }));
+    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.optics.stereo = Stereo::left; }));
     EXPECT_TRUE(other([](View&, Picture& p, std::string&) { p.components[3].pixels[5] += 1e-3f; }));
     EXPECT_TRUE(other([](View&, Picture&, std::string& m) { m = "gl"; }));
 }

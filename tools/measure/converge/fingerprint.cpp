@@ -88,7 +88,9 @@ std::uint64_t reference_fingerprint(std::uint64_t scene, const View& view, std::
     hash.add_bytes(&c.camera_to_world, sizeof(c.camera_to_world));
     hash.add(c.orthographic);
     for (const double value : {c.vertical_fov, c.ortho_height, c.near_plane, c.far_plane}) hash.add(value);
-    if (const std::string optics = text(c.optics); !optics.empty()) hash.add_bytes(optics.data(), optics.size());
+    hash.add(c.optics.projection);
+    hash.add(c.optics.stereo);
+    for (const double value : {c.optics.fisheye_fov, c.optics.eye_distance, c.optics.convergence}) hash.add(value);
     if (const Lens& l = c.lens; l.blurs())
         for (const double value :
              {double{l.fstop}, l.aperture, l.sensor, l.focus.distance, double(l.blades), l.rotation})
