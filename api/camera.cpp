@@ -92,6 +92,14 @@ Camera with_lens(Camera camera, const Lens& wanted) {
     return camera;
 }
 
+Optics effective(Optics optics) {
+    constexpr Optics kUsual;
+    if (!optics.is_fisheye()) optics.fisheye_fov = kUsual.fisheye_fov;
+    if (optics.stereo == Stereo::none)
+        optics.eye_distance = kUsual.eye_distance, optics.convergence = kUsual.convergence;
+    return optics;
+}
+
 Camera with_optics(Camera camera, const Optics& wanted) {
     camera.optics = wanted;
     if (wanted.projection != Projection::camera) {
@@ -99,6 +107,7 @@ Camera with_optics(Camera camera, const Optics& wanted) {
         camera.aspect = wanted.projection == Projection::panorama ? 2 : 1;
     }
     if (const std::string problem = optics_problem(camera); !problem.empty()) throw Error("render settings", problem);
+    camera.optics = effective(wanted);
     const dvec2 eyes = eyes_in_picture(wanted);
     if (eyes != dvec2(1)) camera.aspect = (camera.aspect > 0 ? camera.aspect : kUsualAspect) * eyes.x / eyes.y;
     return camera;

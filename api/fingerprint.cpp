@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/source_hash.h"
 #include "engine/core/error.h"
@@ -126,9 +127,11 @@ void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSetti
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene.choice());
     add_edits(print, scene.edits());
+    RenderSettings with_effect = settings;
+    with_effect.optics = effective(settings.optics);
     for (const Setting& setting : known_settings())
         if (setting.fingerprint && (view || setting.group != "Colour"))
-            print.text(setting.name).text(setting.get(settings));
+            print.text(setting.name).text(setting.get(with_effect));
 }
 
 }  // namespace

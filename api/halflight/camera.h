@@ -39,8 +39,10 @@ ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice);
 /// Error where a focus lacks an aperture, or an aperture lacks a focus.
 Camera with_lens(Camera camera, const Lens& wanted);
 
-/// Returns a camera with another projection and eyes, and with the aspect ratio of that picture. Throws Error where the
-/// camera cannot have them.
+/// Returns optics whose values without effect are the defaults, such as the distance between eyes without stereo.
+Optics effective(Optics optics);
+/// Returns a camera with another projection and eyes (effective()), and with the aspect ratio of that picture. Throws
+/// Error where the camera cannot have them.
 Camera with_optics(Camera camera, const Optics& wanted);
 
 /// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 where it has

@@ -72,6 +72,10 @@ TEST_F(Refusal, Lenses) {
     expect_render({"--projection", "cylinder"}, 2, "--projection: expects one of auto, panorama, .*");
     expect_render({"--fisheye-fov", "361"}, 2, "--fisheye-fov: expects a number from 0.01 to 360, not '361'");
     expect_render({"--stereo", "both"}, 2, "--stereo: expects one of none, left, right, .*");
+    for (const char* option : {"--eye-distance", "--convergence"})
+        expect_render({option, "1"}, 2, std::string(option) + ": needs --stereo");
+    expect_render({"--projection", "panorama", "--fisheye-fov", "90"}, 2,
+                  "--fisheye-fov: needs --projection fisheye or fisheye-equisolid");
     for (const char* odd : {"--width", "--height"})
         expect({"render", scene, folder / "out.exr", odd, "33", "--stereo",
                 odd == std::string("--width") ? "side-by-side" : "over-under"},

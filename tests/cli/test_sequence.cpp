@@ -236,6 +236,10 @@ TEST_F(Sequence, TheScenesFrameRateIsTheDefault) {
     EXPECT_EQ(read_exr(file("out", 15)).attributes.frame_rate, (FrameRate{30000, 1001}));
     const Outcome same = make("out", "15", with("30000/1001"));
     EXPECT_EQ(same.err, "halflight: 1 of 1 frames are there already\n") << "the same fingerprint";
+    write_text(folder / "eyes.json", R"({"halflight_settings": 1, "eye-distance": 0.1, "fisheye-fov": 90})");
+    Strings eyes = slide;
+    eyes.insert(eyes.end(), {"--settings", folder / "eyes.json"});
+    EXPECT_EQ(make("out", "15", eyes).err, same.err) << "no pixel depends on the eyes";
     EXPECT_NE(run("out", "15", with("24")).status, 0) << "another one";
     make("given", "15", with("24"));
     EXPECT_EQ(read_exr(file("given", 15)).attributes.frame_rate, (FrameRate{24, 1}));

@@ -291,6 +291,14 @@ void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
 
 void check_optics_options(const CLI::App& app, const ViewArguments& a) {
     const Optics& optics = a.settings.optics;
+    const auto given = [&](const char* option) {
+        const CLI::Option* const known = app.get_option_no_throw(option);  // `info` has some of them
+        return known && known->count() > 0;
+    };
+    for (const char* option : {"--eye-distance", "--convergence"})
+        if (given(option) && optics.stereo == Stereo::none) throw UsageError(option, "needs --stereo");
+    if (given("--fisheye-fov") && !optics.is_fisheye())
+        throw UsageError("--fisheye-fov", "needs --projection fisheye or fisheye-equisolid");
     if (const std::string side = odd_side(optics, {a.width.value_or(0), a.height.value_or(0)}); !side.empty())
         throw UsageError("--" + side, "must be even with --stereo {}, since it is that of both eyes together",
                          name(optics.stereo));

@@ -214,6 +214,7 @@ TEST(Optics, CamerasWithOptics) {
               "render settings: the eyes must converge farther away than they are apart");
     EXPECT_EQ(error_message([&] { with_optics({}, {.fisheye_fov = 361}); }),
               "render settings: a fisheye sees more than 0 and up to 360 degrees");
+    EXPECT_EQ(with_optics({}, {.fisheye_fov = 90, .eye_distance = 1, .convergence = 2}).optics, Optics());
     EXPECT_EQ(text(Optics()), "");
     EXPECT_EQ(text(Optics{.projection = Projection::fisheye, .fisheye_fov = 220, .stereo = Stereo::views}),
               "fisheye of 220 degrees, stereo views, eyes 0.065 m apart, parallel");
