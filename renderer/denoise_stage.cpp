@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -40,11 +41,12 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
     if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
 }
 
-void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera, const ivec2& whole) {
+void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera, const Band& band) {
     has_halves_ = denoised_ = false;
     kept_ = frame;
-    blur_ = blur_of(camera, whole);
-    if (kept_) kept_->blur = blur_;
+    blur_ = blur_of(camera, band.whole());
+    windows_ = denoiser_windows(camera.optics, band.whole(), {band.origin, band.origin + band.image});
+    if (kept_) kept_->blur = blur_, kept_->windows = windows_;
     if (kept_ && !kept_->pixels) kept_->pixels.emplace(desc_, present_, chains_);
     executor_.reset_times();
 }
@@ -63,28 +65,41 @@ void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumul
     has_halves_ = has_halves_ || (samples.first > 0 && samples.first < samples.all);
 }
 
-std::optional<DenoiseStage::Made> DenoiseStage::make(graph::Graph& graph, const DenoiserPixels& pixels,
-                                                     std::span<const DenoiserNeighbour> neighbours) {
-    const DenoisedPicture made = add_denoiser(graph, pixels, neighbours);
-    if (!made.weights) return std::nullopt;
-    graph.output(made.picture), graph.output(made.weights);
-    const graph::CompiledGraph compiled = graph::compile(graph);
-    transient_bytes_ = compiled.slot_bytes;
-    executor_.run(compiled);
-    Made result{Image(desc_.width, desc_.height, 4), executor_.texture(made.weights).read_float()};
-    result.picture.pixels = executor_.texture(made.picture).read_float();
+std::optional<DenoiseStage::Made> DenoiseStage::make(
+    std::span<const DenoiserWindow> windows,
+    const std::function<Inputs(graph::Graph&, const DenoiserWindow&)>& inputs) {
+    Made result{Image(desc_.width, desc_.height, 4), Image(desc_.width, desc_.height, 4)};
+    for (const DenoiserWindow& window : windows) {
+        graph::Graph graph;
+        const Inputs of = inputs(graph, window);
+        const DenoisedPicture made = add_denoiser(graph, of.pixels, of.neighbours);
+        if (!made.weights) return std::nullopt;
+        graph.output(made.picture), graph.output(made.weights);
+        const graph::CompiledGraph compiled = graph::compile(graph);
+        transient_bytes_ = compiled.slot_bytes;
+        executor_.run(compiled);
+        for (const auto& [texture, picture] :
+             {std::pair(made.picture, &result.picture), std::pair(made.weights, &result.weights)}) {
+            Image part(window.size.x + 2 * window.margin, window.size.y, 4);
+            part.pixels = executor_.texture(texture).read_float();
+            for (int y = 0; y < window.size.y; ++y)
+                std::copy_n(part.at(window.margin, y), 4 * window.size.x,
+                            picture->at(window.first.x, window.first.y + y));
+        }
+    }
     return result;
 }
 
 void DenoiseStage::apply(Film& film, bool complete) {
     if (kept_) kept_->has_halves = complete && has_halves_;
     if (kept_ || !complete || !has_halves_) return;
-    graph::Graph graph;
-    std::optional<Made> made = make(graph, add_lens_blur(graph, own_->import_pixels(graph), blur_), {});
+    std::optional<Made> made = make(windows_, [&](graph::Graph& graph, const DenoiserWindow& window) {
+        return Inputs{add_lens_blur(graph, add_window(graph, own_->import_pixels(graph), window), blur_)};
+    });
     denoised_ = made.has_value();
     if (!denoised_) return;
     film.replace_pictures(std::move(made->picture), view_ ? &*view_ : nullptr);
-    if (film.wants({LayerSource::denoiser})) film.add_denoiser_weights(made->weights);
+    if (film.wants({LayerSource::denoiser})) film.add_denoiser_weights(made->weights.pixels);
 }
 
 void DenoiseStage::fill_stats(RenderStats& stats) const {
@@ -97,41 +112,49 @@ void DenoiseStage::fill_stats(RenderStats& stats) const {
 void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result) {
     const Stopwatch watch;
     executor_.reset_times();
-    graph::Graph graph;
-    std::vector<DenoiserNeighbour> neighbours;
     RenderStats& stats = result.stats;
     stats.gpu_bytes += frame.bytes();
+    std::vector<const NearFrame*> used;
     for (const NearFrame& other : near) {
         stats.gpu_bytes += other.frame->bytes();
-        gpu::Texture *there = frame.motion(other.offset), *back = other.frame->motion(-other.offset);
-        if (!other.frame->has_halves || !there || !back) continue;
-        neighbours.push_back({add_lens_blur(graph, other.frame->pixels->import_pixels(graph), other.frame->blur),
-                              graph.import_texture("motion", *there), graph.import_texture("motion back", *back)});
-        gpu::Texture *mirrored = frame.glossy_motion(other.offset),
-                     *mirrored_back = other.frame->glossy_motion(-other.offset);
-        if (!mirrored || !mirrored_back) continue;
-        neighbours.back().glossy_motion = graph.import_texture("glossy motion", *mirrored);
-        neighbours.back().glossy_motion_back = graph.import_texture("glossy motion back", *mirrored_back);
+        if (other.frame->has_halves && frame.motion(other.offset) && other.frame->motion(-other.offset))
+            used.push_back(&other);
     }
+    const auto inputs = [&](graph::Graph& graph, const DenoiserWindow& window) {
+        Inputs all{add_lens_blur(graph, add_window(graph, frame.pixels->import_pixels(graph), window), frame.blur)};
+        for (const NearFrame* other : used) {
+            DenoiserNeighbour neighbour{
+                other->frame->pixels->import_pixels(graph),
+                graph.import_texture("motion", *frame.motion(other->offset)),
+                graph.import_texture("motion back", *other->frame->motion(-other->offset))};
+            gpu::Texture *mirrored = frame.glossy_motion(other->offset),
+                         *mirrored_back = other->frame->glossy_motion(-other->offset);
+            if (mirrored && mirrored_back) {
+                neighbour.glossy_motion = graph.import_texture("glossy motion", *mirrored);
+                neighbour.glossy_motion_back = graph.import_texture("glossy motion back", *mirrored_back);
+            }
+            neighbour = add_window(graph, neighbour, window);
+            neighbour.pixels = add_lens_blur(graph, neighbour.pixels, other->frame->blur);
+            all.neighbours.push_back(neighbour);
+        }
+        return all;
+    };
     std::optional<Made> made;
-    if (frame.has_halves)
-        made = make(graph, add_lens_blur(graph, frame.pixels->import_pixels(graph), frame.blur), neighbours);
+    if (frame.has_halves) made = make(frame.windows, inputs);
     if (!made) return;
     result.beauty = std::move(made->picture);
     if (view_) result.view = view_->apply(transparent_ ? straight(result.beauty) : result.beauty);
     const AovInfo& layer = *find_aov("denoiser");
     for (ExrLayer& own : result.aovs) {
         if (own.channels != layer.channel_names()) continue;
-        Image weights(desc_.width, desc_.height, 4);
-        weights.pixels = std::move(made->weights);
-        own.image = rgb(weights);
+        own.image = rgb(made->weights);
     }
     stats.gpu_bytes += transient_bytes_;
     stats.denoised = true;
     stats.biases.insert(stats.biases.begin(),
-                        fmt::format("{}, also over {} neighbouring frames", kBias, neighbours.size()));
+                        fmt::format("{}, also over {} neighbouring frames", kBias, used.size()));
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
-    stats.neighbours = {static_cast<int>(neighbours.size()), 0, watch.seconds()};
+    stats.neighbours = {static_cast<int>(used.size()), 0, watch.seconds()};
     stats.render_seconds += watch.seconds();
 }
 

@@ -1,8 +1,10 @@
 // Denoising of final pictures in a renderer: the halves of its bands replace the picture of a film.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "engine/color/color.h"
 #include "engine/graph/execute.h"
@@ -23,9 +25,8 @@ class DenoiseStage {
                  const FrameNeeds& needs, const SceneNeeds& scene);
 
     /// Begins another picture. frame: keeps the picture for denoise(), so that apply() leaves it noisy; null: apply()
-    /// denoises it. camera: its lens is focused at a distance. whole: size of the whole picture, also where a part is
-    /// rendered.
-    void begin(NoisyFrame* frame, const Camera& camera, const ivec2& whole);
+    /// denoises it. camera: its lens is focused at a distance. band: a band of the picture.
+    void begin(NoisyFrame* frame, const Camera& camera, const Band& band);
     /// Adds a band's inputs, if a picture will be denoised, to the graph that makes its beauty. sums: as Accumulated,
     /// with features and halves.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,
@@ -42,18 +43,23 @@ class DenoiseStage {
   private:
     /// A denoised picture with its weights, RGBA.
     struct Made {
-        Image picture;
-        std::vector<float> weights;
+        Image picture, weights;
     };
-    /// Returns none for pictures that have nothing to denoise.
-    std::optional<Made> make(graph::Graph& graph, const DenoiserPixels& pixels,
-                             std::span<const DenoiserNeighbour> neighbours);
+    struct Inputs {
+        DenoiserPixels pixels;
+        std::vector<DenoiserNeighbour> neighbours{};
+    };
+    /// Denoises windows one after the other. inputs: adds those of a window to a graph. Returns none for pictures that
+    /// have nothing to denoise.
+    std::optional<Made> make(std::span<const DenoiserWindow> windows,
+                             const std::function<Inputs(graph::Graph&, const DenoiserWindow&)>& inputs);
 
     gpu::TextureDesc desc_;
     DenoiserTextures::Present present_{};
     bool chains_ = false;  // specular chains are followed
     std::optional<DenoiserTextures> own_;
     DenoiserBlur blur_{0};        // blur of the picture's camera
+    std::vector<DenoiserWindow> windows_;  // parts of the picture that are denoised apart
     NoisyFrame* kept_ = nullptr;  // frame that gets the picture; null: own_ gets it
     std::optional<ViewProcessor> view_;
     graph::Executor executor_;

@@ -147,6 +147,22 @@ std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
            frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s));
 }
 
+/// Returns the bytes that the largest window of the denoiser takes on top: copies, and transients of its margins.
+std::size_t denoiser_window_bytes(const RenderSettings& s, bool chains) {
+    if (!s.denoise) return 0;
+    const PixelWindow rendered = rendered_window(s);
+    std::size_t most = 0;
+    for (const DenoiserWindow& w : denoiser_windows(s.camera.optics, {s.width, s.height}, rendered)) {
+        if (w.margin == 0 && w.size == rendered.size()) continue;
+        const auto frames = static_cast<std::size_t>(2 * neighbour_frames(s));
+        const auto rows = static_cast<std::size_t>(w.size.y), margins = static_cast<std::size_t>(2 * w.margin);
+        most = std::max(most, rows * ((static_cast<std::size_t>(w.size.x) + margins) *
+                                          ((frames + 1) * kDenoiserWindowBytes + frames * kDenoiserWindowMotionBytes) +
+                                      margins * denoiser_bytes(s, chains)));
+    }
+    return most;
+}
+
 /// Returns the bytes per pixel: sums in double, and the first picture. Pictures at the frame's own time count apart.
 std::size_t shutter_bytes(const RenderSettings& s) {
     std::size_t channels = 4;
@@ -177,6 +193,7 @@ void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const Picture
     constexpr std::size_t kHeldOut = 3 * kTexel;  // the two pictures, and the film of the second one
     m.film = (film_bytes(s) + (s.denoise_error > 0 ? kHeldOut : 0)) * pixels;
     m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s, chains) * pixels +
+                denoiser_window_bytes(s, chains) +
                 (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
     m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;
     m.writing = writing_bytes(s, use);

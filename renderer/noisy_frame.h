@@ -45,6 +45,7 @@ class NoisyFrame {
     std::optional<DenoiserTextures> pixels;
     bool has_halves = false;  // a band has samples in both halves
     DenoiserBlur blur{0};     // blur by the frame's camera
+    std::vector<DenoiserWindow> windows{};  // parts that are denoised apart
 
     /// Adds the surfaces at the centres of a band's pixels. chains: the ends of their specular chains; empty: none.
     void add_places(const Band& band, std::span<const shared::AovRecord> records,

@@ -105,7 +105,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     if (s.scene.buffers().tiles()) s.scene.buffers().tiles()->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
-    if (s.denoiser) s.denoiser->begin(frame.noisy, frame.camera, s.band.whole());
+    if (s.denoiser) s.denoiser->begin(frame.noisy, frame.camera, s.band);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;

@@ -1,21 +1,28 @@
 #include "engine/settings/data_window.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "engine/settings/denoiser_windows.h"
 #include "engine/settings/render_settings.h"
 
 namespace halflight {
 namespace {
 
 constexpr int kBlock = 16;  // pixels, side of the blocks of shaders/shared/pixel_order.h
-// Pixels around the window that the denoiser needs for the picture that it makes of the whole. Its stages together
-// reach 59 pixels: fireflies are found (8) and spread twice (44), and a pixel sees the noise (2) and means (5).
-constexpr int kDenoiserReach = 64;
 
 /// Returns the largest multiple of kBlock that is at most `pixel`.
 int block_start(int pixel) {
     const int rest = pixel % kBlock;
     return pixel - (rest < 0 ? rest + kBlock : rest);
+}
+
+/// Returns whether the denoiser reaches across a side of an eye's panorama.
+bool reaches_around(const PictureSettings& s, const PixelWindow& window) {
+    if (s.optics.projection != Projection::panorama) return false;
+    const double columns = s.width / eyes_in_picture(s.optics).x;
+    return std::floor((window.first.x - kDenoiserReach) / columns) !=
+           std::floor((window.end.x + kDenoiserReach - 1) / columns);
 }
 
 /// Returns the end of the blocks up to the pixel before `end`, for a picture of `size` pixels.
@@ -46,6 +53,8 @@ PixelWindow rendered_window(const PictureSettings& s) {
     if (s.denoise && has_window(s)) {
         // There is nothing to see beyond the edges of the picture unless there is overscan.
         const ivec2 size(s.width, s.height);
+        if (reaches_around(s, window))
+            window.first.x = std::min(window.first.x, 0), window.end.x = std::max(window.end.x, size.x);
         window.first = glm::min(window.first, glm::max(window.first - kDenoiserReach, ivec2(0)));
         window.end = glm::max(window.end, glm::min(window.end + kDenoiserReach, size));
     }

@@ -369,6 +369,45 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
     return out;
 }
 
+namespace {
+
+/// Replaces a texture by its part; an empty handle stays.
+void take_part(graph::Graph& graph, TextureHandle& texture, const DenoiserWindow& window) {
+    if (!texture) return;
+    gpu::TextureDesc desc = graph.desc(texture);
+    if (window.margin == 0 && window.size == ivec2(desc.width, desc.height)) return;
+    desc.width = window.size.x + 2 * window.margin, desc.height = window.size.y;
+    graph::Pass pass = graph.add_pass("denoiser window");
+    pass.read(texture, Access::texture_read, "source");
+    texture = pass.write(graph.create_texture("part", desc), Access::image_write, "part");
+    pass.execute([=](graph::Resources& r) {
+        const gpu::Program& program = r.compute("shaders/denoiser_window.comp");
+        program.set("corner", window.first);
+        program.set("columns", window.size.x);
+        program.set("margin", window.margin);
+        dispatch(program, desc);
+    });
+}
+
+}  // namespace
+
+DenoiserPixels add_window(graph::Graph& graph, const DenoiserPixels& pixels, const DenoiserWindow& window) {
+    DenoiserPixels part = pixels;
+    for (TextureHandle* of : {&part.mean, &part.guide, &part.reflectance, &part.diffuse_albedo, &part.glossy_albedo,
+                              &part.glossy_guide, &part.glossy_reflectance})
+        take_part(graph, *of, window);
+    for (LightHalves& light : part.light) take_part(graph, light.first, window), take_part(graph, light.second, window);
+    return part;
+}
+
+DenoiserNeighbour add_window(graph::Graph& graph, const DenoiserNeighbour& neighbour, const DenoiserWindow& window) {
+    DenoiserNeighbour part = neighbour;
+    part.pixels = add_window(graph, neighbour.pixels, window);
+    for (TextureHandle* of : {&part.motion, &part.motion_back, &part.glossy_motion, &part.glossy_motion_back})
+        take_part(graph, *of, window);
+    return part;
+}
+
 DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, const DenoiserBlur& blur) {
     if (blur == DenoiserBlur(0)) return pixels;
     const auto smoothed = [&](TextureHandle before, TextureHandle guide) {

@@ -16,6 +16,7 @@
 #include <array>
 #include <span>
 
+#include "engine/settings/denoiser_windows.h"
 #include "passes/picture/accumulate.h"
 #include "passes/picture/native_means.h"
 
@@ -35,6 +36,9 @@ inline constexpr std::size_t kDenoiserNeighbourBytes = (8 + 12) * sizeof(vec4);
 inline constexpr std::size_t kDenoiserChainBytes = 2 * sizeof(vec4);
 /// Peak number of bytes per pixel and frame that depth of field takes on top: properties and halves of add_lens_blur().
 inline constexpr std::size_t kDenoiserLensBytes = (6 + 2 * kFilteredLights.size()) * sizeof(vec4);
+/// Bytes per pixel of the copies that add_window() makes of a frame, at most; with motion, of a neighbour.
+inline constexpr std::size_t kDenoiserWindowBytes = (7 + 2 * kFilteredLights.size()) * sizeof(vec4);
+inline constexpr std::size_t kDenoiserWindowMotionBytes = 4 * sizeof(vec4);
 /// Returns the bytes per pixel of a neighbour's textures: DenoiserPixels, and motion to `frames` other frames.
 constexpr std::size_t denoiser_frame_bytes(int frames) {
     return (5 + 2 * kFilteredLights.size() + std::size_t(frames)) * sizeof(vec4);
@@ -85,6 +89,10 @@ struct DenoiserNeighbour {
     // Motion of what glossy light shows. Empty: that of the surfaces serves.
     graph::TextureHandle glossy_motion{}, glossy_motion_back{};
 };
+
+/// Returns the part of a picture that is denoised as a whole. A part that is the whole has no copy.
+DenoiserPixels add_window(graph::Graph& graph, const DenoiserPixels& pixels, const DenoiserWindow& window);
+DenoiserNeighbour add_window(graph::Graph& graph, const DenoiserNeighbour& neighbour, const DenoiserWindow& window);
 
 /// Returns the pixels of a picture with depth of field as add_denoiser() needs them: properties of blurred surfaces are
 /// smoothed (shaders/half_lens.comp), and `blurred` is set. Those of a pinhole are returned as they are.

@@ -32,6 +32,8 @@ MAKERS = [
      "{P} render {S}/cornell.glb f.exr --width 32 --samples 4 --denoise --fstop 1.4 --focus 0.5,0.5 --aov nodes --stats f"),
     (["neighbour_add.comp", "neighbour_light.comp"],
      "{P} render {S}/cornell.glb g.#.exr --width 32 --samples 4 --frames 0-1 --denoise"),
+    (["denoiser_window.comp"],
+     "{P} render {S}/cornell.glb w.exr --width 32 --samples 4 --denoise --stereo over-under"),
     (["connection.comp"], "{P} bench --scene {S}/cornell.glb --size 64x48 --turns 1 --kinds connection --methods plain"),
     (["trace_paged.comp"], "{P} pack {S}/cornell.glb h && {P} render {S}/cornell.glb h.exr --pages h --width 32 --samples 1"),
     (["page_ends.comp"], "{T}/test_paging"),

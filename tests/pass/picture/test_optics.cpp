@@ -190,6 +190,42 @@ TEST_F(OpticsTest, EyesInOnePictureAreThoseOfTheirOwnPictures) {
     }
 }
 
+TEST_F(OpticsTest, TheDenoiserTakesNothingFromTheOtherEye) {
+    const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
+    View view{{.stereo = Stereo::left}, {32, 32}};
+    RenderSettings one = settings_of(view, 4, 2);
+    one.denoise = true;
+    const RenderResult alone = shown(prepared, one);
+    ASSERT_TRUE(alone.stats.denoised);
+    for (const Stereo both : {Stereo::over_under, Stereo::side_by_side}) {
+        view = {{.stereo = both}, both == Stereo::over_under ? ivec2(32, 64) : ivec2(64, 32)};
+        RenderSettings settings = settings_of(view, 4, 2);
+        settings.denoise = true;
+        EXPECT_TRUE(same_bits(part_of(shown(prepared, settings).beauty, {0, 0}, {32, 32}), alone.beauty)) << name(both);
+    }
+}
+
+TEST_F(OpticsTest, DenoisedPanoramasHaveNoSeam) {
+    const Scene scene = closed_box(diffuse_material(vec3(0.5f)));
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = settings_of({{.projection = Projection::panorama}, {64, 32}}, 4, 4);
+    settings.denoise = true;
+    const Image seen = shown(prepared, settings).beauty;
+    const auto step = [&](int left, int right) {
+        double sum = 0;
+        for (int y = 4; y < 28; ++y)
+            for (int c = 0; c < 3; ++c) {
+                const double a = double(seen.at(left, y)[c]), b = double(seen.at(right, y)[c]);
+                sum += std::abs(a - b) / (a + b + 1e-9);
+            }
+        return sum;
+    };
+    double most = 0;
+    for (int x = 0; x + 1 < 64; ++x) most = std::max(most, step(x, x + 1));
+    EXPECT_LE(step(63, 0), most);
+}
+
 TEST_F(OpticsTest, OutsideOfTheImageCircleIsNothing) {
     Scene scene = pyramids();
     scene.environment.color = vec3(1);

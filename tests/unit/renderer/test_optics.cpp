@@ -7,6 +7,8 @@
 #include <random>
 
 #include "api/halflight/camera.h"
+#include "engine/settings/denoiser_windows.h"
+#include "engine/settings/render_settings.h"
 #include "renderer/frame_constants.h"
 #include "tests/support/error_message.h"
 
@@ -191,6 +193,30 @@ TEST(Optics, WaysAroundAPanoramaAreShort) {
     EXPECT_EQ(places.shorter({359, 3}), dvec2(-1, 3));
     EXPECT_EQ(places.shorter({-200, 0}), dvec2(160, 0));
     EXPECT_EQ(CameraPlaces(camera_with({}), {360, 180}).shorter({359, 3}), dvec2(359, 3));
+}
+
+TEST(Optics, EyesAndRingsAreDenoisedApart) {
+    const auto windows = [](const Optics& optics, PixelWindow rendered) {
+        return denoiser_windows(optics, {200, 100}, rendered);
+    };
+    using Windows = std::vector<DenoiserWindow>;
+    const PixelWindow whole{{0, 0}, {200, 100}}, wide{{-16, -16}, {216, 116}}, lower{{16, 48}, {96, 100}};
+    EXPECT_EQ(windows({}, wide), (Windows{{{0, 0}, {232, 132}, 0}}));
+    const Optics panorama{.projection = Projection::panorama};
+    EXPECT_EQ(windows(panorama, whole), (Windows{{{0, 0}, {200, 100}, kDenoiserReach}}));
+    EXPECT_EQ(windows(panorama, wide), (Windows{{{0, 0}, {232, 132}, 0}})) << "the seam is rendered";
+    const Optics stacked{.stereo = Stereo::over_under};
+    EXPECT_EQ(windows(stacked, wide), (Windows{{{0, 0}, {232, 66}, 0}, {{0, 66}, {232, 66}, 0}}));
+    EXPECT_EQ(windows(stacked, lower), (Windows{{{0, 0}, {80, 2}, 0}, {{0, 2}, {80, 50}, 0}}));
+    const Optics rings{.projection = Projection::panorama, .stereo = Stereo::side_by_side};
+    EXPECT_EQ(windows(rings, whole), (Windows{{{0, 0}, {100, 100}, 64}, {{100, 0}, {100, 100}, 64}}));
+    EXPECT_EQ(windows(rings, lower), (Windows{{{0, 0}, {80, 52}, 0}}));
+    RenderSettings settings;
+    settings.width = 320, settings.height = 160, settings.optics = panorama, settings.denoise = true;
+    settings.crop = PixelWindow{{100, 60}, {120, 80}};
+    EXPECT_EQ(rendered_window(settings), (PixelWindow{{32, 0}, {192, 144}}));
+    settings.crop = PixelWindow{{60, 60}, {80, 80}};
+    EXPECT_EQ(rendered_window(settings), (PixelWindow{{0, 0}, {320, 144}})) << "the filter reaches beyond the seam";
 }
 
 TEST(Optics, CamerasWithOptics) {
