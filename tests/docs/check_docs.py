@@ -3,7 +3,8 @@
 
 Links and anchors lead somewhere; README.md leads to every document; every picture is used, and all of them have at most
 2 MB. Files and folders that are named exist; CI runs the set-up. gltf.md lists the extensions of the loader, and each
-extension of materials has a scene for its picture. The drawing of the rooms is current.
+extension of materials has a scene for its picture. The drawing of the rooms is current. tools/slurm/submit knows the
+settings on which memory depends.
 """
 import pathlib
 import re
@@ -67,6 +68,11 @@ def check(root):
     listed = set(re.findall(r"^\| `([A-Z]+_\w+)` \|", (root / "docs/gltf.md").read_text(), re.M))
     if not known or known != listed:
         yield f"docs/gltf.md and engine/io/gltf differ in extensions: {sorted(known ^ listed)}"
+    settings = re.findall(r"^\| `([\w-]+)` \|.*\| [\w, ]*\bmemory \|", (root / "docs/settings.md").read_text(), re.M)
+    listed = set(re.findall(r"--([\w-]+)", (root / "tools/slurm/submit").read_text()))
+    for setting in settings or ["of memory"]:
+        if setting not in listed:
+            yield f"tools/slurm/submit does not know --{setting}, on which memory depends"
     scenes = subprocess.run([root / "tools/extension-scenes", "--list"], capture_output=True, text=True).stdout.split()
     for extension in sorted({e for e in known if "_materials_" in e} - set(scenes)):
         yield f"tools/extension-scenes has no scene of {extension}"
