@@ -151,6 +151,10 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     colors.view(a.settings.view);  // throws for an unknown view transform
     load_whole_or_paged(
         a, [&] { load_whole(opened, console); }, [&] { load_pages(opened, console); });
+    if (a.settings.optics.traced()) {
+        opened.warning = fmt::format("the viewer shows the camera itself, not {}", text(a.settings.optics));
+        console.note("{}", opened.warning);
+    }
     const Timeline& timeline = opened.timeline;
     ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
