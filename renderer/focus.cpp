@@ -9,22 +9,28 @@
 namespace halflight {
 namespace {
 
-/// Returns a pinhole camera that sees the point at the centre of its picture. `along`: distance along its line of sight
-/// per distance along that of `camera`.
+/// Returns a pinhole camera that sees the point at the centre of its picture, as the eye does whose half of the picture
+/// has the point. `along`: distance along its line of sight per distance along that of `camera`.
 Camera camera_through(const Camera& camera, double aspect, double& along) {
-    const dvec2 at = 2.0 * camera.lens.focus.point - 1.0;
+    const Optics& optics = camera.optics;
+    const dvec2 eyes = eyes_in_picture(optics), place = eyes * camera.lens.focus.point;
+    const dvec2 number = glm::min(glm::floor(place), eyes - 1.0), at = 2.0 * (place - number) - 1.0;
+    // Pictures of one eye have the focus of the camera, so that both have the same.
+    const double eye = eyes == dvec2(1) ? 0 : (number.x + number.y > 0 ? 0.5 : -0.5) * optics.eye_distance;
+    const double toe_in = optics.convergence > 0 ? 1 / optics.convergence : 0;
     const double half = camera.orthographic ? 0.5 * camera.ortho_height : std::tan(0.5 * camera.vertical_fov);
     const dvec3 offset(at.x * half * aspect, -at.y * half, 0);
     const dmat3 axes(camera.camera_to_world);
     Camera through = camera;
     through.lens = {};
-    through.optics = {};  // both eyes have the focus of the camera between them
+    through.optics = {};
+    through.camera_to_world[3] += dvec4(axes * dvec3(eye, 0, 0), 0);
     along = 1;
     if (camera.orthographic) {
         through.camera_to_world[3] += dvec4(axes * offset, 0);
         return through;
     }
-    const dvec3 back = dvec3(0, 0, 1) - offset;
+    const dvec3 back = dvec3(toe_in * eye, 0, 1) - offset;
     along = glm::length(back);
     const dvec3 z = back / along, x = glm::normalize(glm::cross(dvec3(0, 1, 0), z));
     const dmat3 turned = axes * dmat3(x, glm::cross(z, x), z);

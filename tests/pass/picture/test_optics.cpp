@@ -6,6 +6,7 @@
 
 #include "engine/core/image_tools.h"
 #include "engine/reference/reference.h"
+#include "renderer/focus.h"
 #include "renderer/frame_constants.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
@@ -224,6 +225,23 @@ TEST_F(OpticsTest, DenoisedPanoramasHaveNoSeam) {
     double most = 0;
     for (int x = 0; x + 1 < 64; ++x) most = std::max(most, step(x, x + 1));
     EXPECT_LE(step(63, 0), most);
+}
+
+TEST_F(OpticsTest, AFocusIsAPointOfTheWholePicture) {
+    const Scene scene = cornell_box();
+    PreparedScene prepared(context, scene);
+    const auto focus = [&](const Optics& optics, const ivec2& image, const dvec2& point) {
+        RenderSettings settings = settings_of({optics, image}, 1, 0);
+        settings.camera.lens = {.aperture = 30, .focus = {.kind = Focus::Kind::point, .point = point}};
+        return find_focus(prepared, colors, settings, settings.camera);
+    };
+    const Optics pair{.stereo = Stereo::side_by_side, .eye_distance = 1e-6};
+    for (const dvec2 place : {dvec2(0.5, 0.5), dvec2(0.1, 0.6), dvec2(0.9, 0.9)}) {
+        const double plain = focus({}, {32, 32}, place);
+        for (const double eye : {0.0, 0.5})
+            EXPECT_NEAR(focus(pair, {64, 32}, {0.5 * place.x + eye, place.y}), plain, 1e-4 * plain);
+    }
+    EXPECT_GT(std::abs(focus({}, {32, 32}, {0.1, 0.6}) - focus({}, {32, 32}, {0.5, 0.5})), 0.05);
 }
 
 TEST_F(OpticsTest, OutsideOfTheImageCircleIsNothing) {
