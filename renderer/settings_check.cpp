@@ -38,6 +38,8 @@ void check_settings(const RenderSettings& s) {
                     name(s.camera.optics.stereo), side);
     require(s.camera.optics.stereo != Stereo::views || !has_window(s),
             "crop and overscan cannot be combined with stereo views, which share their pixels");
+    require(!s.previous_camera || s.previous_camera->optics == s.camera.optics,
+            "the previous camera needs the projection and eyes of the camera, between which there is no motion");
     require(!s.camera.optics.traced() || !s.preview.temporal,
             "the preview mode temporal needs the projection of the camera itself, without stereo");
     require(
