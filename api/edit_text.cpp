@@ -292,6 +292,12 @@ void add_hidden(SceneEdits& edits, const std::string& source, const std::string&
     if (std::ranges::find(edits.hidden, hidden) == edits.hidden.end()) edits.hidden.push_back(hidden);
 }
 
+void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name) {
+    if (name.empty()) throw Error(source, "expects the name of a node or a mesh");
+    const CatcherName catcher{name, source};
+    if (std::ranges::find(edits.catchers, catcher) == edits.catchers.end()) edits.catchers.push_back(catcher);
+}
+
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text) {
     if (text == "each") {
         edits.each_light = true;

@@ -96,6 +96,7 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
             print.text("named material").text(name).text(property).text(property_text(values));
     for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
     for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
+    for (const auto& [name, source] : edits.catchers) print.text("shadow catcher").text(name);
     if (edits.each_light) print.text("each light");
     for (const auto& [name, lights, source] : edits.light_groups) {
         print.text("light group").text(name);

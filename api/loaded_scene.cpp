@@ -386,7 +386,8 @@ void LoadedScene::edit(SceneEdits edits) {
 void LoadedScene::check_pages(const SceneEdits& edits) const {
     if (change_surfaces(edits))
         throw Error(choice_.scene.string(),
-                    "nodes, transforms and hidden surfaces cannot change with pages (light:NAME hides a light)");
+                    "nodes, transforms, hidden surfaces and shadow catchers cannot change with pages (light:NAME hides a "
+                    "light)");
 }
 
 void LoadedScene::set_camera(const CameraChoice& camera) {

@@ -96,29 +96,51 @@ class Motions {
     std::map<int, dmat4> replaced_;  // nodes whose edit is a matrix alone
 };
 
-/// Objects that are hidden.
-struct Hidden {
+/// Objects of some names.
+struct Found {
     std::vector<bool> nodes, meshes, lights;
-    /// Returns whether a node or a node above it is hidden.
+    Found(const Scene& scene, const SceneTree& tree)
+        : nodes(tree.nodes.size()), meshes(scene.meshes.size()), lights(scene.lights.size()) {}
+    /// Adds objects by the kinds of find_among(): nodes, meshes, lights.
+    void add(const std::vector<std::vector<std::size_t>>& objects) {
+        std::vector<bool>* const lists[] = {&nodes, &meshes, &lights};
+        for (std::size_t k = 0; k < objects.size(); ++k)
+            for (const std::size_t i : objects[k]) (*lists[k])[i] = true;
+    }
+    /// Returns whether a node or a node above it is found.
     bool below(int node, const SceneTree& tree) const {
         for (; node != kNone; node = tree.nodes[static_cast<std::size_t>(node)].parent)
             if (nodes[static_cast<std::size_t>(node)]) return true;
         return false;
     }
+    bool has(const Instance& instance, int node, const SceneTree& tree) const {
+        return meshes[static_cast<std::size_t>(instance.mesh)] || below(node, tree);
+    }
 };
 
-Hidden find_hidden(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& subject) {
+Found find_hidden(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& subject) {
     const NamedObjects kinds[] = {nodes_of(tree), meshes_of(scene), lights_of(scene)};
-    Hidden hidden{std::vector<bool>(tree.nodes.size()), std::vector<bool>(scene.meshes.size()),
-                  std::vector<bool>(scene.lights.size())};
-    std::vector<bool>* const lists[] = {&hidden.nodes, &hidden.meshes, &hidden.lights};
-    for (const auto& [name, source] : edits.hidden) {
-        const std::string where = source.empty() ? subject : source + ": " + scene.name;
-        const auto found = find_among(kinds, name, where);
-        for (std::size_t k = 0; k < found.size(); ++k)
-            for (const std::size_t i : found[k]) (*lists[k])[i] = true;
-    }
+    Found hidden(scene, tree);
+    for (const auto& [name, source] : edits.hidden)
+        hidden.add(find_among(kinds, name, source.empty() ? subject : source + ": " + scene.name));
     return hidden;
+}
+
+Found find_catchers(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& subject) {
+    const NamedObjects kinds[] = {nodes_of(tree), meshes_of(scene)};
+    Found catchers(scene, tree);
+    for (const auto& [name, source] : edits.catchers) {
+        const std::string where = source.empty() ? subject : source + ": " + scene.name;
+        const auto objects = find_among(kinds, name, where);
+        catchers.add(objects);
+        Found own(scene, tree);
+        own.add(objects);
+        bool any = false;
+        for (std::size_t i = 0; i < scene.instances.size() && !any; ++i)
+            any = own.has(scene.instances[i], node_of_instance(scene, tree, i), tree);
+        if (!any) throw Error(where, "'{}' has no surface that could catch shadows", name);
+    }
+    return catchers;
 }
 
 }  // namespace
@@ -147,12 +169,13 @@ std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree) {
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject) {
     MovedObjects result{scene.lights, {}, {}};
-    if (edits.nodes.empty() && edits.hidden.empty()) {
+    if (edits.nodes.empty() && edits.hidden.empty() && edits.catchers.empty()) {
         result.instances = scene.instances;
         return result;
     }
     const Motions motions(edits, scene, tree, subject);
-    const Hidden hidden = find_hidden(edits, scene, tree, subject);
+    const Found hidden = find_hidden(edits, scene, tree, subject);
+    const Found catchers = find_catchers(edits, scene, tree, subject);
     for (std::size_t i = 0; i < result.lights.size(); ++i) {
         PunctualLight& light = result.lights[i];
         const int node = node_of_light(tree, i);
@@ -166,7 +189,8 @@ MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const Sce
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         Instance instance = scene.instances[i];
         const int node = node_of_instance(scene, tree, i);
-        if (hidden.meshes[static_cast<std::size_t>(instance.mesh)] || hidden.below(node, tree)) continue;
+        if (hidden.has(instance, node, tree)) continue;
+        instance.catcher = instance.catcher || catchers.has(instance, node, tree);
         if (const dmat4* matrix = motions.replacement(node, instance.object_to_world)) {
             instance.object_to_world = *matrix;
         } else if (const dmat4 moved = motions.at(node).moved; moved != dmat4(1)) {
@@ -201,6 +225,7 @@ SceneEdits surface_edits(const SceneEdits& edits) {
     SceneEdits part;
     part.transforms = edits.transforms;
     part.nodes = edits.nodes;
+    part.catchers = edits.catchers;
     std::ranges::copy_if(edits.hidden, std::back_inserter(part.hidden),
                          [](const HiddenName& h) { return !h.name.starts_with("light:"); });
     return part;

@@ -1,4 +1,4 @@
-// Edits of nodes: their transforms, and what is hidden.
+// Edits of nodes: their transforms, what is hidden, and what catches shadows.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,16 @@ namespace halflight {
 /// Objects of a scene after edits of nodes.
 struct MovedObjects {
     std::vector<PunctualLight> lights;       // all lights, moved
-    std::vector<Instance> instances;         // instances that are not hidden, moved
+    std::vector<Instance> instances;         // instances that are not hidden, moved, with Instance::catcher
     std::vector<std::size_t> hidden_lights;  // indices of lights that are hidden
 };
 
 /// Returns for each node whether it or a node below it has a surface or a light, so that an edit can move it.
 std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree);
 
-/// Returns the lights and instances of a scene as edits of nodes and hidden names change them. Throws Error about
-/// `subject` for names that find nothing that can move, for values outside their ranges and for transforms that cannot
-/// be replaced.
+/// Returns the lights and instances of a scene as edits of nodes, hidden names and shadow catchers change them. Throws
+/// Error about `subject` for names that find nothing that can move or catch shadows, for values outside their ranges and
+/// for transforms that cannot be replaced.
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject);
 

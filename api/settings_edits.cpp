@@ -151,6 +151,9 @@ void read_edits(const Element& file, SceneEdits& edits) {
     with(file, "hide", [&](const Element& v) {
         for (const Element& one : v.items()) add_hidden(edits, one.where(), one.text());
     });
+    with(file, "shadow_catchers", [&](const Element& v) {
+        for (const Element& one : v.items()) add_catcher(edits, one.where(), one.text());
+    });
     with(file, "light_groups", [&](const Element& v) {
         if (v.is_string()) {
             if (v.text() != "each") v.fail("is neither an object nor \"each\"");
@@ -172,6 +175,7 @@ void write_edits(const SceneEdits& edits, Json& json) {
     for (const auto& [index, m] : edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);
     for (const auto& [name, edit, source] : edits.nodes) json["nodes"][name] = node_json(edit);
     for (const auto& [name, source] : edits.hidden) json["hide"].push_back(name);
+    for (const auto& [name, source] : edits.catchers) json["shadow_catchers"].push_back(name);
     if (edits.each_light) json["light_groups"] = "each";
     for (const auto& [name, lights, source] : edits.light_groups) json["light_groups"][name] = lights;
 }

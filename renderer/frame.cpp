@@ -7,6 +7,7 @@
 #include "passes/light/reuse.h"
 #include "passes/light/shadow.h"
 #include "passes/light/specular_chain.h"
+#include "passes/picture/shadow_catcher.h"
 
 namespace halflight {
 
@@ -43,9 +44,10 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
     AccumulateOptions wanted{bool(needs.squares), bool(needs.features), bool(needs.halves), std::nullopt};
     if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;
     frame.sums = add_accumulate(graph, view, sample, wanted, bad_values);
+    if (view.scene.needs().catchers) add_shadow_catchers(graph, view, sample, frame.sums);
     for (const graph::BufferHandle& sums :
          {frame.sums.emission, frame.sums.direct, frame.sums.indirect, frame.sums.squares, frame.sums.groups,
-          frame.sums.features, frame.sums.halves, frame.sums.bad_values}) {
+          frame.sums.catchers, frame.sums.features, frame.sums.halves, frame.sums.bad_values}) {
         if (sums) graph.output(sums);
     }
     if (options.want_hits) graph.output(frame.gbuffer.hits);

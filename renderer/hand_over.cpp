@@ -96,7 +96,8 @@ ShownSums HandOver::shown(graph::Executor& executor, const SumBuffers* cached, c
 SumBuffers HandOver::blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples,
                            const SumBuffers& others, int samples) {
     constexpr gpu::Buffer* SumBuffers::*kSums[] = {&SumBuffers::emission, &SumBuffers::direct,  &SumBuffers::indirect,
-                                                   &SumBuffers::features, &SumBuffers::squares, &SumBuffers::halves};
+                                                   &SumBuffers::features, &SumBuffers::squares, &SumBuffers::halves,
+                                                   &SumBuffers::catchers};
     const int all = cached_samples + samples;
     const double weight = cached_weight(all);
     graph::Graph graph;

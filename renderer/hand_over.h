@@ -30,7 +30,7 @@ SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32
 /// Sums of a band (Accumulated), in the history of the executor of its graph; null where the frame left them out.
 struct SumBuffers {
     gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr,
-                *halves = nullptr, *groups = nullptr;
+                *halves = nullptr, *groups = nullptr, *catchers = nullptr;
     int first_half = 0;  // number of samples of the first half
 };
 
@@ -55,7 +55,7 @@ class HandOver {
     SumBuffers blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples, const SumBuffers& others,
                      int samples);
 
-    std::array<std::optional<gpu::Buffer>, 6> blended_;
+    std::array<std::optional<gpu::Buffer>, 7> blended_;
 };
 
 }  // namespace halflight

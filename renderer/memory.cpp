@@ -6,6 +6,7 @@
 #include "engine/paging/page_server.h"
 #include "engine/paging/row_gather.h"
 #include "passes/picture/denoiser.h"
+#include "passes/picture/shadow_catcher.h"
 #include "passes/surface/raster_window.h"
 #include "renderer/band_size.h"
 #include "renderer/film.h"
@@ -81,6 +82,7 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     if (scene.receivers()) bytes += sizeof(shared::Receiver);
     if (scene.texture_levels) bytes += sizeof(vec2);
     if (scene.volume) bytes += sizeof(vec4);
+    if (scene.catchers) bytes += kCatcherSums * sizeof(double) + std::size_t(s.estimator.shadow) * sizeof(shared::uint);
     // Later vertices have records, which path reuse keeps in the memory of its rays.
     if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
     // Runs of listed blocks trace camera rays.

@@ -8,6 +8,7 @@
 #include "engine/scene/material_properties.h"
 #include "passes/light/scatter.h"
 #include "passes/picture/denoiser.h"
+#include "passes/picture/shadow_catcher.h"
 #include "shaders/shared/albedo.h"
 #include "shaders/shared/denoise.h"
 #include "shaders/shared/light.h"
@@ -104,6 +105,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
         {&N::light_tree, size.paths * sizeof(shared::Receiver)},  // an environment map alone needs receivers, too
         {&N::texture_levels, size.paths * sizeof(vec2)},
+        {&N::catchers, size.paths * (kCatcherSums * sizeof(double) + kListEntry)},  // with an answer for each path
         {&N::volume, size.paths * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kSolidTableRows},
     };
     std::size_t sum = 0;

@@ -42,6 +42,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     imported.emission = import(sums.emission);
     imported.direct = import(sums.direct);
     imported.indirect = import(sums.indirect);
+    imported.catchers = import(sums.catchers);
     const bool opaque_background = scene.has_environment() && !settings.transparent;
     const Composite composite = add_composite(graph, band, imported, samples, opaque_background,
                                               view_kernel ? &*view_kernel : nullptr, settings.transparent);

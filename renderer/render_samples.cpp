@@ -121,8 +121,8 @@ void Renderer::State::render_in_turns(const FrameSettings& frame, double time_li
 SumBuffers Renderer::State::sums_of(const CompiledSample& sample, int first_half) {
     const Accumulated& a = sample.frame.sums;
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
-    return {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares),
-            buffer(a.features), buffer(a.halves), buffer(a.groups),   first_half};
+    return {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features),
+            buffer(a.halves),   buffer(a.groups), buffer(a.catchers), first_half};
 }
 
 std::vector<double> Renderer::State::read(const gpu::Buffer* b) {

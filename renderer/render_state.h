@@ -152,8 +152,9 @@ struct Renderer::State {
     /// Reads a buffer; returns an empty vector for null.
     static std::vector<double> read(const gpu::Buffer* b);
     /// Returns the buffers of sums in a fixed order; null where the frame left them out.
-    static std::array<gpu::Buffer*, 7> all_of(const SumBuffers& sums) {
-        return {sums.emission, sums.direct, sums.indirect, sums.squares, sums.features, sums.halves, sums.groups};
+    static std::array<gpu::Buffer*, 8> all_of(const SumBuffers& sums) {
+        return {sums.emission, sums.direct, sums.indirect, sums.squares,
+                sums.features, sums.halves, sums.groups,   sums.catchers};
     }
     /// Reads the sums of emission, direct and indirect light.
     static Film::Sums light(const SumBuffers& sums);

@@ -10,7 +10,7 @@ namespace {
 
 /// Sums of whole parts, in the order of all_of().
 struct Total {
-    std::array<std::vector<double>, 7> sums;
+    std::array<std::vector<double>, 8> sums;
     int first_half = 0;
 
     void add(std::size_t i, std::span<const double> of_part) {
@@ -18,7 +18,7 @@ struct Total {
         if (sum.empty()) return sum.assign(of_part.begin(), of_part.end());
         for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += of_part[k];
     }
-    void write(const std::array<gpu::Buffer*, 7>& to) const {
+    void write(const std::array<gpu::Buffer*, 8>& to) const {
         for (std::size_t i = 0; i < to.size(); ++i)
             if (to[i]) to[i]->write(0, sums[i].size() * sizeof(double), sums[i].data());
     }

@@ -2,6 +2,7 @@
 // resolve hits (shaders/resolve.comp) include it, and so do those that sample lights (shaders/lib/lights.glsl).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/instances.h"
+#include "shaders/shared/triangle.h"
 
 layout(binding = UNIT_INSTANCES) uniform samplerBuffer scene_instances;
 layout(binding = UNIT_TRIANGLES) uniform usamplerBuffer scene_triangles;
@@ -11,6 +12,8 @@ layout(binding = UNIT_VERTICES) uniform samplerBuffer scene_vertices;
 // Returns a row of TraceTables::triangles: three vertex indices and the word of flags and material.
 uvec4 triangle_row(uint triangle) { return texelFetch(scene_triangles, int(triangle)); }
 uvec3 triangle_corners(uint triangle) { return triangle_row(triangle).xyz; }
+// Returns whether a triangle is part of a shadow catcher.
+bool catches_shadows(uint triangle) { return (triangle_row(triangle).w & kTriangleCatcher) != 0u; }
 
 // Returns a position in block space.
 vec3 corner_position(uint vertex) { return texelFetch(scene_positions, int(vertex)).xyz; }

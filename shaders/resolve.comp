@@ -141,6 +141,15 @@ vec2 footprint_at(Hit hit, float width, float cosine) {
 }
 #endif
 
+// Returns whether a ray from the camera has met a shadow catcher.
+bool met_catcher(Hit hit, bool is_hit) {
+#if defined(HALFLIGHT_CATCHERS) && !defined(HALFLIGHT_LIST)
+    return is_hit && catches_shadows(hit.triangle);
+#else
+    return false;
+#endif
+}
+
 void main() {
     uint invocation = gl_GlobalInvocationID.x;
 #ifdef HALFLIGHT_TILE_REQUESTS
@@ -168,7 +177,7 @@ void main() {
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
 #ifdef HALFLIGHT_SEEN_GROUPS
-    uint group = group_of_met(hit, is_hit);
+    uint group = group_of_met(hit, is_hit && !met_catcher(hit, is_hit));
 #endif
 #ifdef HALFLIGHT_GATHERED_ROWS
     hit.triangle = listed ? invocation : 0u;
@@ -182,7 +191,7 @@ void main() {
     bool is_hit = inside && seen.is_hit && hit.t <= ray.t_max;
     const bool unfinished = false;
 #ifdef HALFLIGHT_SEEN_GROUPS
-    uint group = group_of_met(hit, is_hit);
+    uint group = group_of_met(hit, is_hit && !met_catcher(hit, is_hit));
 #endif
 #endif
 #ifdef HALFLIGHT_LIST
@@ -216,7 +225,9 @@ void main() {
 #else
     bool sees_environment = inside && ray.t_max >= 0.0 && frame.transparent == 0u;  // not where the ray is dead
 #endif
-    vec3 emission = is_hit ? material.emission : sees_environment ? environment_radiance(direction) : vec3(0.0);
+    bool catches = met_catcher(hit, is_hit);
+    bool shown = is_hit && !catches;
+    vec3 emission = shown ? material.emission : sees_environment ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
 #if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
     // The ray's medium is that of its origin for emitted light, like that of light samples.
@@ -266,7 +277,8 @@ void main() {
     if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
     scale_lobes(b, light * transmittance(medium, way));
 #endif
-    if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, is_hit), b);
+    if (catches) make_catcher(b);
+    if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
 #ifdef HALFLIGHT_REUSE_POINTS
     if (lifted && dot(surface.normal, direction) >= 0.0) material.bent = true;  // the horizon depends on wo
 #ifndef HALFLIGHT_GLOSSY

@@ -41,15 +41,16 @@ void main() {
     e.diffuse /= float(rays);
     e.glossy /= float(rays);
 #endif
-    vec3 diffuse = point.is_surface ? e.diffuse : vec3(0.0);
-    vec3 glossy = point.is_surface ? e.glossy : vec3(0.0);
+    bool receives = point.is_surface || point.catches;
+    vec3 diffuse = receives ? e.diffuse : vec3(0.0);
+    vec3 glossy = receives ? e.glossy : vec3(0.0);
 #ifdef HALFLIGHT_LIGHT_GROUPS
     float group = float_of_word(e.group);
 #else
     const float group = 0.0;
 #endif
     light[first_place + ray] = DirectLight(diffuse, group, glossy, 0.0);
-    bool wanted = point.is_surface && contributes(e.diffuse + e.glossy);
+    bool wanted = receives && contributes(e.diffuse + e.glossy);
     if (!wanted) e.ray = kDeadRay;
     shadow_rays[ray] = e.ray;
 }

@@ -51,6 +51,8 @@ void add_material_edit(SceneEdits& edits, const std::string& source, const std::
 void add_node_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 /// Hides objects (HiddenName).
 void add_hidden(SceneEdits& edits, const std::string& source, const std::string& name);
+/// Makes objects shadow catchers (CatcherName).
+void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name);
 /// Adds lights to a light group, in the form NAME=LIGHT,...; "each" separates all lights (SceneEdits::each_light).
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text);
 

@@ -71,6 +71,14 @@ struct HiddenName {
     bool operator==(const HiddenName& other) const { return name == other.name; }
 };
 
+/// A name of nodes and meshes that catch shadows, nodes with everything below them. The camera does not see them, but
+/// the shadows on them. It means objects like HiddenName.
+struct CatcherName {
+    std::string name;
+    std::string source{};  // like NamedEdit::source
+    bool operator==(const CatcherName& other) const { return name == other.name; }
+};
+
 /// A group of lights, whose light gets a layer of its own.
 struct LightGroup {
     std::string name;                 // name of the group, which names the layer
@@ -93,6 +101,7 @@ struct SceneEdits {
     std::vector<NamedEdit<MaterialEdit>> materials{};  // they replace animated values at all times
     std::vector<NamedEdit<NodeEdit>> nodes{};
     std::vector<HiddenName> hidden{};
+    std::vector<CatcherName> catchers{};
     std::vector<LightGroup> light_groups{};  // groups of lights; the first one that names a light has it
     bool each_light = false;                 // groups of one light each, in place of light_groups
     bool operator==(const SceneEdits&) const = default;

@@ -126,6 +126,14 @@ void show(PyScene& s, const std::vector<std::string>& names) {
     });
 }
 
+/// names: in place of earlier ones.
+void set_shadow_catchers(PyScene& s, const std::vector<std::string>& names) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        edits.catchers.clear();
+        for (const std::string& name : names) add_catcher(edits, "", name);
+    });
+}
+
 /// Replaces all light groups by these, or by one of each light.
 void set_light_groups(PyScene& s, const std::vector<std::pair<std::string, std::vector<std::string>>>& groups,
                       bool each) {
@@ -268,6 +276,13 @@ void bind_scene(py::module_& module) {
         .def("edit_node", &edit_node)
         .def("hide", &hide)
         .def("show", &show)
+        .def("set_shadow_catchers", &set_shadow_catchers)
+        .def_property_readonly("shadow_catchers",
+                               [](const PyScene& s) {
+                                   std::vector<std::string> names;
+                                   for (const CatcherName& c : s.scene.edits().catchers) names.push_back(c.name);
+                                   return names;
+                               })
         .def("set_light_groups", &set_light_groups)
         .def_property_readonly("light_groups", [](const PyScene& s) { return s.scene.scene().light_groups; })
         .def_property_readonly("hidden",

@@ -202,6 +202,7 @@ void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     gpu::Defines defines = batch_defines(scene, batch);
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     if (batch.list) defines.set("HALFLIGHT_LIST");
+    if (batch.catchers_only) defines.set("HALFLIGHT_CATCHERS_ONLY");
     const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
     bind_batch(r, program, scene, batch);
     program.bind_storage(any_hit ? "Occluded" : "Hits", r.buffer(results));

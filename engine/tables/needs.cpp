@@ -19,6 +19,7 @@ constexpr std::array kGeometry = {
     SceneNeed{"alpha tests", &N::alpha, "ALPHA", "alpha decides no hit"},
     SceneNeed{"double precision for slivers", &N::slivers, "SLIVERS",
               "no triangle is more than 2000 times as long as high"},
+    SceneNeed{"shadow catchers", &N::catchers, "CATCHERS", "no object is one"},
 };
 
 constexpr std::array kLightSampling = {
@@ -47,6 +48,7 @@ SceneNeeds completed(SceneNeeds n) {
     n.texture_coordinates |= n.normal_maps;  // tangents have their handedness beside texture coordinates
     n.emission |= n.area_lights;
     n.light_choice |= n.every_light;
+    n.diffuse |= n.catchers;  // they reflect light diffusely (make_catcher() in shaders/lib/bsdf_record.glsl)
     complete(static_cast<MaterialNeeds&>(n));
     complete(static_cast<LightNeeds&>(n));
     return n;
@@ -87,7 +89,8 @@ std::string Kept::text() const {
 
 bool can_be_kept(const SceneNeed& need) {
     return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::every_light &&
-           need.flag != &N::sun && need.flag != &N::slivers && need.flag != &N::texture_levels;
+           need.flag != &N::sun && need.flag != &N::slivers && need.flag != &N::texture_levels &&
+           need.flag != &N::catchers;
 }
 
 SceneNeeds kept_needs(const Kept& kept) {

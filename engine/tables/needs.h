@@ -22,6 +22,7 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool normal_maps = false;    // some normal map or anisotropic lobe needs the tangents of a mesh
     bool alpha = false;          // alpha decides some hit
     bool slivers = false;        // some triangle is a sliver (is_sliver)
+    bool catchers = false;       // some object catches shadows (Instance::catcher)
     bool every_light = false;    // every light is sampled, and one of the samples is kept (LightChoice::all)
 
     bool texture_coordinates = false;  // some texture is looked up
@@ -76,11 +77,12 @@ class Kept {
     bool everything_ = false;
 };
 
-/// Returns whether the feature can be built without changing a picture. Five cannot:
+/// Returns whether the feature can be built without changing a picture and is of use then. Six are not:
 ///   - the environment map samples other directions than a constant environment,
 ///   - the light tree and the separate sun choose other lights,
 ///   - the test of slivers rounds the hits of other triangles,
-///   - mip levels are averages of texels.
+///   - mip levels are averages of texels,
+///   - shadow catchers without any would be sums that nobody reads.
 bool can_be_kept(const SceneNeed& need);
 /// Returns the needs that `kept` names and that can be kept, and those that follow from them.
 SceneNeeds kept_needs(const Kept& kept);

@@ -75,6 +75,7 @@ class Builder {
         for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
         needs.alpha = trace_.alpha_tested;
         needs.slivers = trace_.slivers;
+        needs.catchers = trace_.catchers;
         find_attributes();
         const auto rows = static_cast<std::size_t>(material_rows());
         tables_.materials.assign(scene_.materials.size() * rows, vec4(0));

@@ -14,12 +14,14 @@
 
 #include "engine/core/math.h"
 #include "engine/scene/scene.h"
+#include "shaders/shared/triangle.h"
 
 namespace halflight {
 
 /// Flags in the top byte of SceneTables::triangles[i].w; the low 24 bits are the material.
 inline constexpr std::uint32_t kTriangleMaterialMask = 0x00ffffffu;
 inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;  // alpha mask or blend: a hit needs the alpha test
+using shared::kTriangleCatcher;
 
 /// Triangles that share a space and a hierarchy.
 struct Block {
@@ -80,6 +82,7 @@ struct TraceTables {
     std::vector<BlockInstance> instances;  // the identity, if any, then instances in scene order; >= 1 with triangles
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
+    bool catchers = false;                 // some triangle has kTriangleCatcher
     // Set for scenes whose hierarchy is loaded in pages.
     std::optional<AbsentGeometry> absent{};
     bool keep_top_level = false;  // true: a single instance has a hierarchy over instances, too
@@ -97,7 +100,8 @@ bool is_sliver(const vec3& a, const vec3& b, const vec3& c);
 inline constexpr double kSliverAspect = 2000;
 
 /// Returns the tables. Precondition: validate(scene) passes. Meshes used once are merged into block 0. So are instances
-/// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space.
+/// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space,
+/// and shadow catchers, whose triangles have a flag.
 /// The flag kTriangleAlpha is set only where some alpha decides hits: below 1 (blend) or below the cutoff (mask).
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),

@@ -54,7 +54,8 @@ class Builder {
         std::vector<std::uint32_t> uses(scene_.meshes.size(), 0);
         shared_.assign(scene_.instances.size(), 0);
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-            shared_[i] = has_triangles(scene_.instances[i]) && well_conditioned(scene_.instances[i].object_to_world);
+            shared_[i] = has_triangles(scene_.instances[i]) && !scene_.instances[i].catcher &&
+                         well_conditioned(scene_.instances[i].object_to_world);
             if (shared_[i]) ++uses[static_cast<std::size_t>(scene_.instances[i].mesh)];
         }
         const std::vector<char> flattened = flattened_meshes(uses);
@@ -118,9 +119,11 @@ class Builder {
             tables_.positions.emplace_back(placed);
         }
         const std::vector<std::uint32_t> words = words_.of(TriangleWords::lowest_vertex_alpha(mesh));
+        const std::uint32_t flags = scene_.instances[instance].catcher ? kTriangleCatcher : 0;
+        tables_.catchers |= flags != 0;
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const uvec3 corners = mesh.triangles[i] + range.first_vertex;
-            const std::uint32_t word = words[mesh.triangle_material[i]];
+            const std::uint32_t word = words[mesh.triangle_material[i]] | flags;
             tables_.triangles.emplace_back(corners, word);
             tables_.alpha_tested |= (word & kTriangleAlpha) != 0;
             for (int k = 0; k < 3; ++k) block.bounds.add(tables_.positions[corners[k]]);

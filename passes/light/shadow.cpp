@@ -12,9 +12,9 @@ using graph::Access;
 
 namespace {
 
-/// Adds the light of the samples of each pixel to `light`, and returns the answers to its shadow rays. `kind` is shadow
-/// for chosen lights, or sun.
-graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
+/// Adds the light of the samples of each pixel to `light`, and returns its shadow rays. `kind` is shadow for chosen
+/// lights, or sun.
+rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
                                 graph::BufferHandle& light) {
     const bool sun = kind == rays::RayKind::sun;
     const std::uint32_t count = (sun ? 1 : view.shadow_rays) * view.band.paths();
@@ -38,8 +38,14 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     rays::RayBatch batch = ray_batch(view, kind, shadow_rays, {}, 0);
     batch.capacity = count;
     batch.paths = view.band.paths();
+    return batch;
+}
+
+/// Traces shadow rays. Returns a uint for each ray.
+graph::BufferHandle occlusion(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch,
+                              const char* name) {
     return rays::any_hit(graph, view.tracer, batch,
-                         graph.create_buffer(sun ? "sun occluded" : "occluded", {count * sizeof(shared::uint)}));
+                         graph.create_buffer(name, {batch.capacity * sizeof(shared::uint)}));
 }
 
 }  // namespace
@@ -49,8 +55,11 @@ DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const
     DirectLightEstimate direct;
     const std::size_t samples = (view.shadow_rays + (sun ? 1 : 0)) * std::size_t{view.band.paths()};
     direct.light = graph.create_buffer("direct light", {samples * sizeof(shared::DirectLight)});
-    direct.occluded = add_samples(graph, view, g, rays::RayKind::shadow, direct.light);
-    if (sun) direct.sun_occluded = add_samples(graph, view, g, rays::RayKind::sun, direct.light);
+    direct.rays = add_samples(graph, view, g, rays::RayKind::shadow, direct.light);
+    direct.occluded = occlusion(graph, view, direct.rays, "occluded");
+    if (!sun) return direct;
+    direct.sun_rays = add_samples(graph, view, g, rays::RayKind::sun, direct.light);
+    direct.sun_occluded = occlusion(graph, view, direct.sun_rays, "sun occluded");
     return direct;
 }
 

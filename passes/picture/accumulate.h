@@ -31,6 +31,9 @@ struct Accumulated {
     graph::BufferHandle indirect;  // 6 doubles: diffuse rgb, glossy rgb
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
     graph::BufferHandle groups;    // 3 doubles for each light group: rgb of all light of its lights
+    // 6 doubles (add_shadow_catchers): luminance of the light on shadow catchers, with all objects and without those that
+    // are no catchers; number of samples that met a catcher; rgb of the background behind them
+    graph::BufferHandle catchers;
     graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
                                    // incidence), shading normal xyz (world); zero where there is no surface
     // kHalfSums doubles for the denoiser. 0 to 8: direct diffuse, indirect diffuse and glossy rgb of the first half of

@@ -29,6 +29,10 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
     gpu::Defines defines;
     graph::Pass pass = graph.add_pass("composite");
     read_light(pass, defines, sums);
+    if (sums.catchers) {
+        pass.read(sums.catchers, Access::storage_read, "Catchers");
+        defines.set("HALFLIGHT_CATCHERS");
+    }
     const gpu::TextureDesc picture{band.image.x, band.rows, GL_RGBA32F};
     out.beauty = pass.write(graph.create_texture("beauty", picture), Access::image_write, "beauty");
     if (view_kernel) {

@@ -63,6 +63,18 @@ void scale_base(precise inout Bsdf b, vec3 factor) {
     b.film_metal *= factor;
 }
 
+// Makes the surface of a shadow catcher, which reflects all light diffusely. No path leaves it: light samples have the
+// whole weight.
+void make_catcher(inout Bsdf b) {
+    scale_base(b, vec3(0.0));
+    b.diffuse = vec3(1.0);
+    b.p_diffuse = 0.0;
+    b.transmission = vec3(0.0);
+    b.solid_reflection = vec3(0.0);
+    b.coat = 0.0;
+    b.sheen = vec3(0.0);
+}
+
 vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     vec4 rows[kBsdfRows];
     rows[0] = vec4(b.geometric_normal, b.p_diffuse);

@@ -10,13 +10,14 @@ struct SurfacePoint {
     float lift;       // height of the position above the triangle, along the geometric normal, >= 0
     vec3 emission;    // radiance towards the camera
     bool is_surface;  // false: the environment is visible
+    bool catches;     // the ray met a shadow catcher, behind which the environment is visible
 };
 
 #ifdef HALFLIGHT_STORE_SURFACE
 void store_surface(uint path, SurfacePoint point, Bsdf b) {
     uint row = path * HALFLIGHT_SURFACE_ROWS;
     surfaces[row] = vec4(point.position, point.offset);
-    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? point.lift : -1.0);
+    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? point.lift : point.catches ? -2.0 : -1.0);
     vec4 rows[kBsdfRows] = pack_bsdf(b);
     for (uint i = 0u; i < kBsdfRows; ++i) surfaces[row + 2u + i] = rows[i];
 }
@@ -35,7 +36,8 @@ vec4 surface_row(uint path, uint row) { return texelFetch(surfaces, int(path * H
 SurfacePoint load_surface_point(uint path) {
     vec4 position = surface_row(path, 0u);
     vec4 emission = surface_row(path, 1u);
-    return SurfacePoint(position.xyz, position.w, max(emission.w, 0.0), emission.xyz, emission.w >= 0.0);
+    return SurfacePoint(position.xyz, position.w, max(emission.w, 0.0), emission.xyz, emission.w >= 0.0,
+                        emission.w == -2.0);
 }
 
 vec3 load_geometric_normal(uint path) { return surface_row(path, 2u).xyz; }

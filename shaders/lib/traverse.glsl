@@ -8,7 +8,8 @@
 // triangle) wins ties.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
-// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows).
+// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows),
+// HALFLIGHT_CATCHERS_ONLY (rays pass through all but shadow catchers; not in scenes that are loaded in pages).
 // HALFLIGHT_SLOT_TEXELS is the size of a slot with HALFLIGHT_NODES_PAGE.
 // Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
 // head of the hierarchy where they start.
@@ -116,6 +117,10 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     if (any_hit) {
         float t = pair_t(ray, pair, second);
         h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
+#ifdef HALFLIGHT_CATCHERS_ONLY
+        vec4 both = texelFetch(trace_triangles, texel + 3);
+        h.nearer = h.nearer && catches_shadows(floatBitsToUint(second ? both.y : both.x) & kBvhTriangleMask);
+#endif
         return h;
     }
 #endif
@@ -133,6 +138,9 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     TrianglePoint p = pair_point_in_file_order(ray, pair, second, order);
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
     h.nearer = h.nearer && p.t > t_min;
+#ifdef HALFLIGHT_CATCHERS_ONLY
+    h.nearer = h.nearer && catches_shadows(h.hit.triangle);
+#endif
     if (any_hit) {
         h.nearer = h.nearer && max(pair_t(ray, pair, second), near) < nearest.t;
     } else {

@@ -22,7 +22,7 @@ HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 // Returns the record of a path, for kernels that have the frame, shaders/lib/camera.glsl and surface_record.glsl.
 #ifdef HALFLIGHT_MAKE_AOV_RECORD
 AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
-    bool seen = point.is_surface;
+    bool seen = point.is_surface || point.catches;
     vec3 position = seen_position(path, point);
     AovRecord record;
     record.position = seen ? position : vec3(0.0);

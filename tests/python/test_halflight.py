@@ -215,6 +215,17 @@ class Edits(InFolder):
         self.assertEqual(self.scene.light_groups, [])
         self.check_undone()
 
+    def test_shadow_catchers(self):
+        self.scene.set_shadow_catchers("floor")
+        self.assertEqual(self.scene.shadow_catchers, ["floor"])
+        caught = self.renderer.render()["beauty"]
+        self.assertFalse(np.array_equal(caught, self.before))
+        np.testing.assert_array_equal(caught, hl.render(self.scene, **SMALL)["beauty"])
+        with self.assertRaisesRegex(hl.Error, "did you mean 'floor'"):
+            self.scene.set_shadow_catchers("flor")
+        self.scene.set_shadow_catchers()
+        self.check_undone()
+
     def test_files_make_the_same_picture(self):
         self.scene.edit_material("white", base_color="#80c0ff", roughness=0.25)
         self.scene.edit_node("tall block", translate=(0.1, 0, 0), scale=0.9)

@@ -85,6 +85,35 @@ TEST_F(Light, GroupsOfAllIntensities) {
     }
 }
 
+TEST_F(Light, ShadowCatchersOfAllIntensities) {
+    // The edge of the shadow of a box crosses the picture, which does not show the box.
+    const auto alpha = [&](float intensity) {
+        Scene scene = floor();
+        scene.instances[0].catcher = true;
+        add_box(scene, add_material(scene, diffuse_material(vec3(kAlbedo))), {-0.2f, 0.1f, -0.2f}, {0.2f, 0.3f, 0.2f});
+        if (intensity > 0) add_lamp(scene, LightType::point, {0.1, 1, 0.2}, intensity);
+        RenderSettings settings = small_settings(spot_camera({-0.3, 0, -0.3}, {-1, 1, -1}, 0.2), 24, 24, 4, 2);
+        settings.transparent = true;
+        const Image beauty = picture(scene, settings).beauty;
+        std::vector<double> values;
+        for (std::size_t i = 3; i < beauty.pixels.size(); i += 4) values.push_back(double{beauty.pixels[i]});
+        return values;
+    };
+    const std::vector<double> plain = alpha(1);
+    EXPECT_EQ(std::ranges::max(plain), 1);
+    EXPECT_EQ(std::ranges::min(plain), 0);
+    for (const float intensity : {1e-30f, 1e30f}) {
+        const std::vector<double> scaled = alpha(intensity);
+        double greatest = 0;
+        for (std::size_t i = 0; i < plain.size(); ++i) greatest = std::max(greatest, std::abs(scaled[i] - plain[i]));
+        expect(fmt::format("alpha of shadows of a lamp of {:.0e} cd", intensity), greatest, 1e-6, "",
+               "rounding of the light of samples, whose quotient is alpha");
+    }
+    const std::vector<double> dark = alpha(0);
+    expect("alpha of shadows without light", double(std::ranges::count_if(dark, [](double a) { return a != 0; })), 0,
+           "pixels", "nothing is blocked");
+}
+
 TEST_F(Light, DarkBesideBright) {
     // There are two closed rooms. The camera is in the dim one; nearly all samples select lights of the other one.
     Scene scene;

@@ -45,6 +45,10 @@ void add_edit_options(Options& options, ViewArguments& a) {
          "hides nodes with everything below them, meshes and lights of a name or pattern; node:NAME, mesh:NAME and "
          "light:NAME select a kind",
          add_hidden);
+    edit("--shadow-catcher", "NAME",
+         "makes nodes with everything below them, and meshes, of a name or pattern shadow catchers: the camera sees the "
+         "shadows on them alone, as alpha; node:NAME and mesh:NAME select a kind",
+         add_catcher);
     edit("--light-group", "NAME=LIGHT,...|each",
          "adds the layer light_NAME to the .exr: the picture's light from some lights. LIGHT is the name or pattern of "
          "lights, emissive materials, nodes with everything below them, or environment; light:NAME, material:NAME and "

@@ -92,7 +92,7 @@ void add_camera_options(Options& options, ViewArguments& arguments);
 void add_environment_options(Options& options, SceneChoice& choice);
 /// Throws UsageError for environment options that contradict each other.
 void check_environment_options(const CLI::App& app);
-/// Declares --light, --material, --node, --hide and --light-group.
+/// Declares --light, --material, --node, --hide, --shadow-catcher and --light-group.
 void add_edit_options(Options& options, ViewArguments& arguments);
 /// Declares --variant.
 void add_variant_option(Options& options, std::string& variant);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kVersionKey = "halflight_settings";
 constexpr std::string_view kLists[] = {"lights", "materials", "transforms",  "nodes",
-                                       "hide",   "bookmarks", "light_groups"};
+                                       "hide",   "bookmarks", "shadow_catchers", "light_groups"};
 
 /// Returns a number for settings that decide together; 0: the setting stands alone.
 int group_of(std::string_view key) {

@@ -17,7 +17,8 @@ std::vector<std::string> memory_options() {
     std::vector<std::string> names = {"--settings",      "--camera",  "--look-from",  "--look-at",    "--up",
                                       "--vfov",          "--shutter", "--env",        "--sky",        "--env-rotation",
                                       "--env-intensity", "--variant", "--line-width", "--png",        "--light",
-                                      "--material",      "--node",    "--hide",       "--light-group"};
+                                      "--material",      "--node",    "--hide",       "--shadow-catcher",
+                                      "--light-group"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;

@@ -57,6 +57,7 @@ Scene Session::edited_values() const {
     part.clay = false;
     part.transforms.clear();
     part.hidden.clear();
+    part.catchers.clear();
     try {
         apply(part, values, *tree_);
     } catch (const Error&) {  // the picture shows the error

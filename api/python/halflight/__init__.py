@@ -159,6 +159,7 @@ class Scene:
                         doc="Render settings of the settings file of load(), for render(scene, **scene.settings).")
     instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes.")
     lights = property(lambda self: self._native.lights, doc="Lights with their edits, as dicts.")
+    shadow_catchers = property(lambda self: self._native.shadow_catchers, doc="Names of shadow catchers.")
     light_groups = property(lambda self: self._native.light_groups, doc="Names of light groups, \"rest\" last.")
     bounds = property(lambda self: self._native.bounds, doc="Lower and upper corner of all surfaces, metres.")
     frame_rate = property(lambda self: self._native.frame_rate, doc="Frames per second, as text.")
@@ -236,6 +237,11 @@ class Scene:
     def show(self, *names):
         """Shows what hide() of the same names has hidden."""
         _call(self._native.show, names=list(names))
+
+    def set_shadow_catchers(self, *names):
+        """Makes nodes with everything below them, and meshes, of these names or patterns shadow catchers: the camera sees
+        the shadows on them alone, as alpha. "node:NAME" and "mesh:NAME" select a kind. No names: nothing is one."""
+        _call(self._native.set_shadow_catchers, names=list(names))
 
     def set_light_groups(self, groups=None):
         """Groups lights, whose light gets the layers "light_NAME" of pictures: set_light_groups({"key": ["sun", "lamp*"]}).

@@ -34,6 +34,7 @@ class LeftOutTest : public GpuTest {
             "there is one camera ray per sample",
             "neither mattes nor light groups were requested",
             "no light groups were requested",
+            "no object is one",
             "culling by tiles is off",
             "no variance was requested",
             "no denoising was requested",

@@ -174,6 +174,24 @@ TEST(NodeEdits, HideNodesMeshesAndLights) {
     EXPECT_FALSE(change_surfaces(edits_of({{add_hidden, "light:key"}})));
 }
 
+TEST(NodeEdits, MakeShadowCatchers) {
+    const Yard yard;
+    const auto catching = [&](const char* name) {
+        std::string names;
+        for (const Instance& i : yard.with(edits_of({{add_catcher, name}})).instances)
+            if (i.catcher) names += i.name + ";";
+        return names;
+    };
+    EXPECT_EQ(catching("box b"), "box b;");
+    EXPECT_EQ(catching("node:box*"), "box a;box b;");
+    EXPECT_NE(catching("group").find("box a;"), std::string::npos) << "nodes have everything below them";
+    EXPECT_NE(catching("mesh:crate"), "");
+    EXPECT_EQ(yard.message(add_catcher, "grup"),
+              "--option: yard: there is no node or mesh 'grup'; did you mean 'group'?");
+    EXPECT_EQ(yard.message(add_catcher, ""), "--option: expects the name of a node or a mesh");
+    EXPECT_TRUE(change_surfaces(edits_of({{add_catcher, "wall"}})));
+}
+
 TEST(LightEdits, ReplaceIntensityAndColour) {
     const Yard yard;
     const auto light = [&](const char* text) { return yard.with(edits_of({{add_light_edit, text}})).lights[0]; };

@@ -1,0 +1,65 @@
+#include "passes/picture/shadow_catcher.h"
+
+#include <fmt/format.h>
+
+namespace halflight {
+
+using graph::Access;
+
+namespace {
+
+/// Traces the occluded rays of catchers through all other surfaces. Returns the answers, like those of any_hit(): rays
+/// that need none are free.
+graph::BufferHandle occlusion_by_catchers(graph::Graph& graph, const SceneView& view, const GBuffer& g,
+                                          rays::RayBatch batch, graph::BufferHandle occluded) {
+    graph::Pass pass = graph.add_pass("shadow catchers: select rays");
+    view.read_frame(pass);
+    pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
+    pass.read(occluded, Access::texture_read, {"occluded", GL_R32UI});
+    batch.rays = pass.write(batch.rays, Access::storage_read_write, "ShadowRays");
+    batch.catchers_only = true;
+    pass.execute([view, rays = batch.capacity](graph::Resources& r) {
+        view.scene.bind();  // the table of triangles, which the tracer reads
+        const gpu::Program& program = r.compute("shaders/catcher_rays.comp", view.path_defines());
+        program.set("paths", view.band.paths());
+        program.dispatch(rays / 64);
+    });
+    return rays::any_hit(graph, view.trace, batch,
+                         graph.create_buffer("occluded by catchers", {batch.capacity * sizeof(shared::uint)}));
+}
+
+}  // namespace
+
+void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample, Accumulated& sums) {
+    graph::BufferHandle by_catchers, sun_by_catchers;
+    if (sample.direct) {
+        const DirectLightEstimate& direct = *sample.direct;
+        by_catchers = occlusion_by_catchers(graph, view, sample.gbuffer, direct.rays, direct.occluded);
+        if (direct.sun_occluded)
+            sun_by_catchers = occlusion_by_catchers(graph, view, sample.gbuffer, direct.sun_rays, direct.sun_occluded);
+    }
+    graph::Pass pass = graph.add_pass("shadow catchers: accumulate");
+    gpu::Defines defines = view.path_defines();
+    view.read_frame(pass);
+    pass.read(sample.gbuffer.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
+    if (sample.direct) {
+        pass.read(sample.direct->light, Access::texture_read, {"light", GL_RGBA32F});
+        pass.read(sample.direct->occluded, Access::texture_read, {"occluded", GL_R32UI});
+        pass.read(by_catchers, Access::texture_read, {"by_catchers", GL_R32UI});
+        if (sun_by_catchers) {
+            pass.read(sample.direct->sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
+            pass.read(sun_by_catchers, Access::texture_read, {"sun_by_catchers", GL_R32UI});
+        }
+        defines.set("HALFLIGHT_LIGHT_SAMPLES");
+        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+    }
+    const std::string name = view.sums == 0 ? "catcher sums" : fmt::format("catcher sums {}", view.sums);
+    const std::size_t bytes = view.band.paths() * kCatcherSums * sizeof(double);
+    sums.catchers = pass.write(graph.carried_buffer(name, {bytes}), Access::storage_read_write, "CatcherSums");
+    sums.bad_values = pass.write(sums.bad_values, Access::storage_read_write, "Counts");
+    pass.execute([=, groups = view.band.paths() / 64](graph::Resources& r) {
+        r.compute("shaders/catcher_sums.comp", defines).dispatch(groups);
+    });
+}
+
+}  // namespace halflight

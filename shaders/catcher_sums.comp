@@ -1,0 +1,61 @@
+// Adds the light samples of one sample to the sums of shadow catchers: the luminance that a white diffuse surface would
+// reflect (SHADING.md, Shadow catchers).
+#include "shaders/shared/frame.h"
+#include "shaders/shared/path.h"
+
+layout(local_size_x = 64) in;
+
+layout(std140) uniform FrameBlock { Frame frame; };
+#ifdef HALFLIGHT_LIGHT_SAMPLES
+uniform samplerBuffer light;         // RGBA32F: DirectLight, two texels each
+uniform usamplerBuffer occluded;     // R32UI: answers to shadow rays
+uniform usamplerBuffer by_catchers;  // R32UI: answers without the objects that are no catchers
+#ifdef HALFLIGHT_SUN
+uniform usamplerBuffer sun_occluded;
+uniform usamplerBuffer sun_by_catchers;
+#endif
+#endif
+// Per path: light with all objects, light without those that are no catchers, number of samples on catchers, rgb of the
+// background behind these.
+layout(std430) buffer CatcherSums { double catcher_sums[]; };
+layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
+
+#include "shaders/lib/guarded_sums.glsl"
+#include "shaders/lib/luminance.glsl"
+#include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/surface_record.glsl"
+
+#ifdef HALFLIGHT_LIGHT_SAMPLES
+// Returns the luminance of a light sample, given the answer to its shadow ray.
+double luminance_of_sample(int ray, uint answer) {
+    vec3 arrives = guarded(answered_light(texelFetch(light, 2 * ray).rgb, answer), kCountShadow);
+    return dot(dvec3(arrives), dvec3(kToLuminance));
+}
+#endif
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    SurfacePoint point = load_surface_point(path);
+    dvec2 lit = dvec2(0.0);
+#ifdef HALFLIGHT_LIGHT_SAMPLES
+    uint paths = gl_NumWorkGroups.x * 64u;
+    if (point.catches) {
+        for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
+            int ray = int(i * paths + path);
+            lit.x += luminance_of_sample(ray, texelFetch(occluded, ray).x);
+            lit.y += luminance_of_sample(ray, texelFetch(by_catchers, ray).x);
+        }
+#ifdef HALFLIGHT_SUN
+        int sun = int(HALFLIGHT_SHADOW_RAYS * paths + path);
+        lit.x += luminance_of_sample(sun, texelFetch(sun_occluded, int(path)).x);
+        lit.y += luminance_of_sample(sun, texelFetch(sun_by_catchers, int(path)).x);
+#endif
+    }
+#endif
+    vec3 background = guarded(point.catches ? point.emission : vec3(0.0), kCountGBuffer);
+    uint first = path * 6u;
+    ADD(catcher_sums[first], lit.x);
+    ADD(catcher_sums[first + 1u], lit.y);
+    ADD(catcher_sums[first + 2u], point.catches ? 1.0 : 0.0);
+    for (uint i = 0u; i < 3u; ++i) ADD(catcher_sums[first + 3u + i], background[i]);
+}
