@@ -140,7 +140,7 @@ void messages(const Rectangle& area, Toasts& toasts) {
                          ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
         const std::string words = toast.count > 1 ? fmt::format("{} (x{})", toast.text, toast.count) : toast.text;
         ImGui::PushTextWrapPos(std::max(0.8f * static_cast<float>(area.size.x), 8 * ImGui::GetFontSize()));
-        if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, {1, 0.6f, 0.5f, 1});
+        if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
         ImGui::TextUnformatted(words.c_str());
         if (toast.error) ImGui::PopStyleColor();
         ImGui::PopTextWrapPos();
@@ -152,28 +152,6 @@ void messages(const Rectangle& area, Toasts& toasts) {
         ImGui::End();
     }
     if (dismissed) toasts.dismiss(*dismissed);
-}
-
-std::optional<std::string> FilePrompt::declare() {
-    constexpr const char* kTitle = "Open a scene or an environment";
-    if (std::exchange(asked_, false)) ImGui::OpenPopup(kTitle);
-    const ImVec2 window = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos({window.x / 2, window.y / 2}, ImGuiCond_Appearing, {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({std::min(40 * ImGui::GetFontSize(), window.x), 0});
-    if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_NoResize)) return std::nullopt;
-    text("Name of a .glb, .gltf, .exr or .hdr file. Files can also be dropped onto the window.");
-    if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
-    ImGui::SetNextItemWidth(-1);
-    bool given = ImGui::InputText("##name", name_.data(), name_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
-    given |= ImGui::Button("Open");
-    ImGui::SameLine();
-    const bool cancelled =
-        ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false);
-    std::optional<std::string> name;
-    if (given && name_[0] != 0) name = name_.data();
-    if (name || cancelled) ImGui::CloseCurrentPopup();
-    ImGui::EndPopup();
-    return name;
 }
 
 }  // namespace halflight::view

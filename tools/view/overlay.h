@@ -21,6 +21,9 @@ struct Overlay {
     bool line = true;                  // a line divides both pictures
 };
 
+/// Returns the area without the height at its lower end that a colour scale takes.
+Rectangle above_scale(Rectangle area);
+
 /// Draws the overlay; call it between Gui::begin() and draw(). `split` is that of Display::draw(); dragging the line
 /// changes it.
 void draw_overlay(const Overlay& overlay, float& split);

@@ -144,9 +144,9 @@ void RenderThread::limit(int samples) {
     wake_.notify_all();
 }
 
-void RenderThread::perform(std::string activity, std::function<void()> work) {
+void RenderThread::perform(std::string activity, std::function<void()> work, bool interrupts) {
     const std::lock_guard lock(mutex_);
-    work_.push_back({std::move(activity), std::move(work)});
+    work_.push_back({std::move(activity), std::move(work), interrupts});
     wake_.notify_all();
 }
 
@@ -226,9 +226,30 @@ int RenderThread::limit() const {
     return limit_;
 }
 
-void RenderThread::go_on(const Job& job, bool first_is_there) const {
+void RenderThread::go_on(const Job& job, bool first_is_there, bool samples) const {
     const std::lock_guard lock(mutex_);
-    if (stop_ || (first_is_there && (job.view != view_ || !work_.empty()))) throw Stale();
+    const bool work = samples ? std::ranges::any_of(work_, &Work::interrupts) : !work_.empty();
+    if (stop_ || (first_is_there && (job.view != view_ || work))) throw Stale();
+}
+
+void RenderThread::work(const Work& work) {
+    const Interruptible never([] {});
+    say(work.activity);
+    work.work();
+    say("");
+}
+
+void RenderThread::do_work_between_samples() {
+    for (;;) {
+        Work next;
+        {
+            const std::lock_guard lock(mutex_);
+            if (stop_ || work_.empty() || std::ranges::any_of(work_, &Work::interrupts)) return;
+            next = std::move(work_.front());
+            work_.pop_front();
+        }
+        work(next);
+    }
 }
 
 void RenderThread::show_step(const char* what) {
@@ -308,10 +329,8 @@ void RenderThread::run(ColorConfig colors) {
         std::uint64_t done = 0;  // number of the last job
         bool again = false;      // the last job must be repeated
         while (const auto todo = next(renderers, done, again)) {
-            if (const auto* work = std::get_if<Work>(&*todo)) {
-                say(work->activity);
-                work->work();
-                say("");
+            if (const auto* waiting = std::get_if<Work>(&*todo)) {
+                work(*waiting);
                 continue;
             }
             const Job& job = std::get<Job>(*todo);
@@ -366,10 +385,10 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
                     .divisor = divisor,
                     .camera = job.request.camera,
                     .aovs = with(complete_aovs(), job.request.aovs)};
-    const Interruptible stops([&] { go_on(job, false); });
+    const Interruptible stops([&] { go_on(job, false, false); });
     try {
         renderer.render(frame, [&](const RenderProgress& progress) {
-            go_on(job, false);
+            go_on(job, false, false);
             if (!progress.picture) return true;
             picture.result = progress.picture(picture.aovs);
             throw Done();
@@ -389,13 +408,14 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     frame.samples = kMostSamples;
     const bool is_new = renderers.is_new(1);
     Renderer& renderer = renderers.renderer(1);
-    const Interruptible stops([&] { go_on(job, shown); });
     Looks looks;
+    const Interruptible stops([&] { go_on(job, shown, !looks.none()); });
     StandingPicture standing;  // regions whose pixels have more samples than the whole picture
     renderer.render(frame, [&](const RenderProgress& progress) {
         for (;;) {
+            if (!looks.none()) do_work_between_samples();
             looks.wanted |= follow(made, job);
-            go_on(job, shown);
+            go_on(job, shown, !looks.none());
             if (wants_motion(job.request) && !wants_motion(made) && renderers.pose_is_new()) throw Stale();
             take_shaders(renderers);
             say("rendering");
@@ -455,14 +475,16 @@ void RenderThread::refine_region(RendererCache& renderers, const Job& job, Stand
     show(standing.picture(), before);
     while (before >= limit()) {
         hold(renderers, job.number, before);
-        go_on(job, true);
+        do_work_between_samples();
+        go_on(job, true, true);
         if (superseded(job)) return;
     }
     struct Done {};  // ends render() before it makes a picture of its own
     try {
         renderers.region_renderer(window).render(frame, [&](const RenderProgress& progress) {
             for (;;) {
-                go_on(job, true);
+                do_work_between_samples();
+                go_on(job, true, true);
                 take_shaders(renderers);
                 if (!progress.picture) return true;
                 const int added = progress.samples_done, samples = before + added;

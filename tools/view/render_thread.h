@@ -116,8 +116,9 @@ class RenderThread {
     /// rendering stops is published. Pictures of fewer samples are published at intervals.
     void limit(int samples);
     /// Queues work for the thread; never waits. The thread renders nothing while it does the work, which must not
-    /// throw. `activity` is the status text meanwhile.
-    void perform(std::string activity, std::function<void()> work);
+    /// throw. `activity` is the status text meanwhile. interrupts: the work begins at once, and the samples so far are
+    /// lost; else it waits for the end of the current sample, and they are kept: the work may fail.
+    void perform(std::string activity, std::function<void()> work, bool interrupts = true);
 
     std::shared_ptr<const Picture> picture() const;  ///< Returns the newest picture; null before the first one.
     /// Returns the newest picture with complete_aovs(); null before the first one.
@@ -145,6 +146,7 @@ class RenderThread {
     struct Work {
         std::string activity;
         std::function<void()> work;
+        bool interrupts = true;
     };
 
     void run(ColorConfig colors);
@@ -162,9 +164,12 @@ class RenderThread {
     bool follow(const Request& made, Job& job);
     bool superseded(const Job& job) const;  ///< Returns whether there is a newer request.
     int limit() const;
-    /// Throws Stale if the thread has to end or, with `first_is_there`, if work or a request is waiting that the samples
-    /// do not serve.
-    void go_on(const Job& job, bool first_is_there) const;
+    /// Throws Stale if the thread has to end or, with `first_is_there`, if a request is waiting that the samples do not
+    /// serve, or work. With `samples`, whole samples exist, and only work that interrupts counts.
+    void go_on(const Job& job, bool first_is_there, bool samples) const;
+    /// Does the work that waits, unless some of it interrupts.
+    void do_work_between_samples();
+    void work(const Work& work);
     /// Adds the wanted mattes to a picture of `samples` samples.
     void add_mattes(RendererCache& renderers, const Job& job, int divisor, int samples, Picture& picture);
     /// Shows what a StepWatch reports.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -45,8 +46,8 @@ struct PanelRequests {
     std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};
     std::optional<ivec2> size{};       // size of the picture to take, pixels
-    std::optional<std::string> open{};     // file to open
-    std::optional<std::string> against{};  // file to compare with
+    std::optional<std::filesystem::path> open{};     // file to open
+    std::optional<std::filesystem::path> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};
     bool pick_focus = false;  // the next click in the picture focuses the lens
     std::optional<EnvironmentChoice> environment{};  // environment to take
