@@ -131,15 +131,22 @@ void messages(const Rectangle& area, Toasts& toasts) {
     auto bottom = static_cast<float>(area.end().y) - gap;
     std::optional<std::size_t> dismissed;
     const auto& all = toasts.all();
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float wrap = std::max(0.8f * static_cast<float>(area.size.x), 8 * ImGui::GetFontSize());
+    const float close = ImGui::CalcTextSize("x").x + 2 * style.FramePadding.x + style.ItemSpacing.x;
     for (std::size_t i = all.size(); i-- > 0;) {
         const Toasts::Toast& toast = all[i];
+        const std::string words = toast.count > 1 ? fmt::format("{} (x{})", toast.text, toast.count) : toast.text;
+        const ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
+        // Dear ImGui would give the window the size of its last text.
+        ImGui::SetNextWindowSize({size.x + 2 * style.WindowPadding.x + 1 + (toast.error ? close : 0),
+                                  size.y + 2 * style.WindowPadding.y});
         ImGui::SetNextWindowPos({middle, bottom}, ImGuiCond_Always, {0.5f, 1});
         ImGui::SetNextWindowBgAlpha(0.9f);
         ImGui::Begin(fmt::format("message {}", i).c_str(), nullptr,
-                     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
-                         ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
-        const std::string words = toast.count > 1 ? fmt::format("{} (x{})", toast.text, toast.count) : toast.text;
-        ImGui::PushTextWrapPos(std::max(0.8f * static_cast<float>(area.size.x), 8 * ImGui::GetFontSize()));
+                     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                         ImGuiWindowFlags_NoFocusOnAppearing);
+        ImGui::PushTextWrapPos(style.WindowPadding.x + wrap);
         if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
         ImGui::TextUnformatted(words.c_str());
         if (toast.error) ImGui::PopStyleColor();

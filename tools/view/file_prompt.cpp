@@ -35,22 +35,22 @@ bool pressed(ImGuiKey key) {
 
 }  // namespace
 
-void FilePrompt::ask(Purpose purpose, const std::filesystem::path& folder) {
+void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first) {
     purpose_ = purpose;
     asked_ = true;
     problem_.clear();
     name_ = {};
     std::error_code unknown;
-    enter(folder_.empty() ? std::filesystem::absolute(folder.empty() ? "." : folder, unknown) : folder_);
+    enter(folder().empty() ? std::filesystem::absolute(first.empty() ? "." : first, unknown) : folder());
 }
 
-void FilePrompt::enter(const std::filesystem::path& folder) {
+void FilePrompt::enter(const std::filesystem::path& path) {
     try {
-        entries_ = list_folder(folder, row_of(purpose_).extensions);
+        entries_ = list_folder(path, row_of(purpose_).extensions);
         problem_.clear();
         name_ = {};
-        folder_ = folder.lexically_normal();
-        if (!folder_.has_filename() && folder_.has_relative_path()) folder_ = folder_.parent_path();
+        folder() = path.lexically_normal();
+        if (!folder().has_filename() && folder().has_relative_path()) folder() = folder().parent_path();
     } catch (const Error& error) {
         problem_ = error.what();
     }
@@ -59,7 +59,7 @@ void FilePrompt::enter(const std::filesystem::path& folder) {
 /// Enters the folder of that name, or returns the file.
 std::optional<std::filesystem::path> FilePrompt::take(const std::string& name) {
     if (name.empty()) return std::nullopt;
-    std::filesystem::path path = typed_path(folder_, name);
+    std::filesystem::path path = typed_path(folder(), name);
     std::error_code unknown;
     if (std::filesystem::is_directory(path, unknown)) {
         enter(path);
@@ -81,7 +81,7 @@ void FilePrompt::list_entries(std::string& taken) {
         std::ranges::copy_n(name.begin(), std::min(std::ssize(name), std::ssize(name_) - 1), name_.begin());
         if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) taken = name;
     };
-    if (folder_.has_relative_path()) row("..", "../");
+    if (folder().has_relative_path()) row("..", "../");
     for (const FolderEntry& entry : entries_) {
         ImGui::PushID(entry.name.c_str());
         row(entry.name, entry.folder ? entry.name + "/" : entry.name);
@@ -101,8 +101,8 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
     if (!ImGui::BeginPopupModal(row.title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings))
         return std::nullopt;
     std::string taken;
-    ImGui::TextUnformatted(shortened(folder_.string(), ImGui::GetContentRegionAvail().x).c_str());
-    tooltip(folder_.string().c_str());
+    ImGui::TextUnformatted(shortened(folder().string(), ImGui::GetContentRegionAvail().x).c_str());
+    tooltip(folder().string().c_str());
     // Below the list: the field, a line for a problem that may wrap, and the buttons.
     const float below = 2 * ImGui::GetFrameHeightWithSpacing() +
                         (problem_.empty() ? 1.0f : 2.0f) * ImGui::GetTextLineHeightWithSpacing();

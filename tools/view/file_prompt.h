@@ -16,8 +16,8 @@ namespace halflight::view {
 class FilePrompt {
   public:
     enum class Purpose { open, compare };
-    /// Opens the dialog. It shows the folder of the last file that it gave, at first `folder`.
-    void ask(Purpose purpose, const std::filesystem::path& folder);
+    /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`.
+    void ask(Purpose purpose, const std::filesystem::path& first);
     struct Answer {
         Purpose purpose;
         std::filesystem::path file;
@@ -26,13 +26,14 @@ class FilePrompt {
     std::optional<Answer> declare();
 
   private:
-    void enter(const std::filesystem::path& folder);
+    void enter(const std::filesystem::path& path);
+    std::filesystem::path& folder() { return folders_[static_cast<std::size_t>(purpose_)]; }
     void list_entries(std::string& taken);
     std::optional<std::filesystem::path> take(const std::string& name);
 
     Purpose purpose_ = Purpose::open;
     bool asked_ = false;               // the dialog must be opened
-    std::filesystem::path folder_;     // absolute; empty: no folder has been shown
+    std::array<std::filesystem::path, 2> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
     std::array<char, 4096> name_{};
     std::string problem_;  // why the last name was not taken; empty: it was

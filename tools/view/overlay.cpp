@@ -81,9 +81,10 @@ void drag_line(const Rectangle& picture, float& split) {
 /// Draws line and labels of a comparison; returns the y at which more labels may begin.
 float draw_split(const LabelArea& room, const Overlay& overlay, float& split) {
     const Rectangle& picture = overlay.picture;
-    if (!overlay.line) {
-        const float next = label(room, room.left, room.top, 0, "A: " + overlay.here);
-        return label(room, room.left, next, 0, "B: " + *overlay.other);
+    if (!overlay.shown.empty()) {
+        float next = label(room, room.left, room.top, 0, "A: " + overlay.here);
+        next = label(room, room.left, next, 0, "B: " + *overlay.other);
+        return label(room, room.left, next, 0, "Shown: " + overlay.shown);
     }
     drag_line(picture, split);
     const float x = static_cast<float>(picture.origin.x) + split * static_cast<float>(picture.size.x);

@@ -15,6 +15,7 @@
 #include "tools/view/navigation.h"
 #include "tools/view/outliner.h"
 #include "tools/view/pass_history.h"
+#include "tools/view/render_thread.h"
 #include "tools/view/session.h"
 #include "tools/view/window_layout.h"
 

@@ -285,7 +285,10 @@ void Viewer::declare() {
                   .notices = notices(),
                   .here = picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : session_.description(),
                   .other = comparison_,
-                  .line = comparison_mode_ == ComparisonMode::split},
+                  .shown = comparison_mode_ == ComparisonMode::split        ? ""
+                           : comparison_mode_ == ComparisonMode::difference ? "absolute difference of A and B"
+                           : shown_split() == 1                             ? "A"
+                                                                            : "B"},
                  split_);
     if (!picture_) waiting_text(now.area, work);
     perform(requests);
