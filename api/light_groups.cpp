@@ -44,21 +44,6 @@ std::string own_name(const std::string& object, const char* kind, std::set<std::
     return unique;
 }
 
-/// Gives each light a group of its own.
-void separate(Scene& scene, const std::string& subject) {
-    std::set<std::string> taken{kRest};
-    const auto add = [&](const std::string& name, const char* kind, std::uint32_t& group) {
-        group = static_cast<std::uint32_t>(scene.light_groups.size());
-        scene.light_groups.push_back(own_name(name, kind, taken));
-    };
-    for (PunctualLight& light : scene.lights) add(light.name, "light", light.light_group);
-    for (Material& material : scene.materials)
-        if (material.emission != vec3(0) && !material.unlit) add(material.name, "material", material.light_group);
-    if (!scene.environment.black()) add(kEnvironmentName, kEnvironmentName, scene.environment.light_group);
-    scene.light_groups.emplace_back(kRest);
-    check_count(scene.light_groups.size(), subject);
-}
-
 }  // namespace
 
 FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
@@ -76,6 +61,7 @@ FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, 
         const LightGroup& own = edits.light_groups[group];
         const std::string where = own.source.empty() ? subject : own.source + ": " + scene.name;
         check_name(own.name, where);
+        if (own.lights.empty()) throw Error(where, "light group '{}' names no lights", own.name);
         if (!names.insert(own.name).second) throw Error(where, "there are two light groups '{}'", own.name);
         const auto take = [&](std::uint32_t& of) { of = std::min(of, group); };
         for (const std::string& name : own.lights) {
@@ -102,15 +88,56 @@ FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, 
     return found;
 }
 
-void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Scene& scene,
-                      const std::string& subject) {
-    for (std::size_t i = 0; i < found.lights.size(); ++i) scene.lights[i].light_group = found.lights[i];
-    for (std::size_t i = 0; i < found.materials.size(); ++i) scene.materials[i].light_group = found.materials[i];
-    scene.environment.light_group = found.environment;
-    scene.light_groups.clear();
-    if (edits.each_light) return separate(scene, subject);
-    for (const LightGroup& group : edits.light_groups) scene.light_groups.push_back(group.name);
-    if (!scene.light_groups.empty()) scene.light_groups.emplace_back(kRest);
+void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Scene& scene) {
+    std::vector<std::string> names;
+    for (const LightGroup& group : edits.light_groups) names.push_back(group.name);
+    if (!names.empty()) names.emplace_back(kRest);
+    set_light_groups({std::move(names), found}, scene);
+}
+
+SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& driven, const std::string& subject) {
+    SeparateLights separate;
+    std::set<std::string> taken{kRest, kEnvironmentName};
+    const auto next = [&](std::string name) {
+        separate.names.push_back(std::move(name));
+        return static_cast<std::uint32_t>(separate.names.size() - 1);
+    };
+    for (const PunctualLight& light : scene.lights)
+        separate.groups.lights.push_back(next(own_name(light.name, "light", taken)));
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const Material& m = scene.materials[i];
+        const bool emits = !m.unlit && (m.emission != vec3(0) || driven.contains(i));
+        separate.groups.materials.push_back(emits ? next(own_name(m.name, "material", taken)) : kNoLightGroup);
+    }
+    if (!scene.environment.black()) separate.groups.environment = next(kEnvironmentName);
+    next(kRest);
+    check_count(separate.names.size(), subject);
+    return separate;
+}
+
+void set_light_groups(const SeparateLights& lights, Scene& scene) {
+    const FoundLightGroups& groups = lights.groups;
+    for (std::size_t i = 0; i < groups.lights.size(); ++i) scene.lights[i].light_group = groups.lights[i];
+    for (std::size_t i = 0; i < groups.materials.size(); ++i) scene.materials[i].light_group = groups.materials[i];
+    scene.environment.light_group = groups.environment;
+    scene.light_groups = lights.names;
+}
+
+std::vector<std::string> dark_light_groups(const Scene& scene, const std::set<std::size_t>& driven) {
+    std::set<std::uint32_t> lit;
+    for (const PunctualLight& light : scene.lights) lit.insert(light.light_group);
+    if (!scene.environment.black()) lit.insert(scene.environment.light_group);
+    for (const Instance& instance : scene.instances) {
+        for (const std::uint32_t m : scene.meshes[instance.mesh].triangle_material) {
+            const Material& material = scene.materials[m];
+            if (material.emission != vec3(0) || driven.contains(m))
+                lit.insert(std::min(instance.light_group, material.light_group));
+        }
+    }
+    std::vector<std::string> dark;
+    for (std::uint32_t group = 0; group + 1 < scene.light_groups.size(); ++group)
+        if (!lit.contains(group)) dark.push_back(scene.light_groups[group]);
+    return dark;
 }
 
 }  // namespace halflight

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,12 @@ struct FoundLightGroups {
     std::uint32_t environment = kNoLightGroup;
 };
 
+/// The groups of SceneEdits::each_light, which all poses of a scene share.
+struct SeparateLights {
+    std::vector<std::string> names;  // the last one is that of all other lights
+    FoundLightGroups groups;         // without instances
+};
+
 /// Returns the groups of SceneEdits::light_groups. A name means all lights, materials and nodes that have it, nodes
 /// with everything below them; "light:NAME", "material:NAME" and "node:NAME" select a kind, and "environment" is the
 /// environment. The first group that names an object has it. Throws Error about `subject` for names that find nothing,
@@ -22,8 +29,15 @@ struct FoundLightGroups {
 FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                                    const std::string& subject);
 
-/// Sets the light groups of a scene, all but those of its instances. With SceneEdits::each_light, each light, each
-/// material that emits light and the environment get a group. Throws Error about `subject` where these are too many.
-void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Scene& scene, const std::string& subject);
+/// Sets the light groups of SceneEdits::light_groups, all but those of instances.
+void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Scene& scene);
+
+/// Gives each light, each material that emits light and the environment a group of its own. `driven` holds indices of
+/// materials that may emit light in other poses. Throws Error about `subject` where these are too many.
+SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& driven, const std::string& subject);
+void set_light_groups(const SeparateLights& lights, Scene& scene);
+
+/// Returns the names of groups that have no light, but for `driven` materials. Those of pages cannot be told.
+std::vector<std::string> dark_light_groups(const Scene& scene, const std::set<std::size_t>& driven);
 
 }  // namespace halflight

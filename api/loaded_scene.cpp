@@ -7,6 +7,7 @@
 #include "api/animation_choice.h"
 #include "api/default_camera.h"
 #include "api/default_light.h"
+#include "api/light_groups.h"
 #include "api/scene_cache.h"
 #include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
@@ -174,6 +175,15 @@ bool SceneFile::drives_light() {
     });
 }
 
+std::set<std::size_t> SceneFile::driven_emission() {
+    std::set<std::size_t> materials;
+    for (const std::size_t index : playing_)
+        for (const AnimationChannel& channel : file_.animations().at(index).channels)
+            if (channel.property == AnimatedProperty::emission)
+                materials.insert(static_cast<std::size_t>(channel.target));
+    return materials;
+}
+
 double SceneFile::end() {
     double end = 0;
     for (const std::size_t index : playing_) end = std::max(end, file_.animations().at(index).end);
@@ -212,6 +222,9 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;
     apply_edits();
+    if (!pages_)
+        for (const std::string& name : dark_light_groups(scene_, driven_emission_))
+            log.warn("light group '{}' has no light", name);
     camera_ = choose_camera(scene_, camera);
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents() + bytes_of(tree_)};
     choice_.packing = {};  // it may refer to what the caller drops
@@ -241,6 +254,7 @@ bool LoadedScene::take_file(SceneFile file, const Log& log) {
     }
     playing_ = file_->playing();
     const bool lit_later = file_->drives_light();
+    driven_emission_ = file_->driven_emission();
     surfaces_move_ = file_->surfaces_move();
     scene_ = file_->at(0);
     tree_ = file_->tree_at(0);
@@ -335,6 +349,10 @@ void LoadedScene::apply_edits() {
         unedited_->environment = scene_.environment;
     }
     apply(choice_.edits, scene_, tree_, choice_.edits_source);
+    separate_.reset();
+    if (!choice_.edits.each_light) return;
+    separate_ = std::make_unique<SeparateLights>(separate_lights(scene_, driven_emission_, scene_.name));
+    set_light_groups(*separate_, scene_);
 }
 
 void LoadedScene::restore_unedited() {
@@ -356,6 +374,7 @@ void LoadedScene::edit(SceneEdits edits) {
     } catch (...) {
         choice_.edits = std::move(earlier);
         choice_.edits_source = std::move(earlier_source);
+        restore_unedited();
         apply_edits();
         throw;
     }
@@ -396,6 +415,7 @@ void LoadedScene::pose(double seconds) {
     Environment edited = std::exchange(scene_.environment, {});
     apply(choice_.edits, scene_, tree_, choice_.edits_source);
     scene_.environment = std::move(edited);
+    if (separate_) set_light_groups(*separate_, scene_);
     posed_at_ = seconds;
     ++revision_;
 }
@@ -433,6 +453,7 @@ Scene LoadedScene::posed(double seconds) {
     Scene posed = file_->at(seconds, scene_.images);
     posed.lights.insert(posed.lights.end(), suns_.begin(), suns_.end());  // edits may name them
     apply(choice_.edits, posed, file_->tree_at(seconds), choice_.edits_source);
+    if (separate_) set_light_groups(*separate_, posed);
     std::erase_if(posed.lights, &PunctualLight::of_environment);
     return posed;
 }

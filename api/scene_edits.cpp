@@ -188,7 +188,10 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         edits.lights, lights_of(scene), scene, subject,
         [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });
     for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
-    set_light_groups(edits, groups, scene, subject);
+    if (edits.each_light)
+        set_light_groups(separate_lights(scene, {}, subject), scene);
+    else
+        set_light_groups(edits, groups, scene);
 }
 
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {

@@ -120,7 +120,7 @@ void Renderer::State::render_to_error_adaptively(const FrameSettings& frame, std
 
     bool goes_on = !deviations.empty();
     int each = 0;  // mean number of samples of a replicate
-    for (int next = kFirstLook; goes_on && next > each;) {
+    for (int next = kFirstLook, chances = 0; goes_on && next > each;) {
         const Counts wanted =
             replicate_counts(deviations, static_cast<std::uint32_t>(next), kFirstLook, kMostReplicateSamples);
         for (int b = 0; goes_on && b < bands; ++b)
@@ -130,7 +130,7 @@ void Renderer::State::render_to_error_adaptively(const FrameSettings& frame, std
         picture_error = PictureError();
         for (const GrowingBand& g : growing)
             g.replicates.add_error(frame.error->metric, g.counts_of(counts, kFirstLook), picture_error);
-        const ErrorEstimate estimate = picture_error.estimate();
+        const ErrorEstimate estimate = picture_error.judge(frame.error->error, chances);
         if (estimate.bound <= frame.error->error) break;
         next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
         if (frame.time_limit > 0)

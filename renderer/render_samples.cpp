@@ -84,7 +84,8 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
     BandReplicates replicates(where);
     int done = 0;
     int each = 0;  // number of samples of a replicate
-    for (int next = kFirstLook; next > each;) {
+    PictureError error;
+    for (int next = kFirstLook, chances = 0; next > each;) {
         for (int r = 0; r < kReplicates; ++r) {
             for (int i = each; i < next; ++i) {
                 add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
@@ -93,12 +94,13 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
             replicates.add(r, light(with.sample.sums));
         }
         each = next;
-        const ErrorEstimate estimate = replicates.error(frame.error->metric, each).estimate();
+        error = replicates.error(frame.error->metric, each);
+        const ErrorEstimate estimate = error.judge(frame.error->error, chances);
         if (estimate.bound <= frame.error->error) break;
         next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
         if (time_limit > 0) next = static_cast<int>(std::min<double>(next, each * time_limit / watch.seconds()));
     }
-    picture_error.add(replicates.error(frame.error->metric, each));
+    picture_error.add(error);
     return done;
 }
 

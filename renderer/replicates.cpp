@@ -48,10 +48,18 @@ void PictureError::add(std::span<const double> values, ErrorMetric metric) {
 
 void PictureError::add(const PictureError& part) {
     low_.add(part.low_), high_.add(part.high_);
+    chances_ = std::max(chances_, part.chances_);
+}
+
+ErrorEstimate PictureError::judge(double target, int& chances) {
+    if (estimate().value < target) ++chances;
+    chances_ = chances;
+    return estimate();
 }
 
 ErrorEstimate PictureError::estimate() const {
-    const ErrorEstimate low = low_.estimate(), high = high_.estimate();
+    const double confidence = 1 - (1 - kConfidence) * std::exp2(-chances_);
+    const ErrorEstimate low = low_.estimate(confidence), high = high_.estimate(confidence);
     return {(low.value + high.value) / 2, std::min(low.lower, high.lower), std::max(low.upper, high.upper),
             std::max(low.bound, high.bound)};
 }

@@ -24,6 +24,7 @@
 
 namespace halflight {
 
+struct SeparateLights;
 namespace paging {
 class PageSource;
 }
@@ -111,6 +112,8 @@ class SceneFile {
     bool surfaces_move() { return file_.surfaces_move(playing_); }
     /// Returns whether light may appear later although there is none at 0 s.
     bool drives_light();
+    /// Returns the indices of materials whose emission changes.
+    std::set<std::size_t> driven_emission();
     /// Returns the end of the last animation that plays, seconds; 0 where none plays.
     double end();
 
@@ -209,6 +212,8 @@ class LoadedScene {
     SceneTree tree_;
     SceneSize size_;
     MemoryLedger::Entry memory_;
+    std::set<std::size_t> driven_emission_;     // materials whose emission the animation may change
+    std::unique_ptr<SeparateLights> separate_;  // groups of SceneEdits::each_light; null: not asked for
     std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
     std::vector<PunctualLight> suns_;  // sun of the environment before edits; empty: none

@@ -126,11 +126,12 @@ void show(PyScene& s, const std::vector<std::string>& names) {
     });
 }
 
-/// groups: in the form of add_light_group(), in place of earlier ones.
-void set_light_groups(PyScene& s, const std::vector<std::string>& groups) {
+/// Replaces all light groups by these, or by one of each light.
+void set_light_groups(PyScene& s, const std::vector<std::pair<std::string, std::vector<std::string>>>& groups,
+                      bool each) {
     edit(s, [&](SceneEdits& edits, const Scene&) {
-        edits.light_groups.clear(), edits.each_light = false;
-        for (const std::string& group : groups) add_light_group(edits, "light_groups", group);
+        edits.light_groups.clear(), edits.each_light = each;
+        for (const auto& [name, lights] : groups) edits.light_groups.push_back({name, lights});
     });
 }
 

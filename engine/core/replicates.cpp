@@ -4,8 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/core/statistics.h"
-
 namespace halflight {
 
 // Let d_r be the error of replicate r, a vector over all values. <.,.> is the mean weighted product, R is the number of
@@ -18,6 +16,9 @@ namespace halflight {
 //   <d_p - d_q, d_r - d_s>^2 has the mean 4 E<d_1, d_2>^2,
 // since its mixed products have mean 0. It needs the differences of the d_r only, not the d_r themselves. It is a
 // quadratic form of rank R (R - 3) / 2; this number of independent products is the freedom of Student's t.
+//
+// Both V and |d|^2 are sums of squares, whose distributions are skewed. The logarithm of their ratio is more nearly
+// normal, and has the deviation of |d|^2 - V divided by V (delta method).
 //
 // Student's t assumes that <d_1, d_2> is nearly normal, like a sum of independent noise over many pixels. Where few
 // values hold most of the error, the coverage of the interval is lower. A feature that no sample of any replicate has
@@ -45,7 +46,7 @@ void ReplicateError::add(const ReplicateError& part) {
     count_ += part.count_;
 }
 
-ErrorEstimate ReplicateError::estimate() const {
+ErrorEstimate ReplicateError::estimate(double confidence) const {
     assert(count_ > 0);
     const auto n = static_cast<double>(replicates_);
     double scatter = 0;
@@ -64,11 +65,11 @@ ErrorEstimate ReplicateError::estimate() const {
     const double value = scatter / (n * (n - 1) * count_);
     const double deviation = std::sqrt(2 / (n * (n - 1)) * products.mean() / 4) / count_;
     const double freedom = n * (n - 3) / 2;
-    const double two_sided = student_quantile(kConfidence, freedom);
+    const double spread = value > 0 ? deviation / value : 0;  // deviation of the logarithm
+    const double two_sided = std::exp(student_quantile(confidence, freedom) * spread);
     // half of the tail probability is below the interval
-    const double one_sided = student_quantile(2 * kConfidence - 1, freedom);
-    return {value, std::max(value - two_sided * deviation, 0.0), value + two_sided * deviation,
-            value + one_sided * deviation};
+    const double one_sided = std::exp(student_quantile(2 * confidence - 1, freedom) * spread);
+    return {value, value / two_sided, value * two_sided, value * one_sided};
 }
 
 }  // namespace halflight

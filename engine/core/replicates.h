@@ -4,14 +4,16 @@
 #include <span>
 #include <vector>
 
+#include "engine/core/statistics.h"
+
 namespace halflight {
 
 /// Squared error of a picture: the mean over its values of each value's error times its weight.
 struct ErrorEstimate {
     double value = 0;
-    double lower = 0;  // lower to upper: confidence interval of this picture's error, at kConfidence
+    double lower = 0;  // lower to upper: confidence interval of this picture's error
     double upper = 0;
-    double bound = 0;  // upper bound of the error at confidence kConfidence
+    double bound = 0;  // upper bound of the error at the same confidence
 };
 
 class ReplicateError {
@@ -26,8 +28,8 @@ class ReplicateError {
     /// other numbers of samples.
     void add(const ReplicateError& part);
 
-    /// Returns the estimate. Precondition: values have been added.
-    ErrorEstimate estimate() const;
+    /// Returns the estimate, whose interval and bound have the given confidence. Precondition: values have been added.
+    ErrorEstimate estimate(double confidence = kConfidence) const;
 
   private:
     double at(std::size_t r, std::size_t s) const { return gram_[r * replicates_ + s]; }

@@ -85,13 +85,8 @@ struct PairWords {
     std::uint32_t id[2], orders, unused;
 };
 
-/// Takes up a hit on a triangle of a pair if it counts. Returns true where the search of the ray ends.
-template <bool kAny, Real R>
-HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, TriangleOf<R> triangle, const vec4* pair,
-                     bool second, std::uint32_t instance, float leaf_near, Search& search) {
-    if (triangle.edge[0] == 0 && triangle.edge[1] == 0 && triangle.edge[2] == 0)
-        triangle.edge[0] = triangle.edge[1] = triangle.edge[2] = R(1);
-    // triangle_near()
+/// Returns triangle_near().
+HWY_INLINE float triangle_near(const SingleRay& ray, const vec4* pair, bool second) {
     float near = 0;
     for (int k = 0; k < 2; ++k) {
         const vec4& row = pair[ray.axes[k]];
@@ -101,26 +96,38 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
         const float entry = least(least(t0, t1), t2) - ray.at.entry_error[k];
         near = k == 0 ? entry : most(near, entry);
     }
+    return near;
+}
+
+/// Takes up a hit on a triangle of a pair if it counts. Returns true where the search of the ray ends.
+template <bool kAny, Real R>
+HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, TriangleOf<R> triangle, const vec4* pair,
+                     bool second, std::uint32_t instance, float leaf_near, Search& search) {
+    if (triangle.edge[0] == 0 && triangle.edge[1] == 0 && triangle.edge[2] == 0)
+        triangle.edge[0] = triangle.edge[1] = triangle.edge[2] = R(1);
     PairWords words;
     std::memcpy(&words, &pair[3], sizeof(words));
     const std::uint32_t flags = second ? words.orders >> shared::kBvhAlphaShift : words.orders;
     const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
     const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
+    // Most triangles are refused by the point of the hit. Their entry, which can only raise t, is not needed.
     if constexpr (kAny) {
         const auto t = static_cast<float>(pair_t(triangle, inverse_z));
         const float after = job.alpha_tested ? static_cast<float>(point_of(triangle, order, inverse_z).t) : t;
-        if (!(after > ray.t_min && most(t, near) < search.nearest.t)) return false;
+        if (!(after > ray.t_min && t < search.nearest.t)) return false;
+        if (!(triangle_near(ray, pair, second) < search.nearest.t)) return false;
         if (asks) search.asked = 0;
         search.found = !asks;
         return search.found;
     } else {
         const PointOf<R> p = point_of(triangle, order, inverse_z);
         const auto point = static_cast<float>(p.t);
-        const float t = most(point, most(near, leaf_near));
-        const std::uint32_t id = words.id[second ? 1 : 0] & shared::kBvhTriangleMask;
         Hit& n = search.nearest;
+        if (!(point > ray.t_min && point <= n.t)) return false;
+        const float t = most(point, most(triangle_near(ray, pair, second), leaf_near));
+        const std::uint32_t id = words.id[second ? 1 : 0] & shared::kBvhTriangleMask;
         const bool wins_tie = instance < n.instance || (instance == n.instance && id < n.triangle);
-        if (!(point > ray.t_min && (t < n.t || (t == n.t && wins_tie)))) return false;
+        if (!(t < n.t || (t == n.t && wins_tie))) return false;
         if (asks) {
             search.asked = std::min(search.asked, t);
             return false;
@@ -131,20 +138,26 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
     }
 }
 
-/// Returns which triangles of a pair the ray's line hits, by the signs of `ring` and `across`. Bit 0 is the first
-/// triangle, bit 1 the second. Arguments have a bit per corner; `across` has its sign in bit 0.
+/// Sets of corners have four bits for each pair. The two triangles of a pair are tested in the bit of its corner 0.
+constexpr Bits kCorner0 = 0x11;
+
+/// Returns the triangles of pairs that the ray's line hits, by the signs of `ring` and `across`: bit 0 of a pair is its
+/// first triangle, bit 1 its second one. Only the first sign of a pair's `across` counts.
 HWY_INLINE Bits inside(Bits positive, Bits negative, Bits across_positive, Bits across_negative) {
-    const Bits first = ((positive & 3) == 3 && (across_negative & 1)) || ((negative & 3) == 3 && (across_positive & 1));
+    const Bits first = (positive & positive >> 1 & across_negative) | (negative & negative >> 1 & across_positive);
     const Bits second =
-        ((positive & 12) == 12 && (across_positive & 1)) || ((negative & 12) == 12 && (across_negative & 1));
-    return first | second << 1;
+        (positive >> 2 & positive >> 3 & across_positive) | (negative >> 2 & negative >> 3 & across_negative);
+    return (first & kCorner0) | (second & kCorner0) << 1;
 }
 
-/// Returns both_may_contain_zero() as bits. Corners 0 to 2 are the first triangle's, and 2, 3, 0 the second's.
-HWY_INLINE Bits contain_zero(Bits at_most, Bits at_least, Bits off) {
-    const Bits first = (at_most & 7) && (at_least & 7) && (off & 7),
-               second = (at_most & 13) && (at_least & 13) && (off & 13);
-    return first | second << 1;
+/// Returns both_may_contain_zero() for the triangles of pairs, of one coordinate of their corners: those that are at most
+/// and at least zero. Corners 0 to 2 are the first triangle's, and 2, 3, 0 the second's.
+HWY_INLINE Bits contain_zero(Bits at_most, Bits at_least) {
+    const Bits off = ~(at_most & at_least);
+    const auto first = [](Bits v) HWY_ATTR { return v | v >> 1 | v >> 2; };
+    const auto second = [](Bits v) HWY_ATTR { return v | v >> 2 | v >> 3; };
+    return (first(at_most) & first(at_least) & first(off) & kCorner0) |
+           (second(at_most) & second(at_least) & second(off) & kCorner0) << 1;
 }
 
 using F8 = Lanes<hn::FixedTag<float, 8>>;
@@ -181,23 +194,37 @@ struct Corners4 {
         ring = x * next_corner(y) - y * next_corner(x);
         across = x * opposite_corner(y) - y * opposite_corner(x);
     }
-    /// Returns two bits for each pair, at bit 4 * pair.
+    /// Returns the triangles that the ray's line hits, like inside().
     template <class D>
-    HWY_INLINE Bits met(D d, Bits pairs) const {
+    HWY_INLINE Bits on_line(D d, Bits pairs) const {
         const F zero(0);
-        const Bits p = bits_of(d, hn::Ge(ring.v, zero.v)), n = bits_of(d, hn::Le(ring.v, zero.v));
-        const Bits ap = bits_of(d, hn::Ge(across.v, zero.v)), an = bits_of(d, hn::Le(across.v, zero.v));
-        Bits met = 0;
-        for (Bits at = 0; at < 4 * pairs; at += 4) met |= inside(p >> at, n >> at, ap >> at, an >> at) << at;
-        if (met == 0) return 0;
-        const Bits xl = bits_of(d, hn::Le(x.v, zero.v)), xg = bits_of(d, hn::Ge(x.v, zero.v)),
-                   xo = bits_of(d, hn::Ne(x.v, zero.v)), yl = bits_of(d, hn::Le(y.v, zero.v)),
-                   yg = bits_of(d, hn::Ge(y.v, zero.v)), yo = bits_of(d, hn::Ne(y.v, zero.v));
-        for (Bits at = 0; at < 4 * pairs; at += 4) {
-            met &= ~((~contain_zero(xl >> at, xg >> at, xo >> at) & 3u) << at);
-            met &= ~((~contain_zero(yl >> at, yg >> at, yo >> at) & 3u) << at);
-        }
-        return met;
+        const Bits met = inside(bits_of(d, hn::Ge(ring.v, zero.v)), bits_of(d, hn::Le(ring.v, zero.v)),
+                                bits_of(d, hn::Ge(across.v, zero.v)), bits_of(d, hn::Le(across.v, zero.v)));
+        return met & ((Bits{1} << 4 * pairs) - 1);
+    }
+    /// Returns the triangles whose projections may contain zero in x and y.
+    template <class D>
+    HWY_INLINE Bits contain_zero_in_both(D d) const {
+        const auto along = [&](F v) HWY_ATTR {
+            return contain_zero(bits_of(d, hn::Le(v.v, hn::Zero(d))), bits_of(d, hn::Ge(v.v, hn::Zero(d))));
+        };
+        return along(x) & along(y);
+    }
+    /// Returns triangles whose pair_t() is certainly below t_min or above t_max. Most triangles that the line hits lie
+    /// behind the ray, or behind its end. The sums of pair_t() are found for all triangles at once, in lanes 0 and 2 of
+    /// each pair. Rounding, in any order of the operations, is far below the margin.
+    template <class D>
+    HWY_INLINE Bits beyond(D d, float inverse_z, float t_min, float t_max) const {
+        constexpr float kMargin = 0x1p-20f, kUnderflow = 0x1p-120f;
+        const F next_ring = next_corner(ring);
+        const F a = ring * opposite_corner(z), b = next_ring * z, c = across * next_corner(z);
+        const F sum = (ring + next_ring) - across, scale = magnitude(sum);
+        const F t = ((a + b) - c) * F(inverse_z);  // times scale, after the change of sign
+        const F signed_t = hn::Xor(t.v, hn::And(hn::SignBit(d), sum.v));
+        const F margin = (((magnitude(a) + magnitude(b)) + magnitude(c)) + F(kUnderflow)) * F(std::abs(inverse_z) * kMargin);
+        const Bits off = bits_of(d, hn::Or(hn::Lt((signed_t + margin).v, (F(t_min) * scale).v),
+                                           hn::Gt((signed_t - margin).v, (F(t_max) * scale).v)));
+        return (off & kCorner0) | (off >> 1 & kCorner0 << 1);
     }
 };
 
@@ -214,7 +241,12 @@ HWY_INLINE bool test_leaf(const NativeJob& job, const SingleRay& ray, std::uint3
                                      pairs + std::min(i + 1, count - 1) * shared::kBvhPairTexels};
         const Corners4<F8> c(two_rows(pair[0], pair[1], ray.axes[0]), two_rows(pair[0], pair[1], ray.axes[1]),
                              two_rows(pair[0], pair[1], ray.axes[2]), origin, shear);
-        Bits met = c.met(hn::FixedTag<float, 8>(), std::min(count - i, 2u));
+        const hn::FixedTag<float, 8> d;
+        Bits met = c.on_line(d, std::min(count - i, 2u));
+        if (met == 0) continue;
+        met &= ~c.beyond(d, ray.at.shear[2], ray.t_min, search.nearest.t);
+        if (met == 0) continue;
+        met &= c.contain_zero_in_both(d);
         if (met == 0) continue;
         alignas(32) float ring[8], z[8], across[8];
         c.ring.store(ring), c.z.store(z), c.across.store(across);
@@ -248,7 +280,8 @@ HWY_NOINLINE bool test_leaf_in_doubles(const NativeJob& job, const SingleRay& ra
         const Corners4<D4> c(hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[0]].x)),
                              hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[1]].x)),
                              hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[2]].x)), origin, shear);
-        Bits met = c.met(d, 1);
+        Bits met = c.on_line(d, 1);
+        if (met != 0) met &= c.contain_zero_in_both(d);
         if (met == 0) continue;
         alignas(32) double across[4];
         Edges<double> e;

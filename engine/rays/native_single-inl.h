@@ -31,10 +31,12 @@ HWY_INLINE F8 planes(const std::array<float, 8>& bounds) {
 /// Constants of a ray for tests against eight boxes.
 struct BoxTest {
     F8 near_origin[3], near_inverse[3], far_origin[3], far_inverse[3];
-    HWY_INLINE explicit BoxTest(const RayConstants<float>& ray) {
+    std::size_t enter[3], leave[3];  // indices of NativeNode::bounds
+    HWY_INLINE explicit BoxTest(const SingleRay& ray) {
         for (int a = 0; a < 3; ++a) {
-            near_origin[a] = F8(ray.near_origin[a]), near_inverse[a] = F8(ray.near_inverse[a]);
-            far_origin[a] = F8(ray.far_origin[a]), far_inverse[a] = F8(ray.far_inverse[a]);
+            near_origin[a] = F8(ray.at.near_origin[a]), near_inverse[a] = F8(ray.at.near_inverse[a]);
+            far_origin[a] = F8(ray.at.far_origin[a]), far_inverse[a] = F8(ray.at.far_inverse[a]);
+            enter[a] = static_cast<std::size_t>(ray.enter[a]), leave[a] = static_cast<std::size_t>(ray.leave[a]);
         }
     }
 };
@@ -45,15 +47,12 @@ HWY_INLINE I8 int_bits(F8 v) {
 
 /// Tests the children of a node against [t_min, t_exit] (hits_between()). Returns a bit for each child that is met.
 template <class Bound>
-HWY_INLINE Bits meet(const NativeNode<Bound>& node, const SingleRay& ray, const BoxTest& box, I8 t_min, I8 t_exit,
-                     std::int32_t* near_out) {
+HWY_INLINE Bits meet(const NativeNode<Bound>& node, const BoxTest& box, I8 t_min, I8 t_exit, std::int32_t* near_out) {
     const hn::FixedTag<std::int32_t, 8> d;
     I8 near[3], far[3];
     for (int a = 0; a < 3; ++a) {
-        near[a] = int_bits((planes(node.bounds[static_cast<std::size_t>(ray.enter[a])]) - box.near_origin[a]) *
-                           box.near_inverse[a]);
-        far[a] = int_bits((planes(node.bounds[static_cast<std::size_t>(ray.leave[a])]) - box.far_origin[a]) *
-                          box.far_inverse[a]);
+        near[a] = int_bits((planes(node.bounds[box.enter[a]]) - box.near_origin[a]) * box.near_inverse[a]);
+        far[a] = int_bits((planes(node.bounds[box.leave[a]]) - box.far_origin[a]) * box.far_inverse[a]);
     }
     const I8 enter = hn::Max(hn::Max(near[0], near[1]), hn::Max(near[2], t_min));
     const I8 leave = hn::Min(hn::Min(far[0], far[1]), hn::Min(far[2], t_exit));
@@ -91,7 +90,7 @@ bool search_space(const NativeJob& job, const shared::Ray& world_ray, const Sing
                   Search& search) {
     const NativeNode<Bound>* const nodes = nodes_of<Bound>(*job.tree);
     const hn::FixedTag<std::int32_t, 8> d;
-    const BoxTest box(ray.at);
+    const BoxTest box(ray);
     const I8 t_min = hn::Set(d, std::bit_cast<std::int32_t>(ray.t_min));
     std::int32_t exit = std::bit_cast<std::int32_t>(search.nearest.t);
     if (kAny) exit = static_cast<std::int32_t>(static_cast<std::uint32_t>(exit) - 1u);
@@ -103,7 +102,7 @@ bool search_space(const NativeJob& job, const shared::Ray& world_ray, const Sing
         if (!kAny && static_cast<std::int32_t>(entry >> 32) > exit) continue;
         while (shared::is_inner_node(static_cast<std::uint32_t>(entry))) {
             const NativeNode<Bound>& node = nodes[entry & shared::kBvhIndexMask];
-            Bits met = meet(node, ray, box, t_min, hn::Set(d, exit), near);
+            Bits met = meet(node, box, t_min, hn::Set(d, exit), near);
             entry = 0;
             if (met == 0) break;
             const auto next = [&]() HWY_ATTR {

@@ -149,6 +149,22 @@ TEST_F(Sequence, PanoramasShowTheMotionOfTheirCamera) {
     EXPECT_GT(surfaces, 64);
 }
 
+TEST_F(Sequence, FramesHaveTheSameLightGroups) {
+    scene = write_sliding_light(folder.path);
+    make("groups", "0-1",
+         {"--animation", "slide", "--camera", "still", "--light-group", "each", "--env", "0.2,0.2,0.2"});
+    const ExrFile first = read_exr(file("groups", 0)), second = read_exr(file("groups", 1));
+    const auto names = [](const ExrFile& exr) {
+        Strings all;
+        for (const auto& channel : exr.channels) all.push_back(channel.name);
+        return all;
+    };
+    EXPECT_EQ(names(first), names(second));
+    const auto* const sky = second.find("light_environment.R");
+    ASSERT_TRUE(sky);
+    EXPECT_FLOAT_EQ(sky->values.at(0), 0.2f) << "a corner, which the light does not cover";
+}
+
 TEST_F(Sequence, StatisticsReportDeformation) {
     const auto deformed = [&](const char* into, const Strings& more) {
         Strings all = {"--stats", folder / into / "stats.jsonl"};

@@ -1,6 +1,7 @@
-// Runs the seeds of the fuzz targets and their findings; each file of regressions/ was a bug.
+// Runs the seeds of the fuzz targets, truncated ones, and their findings; each file of regressions/ was a bug.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -22,6 +23,9 @@ void run_all(const char* name, void (*target)(std::string_view)) {
             std::ifstream file(entry.path(), std::ios::binary);
             const std::string bytes{std::istreambuf_iterator<char>(file), {}};
             EXPECT_NO_THROW(target(bytes)) << entry.path();
+            const std::size_t step = std::max<std::size_t>(bytes.size() / 64, 1);
+            for (std::size_t length = 0; length < bytes.size(); length += length < 32 ? 1 : step)
+                EXPECT_NO_THROW(target({bytes.data(), length})) << entry.path() << ", " << length << " bytes";
             ++count;
         }
     }

@@ -197,6 +197,24 @@ class Edits(InFolder):
             self.scene.show("gone")
         self.check_undone()
 
+    def test_light_groups(self):
+        self.scene.set_light_groups({"key": "light"})
+        self.assertEqual(self.scene.light_groups, ["key", "rest"])
+        self.scene.set_light_groups({"a": ("material:light",), "b": ["*"]})
+        self.assertEqual(self.scene.light_groups, ["a", "b", "rest"])
+        self.scene.set_light_groups("each")
+        self.assertEqual(self.scene.light_groups, ["light", "rest"])
+        for wrong in ("eahc", ["key"], 3):
+            with self.assertRaisesRegex(TypeError, "light groups are a dict"):
+                self.scene.set_light_groups(wrong)
+        with self.assertRaisesRegex(hl.Error, "'key' names no lights"):
+            self.scene.set_light_groups({"key": []})
+        with self.assertRaisesRegex(hl.Error, "'a=b' cannot name"):
+            self.scene.set_light_groups({"a=b": ["light"]})
+        self.scene.set_light_groups()
+        self.assertEqual(self.scene.light_groups, [])
+        self.check_undone()
+
     def test_files_make_the_same_picture(self):
         self.scene.edit_material("white", base_color="#80c0ff", roughness=0.25)
         self.scene.edit_node("tall block", translate=(0.1, 0, 0), scale=0.9)

@@ -61,6 +61,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     const SceneEdits of_options = std::exchange(a.edits, s.edits);
     if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;
     if (given("--env-intensity")) a.edits.environment_intensity = of_options.environment_intensity;
+    if (given("--light-group")) a.edits.light_groups.clear(), a.edits.each_light = false;
     a.edits_source = file.string();
     for (const EditOption& option : a.edit_options) option.add(a.edits, option.name, option.text);
     if (s.moment) {
@@ -141,6 +142,9 @@ void use_settings(const CLI::App& app, RenderArguments& a) {
         temporal = !a.frames.empty();  // a single picture has no earlier frames
     }
     take(saved, *a.settings_file, given, a);
+    // The viewer, which saves such files, shows no light groups.
+    const bool groups = a.edits.each_light || !a.edits.light_groups.empty();
+    if (groups && !given("--preview")) a.settings.preview.cache = false;
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {

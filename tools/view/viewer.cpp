@@ -179,7 +179,7 @@ void Viewer::reload_shaders() {
 /// Requests another picture if the session has changed.
 void Viewer::request_picture() {
     Request request = session_.request(picture_size_);
-    if (!session_.region) samples_before_region_ = 0;
+    if (!session_.region || (requested_ && !serves(*requested_, request))) samples_before_region_ = 0;
     if (!scripted()) thread_.limit(sample_limit());
     const double asked = std::exchange(input_time_, {}).value_or(now());
     if (request == requested_) return;

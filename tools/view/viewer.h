@@ -188,7 +188,7 @@ class Viewer {
     bool picking_ = false;  // the next click in the picture focuses the lens
     bool drawing_region_ = false;        // the next drag in the picture draws a region
     std::optional<dvec2> region_corner_;  // where that drag began, pixels of the picture
-    int samples_before_region_ = 0;  // samples that the picture had when the region was set, 0: no region
+    int samples_before_region_ = 0;  // samples that the view had when the region was set; 0: no region, or a later view
     std::uint64_t reloads_ = 0;              // reloads of the render thread's shaders that the display has followed
     bool quit_ = false;
     int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event

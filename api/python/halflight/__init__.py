@@ -59,6 +59,11 @@ def _items(values):
     return [item for item in values]  # pylint: disable=unnecessary-comprehension
 
 
+def _names(value):
+    """Returns one name or several as a list."""
+    return [value] if isinstance(value, str) else _items(value)
+
+
 def _text(value):
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -238,8 +243,11 @@ class Scene:
         A light is the name or pattern of lights, emissive materials, or nodes with everything below them, or
         "environment"; "light:NAME", "material:NAME" and "node:NAME" select a kind. "light_rest" has all other lights.
         "each" makes a group of each light; None removes the groups."""
-        texts = [groups] if groups == "each" else [f"{name}={','.join(lights)}" for name, lights in (groups or {}).items()]
-        _call(self._native.set_light_groups, groups=texts)
+        each = groups == "each"
+        if not each and not isinstance(groups, (dict, type(None))):
+            raise TypeError(f"light groups are a dict of lists of names, \"each\" or None, not {groups!r:.100}")
+        lists = [] if each else [(name, _names(lights)) for name, lights in (groups or {}).items()]
+        _call(self._native.set_light_groups, groups=lists, each=each)
 
     def edit_options(self):
         """Returns the text of ``halflight info --names`` for the scene with its edits: objects as options of

@@ -6,6 +6,7 @@
 #include "api/halflight/aov_names.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/settings_file.h"
+#include "api/light_groups.h"
 #include "engine/settings/layers.h"
 #include "tests/support/error_message.h"
 
@@ -77,6 +78,34 @@ TEST(LightGroupNames, OfEachLightAreTheirOwn) {
     stage.scene.lights.resize(30);
     EXPECT_EQ(stage.message({"each"}), "stage: makes 33 light groups, with 'rest'; at most 32 are possible");
     EXPECT_EQ(stage.with({"each", "key=lamp a"}).light_groups, (Names{"key", "rest"})) << "the last form counts";
+}
+
+TEST(LightGroupNames, OfTheEnvironmentAndOfOtherLightsAreReserved) {
+    Stage stage;
+    stage.scene.lights[0].name = "rest";
+    stage.scene.materials[0].name = "environment";
+    EXPECT_EQ(stage.with({"each"}).light_groups, (Names{"rest_2", "lamp_b", "environment_2", "environment", "rest"}));
+}
+
+TEST(LightGroupNames, OfEachLightIncludeLightsOfOtherPoses) {
+    Stage stage;
+    const SeparateLights lights = separate_lights(stage.scene, {1}, "stage");
+    EXPECT_EQ(lights.names, (Names{"lamp_a", "lamp_b", "glow", "wood", "environment", "rest"}));
+    stage.scene.materials[0].emission = vec3(0);
+    set_light_groups(lights, stage.scene);
+    EXPECT_EQ(stage.scene.light_groups, lights.names);
+    EXPECT_EQ(stage.scene.materials[0].light_group, 2u);
+    EXPECT_EQ(stage.scene.environment.light_group, 4u);
+}
+
+TEST(LightGroupNames, WithoutLightAreKnown) {
+    Stage stage;
+    stage.scene.meshes[0].triangle_material = {0};
+    stage.scene.meshes[1].triangle_material = {1};
+    const Scene s = stage.with({"wood=material:wood", "all=*", "again=lamp a", "sky=environment"});
+    EXPECT_EQ(dark_light_groups(s, {}), (Names{"wood", "again"}));
+    EXPECT_EQ(dark_light_groups(s, {1}), Names{"again"});
+    EXPECT_EQ(dark_light_groups(stage.with({"rig=rig", "floor=node:floor"}), {}), Names{"floor"});
 }
 
 TEST(LightGroupNames, MistakesAreNamed) {

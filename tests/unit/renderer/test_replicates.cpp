@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/core/statistics.h"
+#include "renderer/replicates.h"
 
 namespace halflight {
 namespace {
@@ -109,6 +110,45 @@ TEST(ReplicateError, HoldsForRareBrightPixels) {
         for (double& v : picture) v = (random() % 16 == 0 ? 15 : -1) / std::sqrt(15.0);
         return picture;
     });
+}
+
+/// A picture that ends once its bound meets a target: few values, of which five have rare hits and half of the error.
+TEST(PictureError, HoldsWhereSamplingEnds) {
+    constexpr int kTrials = 400, kRare = 5;
+    constexpr double kTarget = 0.01, kChance = 0.02;
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0, std::sqrt(0.5));
+    const double height = std::sqrt(0.5 * kValues / kRare / (kChance * (1 - kChance)));
+    int inside = 0, below = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+        std::vector<Picture> sums(kReplicates, Picture(kValues));
+        int each = 0, chances = 0;
+        ErrorEstimate e;
+        std::vector<double> values(kReplicates);
+        double truth = 0;
+        for (int next = kFirstLook; each == 0 || e.bound > kTarget; next = next_replicate_samples(each, e, kTarget)) {
+            const int more = next - each;
+            std::binomial_distribution hits(more, kChance);
+            for (Picture& sum : sums)
+                for (std::size_t i = 0; i < kValues; ++i)
+                    sum[i] += i < kRare ? height * (hits(random) - more * kChance) : std::sqrt(more) * noise(random);
+            each = next;
+            PictureError error;
+            truth = 0;
+            for (std::size_t i = 0; i < kValues; ++i) {
+                double mean = 0;
+                for (std::size_t r = 0; r < values.size(); ++r) mean += (values[r] = sums[r][i] / each) / kReplicates;
+                error.add(values, ErrorMetric::mse);
+                truth += mean * mean / kValues;
+            }
+            e = error.judge(kTarget, chances);
+        }
+        inside += e.lower <= truth && truth <= e.upper;
+        below += truth <= e.bound;
+    }
+    // 95 % minus a standard error and a half. Without the chances, both are 92 %.
+    EXPECT_GE(inside, 0.935 * kTrials);
+    EXPECT_GE(below, 0.935 * kTrials);
 }
 
 }  // namespace
