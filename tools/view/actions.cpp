@@ -39,6 +39,8 @@ constexpr std::array kActions = {
     ActionRow{Action::recall, Menu::camera, "Recall bookmark", "1-9", "recalls a bookmark"},
     ActionRow{Action::play, Menu::camera, "Play", "Space", "plays the animation, or stops it"},
     ActionRow{Action::keep, Menu::compare, "Keep picture as B", "K", "keeps the picture for comparison"},
+    ActionRow{Action::compare_file, Menu::compare, "Compare with a file ...", "Ctrl+Shift+K",
+              "takes an .exr or a .png as the picture B"},
     ActionRow{Action::close_comparison, Menu::compare, "Close comparison", "Ctrl+K", "removes the picture B"},
     ActionRow{Action::shortcuts, Menu::help, "Shortcuts", "F1, ?", "shows mouse and keys"},
 };

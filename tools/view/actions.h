@@ -36,6 +36,7 @@ enum class Action {
     recall,
     play,
     keep,
+    compare_file,
     close_comparison,
     shortcuts,
 };

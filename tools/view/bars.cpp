@@ -131,16 +131,23 @@ void messages(const Rectangle& area, Toasts& toasts) {
     auto bottom = static_cast<float>(area.end().y) - gap;
     std::optional<std::size_t> dismissed;
     const auto& all = toasts.all();
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float wrap = std::max(0.8f * static_cast<float>(area.size.x), 8 * ImGui::GetFontSize());
+    const float close = ImGui::CalcTextSize("x").x + 2 * style.FramePadding.x + style.ItemSpacing.x;
     for (std::size_t i = all.size(); i-- > 0;) {
         const Toasts::Toast& toast = all[i];
+        const std::string words = toast.count > 1 ? fmt::format("{} (x{})", toast.text, toast.count) : toast.text;
+        const ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
+        // Dear ImGui would give the window the size of its last text.
+        ImGui::SetNextWindowSize({size.x + 2 * style.WindowPadding.x + 1 + (toast.error ? close : 0),
+                                  size.y + 2 * style.WindowPadding.y});
         ImGui::SetNextWindowPos({middle, bottom}, ImGuiCond_Always, {0.5f, 1});
         ImGui::SetNextWindowBgAlpha(0.9f);
         ImGui::Begin(fmt::format("message {}", i).c_str(), nullptr,
-                     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
-                         ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
-        const std::string words = toast.count > 1 ? fmt::format("{} (x{})", toast.text, toast.count) : toast.text;
-        ImGui::PushTextWrapPos(std::max(0.8f * static_cast<float>(area.size.x), 8 * ImGui::GetFontSize()));
-        if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, {1, 0.6f, 0.5f, 1});
+                     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                         ImGuiWindowFlags_NoFocusOnAppearing);
+        ImGui::PushTextWrapPos(style.WindowPadding.x + wrap);
+        if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
         ImGui::TextUnformatted(words.c_str());
         if (toast.error) ImGui::PopStyleColor();
         ImGui::PopTextWrapPos();
@@ -152,28 +159,6 @@ void messages(const Rectangle& area, Toasts& toasts) {
         ImGui::End();
     }
     if (dismissed) toasts.dismiss(*dismissed);
-}
-
-std::optional<std::string> FilePrompt::declare() {
-    constexpr const char* kTitle = "Open a scene or an environment";
-    if (std::exchange(asked_, false)) ImGui::OpenPopup(kTitle);
-    const ImVec2 window = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos({window.x / 2, window.y / 2}, ImGuiCond_Appearing, {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({std::min(40 * ImGui::GetFontSize(), window.x), 0});
-    if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_NoResize)) return std::nullopt;
-    text("Name of a .glb, .gltf, .exr or .hdr file. Files can also be dropped onto the window.");
-    if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
-    ImGui::SetNextItemWidth(-1);
-    bool given = ImGui::InputText("##name", name_.data(), name_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
-    given |= ImGui::Button("Open");
-    ImGui::SameLine();
-    const bool cancelled =
-        ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false);
-    std::optional<std::string> name;
-    if (given && name_[0] != 0) name = name_.data();
-    if (name || cancelled) ImGui::CloseCurrentPopup();
-    ImGui::EndPopup();
-    return name;
 }
 
 }  // namespace halflight::view

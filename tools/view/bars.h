@@ -1,7 +1,6 @@
-// Menu bar, status line, shortcut sheet, messages and the prompt for a file name.
+// Menu bar, status line, shortcut sheet and messages.
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "tools/view/progress.h"
@@ -20,17 +19,5 @@ void waiting_text(const Rectangle& area, const Progress& progress);
 void shortcut_sheet(bool& open);
 /// Declares the messages at the lower edge of the picture's area. Removes those that the user dismisses.
 void messages(const Rectangle& area, Toasts& toasts);
-
-/// Prompt for the name of a file.
-class FilePrompt {
-  public:
-    void ask() { asked_ = true; }
-    /// Declares the prompt; returns the name once the user has given it.
-    std::optional<std::string> declare();
-
-  private:
-    bool asked_ = false;
-    std::array<char, 4096> name_{};
-};
 
 }  // namespace halflight::view

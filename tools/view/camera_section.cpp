@@ -17,7 +17,9 @@ void choose_camera(PanelContext& c) {
         return cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
     };
     label("Camera", "camera of the scene; moving it makes it free");
-    if (!ImGui::BeginCombo("##camera", now ? title(*now).c_str() : "Free", ImGuiComboFlags_HeightLarge)) return;
+    const float width = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
+    if (!ImGui::BeginCombo("##camera", now ? shortened(title(*now), width).c_str() : "Free", ImGuiComboFlags_HeightLarge))
+        return;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
         if (ImGui::Selectable(title(i).c_str(), now == i)) c.session.take_camera(i);

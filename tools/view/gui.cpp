@@ -132,6 +132,7 @@ void Gui::load_font() {
     style.Colors[ImGuiCol_TextDisabled] = {0.62f, 0.62f, 0.62f, 1};
     style.Colors[ImGuiCol_WindowBg] = {0.11f, 0.11f, 0.12f, 1};
     style.Colors[ImGuiCol_PopupBg] = {0.14f, 0.14f, 0.15f, 1};
+    style.Colors[ImGuiCol_ModalWindowDimBg] = {0, 0, 0, 0.55f};
     style.ScaleAllSizes(scale_);
     ImGui::GetStyle() = style;
     ImGui_ImplOpenGL3_DestroyFontsTexture();  // NewFrame() makes it from the new font

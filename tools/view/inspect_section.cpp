@@ -22,13 +22,13 @@ void lines(const char* title, bool open, const std::vector<std::string>& all) {
 void picture_lines(const Picture& picture) {
     const RenderStats& s = picture.result.stats;
     const Image& image = picture.result.beauty;
-    value("Picture", fmt::format("{} x {}, {} sample{}", image.width, image.height, s.samples,
+    value("Size", fmt::format("{} x {}, {} sample{}", image.width, image.height, s.samples,
                                  s.samples == 1 ? "" : "s"));
     if (picture.relmse)
         value("Error", fmt::format("{:.3g} (relMSE {:.3g})", std::sqrt(*picture.relmse), *picture.relmse),
               "estimated for the mean of the samples, relative to the pixels' values");
-    value("Speed", fmt::format("{:.3f} s per sample, {:.2f} Mpaths/s", s.render_seconds / std::max(s.samples, 1),
-                               1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
+    value("Sample", fmt::format("{:.3g} s", s.render_seconds / std::max(s.samples, 1)), "mean time per sample");
+    value("Paths", fmt::format("{:.3g} million/s", 1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
     value("Preparation", fmt::format("{:.2f} s", s.prepare_seconds));
     for (const BadValues& bad : s.bad_values)
         if (bad.total() > 0)
@@ -44,12 +44,32 @@ void probe_lines(const PanelContext& c) {
     for (const auto& [name, text] : lines_of(*known, c.session.scene())) value(name.c_str(), text);
 }
 
+/// Labels the last item, a histogram: powers of two below it, and a line at luminance 1 after exposure.
+void histogram_axis(float stops) {
+    constexpr float kEach = 6;  // stops between two labels
+    const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
+    const auto x = [&](float at) {
+        return from.x + (to.x - from.x) * (at - Histogram::kLowest) / (Histogram::kHighest - Histogram::kLowest);
+    };
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    if (const float one = x(-stops); one > from.x && one < to.x)
+        list.AddLine({one, from.y}, {one, to.y}, ImGui::GetColorU32(ImGuiCol_Text, 0.6f));
+    for (float at = Histogram::kLowest; at <= Histogram::kHighest; at += kEach) {
+        const std::string label = at == 0 ? "1" : fmt::format("2^{:g}", at);
+        const float width = ImGui::CalcTextSize(label.c_str()).x;
+        list.AddText({std::clamp(x(at) - width / 2, from.x, to.x - width), to.y}, ImGui::GetColorU32(ImGuiCol_TextDisabled),
+                     label.c_str());
+    }
+    ImGui::Dummy({0, ImGui::GetTextLineHeight()});
+}
+
 void histogram_lines(const PanelContext& c) {
     if (!ImGui::CollapsingHeader("Histogram", ImGuiTreeNodeFlags_DefaultOpen)) return;
     const Histogram h = histogram(c.now.picture->result.beauty, c.session.transform.exposure.stops);
     ImGui::PlotHistogram("##histogram", h.shares.data(), Histogram::kBins, 0, nullptr, 0, FLT_MAX,
                          {ImGui::GetContentRegionAvail().x, 4 * ImGui::GetFontSize()});
-    tooltip("shares of the pixels over the logarithm of their luminance, 2^-12 to 2^12, before exposure");
+    tooltip("shares of the pixels over their luminance before exposure; the line is 1 after exposure");
+    histogram_axis(c.session.transform.exposure.stops);
     value("Mean, maximum", fmt::format("{:.4g}, {:.4g}", h.mean, h.maximum), "luminance before exposure");
     value("Black, above 1", fmt::format("{:.1f} %, {:.1f} %", 100 * h.black, 100 * h.above),
           "shares of the pixels; above 1 after exposure");
@@ -82,13 +102,14 @@ void pass_times(PanelContext& c) {
 
 void inspect_section(PanelContext& c) {
     heading("Picture");
-    text(c.now.status.device);
+    value("Device", c.now.status.device);
     if (!c.now.picture) return faint_text("There is no picture yet.");
     const RenderStats& stats = c.now.picture->result.stats;
     picture_lines(*c.now.picture);
     probe_lines(c);
     histogram_lines(c);
-    lines("Memory", true, memory_lines(stats));
+    if (ImGui::CollapsingHeader("Memory", ImGuiTreeNodeFlags_DefaultOpen))
+        for (const auto& [name, size, help] : memory_rows(stats)) value(name, size, help);
     pass_times(c);
     lines("Culling", c.session.measure, culling_lines(stats));
     lines("Pages", true, paging_lines(stats));

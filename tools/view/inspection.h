@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
-#include "tools/view/render_thread.h"
+#include "tools/view/request.h"
 
 namespace halflight::view {
 

@@ -102,6 +102,7 @@ bool property(const MaterialProperty& p, vec4& v) {
     std::string title = p.name;
     std::ranges::replace(title, '_', ' ');
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
+    if (title == "Ior") title = "IOR";
     const bool fraction = p.range.lowest == 0 && p.range.highest == 1;
     const int count = component_count(p.field);
     if (std::holds_alternative<bool Material::*>(p.field)) {

@@ -115,6 +115,8 @@ void light_properties_of(PanelContext& c, std::size_t index) {
 void environment_properties(PanelContext& c) {
     choose_environment(c);
     const EnvironmentChoice& now = c.session.environment();
+    if (std::holds_alternative<std::monostate>(now) && c.session.scene().environment.name == default_sky().name)
+        faint_text("The scene's own light reaches little or nothing, so a neutral sky was added. \"none\" removes it.");
     if (const auto* sky = std::get_if<ClearSky>(&now)) {
         auto elevation = static_cast<float>(sky->elevation), azimuth = static_cast<float>(sky->azimuth),
              turbidity = static_cast<float>(sky->turbidity);

@@ -21,9 +21,9 @@ void light_section(PanelContext& c) {
     heading("Lights");
     if (scene.lights.empty()) faint_text("The scene has no lights beside environment and emissive surfaces.");
     for (std::size_t i = 0; i < std::min(scene.lights.size(), kMost); ++i) {
-        const std::string name = c.session.name_of({ObjectKind::light, i});
+        const std::string& name = scene.lights[i].name;
         ImGui::PushID(static_cast<int>(i));
-        if (ImGui::CollapsingHeader(name.c_str(), scene.lights.size() <= 3 ? ImGuiTreeNodeFlags_DefaultOpen : 0))
+        if (foldable(name.empty() ? c.session.name_of({ObjectKind::light, i}) : name, scene.lights.size() <= 3))
             light_properties_of(c, i);
         ImGui::PopID();
     }

@@ -1,6 +1,5 @@
 // The section "Look": layer, components, exposure, colour, comparison. Nothing here needs new samples.
 #include <algorithm>
-#include <array>
 
 #include "tools/view/side_bar.h"
 #include "tools/view/widgets.h"
@@ -49,12 +48,10 @@ void comparison(PanelContext& c) {
     if (!c.now.picture) return faint_text("There is no picture yet.");
     if (button(c.now.comparing ? "Keep as B again" : "Keep as B", "keeps the picture for comparison (K)"))
         c.requests.actions.push_back(Action::keep);
+    if (button("File as B ...", "takes an .exr or a .png as the picture B (Ctrl+Shift+K)", true))
+        c.requests.actions.push_back(Action::compare_file);
     if (c.now.comparing && button("Close comparison", "removes the picture B (Ctrl+K)", true))
         c.requests.actions.push_back(Action::close_comparison);
-    static std::array<char, 4096> file{};
-    label("File", "picture B from an .exr or a .png; Enter reads it");
-    if (ImGui::InputText("##against", file.data(), file.size(), ImGuiInputTextFlags_EnterReturnsTrue) && file[0] != 0)
-        c.requests.against = file.data();
     if (!c.now.comparing) return;
     using Mode = ComparisonMode;
     const auto choice = [&](const char* name, Mode mode, const char* help, bool same_line) {

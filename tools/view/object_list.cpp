@@ -48,7 +48,8 @@ void row(const Outliner::Row& r, const HiddenObjects& hidden, PanelContext& c) {
     }
     ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x + 0.75f * line * static_cast<float>(r.depth));
     if (is_hidden) ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    if (ImGui::Selectable(r.label.c_str(), c.session.selection == r.object, ImGuiSelectableFlags_AllowDoubleClick)) {
+    const std::string label = shortened(r.label, ImGui::GetContentRegionAvail().x) + "###label";
+    if (ImGui::Selectable(label.c_str(), c.session.selection == r.object, ImGuiSelectableFlags_AllowDoubleClick)) {
         c.session.selection = r.object;
         if (r.object.kind == ObjectKind::camera && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left))
             c.session.take_camera(r.object.index);

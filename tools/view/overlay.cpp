@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tools/common/color_map.h"
 
@@ -31,9 +32,16 @@ float label(const LabelArea& room, float x, float y, float align, const std::str
     return y + size.y + kMargin;
 }
 
+constexpr float kBar = 0.75f;  // height of the bar of a colour scale, lines
+
+/// Returns the height of a colour scale with its background, pixels.
+float scale_height() {
+    return (kBar + 2) * ImGui::GetTextLineHeight() + 16;
+}
+
 void draw_scale(const LabelArea& room, const Scale& scale) {
     constexpr int kSteps = 64;
-    const float line = ImGui::GetTextLineHeight(), height = 0.75f * line;
+    const float line = ImGui::GetTextLineHeight(), height = kBar * line;
     const float width = std::max(14 * line, ImGui::CalcTextSize(scale.unit.c_str()).x);
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float left = room.right - width, top = room.bottom - height;
@@ -73,19 +81,28 @@ void drag_line(const Rectangle& picture, float& split) {
 /// Draws line and labels of a comparison; returns the y at which more labels may begin.
 float draw_split(const LabelArea& room, const Overlay& overlay, float& split) {
     const Rectangle& picture = overlay.picture;
-    if (!overlay.line) {
-        const float next = label(room, room.left, room.top, 0, "A: " + overlay.here);
-        return label(room, room.left, next, 0, "B: " + *overlay.other);
+    if (!overlay.shown.empty()) {
+        float next = label(room, room.left, room.top, 0, "A: " + overlay.here);
+        next = label(room, room.left, next, 0, "B: " + *overlay.other);
+        return label(room, room.left, next, 0, "Shown: " + overlay.shown);
     }
     drag_line(picture, split);
     const float x = static_cast<float>(picture.origin.x) + split * static_cast<float>(picture.size.x);
     ImGui::GetBackgroundDrawList()->AddLine({x, static_cast<float>(picture.origin.y)},
                                             {x, static_cast<float>(picture.end().y)}, kText, 2);
-    const float next = label(room, x - kMargin, room.top, 1, "A: " + overlay.here);
-    return label(room, x + kMargin, next, 0, "B: " + *overlay.other);
+    const std::string here = "A: " + overlay.here, other = "B: " + *overlay.other;
+    const auto width = [](const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; };
+    const bool beside = x - kMargin - width(here) >= room.left && x + kMargin + width(other) <= room.right;
+    const float next = label(room, x - kMargin, room.top, 1, here);
+    return label(room, x + kMargin, beside ? room.top : next, 0, other);
 }
 
 }  // namespace
+
+Rectangle above_scale(Rectangle area) {
+    area.size.y -= static_cast<int>(std::ceil(scale_height() + kMargin));
+    return area;
+}
 
 void draw_overlay(const Overlay& overlay, float& split) {
     const Rectangle& area = overlay.area;

@@ -18,8 +18,11 @@ struct Overlay {
     std::vector<std::string> notices;  // lines that must be visible, such as biases and errors
     std::string here;                  // short description of the picture
     std::optional<std::string> other;  // short description of the comparison picture; none: no comparison
-    bool line = true;                  // a line divides both pictures
+    std::string shown;  // which picture is shown, if both are not; empty: a line divides them
 };
+
+/// Returns the area without the height at its lower end that a colour scale takes.
+Rectangle above_scale(Rectangle area);
 
 /// Draws the overlay; call it between Gui::begin() and draw(). `split` is that of Display::draw(); dragging the line
 /// changes it.

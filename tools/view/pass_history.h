@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/view/render_thread.h"
+#include "tools/view/request.h"
 
 namespace halflight::view {
 

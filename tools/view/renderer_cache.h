@@ -9,7 +9,7 @@
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
 #include "renderer/preview_picture.h"
-#include "tools/view/render_thread.h"
+#include "tools/view/request.h"
 #include "tools/view/resolution.h"
 
 namespace halflight::view {

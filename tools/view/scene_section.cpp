@@ -24,7 +24,7 @@ void animation(const Timeline& t, PanelContext& c) {
     bool play = c.now.playing;
     if (checkbox("Play (Space)", play, "plays the animation in a loop; late frames are left out"))
         c.requests.play = play;
-    value("Time", fmt::format("{:.2f} s of {:.2f} s", t.rate.seconds(t.frame), t.rate.seconds(t.last)));
+    value("Time", fmt::format("{:.2f} s of {:.2f} s", t.rate.seconds(c.now.frame), t.rate.seconds(t.last)));
 }
 
 void variants(PanelContext& c) {

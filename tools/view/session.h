@@ -15,7 +15,7 @@
 #include "tools/view/layer_view.h"
 #include "tools/view/pick.h"
 #include "tools/view/region.h"
-#include "tools/view/render_thread.h"
+#include "tools/view/request.h"
 #include "tools/view/selection.h"
 
 namespace halflight::view {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@
 #include "tools/view/navigation.h"
 #include "tools/view/outliner.h"
 #include "tools/view/pass_history.h"
+#include "tools/view/render_thread.h"
 #include "tools/view/session.h"
 #include "tools/view/window_layout.h"
 
@@ -45,8 +47,8 @@ struct PanelRequests {
     std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};
     std::optional<ivec2> size{};       // size of the picture to take, pixels
-    std::optional<std::string> open{};     // file to open
-    std::optional<std::string> against{};  // file to compare with
+    std::optional<std::filesystem::path> open{};     // file to open
+    std::optional<std::filesystem::path> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};
     bool pick_focus = false;  // the next click in the picture focuses the lens
     std::optional<EnvironmentChoice> environment{};  // environment to take

@@ -75,14 +75,15 @@ std::vector<std::string> left_out_lines(const RenderStats& stats) {
     return lines;
 }
 
-std::vector<std::string> memory_lines(const RenderStats& stats) {
+std::vector<MemoryRow> memory_rows(const RenderStats& stats) {
     std::size_t saved = 0;
     for (const LeftOut& l : stats.left_out) saved += l.bytes;
     const MemoryLedger& ledger = MemoryLedger::process();
-    return {
-        fmt::format("{:.1f} MiB on the device; {:.1f} MiB left out", mebibytes(stats.gpu_bytes), mebibytes(saved)),
-        fmt::format("{:.1f} MiB peak memory of the program", mebibytes(peak_memory_bytes())),
-        fmt::format("{} of the budget of {} are left", text_of_bytes(ledger.free()), text_of_bytes(ledger.limit()))};
+    return {{"Device", fmt::format("{:.1f} MiB", mebibytes(stats.gpu_bytes)), "buffers of the picture and the scene"},
+            {"Left out", fmt::format("{:.1f} MiB", mebibytes(saved)), "buffers that the scene does not need"},
+            {"Program, peak", fmt::format("{:.1f} MiB", mebibytes(peak_memory_bytes())), "most memory so far"},
+            {"Budget left", fmt::format("{} of {}", text_of_bytes(ledger.free()), text_of_bytes(ledger.limit())),
+             "memory that scenes may still take"}};
 }
 
 }  // namespace halflight::view

@@ -16,7 +16,12 @@ std::vector<std::string> culling_lines(const RenderStats& stats);
 std::vector<std::string> paging_lines(const RenderStats& stats);
 /// Returns the parts left out of the picture's rendering, the reasons, and the memory saved.
 std::vector<std::string> left_out_lines(const RenderStats& stats);
-/// Returns the memory in use on the device, and the peak memory of the program.
-std::vector<std::string> memory_lines(const RenderStats& stats);
+struct MemoryRow {
+    const char* name;
+    std::string size;
+    const char* help;
+};
+/// Returns the memory in use on the device, the memory left out, the program's peak, and what the budget has left.
+std::vector<MemoryRow> memory_rows(const RenderStats& stats);
 
 }  // namespace halflight::view

@@ -10,23 +10,24 @@ constexpr std::size_t kMost = 4;     // messages at once
 
 }  // namespace
 
-void Toasts::add(std::string text, bool error, double until) {
+void Toasts::add(Toast toast) {
     ++total_;
-    if (!toasts_.empty() && toasts_.back().text == text && toasts_.back().error == error) {
-        toasts_.back().until = until;
+    if (!toast.topic.empty()) std::erase_if(toasts_, [&](const Toast& t) { return t.topic == toast.topic; });
+    if (!toasts_.empty() && toasts_.back().text == toast.text && toasts_.back().error == toast.error) {
+        toasts_.back().until = toast.until;
         ++toasts_.back().count;
         return;
     }
     if (toasts_.size() == kMost) toasts_.erase(toasts_.begin());
-    toasts_.push_back({std::move(text), error, until});
+    toasts_.push_back(std::move(toast));
 }
 
-void Toasts::tell(std::string text, double now) {
-    add(std::move(text), false, now + kShown);
+void Toasts::tell(std::string text, double now, std::string topic) {
+    add({.text = std::move(text), .until = now + kShown, .topic = std::move(topic)});
 }
 
 void Toasts::fail(std::string text, double now) {
-    add(std::move(text), true, now);
+    add({.text = std::move(text), .error = true, .until = now});
 }
 
 bool Toasts::expire(double now) {

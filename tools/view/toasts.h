@@ -14,9 +14,11 @@ class Toasts {
         bool error = false;
         double until = 0;  // time at which it disappears, seconds; errors have none
         int count = 1;     // how often the same message has come
+        std::string topic{};  // subject of which only the last message counts; empty: none
     };
-    /// Adds a message at `now`, seconds. A message that repeats the newest one is counted instead.
-    void tell(std::string text, double now);
+    /// Adds a message at `now`, seconds. It replaces the message of the same topic. A message that repeats the newest
+    /// one is counted instead.
+    void tell(std::string text, double now, std::string topic = {});
     void fail(std::string text, double now);
     /// Removes messages whose time is over; returns whether any was removed.
     bool expire(double now);
@@ -26,7 +28,7 @@ class Toasts {
     std::size_t total() const { return total_; }
 
   private:
-    void add(std::string text, bool error, double until);
+    void add(Toast toast);
     std::vector<Toast> toasts_;
     std::size_t total_ = 0;
 };

@@ -1,16 +1,17 @@
 #include "tools/view/unsaved_prompt.h"
 
-#include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
 
-void UnsavedPrompt::ask(std::string what, std::function<void()> f) {
-    what_ = std::move(what);
+void UnsavedPrompt::ask(std::string question, std::string file, std::function<void()> f) {
+    question_ = std::move(question);
+    file_ = std::move(file);
     then_ = std::move(f);
 }
 
@@ -24,11 +25,11 @@ UnsavedPrompt::Answer UnsavedPrompt::declare() {
     if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({22 * ImGui::GetFontSize(), 0});
+    ImGui::SetNextWindowSize({std::min(28 * ImGui::GetFontSize(), size.x), 0});
     if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings))
         return Answer::none;
-    ImGui::TextUnformatted(
-        fmt::format("There are edits that have not been saved.\nSave them before {}?", what_).c_str());
+    text(question_);
+    faint_text(shortened("Settings file: " + file_, ImGui::GetContentRegionAvail().x));
     ImGui::Spacing();
     Answer answer = Answer::none;
     if (button("Save", "writes the settings file (Enter)")) answer = Answer::save;

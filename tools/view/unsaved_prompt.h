@@ -9,8 +9,8 @@ namespace halflight::view {
 /// A modal question with three answers: save the edits, discard them, or stay.
 class UnsavedPrompt {
   public:
-    /// Asks before f is called. what: phrase such as "closing the window".
-    void ask(std::string what, std::function<void()> f);
+    /// Asks before f is called. question: complete sentences; file: name of the file that would be written.
+    void ask(std::string question, std::string file, std::function<void()> f);
     bool asking() const { return static_cast<bool>(then_); }
     enum class Answer { none, save, discard, cancel };
     /// Declares the question while it is open. After save and discard, proceed() does what was asked about.
@@ -18,7 +18,7 @@ class UnsavedPrompt {
     void proceed();
 
   private:
-    std::string what_;
+    std::string question_, file_;
     std::function<void()> then_;  // what was asked about; null: nothing is being asked
 };
 

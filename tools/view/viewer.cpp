@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <thread>
 #include <utility>
@@ -214,6 +215,13 @@ Progress Viewer::progress() const {
             .region = requested_ && requested_->region ? std::optional(requested_->region->size()) : std::nullopt};
 }
 
+/// Returns layer and size of the picture for the status line, with the scale where it is not shown pixel for pixel.
+std::string Viewer::picture_text(const WindowLayout& layout) const {
+    const int percent = static_cast<int>(std::lround(100.0 * layout.picture.size.x / picture_size_.x));
+    return fmt::format("{}, {}x{}{}", session_.layer_view.layer, picture_size_.x, picture_size_.y,
+                       percent == 100 ? "" : fmt::format(" at {} %", percent));
+}
+
 void Viewer::declare() {
     const WindowLayout now = layout();
     const Progress work = progress();
@@ -259,24 +267,28 @@ void Viewer::declare() {
         menu_bar(context);
         side_bar(now.side, section_, context);
         status_line(now.status, work,
-                    fmt::format("{}, {}x{}", session_.layer_view.layer, picture_size_.x, picture_size_.y));
+                    picture_text(now));
     }
     if (panels_shown_)
         object_overlay_.draw(session_, gizmo_, now.picture, picture_size_, gui_.scale(), lit_handle_,
                              section_ == "Scene" || section_ == "Light");
     if (panels_shown_ || drawing_region_) show_region(now);
     if (panels_shown_ || !scripted()) {
-        messages(now.area, toasts_);
+        messages(scale_ ? above_scale(now.area) : now.area, toasts_);
         shortcut_sheet(shortcuts_shown_);
-        if (const auto name = file_prompt_.declare()) requests.open = *name;
+        if (const auto answer = file_prompt_.declare())
+            (answer->purpose == FilePrompt::Purpose::open ? requests.open : requests.against) = answer->file;
     }
     draw_overlay({.area = now.area,
                   .picture = now.picture,
                   .scale = scale_,
                   .notices = notices(),
-                  .here = session_.description(),
+                  .here = picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : session_.description(),
                   .other = comparison_,
-                  .line = comparison_mode_ == ComparisonMode::split},
+                  .shown = comparison_mode_ == ComparisonMode::split        ? ""
+                           : comparison_mode_ == ComparisonMode::difference ? "absolute difference of A and B"
+                           : shown_split() == 1                             ? "A"
+                                                                            : "B"},
                  split_);
     if (!picture_) waiting_text(now.area, work);
     perform(requests);
@@ -324,6 +336,8 @@ void Viewer::frame(const std::filesystem::path& shot) {
 std::vector<std::string> Viewer::notices() const {
     std::vector<std::string> lines;
     if (picture_) lines = bias_lines(biases_of(layer_view_, picture_->result.stats));
+    if (picture_ && layer_view_.layer != session_.layer_view.layer)
+        lines.push_back(fmt::format("{} is still shown; {} follows", layer_view_.layer, session_.layer_view.layer));
     const RenderThread::Status status = thread_.status();
     for (const std::string& error : {status.error, status.shader_error})
         if (!error.empty()) lines.push_back(error);

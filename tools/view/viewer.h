@@ -15,6 +15,7 @@
 #include "tools/view/clock.h"
 #include "tools/view/display.h"
 #include "tools/view/edit_history.h"
+#include "tools/view/file_prompt.h"
 #include "tools/view/file_writer.h"
 #include "tools/view/gui.h"
 #include "tools/view/object_overlay.h"
@@ -50,13 +51,16 @@ class Viewer {
     void apply_transform();
     void reload_shaders();
     Progress progress() const;
+    std::string picture_text(const WindowLayout& layout) const;
     std::vector<std::string> notices() const;
     std::string title() const;
 
     // The following functions are defined in viewer_opening.cpp.
 
     void open_dropped_files();
-    void start_opening(const std::string& activity, std::function<Session::Opened()> opening);
+    /// Starts an opening on the render thread. of_file: it may fail, and the samples of the picture are kept until it
+    /// has succeeded.
+    void start_opening(const std::string& activity, std::function<Session::Opened()> opening, bool of_file = false);
     void open_next();       // Starts the next waiting file or frame on the render thread.
     bool finish_opening();  // Returns whether nothing is waiting or being opened.
     void set_playing(bool on);
@@ -79,6 +83,7 @@ class Viewer {
     void perform(const PanelRequests& requests);
     void recall(std::size_t number);
     void step_layer(int step);
+    std::string with_samples(int samples) const;  // Describes the picture for a comparison.
     void compare(bool on);
     void compare_with(const std::filesystem::path& path);  // Takes the picture of a file as B.
     void set_comparison(ComparisonMode mode);
@@ -90,7 +95,10 @@ class Viewer {
     void save_waiting_pictures();
     std::filesystem::path unused_name(const char* extension);
     void report_files();  // Tells the user which files have been written.
-    void tell(std::string message) { toasts_.tell(std::move(message), now()); }
+    /// Shows a message to the user. It replaces the message of the same topic.
+    void tell(std::string message, std::string topic = {}) {
+        toasts_.tell(std::move(message), now(), std::move(topic));
+    }
 
     // The following functions are defined in play_script.cpp.
 

@@ -35,11 +35,13 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
     Exposure& exposure = session_.transform.exposure;
     const auto expose = [&](float stops) {
         exposure = std::clamp(stops, -kMostStops, kMostStops);
-        tell(fmt::format("Exposure {:.2f} stops", exposure.stops));
+        tell(fmt::format("Exposure {:.2f} stops", exposure.stops), "exposure");
     };
     switch (action) {
         case Action::open:
-            return file_prompt_.ask();
+            return file_prompt_.ask(FilePrompt::Purpose::open, session_.file().parent_path());
+        case Action::compare_file:
+            return file_prompt_.ask(FilePrompt::Purpose::compare, session_.file().parent_path());
         case Action::save:
             return save();
         case Action::screenshot:
@@ -63,11 +65,11 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return;
         case Action::hide_panels:
             panels_shown_ = !panels_shown_;
-            return tell(panels_shown_ ? "Panels shown" : "Panels hidden; H shows them");
+            return tell(panels_shown_ ? "Panels shown" : "Panels hidden; H shows them", "panels");
         case Action::larger_ui:
         case Action::smaller_ui:
             gui_.set_scale(gui_.scale() * (action == Action::larger_ui ? kUiStep : 1 / kUiStep));
-            return tell(fmt::format("Scale of text and controls {:.2f}", gui_.scale()));
+            return tell(fmt::format("Scale of text and controls {:.2f}", gui_.scale()), "scale");
         case Action::brighter:
             return expose(exposure.stops + kStopStep);
         case Action::darker:
@@ -101,7 +103,8 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return recall(static_cast<std::size_t>(press.key[0] - '1'));
         case Action::play:
             set_playing(!play_);
-            return tell(play_ ? "Playing" : session_.timeline().playing.empty() ? "No animation is chosen" : "Stopped");
+            return tell(play_ ? "Playing" : session_.timeline().playing.empty() ? "No animation is chosen" : "Stopped",
+                        "play");
         case Action::keep:
             return compare(true);
         case Action::close_comparison:
@@ -125,7 +128,11 @@ void Viewer::step_layer(int step) {
     const auto now = std::ranges::find(all, layer) - all.begin();
     const auto count = static_cast<std::ptrdiff_t>(all.size());
     layer = all[static_cast<std::size_t>((now + step + count) % count)];
-    tell(fmt::format("Layer {}: {}", layer, description(layer)));
+    tell(fmt::format("Layer {}: {}", layer, description(layer)), "layer");
+}
+
+std::string Viewer::with_samples(int samples) const {
+    return fmt::format("{}, {} sample{}", session_.description(), samples, samples == 1 ? "" : "s");
 }
 
 void Viewer::compare(bool on) {
@@ -138,8 +145,7 @@ void Viewer::compare(bool on) {
     }
     if (!picture_) throw Error("compare", "there is no picture yet");
     display_.keep_comparison();
-    const int samples = picture_->result.stats.samples;
-    comparison_ = fmt::format("{}, {} sample{}", session_.description(), samples, samples == 1 ? "" : "s");
+    comparison_ = with_samples(picture_->result.stats.samples);
     tell("Picture kept as B");
 }
 
@@ -176,7 +182,7 @@ void Viewer::perform(const PanelRequests& requests) {
     if (requests.against) attempt([&] { compare_with(*requests.against); });
     if (requests.comparison) attempt([&] { set_comparison(*requests.comparison); });
     if (requests.pick_focus) picking_ = !picking_;
-    if (requests.open) to_open_.emplace_back(*requests.open);
+    if (requests.open) to_open_.push_back(*requests.open);
     if (requests.environment) change_environment(*requests.environment);
     if (requests.variant) change_variant(*requests.variant);
     if (requests.frame) next_pose_ = requests.frame;

@@ -41,7 +41,10 @@ bool Viewer::may_lose_edits(const std::string& what, std::function<void()> f) {
     if (!takes_input() || std::exchange(discards_edits_, false)) return true;
     if (!opening_.valid()) edit_history_.record(session_.document(), false);
     if (!edit_history_.unsaved()) return true;
-    if (!unsaved_prompt_.asking()) unsaved_prompt_.ask(what, std::move(f));
+    if (!unsaved_prompt_.asking())
+        unsaved_prompt_.ask(fmt::format("{} has edits that are not saved.\nSave them before {}?",
+                                        session_.file().filename().string(), what),
+                            session_.settings_file().filename().string(), std::move(f));
     return false;
 }
 
@@ -70,7 +73,7 @@ void Viewer::change_variant(const std::string& variant) {
 void Viewer::step_handles() {
     constexpr int kModes = 4;
     gizmo_.mode = static_cast<GizmoMode>((static_cast<int>(gizmo_.mode) + 1) % kModes);
-    tell(fmt::format("Handles: {}", name(gizmo_.mode)));
+    tell(fmt::format("Handles: {}", name(gizmo_.mode)), "handles");
 }
 
 void Viewer::hide_selected() {
@@ -115,7 +118,7 @@ void Viewer::select_clicked(const WindowLayout& layout) {
         session_.selection = {ObjectKind::light, *light};
     else
         session_.select(point, picture_size_);
-    tell(fmt::format("Selected: {}", session_.name_of(session_.selection)));
+    tell(fmt::format("Selected: {}", session_.name_of(session_.selection)), "selection");
 }
 
 void Viewer::drag_handle(const dvec2& from, const dvec2& to) {

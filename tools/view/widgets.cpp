@@ -1,5 +1,7 @@
 #include "tools/view/widgets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cfloat>
 
@@ -44,6 +46,29 @@ void faint_text(const std::string& line) {
     ImGui::PopStyleColor();
 }
 
+void error_text(const std::string& line) {
+    ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
+    text(line);
+    ImGui::PopStyleColor();
+}
+
+std::string shortened(const std::string& text, float width) {
+    if (ImGui::CalcTextSize(text.c_str()).x <= width) return text;
+    const auto inside = [&](std::size_t at) { return at < text.size() && (text[at] & 0xc0) == 0x80; };
+    const auto with = [&](std::size_t letters) {  // bytes on both sides together, whole UTF-8 letters
+        std::size_t head = (letters + 1) / 2, tail = text.size() - letters / 2;
+        while (head > 0 && inside(head)) --head;
+        while (inside(tail)) ++tail;
+        return text.substr(0, head) + "..." + text.substr(tail);
+    };
+    std::size_t fits = 0, not_fits = text.size();
+    while (fits + 1 < not_fits) {
+        const std::size_t middle = (fits + not_fits) / 2;
+        (ImGui::CalcTextSize(with(middle).c_str()).x <= width ? fits : not_fits) = middle;
+    }
+    return with(fits);
+}
+
 void tooltip(const char* help) {
     if (*help == 0 || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
     const float wrap = 24 * ImGui::GetFontSize();
@@ -81,7 +106,7 @@ void value(const char* name, const std::string& text, const char* help) {
 
 void heading(const char* title) {
     ImGui::Spacing();
-    ImGui::TextUnformatted(title);
+    text(title);
     ImGui::Separator();
 }
 
@@ -148,7 +173,8 @@ bool choose(const char* name, std::string& chosen, std::span<const std::string> 
     const Id id(name);
     label(name, help);
     bool changed = false;
-    if (ImGui::BeginCombo("##combo", chosen.c_str(), ImGuiComboFlags_HeightLarge)) {
+    const float width = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
+    if (ImGui::BeginCombo("##combo", shortened(chosen, width).c_str(), ImGuiComboFlags_HeightLarge)) {
         for (const std::string& one : all) {
             if (!ImGui::Selectable(one.c_str(), one == chosen)) continue;
             changed = one != chosen;
@@ -174,10 +200,23 @@ bool pick_color(const char* name, vec3& linear, const char* help) {
 }
 
 bool button(const char* name, const char* help, bool same_line) {
-    if (same_line) beside(ImGui::CalcTextSize(name, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x);
-    const bool clicked = ImGui::Button(name);
-    tooltip(help);
+    const float frame = 2 * ImGui::GetStyle().FramePadding.x;
+    if (same_line) beside(ImGui::CalcTextSize(name, nullptr, true).x + frame);
+    const std::string shown = shortened(name, ImGui::GetContentRegionAvail().x - frame);
+    const bool cut = shown != name;
+    const Id id(cut ? name : "");
+    const bool clicked = ImGui::Button(shown.c_str());
+    tooltip(cut ? fmt::format("{}: {}", name, help).c_str() : help);
     return clicked;
+}
+
+bool foldable(const std::string& title, bool open) {
+    const Id id(title.c_str());
+    const std::string shown = shortened(title, ImGui::GetContentRegionAvail().x - 2.5f * ImGui::GetFontSize());
+    const bool is_open =
+        ImGui::CollapsingHeader((shown + "###header").c_str(), open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+    if (shown != title) tooltip(title.c_str());
+    return is_open;
 }
 
 bool radio(const char* name, bool on, const char* help, bool same_line) {

@@ -17,8 +17,14 @@ namespace halflight::view {
 inline constexpr ImGuiSliderFlags kClamp = ImGuiSliderFlags_AlwaysClamp;
 inline constexpr ImGuiSliderFlags kLogarithmic = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
 
+inline const ImVec4 kErrorColor{1, 0.6f, 0.5f, 1};
+
 void text(const std::string& line);          ///< Shows a line, wrapped at the width of the panel.
 void faint_text(const std::string& line);    ///< Shows a line of less weight.
+void error_text(const std::string& line);    ///< Shows a line in the colour of errors.
+/// Returns the text if it is not wider than `width`, else its begin and its end with "..." between them: names of one
+/// scene often differ at their end only.
+std::string shortened(const std::string& text, float width);
 /// Gives the last item a tooltip; empty: none. It stands beside the window of the item if there is room, so that it
 /// covers no other items.
 void tooltip(const char* help);
@@ -40,6 +46,8 @@ bool slider(const char* name, const char* setting_name, float& value, const char
 bool checkbox(const char* name, bool& value, const char* help);
 /// Shows three numbers below each other, so that all their digits are visible. speed: change per pixel of a drag.
 bool drag(const char* name, dvec3& value, float speed, const char* help);
+/// Shows a heading that folds what follows it; returns whether that is shown. open: it is at first.
+bool foldable(const std::string& title, bool open);
 /// Shows a combo box; returns whether another item was chosen.
 bool choose(const char* name, std::string& chosen, std::span<const std::string> all, const char* help);
 /// Shows a picker for a linear colour in [0, 1], which it shows gamma-encoded.

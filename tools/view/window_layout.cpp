@@ -28,7 +28,7 @@ bool Rectangle::contains(const dvec2& point) const {
 
 WindowLayout lay_out(const ivec2& size, const Parts& parts, const ivec2& picture) {
     WindowLayout l;
-    const int side = std::min(parts.side, size.x - size.x / 3);
+    const int side = std::min(parts.side, size.x / 2);
     const int height = std::max(size.y - parts.menu - parts.status, 1);
     l.area = {{0, parts.menu}, {std::max(size.x - side, 1), height}};
     l.side = {{size.x - side, parts.menu}, {side, height}};

@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <thread>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tools/view/actions.h"
 #include "tools/view/events.h"
 #include "tools/view/file_writer.h"
+#include "tools/view/folder_listing.h"
 #include "tools/view/fonts.h"
 #include "tools/view/progress.h"
 #include "tools/view/toasts.h"
@@ -113,8 +116,8 @@ TEST(Actions, KeysAreUnambiguous) {
     EXPECT_EQ(action_of({.key = "=", .ctrl = true, .shift = true})->action, Action::larger_ui) << "a plus sign";
     std::vector<std::string> keys;
     for (char sign = '!'; sign < 0x7f; ++sign) keys.push_back({sign});
-    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y", "Ctrl+Z", "Ctrl+Shift+Z",
-                             "Ctrl+B", "Ctrl+Shift+B"})
+    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+Shift+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y", "Ctrl+Z",
+                             "Ctrl+Shift+Z", "Ctrl+B", "Ctrl+Shift+B"})
         keys.push_back(name);
     for (const std::string& name : keys) {
         const auto has = [&](const ActionRow& row) { return has_key(row, key_press(name)); };
@@ -146,6 +149,31 @@ TEST(Toasts, DisappearUnlessTheyAreErrors) {
     EXPECT_TRUE(toasts.all()[0].error);
     toasts.dismiss(0);
     EXPECT_TRUE(toasts.all().empty());
+}
+
+TEST(Toasts, OnlyTheLastMessageOfATopicStays) {
+    Toasts toasts;
+    toasts.tell("Layer depth", 0, "layer");
+    toasts.tell("saved", 0);
+    toasts.tell("Layer normal", 1, "layer");
+    ASSERT_EQ(toasts.all().size(), 2u);
+    EXPECT_EQ(toasts.all()[0].text, "saved");
+    EXPECT_EQ(toasts.all()[1].text, "Layer normal");
+    EXPECT_EQ(toasts.total(), 3u);
+}
+
+TEST(FolderListing, ShowsFoldersAndFilesThatSuit) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "maps");
+    for (const char* name : {"b.glb", "a.GLTF", "notes.txt", ".hidden.glb"}) test::write_text(folder / name, "");
+    std::filesystem::create_symlink("nowhere", folder / "broken.glb");
+    constexpr std::string_view kExtensions[] = {"glb", "gltf"};
+    const std::vector<FolderEntry> expected = {{"maps", true}, {"a.GLTF", false}, {"b.glb", false}};
+    EXPECT_EQ(list_folder(folder.path, kExtensions), expected);
+    EXPECT_EQ(error_message([&] { list_folder(folder / "none", kExtensions); }),
+              (folder / "none").string() + ": cannot be read: No such file or directory");
+    EXPECT_EQ(typed_path("/scenes", "../maps/sky.hdr"), "/maps/sky.hdr");
+    EXPECT_EQ(typed_path("/scenes", "/a.glb"), "/a.glb");
 }
 
 TEST(Progress, NamesEveryState) {

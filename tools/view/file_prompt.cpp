@@ -1,0 +1,132 @@
+#include "tools/view/file_prompt.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "tools/view/widgets.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr std::array<std::string_view, 4> kScenes = {"glb", "gltf", "exr", "hdr"};
+constexpr std::array<std::string_view, 2> kPictures = {"exr", "png"};
+
+struct PurposeRow {
+    const char* title;
+    const char* files;  // which files the dialog shows
+    std::span<const std::string_view> extensions;
+};
+
+const PurposeRow& row_of(FilePrompt::Purpose purpose) {
+    static constexpr PurposeRow kOpen{"Open a scene or an environment", "scenes .glb, .gltf; environments .exr, .hdr",
+                                      kScenes};
+    static constexpr PurposeRow kCompare{"Compare with a picture", "pictures .exr, .png", kPictures};
+    return purpose == FilePrompt::Purpose::open ? kOpen : kCompare;
+}
+
+bool pressed(ImGuiKey key) {
+    return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
+}
+
+}  // namespace
+
+void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first) {
+    purpose_ = purpose;
+    asked_ = true;
+    problem_.clear();
+    name_ = {};
+    std::error_code unknown;
+    enter(folder().empty() ? std::filesystem::absolute(first.empty() ? "." : first, unknown) : folder());
+}
+
+void FilePrompt::enter(const std::filesystem::path& path) {
+    try {
+        entries_ = list_folder(path, row_of(purpose_).extensions);
+        problem_.clear();
+        name_ = {};
+        folder() = path.lexically_normal();
+        if (!folder().has_filename() && folder().has_relative_path()) folder() = folder().parent_path();
+    } catch (const Error& error) {
+        problem_ = error.what();
+    }
+}
+
+/// Enters the folder of that name, or returns the file.
+std::optional<std::filesystem::path> FilePrompt::take(const std::string& name) {
+    if (name.empty()) return std::nullopt;
+    std::filesystem::path path = typed_path(folder(), name);
+    std::error_code unknown;
+    if (std::filesystem::is_directory(path, unknown)) {
+        enter(path);
+        return std::nullopt;
+    }
+    if (std::filesystem::exists(path, unknown)) return path;
+    problem_ = fmt::format("There is no file {}", path.string());
+    return std::nullopt;
+}
+
+/// Lists folder and files. A click writes a name into the field, a double click takes it.
+void FilePrompt::list_entries(std::string& taken) {
+    const auto row = [&](const std::string& name, const std::string& shown) {
+        const bool chosen = name == name_.data();
+        if (!ImGui::Selectable(shortened(shown, ImGui::GetContentRegionAvail().x).c_str(), chosen,
+                               ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups))
+            return;
+        name_ = {};
+        std::ranges::copy_n(name.begin(), std::min(std::ssize(name), std::ssize(name_) - 1), name_.begin());
+        if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) taken = name;
+    };
+    if (folder().has_relative_path()) row("..", "../");
+    for (const FolderEntry& entry : entries_) {
+        ImGui::PushID(entry.name.c_str());
+        row(entry.name, entry.folder ? entry.name + "/" : entry.name);
+        ImGui::PopID();
+    }
+    if (std::ranges::all_of(entries_, &FolderEntry::folder))
+        faint_text(fmt::format("No files here ({}).", row_of(purpose_).files));
+}
+
+std::optional<FilePrompt::Answer> FilePrompt::declare() {
+    const PurposeRow& row = row_of(purpose_);
+    if (std::exchange(asked_, false)) ImGui::OpenPopup(row.title);
+    const ImVec2 window = ImGui::GetIO().DisplaySize;
+    const float height = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos({window.x / 2, window.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({std::min(46 * height, window.x), std::min(32 * height, window.y)});
+    if (!ImGui::BeginPopupModal(row.title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings))
+        return std::nullopt;
+    std::string taken;
+    ImGui::TextUnformatted(shortened(folder().string(), ImGui::GetContentRegionAvail().x).c_str());
+    tooltip(folder().string().c_str());
+    // Below the list: the field, a line for a problem that may wrap, and the buttons.
+    const float below = 2 * ImGui::GetFrameHeightWithSpacing() +
+                        (problem_.empty() ? 1.0f : 2.0f) * ImGui::GetTextLineHeightWithSpacing();
+    ImGui::BeginChild("files", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * height)}, true);
+    list_entries(taken);
+    ImGui::EndChild();
+    if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::InputTextWithHint("##name", "name of a file or folder", name_.data(), name_.size(),
+                                 ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll)) {
+        taken = name_.data();
+        ImGui::SetKeyboardFocusHere(-1);  // a folder that was entered is followed by another name
+    }
+    if (problem_.empty())
+        faint_text(row.files);
+    else
+        error_text(problem_);
+    if (button("Open", "opens the file or the folder (Enter)")) taken = name_.data();
+    const bool cancelled = button("Cancel", "opens nothing (Escape)", true) || pressed(ImGuiKey_Escape);
+    const auto file = take(taken);
+    if (file || cancelled) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    if (!file) return std::nullopt;
+    return Answer{purpose_, *file};
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,42 @@
+// The dialog that asks for a file.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/view/folder_listing.h"
+
+namespace halflight::view {
+
+/// A modal dialog: the files of a folder that suit its purpose, and a field for a name. It stays open, with a message,
+/// where the name finds no file.
+class FilePrompt {
+  public:
+    enum class Purpose { open, compare };
+    /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`.
+    void ask(Purpose purpose, const std::filesystem::path& first);
+    struct Answer {
+        Purpose purpose;
+        std::filesystem::path file;
+    };
+    /// Declares the dialog; returns the file once the user has chosen it.
+    std::optional<Answer> declare();
+
+  private:
+    void enter(const std::filesystem::path& path);
+    std::filesystem::path& folder() { return folders_[static_cast<std::size_t>(purpose_)]; }
+    void list_entries(std::string& taken);
+    std::optional<std::filesystem::path> take(const std::string& name);
+
+    Purpose purpose_ = Purpose::open;
+    bool asked_ = false;               // the dialog must be opened
+    std::array<std::filesystem::path, 2> folders_;  // last folder of each purpose, absolute; empty: none yet
+    std::vector<FolderEntry> entries_;
+    std::array<char, 4096> name_{};
+    std::string problem_;  // why the last name was not taken; empty: it was
+};
+
+}  // namespace halflight::view
