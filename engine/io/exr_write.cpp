@@ -310,8 +310,13 @@ void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayer
     if (layout.tile != 0 && (layout.tile < kLeastTile || layout.tile > kMostTile))
         throw Error(subject, "has tiles of {} pixels, not {} to {}", layout.tile, kLeastTile, kMostTile);
     try {
+        // Parts of integers come last: Blender 3.4 reads nothing of what follows them.
+        std::vector<const ExrLayerView*> in_order;
+        for (const ExrLayerView& layer : layers) in_order.push_back(&layer);
+        std::ranges::stable_partition(in_order, [](const ExrLayerView* l) { return l->type != ExrType::uint32; });
         std::vector<Part> parts;
-        for (const ExrLayerView& layer : layers) {
+        for (const ExrLayerView* const each : in_order) {
+            const ExrLayerView& layer = *each;
             const ExrCompression compression = compression_of(subject, layer, layout);
             if (parts.empty() || layout.parts) parts.push_back(part_of(layer, compression, attributes, layout));
             parts.back().add(layer, attributes.origin);

@@ -50,8 +50,8 @@ class ExrLayouts : public testing::Test {
         return {{.channels = {"R", "G", "B", "A"}, .image = color, .type = ExrType::half, .name = "rgba"},
                 {.channels = {"albedo.R", "albedo.G", "albedo.B"}, .image = albedo, .name = "albedo"},
                 {.channels = {"normal.X", "normal.Y", "normal.Z"}, .image = normal, .exact = true, .name = "normal"},
-                {.channels = {"matte00.R", "matte00.G"}, .image = matte, .exact = true},
-                {.channels = {"ids.instance"}, .image = numbers, .type = ExrType::uint32, .exact = true}};
+                {.channels = {"ids.instance"}, .image = numbers, .type = ExrType::uint32, .exact = true},
+                {.channels = {"matte00.R", "matte00.G"}, .image = matte, .exact = true}};
     }
     ExrFile written(const ExrLayout& layout, const ExrAttributes& attributes = {}) const {
         write_exr_views(path, layers(), attributes, layout);
@@ -109,6 +109,7 @@ TEST_F(ExrLayouts, EveryCompressionInLinesPartsAndTiles) {
                 if (!parts) continue;
                 EXPECT_EQ(plain.header(1).name(), "albedo");
                 EXPECT_EQ(plain.header(3).name(), "matte00");
+                EXPECT_EQ(plain.header(4).name(), "ids") << "integers are last";
                 EXPECT_EQ(plain.header(1).type(), tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
                 EXPECT_EQ(plain.header(2).compression(),
                           is_lossy(compression) ? Imf::ZIP_COMPRESSION : plain.header(0).compression());
