@@ -2,6 +2,7 @@
 // reflect (SHADING.md, Shadow catchers).
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
+#include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 

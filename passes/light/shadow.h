@@ -12,8 +12,8 @@ struct DirectLightEstimate {
     graph::BufferHandle light;
     graph::BufferHandle occluded;      // uint per shadow ray, in the same order: answer of any_hit()
     graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless the sun is sampled separately
-    rays::RayBatch rays;               // batch of the shadow rays
-    rays::RayBatch sun_rays;           // batch of the sun rays; empty like sun_occluded
+    rays::RayBatch rays{};             // batch of the shadow rays
+    rays::RayBatch sun_rays{};         // batch of the sun rays; empty like sun_occluded
 };
 
 /// Picks a light for each shadow ray (engine/tables/lights.h) and traces the ray by any_hit(). The power heuristic

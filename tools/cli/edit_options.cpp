@@ -46,8 +46,8 @@ void add_edit_options(Options& options, ViewArguments& a) {
          "light:NAME select a kind",
          add_hidden);
     edit("--shadow-catcher", "NAME",
-         "makes nodes with everything below them, and meshes, of a name or pattern shadow catchers: the camera sees the "
-         "shadows on them alone, as alpha; node:NAME and mesh:NAME select a kind",
+         "makes nodes with everything below them and meshes of a name or pattern shadow catchers. The camera sees only "
+         "the shadows on them, as alpha; node:NAME and mesh:NAME select a kind",
          add_catcher);
     edit("--light-group", "NAME=LIGHT,...|each",
          "adds the layer light_NAME to the .exr: the picture's light from some lights. LIGHT is the name or pattern of "

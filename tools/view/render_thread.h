@@ -47,8 +47,8 @@ class RenderThread {
     /// rendering stops is published. Pictures of fewer samples are published at intervals.
     void limit(int samples);
     /// Queues work for the thread; never waits. The thread renders nothing while it does the work, which must not
-    /// throw. `activity` is the status text meanwhile. interrupts: the work begins at once, and the samples so far are
-    /// lost; else it waits for the end of the current sample, and they are kept: the work may fail.
+    /// throw. `activity` is the status text meanwhile. If it interrupts, it begins at once, and the samples so far are
+    /// lost. Otherwise it waits for the end of the current sample, and they are kept, because the work may fail.
     void perform(std::string activity, std::function<void()> work, bool interrupts = true);
 
     std::shared_ptr<const Picture> picture() const;  ///< Returns the newest picture; null before the first one.
@@ -98,7 +98,7 @@ class RenderThread {
     /// Throws Stale if the thread has to end or, with `first_is_there`, if a request is waiting that the samples do not
     /// serve, or work. With `samples`, whole samples exist, and only work that interrupts counts.
     void go_on(const Job& job, bool first_is_there, bool samples) const;
-    /// Does the work that waits, unless some of it interrupts.
+    /// Performs the work that waits, unless some of it interrupts.
     void do_work_between_samples();
     void work(const Work& work);
     /// Adds the wanted mattes to a picture of `samples` samples.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/core/error.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/pass/rays/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
@@ -150,6 +151,18 @@ TEST_F(ShadowCatcher, IsSeenByOtherRaysAsItIs) {
     Scene plain = scene;
     plain.instances[0].catcher = false;
     EXPECT_EQ(beauty(scene, settings).pixels, beauty(plain, settings).pixels);
+}
+
+TEST_F(ShadowCatcher, StandsBesideAllMaterials) {
+    Scene scene = load_gltf(HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb");
+    for (Instance& instance : scene.instances) instance.catcher = scene.meshes[std::size_t(instance.mesh)].name == "table";
+    RenderSettings settings = small_settings(scene.cameras.front(), 32, 18, 4, 2);
+    settings.transparent = true;
+    const Image picture = beauty(scene, settings);
+    const float* const table = picture.at(8, 16);
+    EXPECT_GT(table[3], 0);
+    EXPECT_LT(table[3], 0.9f);
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(table[c], 0);
 }
 
 TEST_F(ShadowCatcher, DoesNotDependOnBandsOrTracers) {
