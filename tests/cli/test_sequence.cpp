@@ -237,7 +237,7 @@ TEST_F(Sequence, TheScenesFrameRateIsTheDefault) {
     const Outcome same = make("out", "15", with("30000/1001"));
     EXPECT_EQ(same.err, "halflight: 1 of 1 frames are there already\n") << "the same fingerprint";
     write_text(folder / "eyes.json", R"({"halflight_settings": 1, "eye-distance": 0.1, "fisheye-fov": 90})");
-    Strings eyes = slide;
+    Strings eyes = with("30000/1001");
     eyes.insert(eyes.end(), {"--settings", folder / "eyes.json"});
     EXPECT_EQ(make("out", "15", eyes).err, same.err) << "no pixel depends on the eyes";
     EXPECT_NE(run("out", "15", with("24")).status, 0) << "another one";
