@@ -37,7 +37,8 @@ TEST(InfoTime, IsMeasuredForEveryLeftOutPart) {
               (std::set<std::string>{"environment map", "every light", "light tree", "sun apart",
                                      "double precision for slivers", "path reuse", "camera rays for light alone",
                                      "radiance cache", "temporal accumulation", "filter of noise", "adaptive sampling",
-                                     "denoiser", "mip levels", "lens", "projections and eyes", "light groups"}));
+                                     "denoiser", "mip levels", "lens", "projections and eyes", "light groups",
+                                     "shadow catchers"}));
 }
 
 }  // namespace

@@ -131,7 +131,8 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                   {"radiance cache", "its preview mode is off"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
                   {"double precision for slivers", "no triangle is more than 2000 times as long as high"},
-                  {"mip levels", "no texture has any (--texture-lod)"}}));
+                  {"mip levels", "no texture has any (--texture-lod)"},
+                  {"shadow catchers", "no object is one"}}));
 }
 
 /// Returns the items that are needed in addition if one item is kept.
@@ -171,7 +172,7 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     for (const char* never :
          {"environment map", "light tree", "every light", "sun apart", "double precision for slivers", "mip levels",
           "path reuse", "radiance cache", "camera rays for light alone", "lens", "projections and eyes", "light groups",
-          "temporal accumulation", "filter of noise", "adaptive sampling", "denoiser"})
+          "temporal accumulation", "filter of noise", "adaptive sampling", "denoiser", "shadow catchers"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
