@@ -261,7 +261,7 @@ TEST_F(LightGroups, AreRefusedWhereTheyCannotBeMade) {
     settings.preview.cache = true;
     EXPECT_EQ(error_message([&] { rendered(scene, settings); }),
               "render settings: light groups cannot be combined with the preview mode cache, which holds the light of "
-              "all lights together");
+              "all lights together (--preview none)");
     settings.preview.cache = false;
     settings.aovs.pop_back();
     EXPECT_EQ(error_message([&] { rendered(scene, settings); }),

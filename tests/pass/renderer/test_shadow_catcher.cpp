@@ -105,19 +105,20 @@ TEST_F(ShadowCatcher, PenumbraIsThatOfThePicturesWithAndWithoutTheObject) {
     without.instances.erase(without.instances.begin() + 1);
     RenderSettings settings = spot(0.9, 0.2, 0.8, 16);
     settings.bounces = 1;
-    Batches alpha, share;
+    Batches caught, blocked;
     for (settings.seed = 0; settings.seed < 6; ++settings.seed) {
-        alpha.add(block_means(alpha_of(beauty(scene, settings)), 8));
-        RenderSettings own = settings;
-        own.seed += 100;
-        const Image lit = block_means(rgb(beauty(plain, own)), 8), whole = block_means(rgb(beauty(without, own)), 8);
-        Image blocked = lit;
-        for (std::size_t i = 0; i < blocked.pixels.size(); ++i) blocked.pixels[i] = 1 - lit.pixels[i] / whole.pixels[i];
-        share.add(blocked);
+        RenderSettings own = settings, other = settings;
+        own.seed += 100, other.seed += 200;
+        Image alpha = alpha_of(beauty(scene, settings));
+        const Image light = rgb(beauty(without, own));
+        for (std::size_t i = 0; i < alpha.pixels.size(); ++i) alpha.pixels[i] *= light.pixels[i];
+        Image lacks = rgb(beauty(without, other));
+        const Image lit = rgb(beauty(plain, other));
+        for (std::size_t i = 0; i < lacks.pixels.size(); ++i) lacks.pixels[i] -= lit.pixels[i];
+        EXPECT_GT(*std::ranges::max_element(lacks.pixels), 5 * *std::ranges::min_element(lacks.pixels));
+        caught.add(block_means(alpha, 8)), blocked.add(block_means(lacks, 8));
     }
-    EXPECT_GT(*std::ranges::max_element(alpha.mean().pixels), 0.5f);
-    EXPECT_LT(*std::ranges::min_element(alpha.mean().pixels), 0.3f);
-    EXPECT_TRUE(agree("shadow-catcher", alpha.estimate(), share.estimate(), {.p_value = 1e-5}));
+    EXPECT_TRUE(agree("shadow-catcher", caught.estimate(), blocked.estimate(), {.p_value = 1e-5}));
 }
 
 TEST_F(ShadowCatcher, DarkensAVisibleEnvironment) {
@@ -159,10 +160,12 @@ TEST_F(ShadowCatcher, StandsBesideAllMaterials) {
     RenderSettings settings = small_settings(scene.cameras.front(), 32, 18, 4, 2);
     settings.transparent = true;
     const Image picture = beauty(scene, settings);
-    const float* const table = picture.at(8, 16);
-    EXPECT_GT(table[3], 0);
-    EXPECT_LT(table[3], 0.9f);
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(table[c], 0);
+    int shadows = 0;
+    for (std::size_t i = 0; i < picture.pixels.size(); i += 4) {
+        const float* const p = &picture.pixels[i];
+        shadows += p[0] == 0 && p[1] == 0 && p[2] == 0 && p[3] > 0.01f && p[3] < 0.99f;
+    }
+    EXPECT_GT(shadows, 20);
 }
 
 TEST_F(ShadowCatcher, DoesNotDependOnBandsOrTracers) {
