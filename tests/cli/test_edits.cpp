@@ -45,8 +45,8 @@ TEST_F(Edits, OptionsAndFilesMakeTheSamePictures) {
         {{"--node", "1=translate:0.5,0,0,rotate:0,0,20"},
          R"("nodes": {"1": {"translate": [0.5, 0, 0], "rotate": [0, 0, 20]}})"},
         {{"--hide", "mesh:lamp", "--env", "white"}, R"("hide": ["mesh:lamp"], "environment": {"color": [1, 1, 1]})"},
-        {{"--shadow-catcher", "*", "--env", "white", "--transparent"},
-         R"("shadow_catchers": ["*"], "environment": {"color": [1, 1, 1]}, "transparent": true)"},
+        {{"--shadow-catcher", "*", "--env", "white"},
+         R"("shadow_catchers": ["*"], "environment": {"color": [1, 1, 1]})"},
         {{"--light", "*=temperature:2700,factor:2", "--sky", "40,20"},
          R"("lights": {"*": {"temperature": 2700, "factor": 2}}, "environment": {"sky": {"elevation": 40, "azimuth": 20}})"}};
     for (const auto& [options, json] : cases) {
