@@ -34,6 +34,8 @@ MAKERS = [
      "{P} render {S}/cornell.glb g.#.exr --width 32 --samples 4 --frames 0-1 --denoise"),
     (["denoiser_window.comp"],
      "{P} render {S}/cornell.glb w.exr --width 32 --samples 4 --denoise --stereo over-under"),
+    (["catcher_rays.comp", "catcher_sums.comp"],
+     "{P} render {S}/cornell.glb x.exr --width 32 --samples 1 --shadow-catcher mesh:floor"),
     (["connection.comp"], "{P} bench --scene {S}/cornell.glb --size 64x48 --turns 1 --kinds connection --methods plain"),
     (["trace_paged.comp"], "{P} pack {S}/cornell.glb h && {P} render {S}/cornell.glb h.exr --pages h --width 32 --samples 1"),
     (["page_ends.comp"], "{T}/test_paging"),
