@@ -19,6 +19,11 @@
 namespace halflight {
 namespace {
 
+/// Adds a name to a list that does not have it.
+void add_once(std::vector<ObjectName>& names, ObjectName name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(std::move(name));
+}
+
 /// Parses numbers that are separated by commas. Throws Error about `subject` unless all of the text is numbers.
 template <class T>
 std::vector<T> numbers(const std::string& subject, const std::string& text) {
@@ -288,14 +293,12 @@ void add_node_edit(SceneEdits& edits, const std::string& source, const std::stri
 
 void add_hidden(SceneEdits& edits, const std::string& source, const std::string& name) {
     if (name.empty()) throw Error(source, "expects the name of a node, a mesh or a light");
-    const HiddenName hidden{name, source};
-    if (std::ranges::find(edits.hidden, hidden) == edits.hidden.end()) edits.hidden.push_back(hidden);
+    add_once(edits.hidden, {name, source});
 }
 
 void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name) {
     if (name.empty()) throw Error(source, "expects the name of a node or a mesh");
-    const CatcherName catcher{name, source};
-    if (std::ranges::find(edits.catchers, catcher) == edits.catchers.end()) edits.catchers.push_back(catcher);
+    add_once(edits.catchers, {name, source});
 }
 
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text) {

@@ -385,9 +385,10 @@ void LoadedScene::edit(SceneEdits edits) {
 /// Throws Error where pages cannot follow the edits.
 void LoadedScene::check_pages(const SceneEdits& edits) const {
     if (change_surfaces(edits))
-        throw Error(choice_.scene.string(),
-                    "nodes, transforms, hidden surfaces and shadow catchers cannot change with pages (light:NAME hides a "
-                    "light)");
+        throw Error(
+            choice_.scene.string(),
+            "nodes, transforms, hidden surfaces and shadow catchers cannot change with pages (light:NAME hides a "
+            "light)");
 }
 
 void LoadedScene::set_camera(const CameraChoice& camera) {

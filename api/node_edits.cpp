@@ -227,7 +227,7 @@ SceneEdits surface_edits(const SceneEdits& edits) {
     part.nodes = edits.nodes;
     part.catchers = edits.catchers;
     std::ranges::copy_if(edits.hidden, std::back_inserter(part.hidden),
-                         [](const HiddenName& h) { return !h.name.starts_with("light:"); });
+                         [](const ObjectName& h) { return !h.name.starts_with("light:"); });
     return part;
 }
 

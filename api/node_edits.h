@@ -20,8 +20,8 @@ struct MovedObjects {
 std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree);
 
 /// Returns the lights and instances of a scene as edits of nodes, hidden names and shadow catchers change them. Throws
-/// Error about `subject` for names that find nothing that can move or catch shadows, for values outside their ranges and
-/// for transforms that cannot be replaced.
+/// Error about `subject` for names that find nothing that can move or catch shadows, for values outside their ranges
+/// and for transforms that cannot be replaced.
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject);
 

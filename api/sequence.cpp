@@ -40,8 +40,7 @@ bool wants(const SequenceOptions& o, std::string_view extension) {
 
 /// Returns whether frames are needed through the view transform.
 bool wants_view(const SequenceOptions& o) {
-    return o.movie ||
-           std::ranges::any_of(o.outputs, [&](const auto& path) { return holds_view(path, o.output.tiff); });
+    return o.movie || std::ranges::any_of(o.outputs, [&](const auto& path) { return holds_view(path, o.output.tiff); });
 }
 
 Paths files_of(const SequenceOptions& o, std::uint32_t frame) {

@@ -29,7 +29,7 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
 }
 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {
-    const PixelWindow window = rendered_window(s);
+    const PixelWindow window = rendered_window(s, s.camera.optics);
     const ivec2 image = window.size(), whole(s.width, s.height);
     const std::size_t row_paths = (static_cast<std::size_t>(image.x) + 15) / 16 * 256;  // paths in a row of blocks
     const int widest = std::max(image.x, s.width);  // rasterizers draw the whole width

@@ -116,8 +116,7 @@ bool lock(int folder, const Stopwatch& watch) {
 
 /// Returns whether the open folder still has its name.
 bool is_named(int folder, const std::filesystem::path& path) {
-    struct stat opened {
-    }, named{};
+    struct stat opened = {}, named = {};
     return fstat(folder, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
            opened.st_ino == named.st_ino;
 }

@@ -123,10 +123,9 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
     const auto inputs = [&](graph::Graph& graph, const DenoiserWindow& window) {
         Inputs all{add_lens_blur(graph, add_window(graph, frame.pixels->import_pixels(graph), window), frame.blur)};
         for (const NearFrame* other : used) {
-            DenoiserNeighbour neighbour{
-                other->frame->pixels->import_pixels(graph),
-                graph.import_texture("motion", *frame.motion(other->offset)),
-                graph.import_texture("motion back", *other->frame->motion(-other->offset))};
+            DenoiserNeighbour neighbour{other->frame->pixels->import_pixels(graph),
+                                        graph.import_texture("motion", *frame.motion(other->offset)),
+                                        graph.import_texture("motion back", *other->frame->motion(-other->offset))};
             gpu::Texture *mirrored = frame.glossy_motion(other->offset),
                          *mirrored_back = other->frame->glossy_motion(-other->offset);
             if (mirrored && mirrored_back) {
@@ -151,8 +150,7 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
     }
     stats.gpu_bytes += transient_bytes_;
     stats.denoised = true;
-    stats.biases.insert(stats.biases.begin(),
-                        fmt::format("{}, also over {} neighbouring frames", kBias, used.size()));
+    stats.biases.insert(stats.biases.begin(), fmt::format("{}, also over {} neighbouring frames", kBias, used.size()));
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.neighbours = {static_cast<int>(used.size()), 0, watch.seconds()};
     stats.render_seconds += watch.seconds();

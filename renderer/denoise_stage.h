@@ -58,9 +58,9 @@ class DenoiseStage {
     DenoiserTextures::Present present_{};
     bool chains_ = false;  // specular chains are followed
     std::optional<DenoiserTextures> own_;
-    DenoiserBlur blur_{0};        // blur of the picture's camera
+    DenoiserBlur blur_{0};                 // blur of the picture's camera
     std::vector<DenoiserWindow> windows_;  // parts of the picture that are denoised apart
-    NoisyFrame* kept_ = nullptr;  // frame that gets the picture; null: own_ gets it
+    NoisyFrame* kept_ = nullptr;           // frame that gets the picture; null: own_ gets it
     std::optional<ViewProcessor> view_;
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;

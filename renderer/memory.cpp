@@ -69,7 +69,7 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
     if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
     constexpr int kTextureSize = 16384;
     return first_band(s, std::min(s.band_pixels, kBlock / widest),
-                      std::max({kTextureSize, s.width, rendered_window(s).size().x}));
+                      std::max({kTextureSize, s.width, rendered_window(s, s.camera.optics).size().x}));
 }
 
 /// Returns the bytes per path of the buffers of a band and of its sums. Few of these buffers share memory.
@@ -152,7 +152,7 @@ std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
 /// Returns the bytes that the largest window of the denoiser takes on top: copies, and transients of its margins.
 std::size_t denoiser_window_bytes(const RenderSettings& s, bool chains) {
     if (!s.denoise) return 0;
-    const PixelWindow rendered = rendered_window(s);
+    const PixelWindow rendered = rendered_window(s, s.camera.optics);
     std::size_t most = 0;
     for (const DenoiserWindow& w : denoiser_windows(s.camera.optics, {s.width, s.height}, rendered)) {
         if (w.margin == 0 && w.size == rendered.size()) continue;
@@ -190,7 +190,7 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 
 /// Fills in the parts that belong to the whole picture.
 void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use, bool chains) {
-    const ivec2 size = rendered_window(s).size();
+    const ivec2 size = rendered_window(s, s.camera.optics).size();
     const std::size_t pixels = std::size_t(size.x) * std::size_t(size.y);
     constexpr std::size_t kHeldOut = 3 * kTexel;  // the two pictures, and the film of the second one
     m.film = (film_bytes(s) + (s.denoise_error > 0 ? kHeldOut : 0)) * pixels;

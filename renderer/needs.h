@@ -62,9 +62,9 @@ struct FrameNeeds {
     FramePart light_groups;                           // sums of light groups, and their light along paths
     FramePart tiles;                                  // tile lists of first shadow rays
     std::array<FramePart, 19> parts() const {
-        return {shadow,         diffuse,     glossy,      continuation, later_light,  reuse, radiance_cache,
-                camera_rays,    camera_hits, lens,        optics,       seen,         clamp, chains,
-                squares,        features,    halves,      light_groups, tiles};
+        return {shadow,      diffuse,     glossy, continuation, later_light, reuse, radiance_cache,
+                camera_rays, camera_hits, lens,   optics,       seen,        clamp, chains,
+                squares,     features,    halves, light_groups, tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

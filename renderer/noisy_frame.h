@@ -43,8 +43,8 @@ class DenoiserTextures {
 class NoisyFrame {
   public:
     std::optional<DenoiserTextures> pixels;
-    bool has_halves = false;  // a band has samples in both halves
-    DenoiserBlur blur{0};     // blur by the frame's camera
+    bool has_halves = false;                // a band has samples in both halves
+    DenoiserBlur blur{0};                   // blur by the frame's camera
     std::vector<DenoiserWindow> windows{};  // parts that are denoised apart
 
     /// Adds the surfaces at the centres of a band's pixels. chains: the ends of their specular chains; empty: none.

@@ -93,9 +93,10 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     state().scene.check_usable();
     check_settings(state().settings, wanted);
     if (state().scene.tables().catchers && (state().settings.adaptive || wanted.error))
-        throw Error("render settings",
-                    "shadow catchers cannot be combined with adaptive sampling or an error target, which do not measure "
-                    "the noise of shadows");
+        throw Error(
+            "render settings",
+            "shadow catchers cannot be combined with adaptive sampling or an error target, which do not measure "
+            "the noise of shadows");
     const Stopwatch watch;
     follow_camera(wanted.camera);
     State& s = state();

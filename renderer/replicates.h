@@ -30,10 +30,10 @@ class PictureError {
     /// Adds a value of the picture: its estimate by each replicate.
     void add(std::span<const double> values, ErrorMetric metric);
     void add(const PictureError& part);
-    /// Returns the estimate of a picture that ends once its bound is at most `target`. `chances` is the number of earlier
-    /// estimates of this picture below the target, each of which could have ended it too early; it is updated. The
-    /// probability that the j-th of them is wrong is limited to (1 - kConfidence) / 2^j, so the bound of the picture
-    /// holds with kConfidence wherever it ends (Boole's inequality).
+    /// Returns the estimate of a picture that ends once its bound is at most `target`. `chances` is the number of
+    /// earlier estimates of this picture below the target, each of which could have ended it too early; it is updated.
+    /// The probability that the j-th of them is wrong is limited to (1 - kConfidence) / 2^j, so the bound of the
+    /// picture holds with kConfidence wherever it ends (Boole's inequality).
     ErrorEstimate judge(double target, int& chances);
     /// Returns the estimate; after judge(), at the confidence that it used. Sums use the highest confidence.
     ErrorEstimate estimate() const;

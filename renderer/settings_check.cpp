@@ -55,7 +55,7 @@ void check_settings(const RenderSettings& s) {
         require(s.part > 0 || !s.checkpoint, "a picture that renders all parts of its samples keeps no checkpoint");
     }
     if (has_window(s)) {
-        const PixelWindow window = rendered_window(s);
+        const PixelWindow window = rendered_window(s, s.camera.optics);
         require(std::max(window.size().x, window.size().y) <= kMaxSide, "crop and overscan make the picture too large");
         require(!s.preview.any(), "crop and overscan cannot be combined with a preview mode");
         require(neighbour_frames(s) == 0 && s.denoise_error == 0,
@@ -65,10 +65,9 @@ void check_settings(const RenderSettings& s) {
                 "crop and overscan cannot be combined with adaptive sampling or an error target, which decide by the "
                 "whole picture");
     }
-    require(
-        light_group_layers(s).empty() || !s.preview.cache,
-        "light groups cannot be combined with the preview mode cache, which holds the light of all lights together "
-        "(--preview none)");
+    require(light_group_layers(s).empty() || !s.preview.cache,
+            "light groups cannot be combined with the preview mode cache, which holds the light of all lights together "
+            "(--preview none)");
     require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
     require(s.denoise_error == 0 || s.denoise, "an estimate for the denoised picture needs denoising");
     require(s.denoise_error == 0 || !s.adaptive || s.denoise_error >= kLeastAdaptiveSamples,

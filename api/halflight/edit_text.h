@@ -49,9 +49,9 @@ NodeEdit& node_edit(SceneEdits& edits, const std::string& name);
 void add_light_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 void add_material_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 void add_node_edit(SceneEdits& edits, const std::string& source, const std::string& text);
-/// Hides objects (HiddenName).
+/// Hides nodes, meshes and lights.
 void add_hidden(SceneEdits& edits, const std::string& source, const std::string& name);
-/// Makes objects shadow catchers (CatcherName).
+/// Makes nodes and meshes shadow catchers.
 void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name);
 /// Adds lights to a light group, in the form NAME=LIGHT,...; "each" separates all lights (SceneEdits::each_light).
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text);

@@ -214,7 +214,7 @@ class LoadedScene {
     MemoryLedger::Entry memory_;
     std::set<std::size_t> driven_emission_;     // materials whose emission the animation may change
     std::unique_ptr<SeparateLights> separate_;  // groups of SceneEdits::each_light; null: not asked for
-    std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits
+    std::unique_ptr<Unedited> unedited_;        // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
     std::vector<PunctualLight> suns_;  // sun of the environment before edits; empty: none
     bool surfaces_move_ = false;

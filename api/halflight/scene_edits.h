@@ -63,20 +63,12 @@ struct NamedEdit {
     bool operator==(const NamedEdit& other) const { return name == other.name && edit == other.edit; }
 };
 
-/// A name of nodes, meshes and lights that are hidden, nodes with everything below them. It means all objects of that
-/// name or pattern. A prefix selects a kind: "node:NAME", "mesh:NAME", "light:NAME"; numbers need one.
-struct HiddenName {
+/// A name of objects of several kinds. It means all objects of that name or pattern, and nodes with everything below
+/// them. A prefix selects a kind: "node:NAME", "mesh:NAME", "light:NAME"; numbers need one.
+struct ObjectName {
     std::string name;
     std::string source{};  // like NamedEdit::source
-    bool operator==(const HiddenName& other) const { return name == other.name; }
-};
-
-/// A name of nodes and meshes that catch shadows, nodes with everything below them. The camera does not see them, but
-/// the shadows on them. It means objects like HiddenName.
-struct CatcherName {
-    std::string name;
-    std::string source{};  // like NamedEdit::source
-    bool operator==(const CatcherName& other) const { return name == other.name; }
+    bool operator==(const ObjectName& other) const { return name == other.name; }
 };
 
 /// A group of lights, whose light gets a layer of its own.
@@ -100,8 +92,8 @@ struct SceneEdits {
     std::vector<NamedEdit<LightEdit>> lights{};
     std::vector<NamedEdit<MaterialEdit>> materials{};  // they replace animated values at all times
     std::vector<NamedEdit<NodeEdit>> nodes{};
-    std::vector<HiddenName> hidden{};
-    std::vector<CatcherName> catchers{};
+    std::vector<ObjectName> hidden{};
+    std::vector<ObjectName> catchers{};  // surfaces of which the camera sees the shadows only; lights are no catchers
     std::vector<LightGroup> light_groups{};  // groups of lights; the first one that names a light has it
     bool each_light = false;                 // groups of one light each, in place of light_groups
     bool operator==(const SceneEdits&) const = default;

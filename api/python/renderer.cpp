@@ -152,7 +152,9 @@ OutputOptions output_of(const std::string& working_space, bool reproducible, boo
     return {.working_space = working_space,
             .exr = {exr_compression_named(exr_compression), exr_parts, exr_tiles},
             .jpeg_quality = jpeg_quality,
-            .tiff = tiff_type == "8" ? TiffType::uint8 : tiff_type == "16" ? TiffType::uint16 : TiffType::float32,
+            .tiff = tiff_type == "8"    ? TiffType::uint8
+                    : tiff_type == "16" ? TiffType::uint16
+                                        : TiffType::float32,
             .reproducible = reproducible,
             .strict = strict,
             .best_effort = best_effort};

@@ -122,7 +122,7 @@ void hide(PyScene& s, const std::vector<std::string>& names) {
 void show(PyScene& s, const std::vector<std::string>& names) {
     edit(s, [&](SceneEdits& edits, const Scene& scene) {
         for (const std::string& name : names)
-            if (std::erase(edits.hidden, HiddenName{name}) == 0) throw Error(scene.name, "'{}' is not hidden", name);
+            if (std::erase(edits.hidden, ObjectName{name}) == 0) throw Error(scene.name, "'{}' is not hidden", name);
     });
 }
 
@@ -280,7 +280,7 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("shadow_catchers",
                                [](const PyScene& s) {
                                    std::vector<std::string> names;
-                                   for (const CatcherName& c : s.scene.edits().catchers) names.push_back(c.name);
+                                   for (const ObjectName& c : s.scene.edits().catchers) names.push_back(c.name);
                                    return names;
                                })
         .def("set_light_groups", &set_light_groups)
@@ -288,7 +288,7 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("hidden",
                                [](const PyScene& s) {
                                    std::vector<std::string> names;
-                                   for (const HiddenName& h : s.scene.edits().hidden) names.push_back(h.name);
+                                   for (const ObjectName& h : s.scene.edits().hidden) names.push_back(h.name);
                                    return names;
                                })
         .def_property_readonly("nodes", [](const PyScene& s) { return names_of(s.scene.tree().nodes); })

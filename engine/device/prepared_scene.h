@@ -67,7 +67,7 @@ class PreparedScene {
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< Returns instances' names.
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< Returns materials' names.
     const std::vector<std::string>& light_groups() const { return light_groups_; }  ///< Returns Scene::light_groups.
-    std::uint64_t drawn_triangles() const;                                              ///< Sums over all instances.
+    std::uint64_t drawn_triangles() const;                                          ///< Sums over all instances.
     bool has_environment() const { return has_environment_; }  ///< Returns whether an environment is visible.
     const Kept& kept() const { return options_.kept; }
     const Estimator& estimator() const { return estimator_; }              ///< Returns the resolved one.

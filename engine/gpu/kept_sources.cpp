@@ -42,7 +42,8 @@ void keep_sources(std::string_view program,
     const char* const folder = std::getenv("HALFLIGHT_SHADER_SOURCES");
     if (folder == nullptr || *folder == '\0') return;
     std::string name(program);
-    std::ranges::replace_if(name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '_'; }, '-');
+    std::ranges::replace_if(
+        name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '_'; }, '-');
     Hash hash;
     for (const auto& [extension, text] : stages) hash.add_bytes(text.data(), text.size());
     for (const auto& [extension, text] : stages)

@@ -96,7 +96,7 @@ class Program {
     std::vector<Slot> slots_;
     mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
-    std::unique_ptr<PieceSize> pieces_;  // null: dispatches are not limited in time
+    std::unique_ptr<PieceSize> pieces_;                      // null: dispatches are not limited in time
     mutable std::uint64_t last_groups_ = ~std::uint64_t{0};  // workgroups of the last indirect dispatch that were read
 };
 

@@ -50,7 +50,7 @@ bool FileClaims::lock(short type, std::uint64_t start, std::uint64_t count) cons
 
 /// Returns whether the open file still has its name.
 bool FileClaims::is_named() const {
-    struct stat opened {}, named {};
+    struct stat opened = {}, named = {};
     return fstat(file_, &opened) == 0 && lstat(name_.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
            opened.st_ino == named.st_ino;
 }

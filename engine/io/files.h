@@ -69,8 +69,8 @@ class ByteSource {
 
     std::uint64_t size() const { return size_; }       ///< Returns the number of bytes.
     bool is_file() const { return file_ != nullptr; }  ///< Returns whether the bytes are in a file, not in memory.
-    /// Returns the absolute path, without links, that the file had when it was opened. The name may lead to another file
-    /// since. Returns "" for a text.
+    /// Returns the absolute path, without links, that the file had when it was opened. The name may lead to another
+    /// file since. Returns "" for a text.
     std::filesystem::path location() const;
     /// Returns a part of the source, which must lie within it.
     ByteSource part(std::uint64_t offset, std::uint64_t size) const;

@@ -26,8 +26,8 @@ struct TiffFile {
     TiffType type{};          // values of the file
     std::string description;  // tag ImageDescription; empty if there is none
 };
-/// Reads files of strips with the channels of a pixel together, like those of encode_tiff(). Throws Error with `subject`
-/// for others, for damaged files, and for sides longer than `max_side`.
+/// Reads files of strips with the channels of a pixel together, like those of encode_tiff(). Throws Error with
+/// `subject` for others, for damaged files, and for sides longer than `max_side`.
 TiffFile read_tiff(const std::string& subject, std::string_view bytes, int max_side);
 
 }  // namespace halflight

@@ -38,8 +38,8 @@ struct RayBatch {
     graph::BufferHandle frame_constants;
     graph::BufferHandle sampled_blocks{};  // buffer of SampledBlock, which places the paths; null: one per pixel
     std::uint32_t alpha_salt = 0;
-    // Rays pass through all surfaces but shadow catchers. Only for any_hit() of a TraceScene whose geometry is in memory;
-    // the table of triangles must be bound when the graph runs.
+    // Rays pass through all surfaces but shadow catchers. Only for any_hit() of a TraceScene whose geometry is in
+    // memory; the table of triangles must be bound when the graph runs.
     bool catchers_only = false;
 };
 

@@ -38,9 +38,9 @@ struct Mesh {
 struct Instance {
     std::string name;
     int mesh = kNone;
-    dmat4 object_to_world{1};  // affine; may mirror, may be non-uniform; never NaN
-    int node = kNone;          // index of the glTF node of the instance
-    bool moves = false;        // object_to_world changes with the pose of the scene
+    dmat4 object_to_world{1};                   // affine; may mirror, may be non-uniform; never NaN
+    int node = kNone;                           // index of the glTF node of the instance
+    bool moves = false;                         // object_to_world changes with the pose of the scene
     std::uint32_t light_group = kNoLightGroup;  // the first of this group and its material's has the emitted light
     bool catcher = false;  // the camera sees no surface, but the shadows of objects that are no catchers
 };

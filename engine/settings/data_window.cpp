@@ -18,9 +18,9 @@ int block_start(int pixel) {
 }
 
 /// Returns whether the denoiser reaches across a side of an eye's panorama.
-bool reaches_around(const PictureSettings& s, const PixelWindow& window) {
-    if (s.optics.projection != Projection::panorama) return false;
-    const double columns = s.width / eyes_in_picture(s.optics).x;
+bool reaches_around(const Optics& optics, int width, const PixelWindow& window) {
+    if (optics.projection != Projection::panorama) return false;
+    const double columns = width / eyes_in_picture(optics).x;
     return std::floor((window.first.x - kDenoiserReach) / columns) !=
            std::floor((window.end.x + kDenoiserReach - 1) / columns);
 }
@@ -48,12 +48,12 @@ bool has_overscan(const PictureSettings& s) {
     return window.first.x < 0 || window.first.y < 0 || window.end.x > s.width || window.end.y > s.height;
 }
 
-PixelWindow rendered_window(const PictureSettings& s) {
+PixelWindow rendered_window(const PictureSettings& s, const Optics& optics) {
     PixelWindow window = data_window(s);
     if (s.denoise && has_window(s)) {
         // There is nothing to see beyond the edges of the picture unless there is overscan.
         const ivec2 size(s.width, s.height);
-        if (reaches_around(s, window))
+        if (reaches_around(optics, s.width, window))
             window.first.x = std::min(window.first.x, 0), window.end.x = std::max(window.end.x, size.x);
         window.first = glm::min(window.first, glm::max(window.first - kDenoiserReach, ivec2(0)));
         window.end = glm::max(window.end, glm::min(window.end + kDenoiserReach, size));

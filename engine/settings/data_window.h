@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "engine/core/math.h"
+#include "engine/core/optics.h"
 
 namespace halflight {
 
@@ -25,7 +26,7 @@ bool has_window(const PictureSettings& settings);
 bool has_overscan(const PictureSettings& settings);
 /// Returns the pixels that are rendered for data_window(): whole blocks of 16x16 pixels of the picture's own grid,
 /// because the pixels of a block may share their paths. Blocks end at the picture's edge unless the window reaches
-/// beyond it.
-PixelWindow rendered_window(const PictureSettings& settings);
+/// beyond it. optics: those of the picture's camera.
+PixelWindow rendered_window(const PictureSettings& settings, const Optics& optics);
 
 }  // namespace halflight

@@ -18,8 +18,8 @@ std::vector<DenoiserWindow> denoiser_windows(const Optics& optics, const ivec2& 
             if (y + 1 == eyes.y) part.end.y = rendered.end.y;
             part = {glm::max(part.first, rendered.first), glm::min(part.end, rendered.end)};
             if (part.size().x <= 0 || part.size().y <= 0) continue;
-            const bool ring = optics.projection == Projection::panorama && part.first.x == eye.first.x &&
-                              part.end.x == eye.end.x;
+            const bool ring =
+                optics.projection == Projection::panorama && part.first.x == eye.first.x && part.end.x == eye.end.x;
             windows.push_back({part.first - rendered.first, part.size(), ring ? std::min(kDenoiserReach, size.x) : 0});
         }
     }

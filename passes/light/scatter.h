@@ -21,7 +21,7 @@ struct PathBuffers {
     // vec4 (rgb, 0): radiance of the last sun sample, if the sun is visible. With `points` there are two entries per
     // path, which belong to the `pending` of PathState and of the point. Empty unless the sun is sampled separately
     graph::BufferHandle sun_light;
-    graph::BufferHandle cells;  // CacheCell: radiance cache; empty without one
+    graph::BufferHandle cells;        // CacheCell: radiance cache; empty without one
     graph::BufferHandle group_light;  // rows of shaders/lib/group_rows.glsl; empty without light groups
 };
 

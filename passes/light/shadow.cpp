@@ -15,7 +15,7 @@ namespace {
 /// Adds the light of the samples of each pixel to `light`, and returns its shadow rays. `kind` is shadow for chosen
 /// lights, or sun.
 rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
-                                graph::BufferHandle& light) {
+                           graph::BufferHandle& light) {
     const bool sun = kind == rays::RayKind::sun;
     const std::uint32_t count = (sun ? 1 : view.shadow_rays) * view.band.paths();
     graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
@@ -44,8 +44,7 @@ rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBu
 /// Traces shadow rays. Returns a uint for each ray.
 graph::BufferHandle occlusion(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch,
                               const char* name) {
-    return rays::any_hit(graph, view.tracer, batch,
-                         graph.create_buffer(name, {batch.capacity * sizeof(shared::uint)}));
+    return rays::any_hit(graph, view.tracer, batch, graph.create_buffer(name, {batch.capacity * sizeof(shared::uint)}));
 }
 
 }  // namespace

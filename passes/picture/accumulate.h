@@ -19,7 +19,7 @@ struct SampleInputs {
     std::optional<Continuation> continuation;
     // vec4 per path: emission seen by extra camera rays (add_seen); then those of its light groups
     graph::BufferHandle seen;
-    graph::BufferHandle chains;    // SpecularChain per path (add_specular_chains)
+    graph::BufferHandle chains;  // SpecularChain per path (add_specular_chains)
     // DirectLight per path: indirect light from the group (add_reuse); then those of each light group
     graph::BufferHandle received;
 };

@@ -35,8 +35,9 @@ struct Composite {
     graph::TextureHandle view;    // RGBA32F: display-encoded, [0,1]; empty without a view kernel
 };
 
-/// Divides the sums by `samples`. Shadows on catchers darken the background and add to alpha. `view_kernel` may be null and must outlive the graph. `opaque_background` tells
-/// whether the environment is visible behind surfaces. straight_view: the colours of the view are divided by alpha.
+/// Divides the sums by `samples`. Shadows on catchers darken the background and add to alpha. `view_kernel` may be null
+/// and must outlive the graph. `opaque_background` tells whether the environment is visible behind surfaces.
+/// straight_view: the colours of the view are divided by alpha.
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
                         bool opaque_background, const ViewKernel* view_kernel, bool straight_view = false);
 

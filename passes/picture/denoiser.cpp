@@ -59,7 +59,7 @@ std::array<TextureHandle, N> add_kernel(graph::Graph& graph, const char* pass_na
 TextureHandle add_triangle(graph::Graph& graph, TextureHandle texture, int radius) {
     const gpu::TextureDesc desc = graph.desc(texture);
     for (const ivec2 step : {ivec2(1, 0), ivec2(0, 1)}) {
-        graph::Pass pass = graph.add_pass("denoiser sums");
+        graph::Pass pass = graph.add_pass("denoiser: sums");
         pass.read(texture, Access::texture_read, "source");
         texture = pass.write(graph.create_texture("weighted sum", desc), Access::image_write, "sum");
         pass.execute([=](graph::Resources& r) {
@@ -113,20 +113,20 @@ Guides guides_of(const DenoiserPixels& pixels, FilteredLight component) {
 }
 
 Albedo add_albedo(graph::Graph& graph, const LightHalves& own, TextureHandle albedo) {
-    const auto [reflected] = add_kernel<1>(graph, "denoiser albedo", "shaders/half_albedo.comp",
+    const auto [reflected] = add_kernel<1>(graph, "denoiser: albedo", "shaders/half_albedo.comp",
                                            {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
     return {albedo, add_spread(graph, reflected)};
 }
 
 CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& albedo,
                    const gpu::Defines& defines = {}) {
-    const auto [mean] = add_kernel<1>(graph, "denoiser mean", "shaders/half_mean.comp",
+    const auto [mean] = add_kernel<1>(graph, "denoiser: mean", "shaders/half_mean.comp",
                                       {{"first", own.first}, {"second", own.second}}, {"mean"});
     const TextureHandle around = add_triangle(graph, mean, kAroundRadius);
     const auto [outliers] =
-        add_kernel<1>(graph, "denoiser outliers", "shaders/half_outliers.comp",
+        add_kernel<1>(graph, "denoiser: outliers", "shaders/half_outliers.comp",
                       {{"first", own.first}, {"second", own.second}, {"around", around}}, {"outliers"}, 8, {}, defines);
-    const auto [first, second, excess] = add_kernel<3>(graph, "denoiser fireflies", "shaders/half_fireflies.comp",
+    const auto [first, second, excess] = add_kernel<3>(graph, "denoiser: fireflies", "shaders/half_fireflies.comp",
                                                        {{"first", own.first},
                                                         {"second", own.second},
                                                         {"outliers", outliers},
@@ -141,10 +141,10 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& al
 /// pictures.
 CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const Guides& guides,
                               int preview_stride = 0) {
-    const auto [noise] = add_kernel<1>(graph, "denoiser noise", "shaders/half_noise.comp",
+    const auto [noise] = add_kernel<1>(graph, "denoiser: noise", "shaders/half_noise.comp",
                                        {{"first", calm.first}, {"second", calm.second}}, {"noise"});
     const auto [light] = add_kernel<1>(
-        graph, "denoiser variance", "shaders/half_variance.comp",
+        graph, "denoiser: variance", "shaders/half_variance.comp",
         {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
         {"light"});
     const std::pair<const char*, TextureHandle> reads[] = {{"light", light},
@@ -153,7 +153,7 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
                                                            {"guide", guides.guide},
                                                            {"reflectance", guides.reflectance}};
     const gpu::TextureDesc desc = graph.desc(light);
-    graph::Pass pass = graph.add_pass("non-local means");
+    graph::Pass pass = graph.add_pass("denoiser: non-local means");
     for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
     const TextureHandle first =
         pass.write(graph.create_texture("filtered_first", desc), Access::image_write, "filtered_first");
@@ -181,7 +181,7 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
 /// Returns the terms of the best share of new halves (change_terms() of shaders/lib/halves.glsl), averaged.
 TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHandle new_first, TextureHandle new_second,
                          TextureHandle albedo, TextureHandle surroundings) {
-    const auto [terms] = add_kernel<1>(graph, "denoiser errors", "shaders/half_errors.comp",
+    const auto [terms] = add_kernel<1>(graph, "denoiser: errors", "shaders/half_errors.comp",
                                        {{"first", calm.first},
                                         {"second", calm.second},
                                         {"filtered_first", new_first},
@@ -196,10 +196,10 @@ TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHand
 /// radius: of the neighbourhoods, pixels.
 CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmLight& filtered, TextureHandle albedo,
                          int radius) {
-    const auto [light] = add_kernel<1>(graph, "denoiser kept light", "shaders/half_kept.comp",
+    const auto [light] = add_kernel<1>(graph, "denoiser: kept light", "shaders/half_kept.comp",
                                        {{"first", filtered.first}, {"second", filtered.second}, {"albedo", albedo}},
                                        {"light"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
-    const auto [lost] = add_kernel<1>(graph, "denoiser kept light", "shaders/half_kept.comp",
+    const auto [lost] = add_kernel<1>(graph, "denoiser: kept light", "shaders/half_kept.comp",
                                       {{"first", calm.first},
                                        {"second", calm.second},
                                        {"albedo", albedo},
@@ -207,7 +207,7 @@ CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmL
                                        {"around", add_triangle(graph, light, radius)}},
                                       {"lost"}, 8, {}, {{"HALFLIGHT_LOST", "1"}});
     const auto [first, second] = add_kernel<2>(
-        graph, "denoiser kept light", "shaders/half_kept.comp",
+        graph, "denoiser: kept light", "shaders/half_kept.comp",
         {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, radius)}},
         {"kept_first", "kept_second"});
     return {first, second, filtered.spread, filtered.over_frames};
@@ -226,7 +226,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
             add_calm(graph, halves, add_albedo(graph, halves, albedo_of(neighbour.pixels, component)));
         const bool mirrored = component == FilteredLight::glossy && neighbour.glossy_motion;
         const auto [place] =
-            add_kernel<1>(graph, "denoiser neighbours", "shaders/neighbour_places.comp",
+            add_kernel<1>(graph, "denoiser: neighbours", "shaders/neighbour_places.comp",
                           {{"guide", guides_of(pixels, component).guide},
                            {"motion", mirrored ? neighbour.glossy_motion : neighbour.motion},
                            {"motion_back", mirrored ? neighbour.glossy_motion_back : neighbour.motion_back},
@@ -234,7 +234,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
                           {"place"});
         ++frames;
         const auto [first, second, spread, differences] =
-            add_kernel<4>(graph, "denoiser neighbours", "shaders/neighbour_light.comp",
+            add_kernel<4>(graph, "denoiser: neighbours", "shaders/neighbour_light.comp",
                           {{"place", place},
                            {"first", own.first},
                            {"second", own.second},
@@ -243,7 +243,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
                            {"other_spread", other.spread}},
                           {"near_first", "near_second", "near_spread", "differences"});
         const auto [mean_first, mean_second, mean_spread] =
-            add_kernel<3>(graph, "denoiser neighbours", "shaders/neighbour_add.comp",
+            add_kernel<3>(graph, "denoiser: neighbours", "shaders/neighbour_add.comp",
                           {{"near_first", first},
                            {"near_second", second},
                            {"near_spread", spread},
@@ -260,7 +260,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
     if (frames == 1) return own;
     const TextureHandle errors =
         add_errors(graph, own, mean.first, mean.second, albedo_of(pixels, component), surroundings);
-    const auto [first, second, spread] = add_kernel<3>(graph, "denoiser neighbours", "shaders/neighbour_mean.comp",
+    const auto [first, second, spread] = add_kernel<3>(graph, "denoiser: neighbours", "shaders/neighbour_mean.comp",
                                                        {{"first", own.first},
                                                         {"second", own.second},
                                                         {"spread", own.spread},
@@ -289,7 +289,7 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
     const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo.albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
-    graph::Pass pass = graph.add_pass("denoiser blend");
+    graph::Pass pass = graph.add_pass("denoiser: blend");
     const std::pair<const char*, TextureHandle> reads[] = {{"first", own.first},
                                                            {"second", own.second},
                                                            {"calm_first", calm.first},
@@ -332,7 +332,7 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
         program.set("tiles", band.tiles());
         program.dispatch(band.paths() / 64);
     };
-    graph::Pass pass = graph.add_pass("denoiser features");
+    graph::Pass pass = graph.add_pass("denoiser: features");
     const auto write = [&](graph::Pass& by, TextureHandle handle, const char* image) {
         return by.write(handle, Access::image_write, image);
     };
@@ -354,7 +354,7 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
     for (const FilteredLight component : kFilteredLights) {
         const auto index = static_cast<std::size_t>(component);
         if (!to.light[index].first) continue;
-        graph::Pass halves = graph.add_pass("denoiser halves");
+        graph::Pass halves = graph.add_pass("denoiser: halves");
         gpu::Defines defines = chains;
         read_light(halves, defines, sums);
         halves.read(sums.features, Access::storage_read, "Features");
@@ -377,7 +377,7 @@ void take_part(graph::Graph& graph, TextureHandle& texture, const DenoiserWindow
     gpu::TextureDesc desc = graph.desc(texture);
     if (window.margin == 0 && window.size == ivec2(desc.width, desc.height)) return;
     desc.width = window.size.x + 2 * window.margin, desc.height = window.size.y;
-    graph::Pass pass = graph.add_pass("denoiser window");
+    graph::Pass pass = graph.add_pass("denoiser: window");
     pass.read(texture, Access::texture_read, "source");
     texture = pass.write(graph.create_texture("part", desc), Access::image_write, "part");
     pass.execute([=](graph::Resources& r) {
@@ -412,7 +412,7 @@ DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, 
     if (blur == DenoiserBlur(0)) return pixels;
     const auto smoothed = [&](TextureHandle before, TextureHandle guide) {
         if (!before) return before;
-        return add_kernel<1>(graph, "denoiser lens", "shaders/half_lens.comp", {{"before", before}, {"guide", guide}},
+        return add_kernel<1>(graph, "denoiser: lens", "shaders/half_lens.comp", {{"before", before}, {"guide", guide}},
                              {"after"}, 8, [blur](const gpu::Program& program) { program.set("blur", blur); })[0];
     };
     DenoiserPixels out = pixels;
@@ -426,7 +426,7 @@ DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, 
         gpu::Defines defines;
         defines.set("HALFLIGHT_LIGHT");
         for (TextureHandle* half : {&light.first, &light.second})
-            *half = add_kernel<1>(graph, "denoiser lens", "shaders/half_lens.comp",
+            *half = add_kernel<1>(graph, "denoiser: lens", "shaders/half_lens.comp",
                                   {{"half_before", *half},
                                    {"albedo_before", albedo_of(pixels, component)},
                                    {"albedo_after", albedo_of(out, component)}},

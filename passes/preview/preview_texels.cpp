@@ -18,7 +18,7 @@ void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture) {
 PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
                                 graph::BufferHandle records, graph::TextureHandle beauty, const PreviewSamples& samples,
                                 const PreviewPixels& to) {
-    graph::Pass pass = graph.add_pass("preview input");
+    graph::Pass pass = graph.add_pass("preview: input");
     gpu::Defines defines;
     read_light(pass, defines, sums);
     pass.read(sums.features, Access::storage_read, "Features");
@@ -52,7 +52,7 @@ PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Acc
 
 LightHalves add_preview_halves(graph::Graph& graph, const PreviewTexels& texels, graph::TextureHandle albedo) {
     const gpu::TextureDesc desc = graph.desc(texels.first);
-    graph::Pass pass = graph.add_pass("preview halves");
+    graph::Pass pass = graph.add_pass("preview: halves");
     pass.read(texels.first, Access::texture_read, "first");
     pass.read(texels.second, Access::texture_read, "second");
     pass.read(texels.guide, Access::texture_read, "guide");
@@ -66,7 +66,7 @@ LightHalves add_preview_halves(graph::Graph& graph, const PreviewTexels& texels,
 graph::TextureHandle add_preview_output(graph::Graph& graph, const PreviewPixels& from,
                                         const PreviewTexels& accumulated,
                                         const std::optional<FilteredHalves>& filtered) {
-    graph::Pass pass = graph.add_pass("preview output");
+    graph::Pass pass = graph.add_pass("preview: output");
     gpu::Defines defines;
     pass.read(from.beauty, Access::texture_read, "beauty");
     pass.read(from.albedo, Access::texture_read, "albedo");

@@ -8,7 +8,7 @@ using graph::Access;
 
 PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const std::optional<EarlierPicture>& earlier,
                            const PreviewTexels& to, gpu::Buffer& refused) {
-    graph::Pass pass = graph.add_pass("temporal accumulation");
+    graph::Pass pass = graph.add_pass("preview: temporal accumulation");
     gpu::Defines defines;
     pass.read(now.first, Access::texture_read, "first");
     pass.read(now.second, Access::texture_read, "second");

@@ -56,9 +56,9 @@ AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
 
 // Cost of tracing per pixel, by path index.
 struct DebugRecord {
-    uint nodes;   // inner nodes, with four boxes each, that the plain tracer visits for the camera ray
-    uint leaves;  // leaves in the tile list of the last sample's shadow rays from the surface; 0 without a list
-    uint others;  // other entries of that list; 0 without a list
+    uint nodes;     // inner nodes, with four boxes each, that the plain tracer visits for the camera ray
+    uint leaves;    // leaves in the tile list of the last sample's shadow rays from the surface; 0 without a list
+    uint others;    // other entries of that list; 0 without a list
     uint subtree;   // number of the subtree of pages around the surface (shaders/lib/residency.glsl); 0: none
     uint resident;  // 1 if that subtree is in the pool
 };

@@ -13,8 +13,9 @@
 //               weights times the cosine at the surface. Level k has 2^k x 2^k nodes here.
 //
 // A cell is a rectangle of equal extent in u and in v. Where it is a texel, places in u and v within it follow the
-// bilinear luminance; otherwise they are uniform. A node of level k covers 2^(levels - k) cells in each direction, less at the right and at the bottom. Children beyond the cells have
-// the weight 0. Points that are stratified in the square stay stratified on the map.
+// bilinear luminance; otherwise they are uniform. A node of level k covers 2^(levels - k) cells in each direction, less
+// at the right and at the bottom. Children beyond the cells have the weight 0. Points that are stratified in the square
+// stay stratified on the map.
 //
 // Blocks are the children of the last level that lobes have. A lobe belongs to a cell of kEnvironmentLobes^2 in an
 // octahedral map of receivers' normals (Meyer et al. 2010); the last lobe belongs to receivers without a normal.

@@ -27,17 +27,17 @@ HALFLIGHT_SHARED_SIZE(SpecularChain, 48)
 
 // The place of a chain's end, for motion.
 struct ChainPlace {
-    vec3 seen;        // place at which the end appears, on the camera ray; relative to TraceTables::origin
-    uint triangle;    // id in the tables; kMiss where the chain escapes
-    vec3 position;    // place of the end
-    uint instance;    // index of the block instance
-    vec3 turned_x;    // direction in which `seen` moves where `position` moves along x
-    float bounces;    // see SpecularChain
+    vec3 seen;      // place at which the end appears, on the camera ray; relative to TraceTables::origin
+    uint triangle;  // id in the tables; kMiss where the chain escapes
+    vec3 position;  // place of the end
+    uint instance;  // index of the block instance
+    vec3 turned_x;  // direction in which `seen` moves where `position` moves along x
+    float bounces;  // see SpecularChain
     vec3 turned_y;
     float reserved0;
     vec3 turned_z;
     float reserved1;
-    vec3 facet;       // normal of the first mirror; 0 where the first surface transmits light
+    vec3 facet;  // normal of the first mirror; 0 where the first surface transmits light
     float reserved2;
 };
 HALFLIGHT_SHARED_SIZE(ChainPlace, 96)

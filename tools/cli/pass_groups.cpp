@@ -6,13 +6,17 @@
 
 namespace halflight {
 
+std::string_view group_of(std::string_view pass) {
+    return pass.substr(0, pass.find(':'));
+}
+
 std::vector<PassGroup> pass_groups(std::span<const PassTime> passes) {
     std::vector<PassGroup> groups;
     double sum = 0;
     for (const PassTime& pass : passes) {
-        const std::string name = pass.name.substr(0, pass.name.find(':'));
+        const std::string_view name = group_of(pass.name);
         auto group = std::ranges::find(groups, name, &PassGroup::name);
-        if (group == groups.end()) group = groups.insert(groups.end(), PassGroup{name});
+        if (group == groups.end()) group = groups.insert(groups.end(), PassGroup{std::string(name)});
         ++group->passes;
         group->runs += pass.runs;
         group->seconds += pass.seconds;

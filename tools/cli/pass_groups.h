@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/render_result.h"
@@ -19,6 +20,8 @@ struct PassGroup {
     double share = 0;        // share of the time of all groups
 };
 
+/// Returns the name of a pass's group.
+std::string_view group_of(std::string_view pass);
 /// Returns the groups in the order of their first passes.
 std::vector<PassGroup> pass_groups(std::span<const PassTime> passes);
 /// Returns the groups as a table of text, with a last row for the sum.

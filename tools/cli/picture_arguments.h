@@ -85,9 +85,9 @@ struct PreviewArguments : ViewArguments {
         std::vector<std::string> left_out;                           // what is wrong with entries that were left out
         std::function<PreviewArguments(const SavedSettings&)> with;  // the arguments with these settings in its place
     };
-    std::shared_ptr<const Source> settings_source;       // null: there is no settings file
-    std::optional<double> ui_scale;                      // size of text and controls; none: that of the monitor
-    double budget = 100;                                 // time until the first picture of a view, ms
+    std::shared_ptr<const Source> settings_source;  // null: there is no settings file
+    std::optional<double> ui_scale;                 // size of text and controls; none: that of the monitor
+    double budget = 100;                            // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;

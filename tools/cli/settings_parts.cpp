@@ -13,7 +13,7 @@ namespace halflight {
 namespace {
 
 constexpr const char* kVersionKey = "halflight_settings";
-constexpr std::string_view kLists[] = {"lights", "materials", "transforms",  "nodes",
+constexpr std::string_view kLists[] = {"lights", "materials", "transforms",      "nodes",
                                        "hide",   "bookmarks", "shadow_catchers", "light_groups"};
 
 /// Returns a number for settings that decide together; 0: the setting stands alone.

@@ -128,7 +128,7 @@ void render_picture(const RenderArguments& a) {
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, chosen.origin,
                  context->renderer());
 
-    const int height = rendered_window(settings).size().y;
+    const int height = rendered_window(settings, settings.camera.optics).size().y;
     EarlierRuns earlier;
     if (checkpoint) earlier = {checkpoint->earlier_samples(height), checkpoint->earlier_seconds()};
     if (earlier.samples > 0)
@@ -186,8 +186,8 @@ void render_picture(const RenderArguments& a) {
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (checkpoint) checkpoint->remove();
         if (a.graph)
-            write_file(*a.graph, has_extension(*a.graph, "txt") ? pass_table(result.stats.passes)
-                                                                : renderer.graph_dot());
+            write_file(*a.graph,
+                       has_extension(*a.graph, "txt") ? pass_table(result.stats.passes) : renderer.graph_dot());
         times.write = clock.lap();
         times.total = clock.seconds();
         if (a.stats)

@@ -144,8 +144,10 @@ void add_run_options(Options& options, RenderArguments& a) {
                  "writes statistics, including the time of each pass; measuring makes rendering slower. For a "
                  "sequence, appends one line per frame",
                  a.stats);
-    options.path("--dump-graph", "FILE.dot|.txt",
-                 "writes the render graph of the frame: .dot for Graphviz, .txt a table with a row for each group of passes", a.graph);
+    options.path(
+        "--dump-graph", "FILE.dot|.txt",
+        "writes the render graph of the frame: .dot for Graphviz, .txt a table with a row for each group of passes",
+        a.graph);
 }
 
 /// Accepts outputs before the scene: if the first name is an output and one of the others is none, they change places.

@@ -129,6 +129,7 @@ void messages(const Rectangle& area, Toasts& toasts) {
     const float gap = ImGui::GetStyle().ItemSpacing.y;
     const float middle = static_cast<float>(area.origin.x) + 0.5f * static_cast<float>(area.size.x);
     auto bottom = static_cast<float>(area.end().y) - gap;
+    const float top = bottom - 0.5f * static_cast<float>(area.size.y);
     std::optional<std::size_t> dismissed;
     const auto& all = toasts.all();
     const ImGuiStyle& style = ImGui::GetStyle();
@@ -138,9 +139,10 @@ void messages(const Rectangle& area, Toasts& toasts) {
         const Toasts::Toast& toast = all[i];
         const std::string words = toast.count > 1 ? fmt::format("{} (x{})", toast.text, toast.count) : toast.text;
         const ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
+        const float height = size.y + 2 * style.WindowPadding.y;
+        if (i + 1 < all.size() && bottom - height < top) break;
         // Dear ImGui would give the window the size of its last text.
-        ImGui::SetNextWindowSize({size.x + 2 * style.WindowPadding.x + 1 + (toast.error ? close : 0),
-                                  size.y + 2 * style.WindowPadding.y});
+        ImGui::SetNextWindowSize({size.x + 2 * style.WindowPadding.x + 1 + (toast.error ? close : 0), height});
         ImGui::SetNextWindowPos({middle, bottom}, ImGuiCond_Always, {0.5f, 1});
         ImGui::SetNextWindowBgAlpha(0.9f);
         ImGui::Begin(fmt::format("message {}", i).c_str(), nullptr,

@@ -17,8 +17,10 @@ void choose_camera(PanelContext& c) {
         return cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
     };
     label("Camera", "camera of the scene; moving it makes it free");
-    const float width = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
-    if (!ImGui::BeginCombo("##camera", now ? shortened(title(*now), width).c_str() : "Free", ImGuiComboFlags_HeightLarge))
+    const float width =
+        ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
+    if (!ImGui::BeginCombo("##camera", now ? shortened(title(*now), width).c_str() : "Free",
+                           ImGuiComboFlags_HeightLarge))
         return;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));

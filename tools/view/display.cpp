@@ -96,9 +96,9 @@ void Display::apply_view(Source& picture) {
     gpu::Defines defines;
     if (!encoded) defines.set("HALFLIGHT_VIEW");
     if (difference) defines.set("HALFLIGHT_DIFFERENCE");
-    const gpu::Program& program =
-        encoded ? programs_.graphics("shaders/raster_cover.vert", "shaders/view.frag", defines)
-                : programs_.graphics("shaders/raster_cover.vert", view_->source, defines);
+    const gpu::Program& program = encoded
+                                      ? programs_.graphics("shaders/raster_cover.vert", "shaders/view.frag", defines)
+                                      : programs_.graphics("shaders/raster_cover.vert", view_->source, defines);
     program.bind_texture("picture", picture.linear);
     if (difference) program.bind_texture("other", comparison_->linear);
     if (!encoded) {

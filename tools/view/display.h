@@ -41,8 +41,8 @@ class Display {
     /// throws.
     void reload_shaders();
 
-    /// Draws the picture into a rectangle of the window's framebuffer; everything else is black. A comparison picture is
-    /// drawn to the right of `split`, a share of the width in [0, 1]. Both use the same view transform.
+    /// Draws the picture into a rectangle of the window's framebuffer; everything else is black. A comparison picture
+    /// is drawn to the right of `split`, a share of the width in [0, 1]. Both use the same view transform.
     void draw(const ivec2& framebuffer, const Rectangle& where, float split);
     /// Returns what draw() shows, at the resolution of the picture: RGB, display-encoded, 8 bits per channel.
     /// Precondition: not empty().

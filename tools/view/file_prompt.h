@@ -32,7 +32,7 @@ class FilePrompt {
     std::optional<std::filesystem::path> take(const std::string& name);
 
     Purpose purpose_ = Purpose::open;
-    bool asked_ = false;               // the dialog must be opened
+    bool asked_ = false;                            // the dialog must be opened
     std::array<std::filesystem::path, 2> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
     std::array<char, 4096> name_{};

@@ -17,8 +17,7 @@ struct FolderEntry {
 
 /// Returns the folders in a folder and its files with one of the extensions, both sorted by name, folders first. Names
 /// that begin with a point are left out. extensions: without a point. Throws Error where the folder cannot be read.
-std::vector<FolderEntry> list_folder(const std::filesystem::path& folder,
-                                     std::span<const std::string_view> extensions);
+std::vector<FolderEntry> list_folder(const std::filesystem::path& folder, std::span<const std::string_view> extensions);
 
 /// Returns the path of a typed name: absolute, below the home folder after "~/", else in `folder`.
 std::filesystem::path typed_path(const std::filesystem::path& folder, std::string_view name);

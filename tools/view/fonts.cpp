@@ -8,9 +8,8 @@ namespace {
 
 // Places below a folder of fonts, as distributions choose them.
 constexpr const char* kFiles[] = {
-    "truetype/dejavu/DejaVuSans.ttf",      "dejavu-sans-fonts/DejaVuSans.ttf",
-    "TTF/DejaVuSans.ttf",                  "dejavu/DejaVuSans.ttf",
-    "truetype/noto/NotoSans-Regular.ttf",  "google-noto/NotoSans-Regular.ttf",
+    "truetype/dejavu/DejaVuSans.ttf", "dejavu-sans-fonts/DejaVuSans.ttf",   "TTF/DejaVuSans.ttf",
+    "dejavu/DejaVuSans.ttf",          "truetype/noto/NotoSans-Regular.ttf", "google-noto/NotoSans-Regular.ttf",
     "noto/NotoSans-Regular.ttf",
 };
 

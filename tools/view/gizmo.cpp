@@ -13,11 +13,11 @@ namespace halflight::view {
 namespace {
 
 constexpr std::array kNames = {"none", "move", "rotate", "scale"};
-constexpr double kMiddle = 0.12;   // half size of the handle in the middle, lengths of handles
-constexpr double kGap = 0.2;       // distance of the other handles from the origin, lengths of handles
-constexpr double kLeast = 1e-6;    // least factor of a scale
-constexpr int kRingSteps = 64;     // lines of a ring
-constexpr double kEdgeOn = 0.08;   // cosine of the angle below which a ring counts as seen from the side
+constexpr double kMiddle = 0.12;  // half size of the handle in the middle, lengths of handles
+constexpr double kGap = 0.2;      // distance of the other handles from the origin, lengths of handles
+constexpr double kLeast = 1e-6;   // least factor of a scale
+constexpr int kRingSteps = 64;    // lines of a ring
+constexpr double kEdgeOn = 0.08;  // cosine of the angle below which a ring counts as seen from the side
 
 NodeEdit own_edit(const SceneEdits& edits, const std::string& name) {
     const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);

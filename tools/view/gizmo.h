@@ -43,9 +43,9 @@ class Gizmo {
   private:
     /// Place and axes of the selected object's edit.
     struct Axes {
-        dvec3 origin;         // world units
-        dvec3 axes[3];        // change of place per unit of translation; otherwise directions
-        dmat3 to_world{1};    // translations of the edit to the world
+        dvec3 origin;       // world units
+        dvec3 axes[3];      // change of place per unit of translation; otherwise directions
+        dmat3 to_world{1};  // translations of the edit to the world
         bool is_light = false;
     };
     struct Drag {
@@ -54,11 +54,11 @@ class Gizmo {
         Axes at;
         Camera camera;
         ivec2 size;
-        double length;           // length of handles, pixels
-        NodeEdit node{};         // edit at the start
-        dvec3 position{0};       // position of the light at the start
-        dvec2 first, last;       // first and latest pixel
-        double turned = 0;       // angle so far, radians
+        double length;      // length of handles, pixels
+        NodeEdit node{};    // edit at the start
+        dvec3 position{0};  // position of the light at the start
+        dvec2 first, last;  // first and latest pixel
+        double turned = 0;  // angle so far, radians
     };
     std::optional<Axes> axes(const Session& session) const;
     static double along(const Drag& d, const dvec3& axis, const dvec2& point);

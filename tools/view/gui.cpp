@@ -35,17 +35,28 @@ void set_clipboard(void* window, const char* text) {
 
 void map_keys(ImGuiIO& io) {
     constexpr std::pair<int, int> kKeys[] = {
-        {ImGuiKey_Tab, GLFW_KEY_TAB},           {ImGuiKey_LeftArrow, GLFW_KEY_LEFT},
-        {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},  {ImGuiKey_UpArrow, GLFW_KEY_UP},
-        {ImGuiKey_DownArrow, GLFW_KEY_DOWN},    {ImGuiKey_PageUp, GLFW_KEY_PAGE_UP},
-        {ImGuiKey_PageDown, GLFW_KEY_PAGE_DOWN}, {ImGuiKey_Home, GLFW_KEY_HOME},
-        {ImGuiKey_End, GLFW_KEY_END},           {ImGuiKey_Insert, GLFW_KEY_INSERT},
-        {ImGuiKey_Delete, GLFW_KEY_DELETE},     {ImGuiKey_Backspace, GLFW_KEY_BACKSPACE},
-        {ImGuiKey_Space, GLFW_KEY_SPACE},       {ImGuiKey_Enter, GLFW_KEY_ENTER},
-        {ImGuiKey_KeyPadEnter, GLFW_KEY_KP_ENTER}, {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
-        {ImGuiKey_A, GLFW_KEY_A},               {ImGuiKey_C, GLFW_KEY_C},
-        {ImGuiKey_V, GLFW_KEY_V},               {ImGuiKey_X, GLFW_KEY_X},
-        {ImGuiKey_Y, GLFW_KEY_Y},               {ImGuiKey_Z, GLFW_KEY_Z},
+        {ImGuiKey_Tab, GLFW_KEY_TAB},
+        {ImGuiKey_LeftArrow, GLFW_KEY_LEFT},
+        {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},
+        {ImGuiKey_UpArrow, GLFW_KEY_UP},
+        {ImGuiKey_DownArrow, GLFW_KEY_DOWN},
+        {ImGuiKey_PageUp, GLFW_KEY_PAGE_UP},
+        {ImGuiKey_PageDown, GLFW_KEY_PAGE_DOWN},
+        {ImGuiKey_Home, GLFW_KEY_HOME},
+        {ImGuiKey_End, GLFW_KEY_END},
+        {ImGuiKey_Insert, GLFW_KEY_INSERT},
+        {ImGuiKey_Delete, GLFW_KEY_DELETE},
+        {ImGuiKey_Backspace, GLFW_KEY_BACKSPACE},
+        {ImGuiKey_Space, GLFW_KEY_SPACE},
+        {ImGuiKey_Enter, GLFW_KEY_ENTER},
+        {ImGuiKey_KeyPadEnter, GLFW_KEY_KP_ENTER},
+        {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
+        {ImGuiKey_A, GLFW_KEY_A},
+        {ImGuiKey_C, GLFW_KEY_C},
+        {ImGuiKey_V, GLFW_KEY_V},
+        {ImGuiKey_X, GLFW_KEY_X},
+        {ImGuiKey_Y, GLFW_KEY_Y},
+        {ImGuiKey_Z, GLFW_KEY_Z},
     };
     for (const auto& [ours, glfw] : kKeys) io.KeyMap[ours] = glfw;
 }
@@ -111,8 +122,7 @@ void Gui::load_font() {
     const char* folders = std::getenv("XDG_DATA_DIRS");
     const auto file = find_font(folders ? folders : "");
     ImFont* font = nullptr;
-    if (file)
-        font = io.Fonts->AddFontFromFileTTF(file->c_str(), std::round(kTextHeight * scale_), nullptr, kGlyphs);
+    if (file) font = io.Fonts->AddFontFromFileTTF(file->c_str(), std::round(kTextHeight * scale_), nullptr, kGlyphs);
     has_font_ = font != nullptr;
     if (!font) {
         ImFontConfig config;
@@ -227,8 +237,8 @@ Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
         const auto held = [&](int key) {
             if (with_ctrl_.test(static_cast<std::size_t>(key))) return false;  // Ctrl may be released first
             return ImGui::IsKeyDown(key) || std::ranges::any_of(events_, [&](const InputEvent& e) {
-                return e.kind == InputEvent::Kind::key && e.code == key && !e.down;
-            });
+                       return e.kind == InputEvent::Kind::key && e.code == key && !e.down;
+                   });
         };
         const auto axis = [&](int more, int less) { return (held(more) ? 1.0 : 0.0) - (held(less) ? 1.0 : 0.0); };
         in.movement = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)};

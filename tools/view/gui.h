@@ -61,10 +61,10 @@ class Gui {
     bool scale_changed_ = true;
     bool has_font_ = false;
     std::size_t clicks_ = 0;
-    std::bitset<512> with_ctrl_;       // keys whose last press was one with Ctrl: they move no camera
-    double clock_;                     // time of the last frame, seconds
-    std::vector<InputEvent> events_;   // events of the current frame
-    std::vector<GLFWcursor*> cursors_; // by ImGuiMouseCursor; null: the default
+    std::bitset<512> with_ctrl_;        // keys whose last press was one with Ctrl: they move no camera
+    double clock_;                      // time of the last frame, seconds
+    std::vector<InputEvent> events_;    // events of the current frame
+    std::vector<GLFWcursor*> cursors_;  // by ImGuiMouseCursor; null: the default
 };
 
 }  // namespace halflight::view

@@ -1,11 +1,11 @@
-// The section "Inspect": pixel under the mouse, histogram, memory, pass times, culling.
+// The section "Inspect": pixel under the mouse, histogram, memory, frame graph, culling.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
-#include <functional>
 
+#include "tools/cli/pass_groups.h"
 #include "tools/view/inspection.h"
 #include "tools/view/side_bar.h"
 #include "tools/view/statistics_text.h"
@@ -22,13 +22,13 @@ void lines(const char* title, bool open, const std::vector<std::string>& all) {
 void picture_lines(const Picture& picture) {
     const RenderStats& s = picture.result.stats;
     const Image& image = picture.result.beauty;
-    value("Size", fmt::format("{} x {}, {} sample{}", image.width, image.height, s.samples,
-                                 s.samples == 1 ? "" : "s"));
+    value("Size", fmt::format("{} x {}, {} sample{}", image.width, image.height, s.samples, s.samples == 1 ? "" : "s"));
     if (picture.relmse)
         value("Error", fmt::format("{:.3g} (relMSE {:.3g})", std::sqrt(*picture.relmse), *picture.relmse),
               "estimated for the mean of the samples, relative to the pixels' values");
     value("Sample", fmt::format("{:.3g} s", s.render_seconds / std::max(s.samples, 1)), "mean time per sample");
-    value("Paths", fmt::format("{:.3g} million/s", 1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
+    value("Paths",
+          fmt::format("{:.3g} million/s", 1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
     value("Preparation", fmt::format("{:.2f} s", s.prepare_seconds));
     for (const BadValues& bad : s.bad_values)
         if (bad.total() > 0)
@@ -38,8 +38,7 @@ void picture_lines(const Picture& picture) {
 
 void probe_lines(const PanelContext& c) {
     if (!ImGui::CollapsingHeader("Pixel", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    const auto known =
-        c.now.pixel ? probe(*c.now.picture, c.now.complete, c.now.size, *c.now.pixel) : std::nullopt;
+    const auto known = c.now.pixel ? probe(*c.now.picture, c.now.complete, c.now.size, *c.now.pixel) : std::nullopt;
     if (!known) return faint_text("Move the mouse over the picture.");
     for (const auto& [name, text] : lines_of(*known, c.session.scene())) value(name.c_str(), text);
 }
@@ -57,8 +56,8 @@ void histogram_axis(float stops) {
     for (float at = Histogram::kLowest; at <= Histogram::kHighest; at += kEach) {
         const std::string label = at == 0 ? "1" : fmt::format("2^{:g}", at);
         const float width = ImGui::CalcTextSize(label.c_str()).x;
-        list.AddText({std::clamp(x(at) - width / 2, from.x, to.x - width), to.y}, ImGui::GetColorU32(ImGuiCol_TextDisabled),
-                     label.c_str());
+        list.AddText({std::clamp(x(at) - width / 2, from.x, to.x - width), to.y},
+                     ImGui::GetColorU32(ImGuiCol_TextDisabled), label.c_str());
     }
     ImGui::Dummy({0, ImGui::GetTextLineHeight()});
 }
@@ -75,26 +74,37 @@ void histogram_lines(const PanelContext& c) {
           "shares of the pixels; above 1 after exposure");
 }
 
-/// Shows the passes, the slowest first, with their shares of the time.
-void pass_times(PanelContext& c) {
-    if (!ImGui::CollapsingHeader("Pass times", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    checkbox("Measure", c.session.measure, "slower: the device finishes each pass before the next");
-    std::vector<const PassHistory::Pass*> passes;
-    float sum = 0;
-    for (const PassHistory::Pass& pass : c.now.history->passes()) {
-        passes.push_back(&pass);
-        sum += pass.milliseconds.back();
-    }
-    std::ranges::sort(passes, std::ranges::greater(), [](const auto* pass) { return pass->milliseconds.back(); });
-    const float graph = 3 * ImGui::GetFontSize();
-    for (const PassHistory::Pass* pass : passes) {
-        const std::vector<float>& ms = pass->milliseconds;
-        ImGui::PushID(pass->name.c_str());
-        ImGui::PlotLines("", ms.data(), static_cast<int>(ms.size()), 0, nullptr, 0,
-                         1.2f * *std::max_element(ms.begin(), ms.end()), {graph, ImGui::GetTextLineHeight()});
-        ImGui::PopID();
-        ImGui::SameLine();
-        text(fmt::format("{:.2f} ms  {:.0f} %  {}", ms.back(), 100 * ms.back() / std::max(sum, 1e-6f), pass->name));
+/// Shows a pass: its times, sample by sample, and the last one.
+void pass_row(const PassHistory::Pass& pass) {
+    const std::vector<float>& ms = pass.milliseconds;
+    ImGui::PushID(pass.name.c_str());
+    ImGui::PlotLines("", ms.data(), static_cast<int>(ms.size()), 0, nullptr, 0, 1.2f * std::ranges::max(ms),
+                     {3 * ImGui::GetFontSize(), ImGui::GetTextLineHeight()});
+    ImGui::PopID();
+    ImGui::SameLine();
+    text(fmt::format("{:.2f} ms  {}", ms.back(), pass.name));
+}
+
+/// Shows the render graph in a short form: its groups of passes in their order, with their times. An open group shows
+/// its passes.
+void frame_graph(PanelContext& c) {
+    if (!ImGui::CollapsingHeader("Frame graph", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    checkbox("Measure", c.session.measure,
+             "shows the passes of a sample and their times; slower: the device finishes each pass before the next");
+    const std::vector<PassHistory::Pass>& passes = c.now.history->passes();
+    std::vector<PassTime> times;
+    for (const PassHistory::Pass& pass : passes) times.push_back({pass.name, 1, 1e-3 * pass.milliseconds.back()});
+    for (const PassGroup& group : pass_groups(times)) {
+        const ImVec2 at = ImGui::GetCursorScreenPos();
+        const float width = static_cast<float>(group.share) * ImGui::GetContentRegionAvail().x;
+        ImGui::GetWindowDrawList()->AddRectFilled(at, {at.x + width, at.y + ImGui::GetTextLineHeight()},
+                                                  ImGui::GetColorU32(ImGuiCol_PlotHistogram, 0.4f));
+        const std::string title =
+            fmt::format("{:.2f} ms  {:.0f} %  {}", 1e3 * group.seconds, 100 * group.share, group.name);
+        if (!ImGui::TreeNode(group.name.c_str(), "%s", title.c_str())) continue;
+        for (const PassHistory::Pass& pass : passes)
+            if (group_of(pass.name) == group.name) pass_row(pass);
+        ImGui::TreePop();
     }
 }
 
@@ -110,7 +120,7 @@ void inspect_section(PanelContext& c) {
     histogram_lines(c);
     if (ImGui::CollapsingHeader("Memory", ImGuiTreeNodeFlags_DefaultOpen))
         for (const auto& [name, size, help] : memory_rows(stats)) value(name, size, help);
-    pass_times(c);
+    frame_graph(c);
     lines("Culling", c.session.measure, culling_lines(stats));
     lines("Pages", true, paging_lines(stats));
     lines("Left out", false, left_out_lines(stats));

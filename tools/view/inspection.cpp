@@ -100,8 +100,12 @@ nlohmann::ordered_json json_of(const Probe& p) {
 }
 
 nlohmann::ordered_json json_of(const Histogram& h) {
-    return {{"lowest", Histogram::kLowest}, {"highest", Histogram::kHighest}, {"shares", h.shares},
-            {"black", h.black},             {"above", h.above},               {"mean", h.mean},
+    return {{"lowest", Histogram::kLowest},
+            {"highest", Histogram::kHighest},
+            {"shares", h.shares},
+            {"black", h.black},
+            {"above", h.above},
+            {"mean", h.mean},
             {"maximum", h.maximum}};
 }
 

@@ -14,9 +14,9 @@ namespace halflight::view {
 
 /// Known values of a pixel.
 struct Probe {
-    ivec2 pixel{0};              // pixel of the whole picture
-    vec3 value{0};               // linear radiance
-    int samples = 0;             // samples of the pixel
+    ivec2 pixel{0};                // pixel of the whole picture
+    vec3 value{0};                 // linear radiance
+    int samples = 0;               // samples of the pixel
     std::optional<float> error{};  // standard error of the mean luminance
     std::optional<float> depth{};  // distance along the camera's axis, world units; none: no surface
     std::optional<vec3> position{}, normal{}, albedo{};
@@ -26,9 +26,9 @@ struct Probe {
     std::optional<Surface> surface{};  // ids; none: no surface, or they are not known
 };
 
-/// Returns what two pictures tell about a pixel of a picture of `size` pixels. The value comes from `newest`. The layers
-/// come from `complete`, which may be older or null; they are left out where it shows another view. Returns nothing
-/// outside of the picture.
+/// Returns what two pictures tell about a pixel of a picture of `size` pixels. The value comes from `newest`. The
+/// layers come from `complete`, which may be older or null; they are left out where it shows another view. Returns
+/// nothing outside of the picture.
 std::optional<Probe> probe(const Picture& newest, const Picture* complete, const ivec2& size, const ivec2& pixel);
 /// Returns names and values for the user. Names of node and material come from the scene.
 std::vector<std::pair<std::string, std::string>> lines_of(const Probe& probe, const Scene& scene);

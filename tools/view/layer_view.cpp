@@ -222,8 +222,7 @@ RenderResult shown_result(const LayerView& layer_view, const std::vector<std::st
     shown.attributes = result.attributes;
     shown.stats = result.stats;
     for (const std::string& aov : required_aovs(layer_view))
-        shown.aovs.push_back(
-            result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())));
+        shown.aovs.push_back(result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())));
     if (!layer_view.is_sum()) return shown;
     const Image sum = sum_of(layer_view, aovs, result);
     for (int y = 0; y < sum.height; ++y)
@@ -268,8 +267,7 @@ std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, con
 }
 
 std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
-    return estimated_relmse(aovs, result, result.stats.samples,
-                            {{0, 0}, {result.beauty.width, result.beauty.height}});
+    return estimated_relmse(aovs, result, result.stats.samples, {{0, 0}, {result.beauty.width, result.beauty.height}});
 }
 
 }  // namespace halflight::view

@@ -10,8 +10,8 @@ constexpr std::size_t kMostTriangles = 200'000;  // objects of more triangles ar
 /// Adds the edges of a box.
 void add_box(const WorldBounds& box, const Projection& projection, std::vector<PictureLine>& lines) {
     const auto corner = [&](int i) {
-        return projection.to_camera({i & 1 ? box.upper.x : box.lower.x, i & 2 ? box.upper.y : box.lower.y,
-                                     i & 4 ? box.upper.z : box.lower.z});
+        return projection.to_camera(
+            {i & 1 ? box.upper.x : box.lower.x, i & 2 ? box.upper.y : box.lower.y, i & 4 ? box.upper.z : box.lower.z});
     };
     for (int i = 0; i < 8; ++i)
         for (const int bit : {1, 2, 4})
@@ -49,8 +49,8 @@ const std::vector<PictureLine>& Outline::lines(const Session& session, const ive
     for (const std::size_t i : instances) {
         const Instance& instance = picker.instances()[i];
         const auto mesh = static_cast<std::size_t>(instance.mesh);
-        edges_.try_emplace(mesh, scene.meshes[mesh]).first->second.add_outline(instance.object_to_world, projection,
-                                                                             lines_);
+        edges_.try_emplace(mesh, scene.meshes[mesh])
+            .first->second.add_outline(instance.object_to_world, projection, lines_);
     }
     return lines_;
 }

@@ -132,7 +132,7 @@ HiddenObjects::HiddenObjects(const Session& session) {
     const SceneEdits& edits = session.edits;
     if (!edits.hidden.empty()) {
         const std::vector<HidingKind> kinds = hiding_kinds(session);
-        for (const HiddenName& hidden : edits.hidden)
+        for (const ObjectName& hidden : edits.hidden)
             for (const Selection& object : hidden_by(hidden.name, kinds)) all_.emplace(object.kind, object.index);
     }
     for (const NamedEdit<LightEdit>& named : edits.lights)
@@ -157,8 +157,8 @@ void set_shown(Session& session, const Selection& object, bool shown) {
         if (object.kind != ObjectKind::light) add_hidden(edits, "", reference(object));
         return;
     }
-    std::vector<HiddenName> names;
-    for (const HiddenName& hidden : edits.hidden) {
+    std::vector<ObjectName> names;
+    for (const ObjectName& hidden : edits.hidden) {
         const std::vector<Selection> found = hidden_by(hidden.name, kinds);
         if (std::ranges::find(found, object) == found.end()) {
             names.push_back(hidden);
@@ -168,7 +168,7 @@ void set_shown(Session& session, const Selection& object, bool shown) {
             if (other != object) names.push_back({reference(other)});
     }
     edits.hidden.clear();
-    for (const HiddenName& name : names)
+    for (const ObjectName& name : names)
         if (std::ranges::find(edits.hidden, name) == edits.hidden.end()) edits.hidden.push_back(name);
 }
 

@@ -23,7 +23,7 @@ class Outliner {
     std::array<char, 128> search{};  // text of the search field, zero-terminated
     std::array<bool, 8> folded{};    // kinds, by ObjectKind, whose rows the user has folded
     Selection scrolled_to{};         // object to which the list has been scrolled
-    Selection inspected{};  // object whose properties have been scrolled into view
+    Selection inspected{};           // object whose properties have been scrolled into view
 
     /// Returns the rows of the session's scene whose labels contain the search text, without regard to case. The rows
     /// of a kind stand next to each other.

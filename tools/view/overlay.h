@@ -18,7 +18,7 @@ struct Overlay {
     std::vector<std::string> notices;  // lines that must be visible, such as biases and errors
     std::string here;                  // short description of the picture
     std::optional<std::string> other;  // short description of the comparison picture; none: no comparison
-    std::string shown;  // which picture is shown, if both are not; empty: a line divides them
+    std::string shown;                 // which picture is shown, if both are not; empty: a line divides them
 };
 
 /// Returns the area without the height at its lower end that a colour scale takes.

@@ -251,9 +251,8 @@ void Viewer::execute(const Command& c) {
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
     if (c.name == "region") {
         const auto whole = [&](std::size_t i) { return static_cast<int>(n(i)); };
-        const auto region = c.numbers.empty()
-                                ? std::nullopt
-                                : region_of({{whole(0), whole(1)}, {whole(2), whole(3)}}, picture_size_);
+        const auto region =
+            c.numbers.empty() ? std::nullopt : region_of({{whole(0), whole(1)}, {whole(2), whole(3)}}, picture_size_);
         if (!region && !c.numbers.empty()) throw Error("region", "has no pixels of the picture");
         set_region(region);
     }

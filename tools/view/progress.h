@@ -11,13 +11,13 @@ namespace halflight::view {
 
 /// State of the viewer's work.
 struct Progress {
-    std::string activity;              // work of the render thread, such as "compiling"; empty: idle
-    int samples = 0;                   // samples per pixel of the newest picture; 0: none, or a coarse one
-    int limit = 0;                     // samples per pixel after which rendering stops
-    int divisor = 1;                   // Picture::divisor of the newest picture; 0: there is no picture
-    std::optional<double> seconds{};   // time per sample; none: unknown yet
-    std::optional<double> relmse{};    // estimated relMSE; none: unknown yet
-    std::optional<ivec2> region{};     // size of the region that takes samples, pixels; none: the whole picture does
+    std::string activity;             // work of the render thread, such as "compiling"; empty: idle
+    int samples = 0;                  // samples per pixel of the newest picture; 0: none, or a coarse one
+    int limit = 0;                    // samples per pixel after which rendering stops
+    int divisor = 1;                  // Picture::divisor of the newest picture; 0: there is no picture
+    std::optional<double> seconds{};  // time per sample; none: unknown yet
+    std::optional<double> relmse{};   // estimated relMSE; none: unknown yet
+    std::optional<ivec2> region{};    // size of the region that takes samples, pixels; none: the whole picture does
 };
 
 /// Returns the line: "loading room.glb", "compiling, pass 3 of 12", "64 of 1024 samples, 2 min left, error 0.03". The
@@ -38,7 +38,7 @@ class SampleClock {
 
   private:
     std::uint64_t view_ = 0;
-    int first_ = 0, last_ = 0;           // samples of the first and the newest picture
+    int first_ = 0, last_ = 0;  // samples of the first and the newest picture
     double first_time_ = 0, last_time_ = 0;
 };
 

@@ -14,8 +14,8 @@
 namespace halflight::view {
 namespace {
 
-constexpr double kLookEvery = 0.1;                        // minimum time between whole pictures, seconds
-constexpr double kLookShare = 0.2;                        // maximum share of time for making pictures of samples
+constexpr double kLookEvery = 0.1;  // minimum time between whole pictures, seconds
+constexpr double kLookShare = 0.2;  // maximum share of time for making pictures of samples
 
 /// Returns `aovs` and those of `more` that are missing in it. Mattes are left out.
 std::vector<std::string> with(std::vector<std::string> aovs, const std::vector<std::string>& more) {
@@ -51,10 +51,10 @@ class Looks {
     }
 
   private:
-    int published_ = 0;      // samples of the last published picture
-    int complete_ = 0;       // samples of the last complete picture
-    double looked_ = -1e9;   // time of the last publication, seconds
-    double cost_ = 0;        // time to make a picture from the samples, seconds
+    int published_ = 0;     // samples of the last published picture
+    int complete_ = 0;      // samples of the last complete picture
+    double looked_ = -1e9;  // time of the last publication, seconds
+    double cost_ = 0;       // time to make a picture from the samples, seconds
 };
 
 }  // namespace

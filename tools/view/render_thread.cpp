@@ -77,15 +77,13 @@ RenderThread::Status RenderThread::status() const {
 
 void RenderThread::publish(Picture picture) {
     if (picture.divisor == 1)
-        picture.relmse = picture.region ? estimated_relmse(picture.aovs, picture.result, picture.samples(),
-                                                           picture.region->window)
-                                        : estimated_relmse(picture.aovs, picture.result);
+        picture.relmse = picture.region
+                             ? estimated_relmse(picture.aovs, picture.result, picture.samples(), picture.region->window)
+                             : estimated_relmse(picture.aovs, picture.result);
     auto made = std::make_shared<const Picture>(std::move(picture));
     {
         const std::lock_guard lock(mutex_);
-        const auto has = [&](const std::string& aov) {
-            return std::ranges::find(made->aovs, aov) != made->aovs.end();
-        };
+        const auto has = [&](const std::string& aov) { return std::ranges::find(made->aovs, aov) != made->aovs.end(); };
         if (std::ranges::all_of(complete_aovs(), has)) complete_ = made;
         picture_ = std::move(made);
         status_.error.clear();

@@ -42,8 +42,8 @@ class RenderThread {
     /// the earlier request is being rendered, that picture is still published. Samples that serve() the new request
     /// are kept.
     std::uint64_t show(Request request);
-    /// Sets the number of samples of a whole picture or a region; a higher limit continues a finished one. The picture at
-    /// exactly this number is always published, unless more samples are done or begun: then the picture at which
+    /// Sets the number of samples of a whole picture or a region; a higher limit continues a finished one. The picture
+    /// at exactly this number is always published, unless more samples are done or begun: then the picture at which
     /// rendering stops is published. Pictures of fewer samples are published at intervals.
     void limit(int samples);
     /// Queues work for the thread; never waits. The thread renders nothing while it does the work, which must not
@@ -72,7 +72,7 @@ class RenderThread {
         Request request;
         std::uint64_t number = 0;
         std::uint64_t view = 0;  // Picture::view
-        double since = 0;  // time of the request, seconds
+        double since = 0;        // time of the request, seconds
     };
     struct Work {
         std::string activity;

@@ -64,7 +64,7 @@ class RendererCache {
     std::map<int, Renderer> renderers_;  // keyed by divisor
     std::map<int, Renderer> matte_renderers_;
     std::optional<std::pair<PixelWindow, Renderer>> region_renderer_;
-    PictureHistory history_;             // pictures since the last prepare() that changed more than the camera
+    PictureHistory history_;  // pictures since the last prepare() that changed more than the camera
     // View of the previous request, to which the layer "motion" is relative.
     std::optional<Camera> previous_camera_;
     std::shared_ptr<const Scene> previous_scene_;

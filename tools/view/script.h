@@ -38,7 +38,7 @@
 //     environment VALUE        environment, as --env takes it: a file, a colour, a preset, none
 //     variant NAME             material variant; "" for the file's own materials
 //     undo, redo               takes back the last edit, repeats it
-//     select OBJECT            selects node:NAME, light:NAME, material:NAME, mesh:NAME, camera:NAME, environment or none
+//     select OBJECT            selects node:NAME, light:NAME, material:NAME, mesh:NAME, camera:NAME, environment, none
 //     click X Y                selects the node of the surface at that pixel
 //     search TEXT              shows objects whose names contain the text in the list; "" for all
 //     handles NAME             handles of the selected object: move, rotate, scale or none

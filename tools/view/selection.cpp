@@ -10,8 +10,7 @@ MeshEdges::MeshEdges(const Mesh& mesh) {
     std::map<std::array<float, 3>, std::uint32_t> places;
     std::vector<std::uint32_t> place;
     for (const vec3& p : mesh.positions) {
-        const auto [known, is_new] =
-            places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(points_.size()));
+        const auto [known, is_new] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(points_.size()));
         if (is_new) points_.emplace_back(p);
         place.push_back(known->second);
     }

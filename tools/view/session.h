@@ -64,7 +64,7 @@ class Session {
     ViewTransform transform;
     SceneEdits edits;
     int bounces = 8;
-    int samples = 1024;           // samples per pixel after which rendering stops
+    int samples = 1024;  // samples per pixel after which rendering stops
     PreviewModes modes;
     rays::Culling culling = rays::Culling::automatic;
     bool measure = false;

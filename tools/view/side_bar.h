@@ -46,14 +46,14 @@ struct PanelRequests {
     };
     std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};
-    std::optional<ivec2> size{};       // size of the picture to take, pixels
+    std::optional<ivec2> size{};                     // size of the picture to take, pixels
     std::optional<std::filesystem::path> open{};     // file to open
     std::optional<std::filesystem::path> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};
-    bool pick_focus = false;  // the next click in the picture focuses the lens
+    bool pick_focus = false;                         // the next click in the picture focuses the lens
     std::optional<EnvironmentChoice> environment{};  // environment to take
     std::optional<std::string> variant{};            // material variant to take
-    std::vector<std::string> done{};   // actions that the sections have carried out, as messages to the user
+    std::vector<std::string> done{};  // actions that the sections have carried out, as messages to the user
 };
 
 /// Everything that a section works with.

@@ -98,8 +98,8 @@ RenderResult StandingPicture::with(const RenderResult& part, const PixelWindow& 
         Image image = before;
         for (int y = window.first.y; y < window.end.y; ++y) {
             for (int x = window.first.x; x < window.end.x; ++x) {
-                const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                                   static_cast<std::size_t>(x);
+                const auto pixel =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
                 const Counts counts{double(samples_[pixel]), more};
                 const float* from = added.at(x - window.first.x, y - window.first.y);
                 float* to = image.at(x, y);

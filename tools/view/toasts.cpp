@@ -5,8 +5,8 @@
 namespace halflight::view {
 namespace {
 
-constexpr double kShown = 4;         // seconds for which a message is shown
-constexpr std::size_t kMost = 4;     // messages at once
+constexpr double kShown = 4;      // seconds for which a message is shown
+constexpr std::size_t kMost = 4;  // messages at once
 
 }  // namespace
 

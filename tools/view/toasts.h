@@ -12,8 +12,8 @@ class Toasts {
     struct Toast {
         std::string text;
         bool error = false;
-        double until = 0;  // time at which it disappears, seconds; errors have none
-        int count = 1;     // how often the same message has come
+        double until = 0;     // time at which it disappears, seconds; errors have none
+        int count = 1;        // how often the same message has come
         std::string topic{};  // subject of which only the last message counts; empty: none
     };
     /// Adds a message at `now`, seconds. It replaces the message of the same topic. A message that repeats the newest

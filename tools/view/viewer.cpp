@@ -209,7 +209,9 @@ Progress Viewer::progress() const {
     return {.activity = status.activity,
             .samples = whole ? newest->samples() : 0,
             .limit = sample_limit(),
-            .divisor = current ? newest->divisor : newest ? 1 : 0,
+            .divisor = current  ? newest->divisor
+                       : newest ? 1
+                                : 0,
             .seconds = sample_clock_.seconds(),
             .relmse = whole ? newest->relmse : std::nullopt,
             .region = requested_ && requested_->region ? std::optional(requested_->region->size()) : std::nullopt};
@@ -266,8 +268,7 @@ void Viewer::declare() {
         PanelContext context{session_, colors_, navigation_, outliner_, gizmo_.mode, state, requests};
         menu_bar(context);
         side_bar(now.side, section_, context);
-        status_line(now.status, work,
-                    picture_text(now));
+        status_line(now.status, work, picture_text(now));
     }
     if (panels_shown_)
         object_overlay_.draw(session_, gizmo_, now.picture, picture_size_, gui_.scale(), lit_handle_,
@@ -279,17 +280,18 @@ void Viewer::declare() {
         if (const auto answer = file_prompt_.declare())
             (answer->purpose == FilePrompt::Purpose::open ? requests.open : requests.against) = answer->file;
     }
-    draw_overlay({.area = now.area,
-                  .picture = now.picture,
-                  .scale = scale_,
-                  .notices = notices(),
-                  .here = picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : session_.description(),
-                  .other = comparison_,
-                  .shown = comparison_mode_ == ComparisonMode::split        ? ""
-                           : comparison_mode_ == ComparisonMode::difference ? "absolute difference of A and B"
-                           : shown_split() == 1                             ? "A"
-                                                                            : "B"},
-                 split_);
+    draw_overlay(
+        {.area = now.area,
+         .picture = now.picture,
+         .scale = scale_,
+         .notices = notices(),
+         .here = picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : session_.description(),
+         .other = comparison_,
+         .shown = comparison_mode_ == ComparisonMode::split        ? ""
+                  : comparison_mode_ == ComparisonMode::difference ? "absolute difference of A and B"
+                  : shown_split() == 1                             ? "A"
+                                                                   : "B"},
+        split_);
     if (!picture_) waiting_text(now.area, work);
     perform(requests);
     if (takes_input()) ask_about_edits(), undo_waiting(), record_edits();

@@ -42,7 +42,7 @@ class Viewer {
     Session::Opened load_first();
     /// Draws a frame; `shot`: file to write the window to. All waiting input is taken in before.
     void frame(const std::filesystem::path& shot = {});
-    void declare();    // Takes in input and declares all panels; performs what they request.
+    void declare();  // Takes in input and declares all panels; performs what they request.
     WindowLayout layout() const;
     void follow_window();  // Gives the picture the size of its area where the user has resized the window.
     void request_picture();
@@ -142,7 +142,7 @@ class Viewer {
     std::size_t next_command_ = 0;
     bool input_seen_end_ = false;        // the file that ends real input is there
     std::optional<double> input_until_;  // time until which a script takes real input, seconds
-    bool script_opens_ = false;  // a command that opens something has started
+    bool script_opens_ = false;          // a command that opens something has started
     bool panels_shown_ = true;
     ColorConfig colors_;
     ViewProcessor processor_;
@@ -157,7 +157,7 @@ class Viewer {
     Timings timings_;
     PassHistory history_;
     EditHistory edit_history_;
-    int undos_waiting_ = 0;  // steps to undo; negative: to redo
+    int undos_waiting_ = 0;                // steps to undo; negative: to redo
     std::optional<SavedSettings> saving_;  // state that is being written to the settings file
     UnsavedPrompt unsaved_prompt_;
     bool discards_edits_ = false;  // the user has agreed to lose the edits
@@ -169,10 +169,10 @@ class Viewer {
     std::optional<int> lit_handle_;  // axis of the handle under the mouse
     ObjectOverlay object_overlay_;
     std::function<void()> next_change_;  // starts the change of environment or variant that waits; null: none
-    std::string section_ = "Look";  // open section of the side bar
+    std::string section_ = "Look";       // open section of the side bar
     bool shortcuts_shown_ = false;
     std::deque<std::filesystem::path> to_open_;
-    std::string opening_name_;  // name of the file being opened
+    std::string opening_name_;                                 // name of the file being opened
     std::optional<PanelRequests::FrameRequest> next_pose_;     // frame to show next
     std::optional<PanelRequests::FrameRequest> opening_pose_;  // frame being opened
     // no picture of the session's current frame has been drawn yet
@@ -185,11 +185,11 @@ class Viewer {
     std::optional<Play> play_;
     std::optional<std::string> comparison_;  // description of picture B
     ComparisonMode comparison_mode_ = ComparisonMode::split;
-    bool picking_ = false;  // the next click in the picture focuses the lens
-    bool drawing_region_ = false;        // the next drag in the picture draws a region
+    bool picking_ = false;                // the next click in the picture focuses the lens
+    bool drawing_region_ = false;         // the next drag in the picture draws a region
     std::optional<dvec2> region_corner_;  // where that drag began, pixels of the picture
     int samples_before_region_ = 0;  // samples that the view had when the region was set; 0: no region, or a later view
-    std::uint64_t reloads_ = 0;              // reloads of the render thread's shaders that the display has followed
+    std::uint64_t reloads_ = 0;      // reloads of the render thread's shaders that the display has followed
     bool quit_ = false;
     int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event
 

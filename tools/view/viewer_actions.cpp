@@ -103,7 +103,9 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return recall(static_cast<std::size_t>(press.key[0] - '1'));
         case Action::play:
             set_playing(!play_);
-            return tell(play_ ? "Playing" : session_.timeline().playing.empty() ? "No animation is chosen" : "Stopped",
+            return tell(play_                                 ? "Playing"
+                        : session_.timeline().playing.empty() ? "No animation is chosen"
+                                                              : "Stopped",
                         "play");
         case Action::keep:
             return compare(true);
@@ -216,9 +218,9 @@ void Viewer::screenshot(const std::filesystem::path& path) {
         .camera = picture_->camera,
         .working_space = colors_.linear_space(""),
         .samples = stats.samples,
-        .comments = fmt::format("scene {}, shown by halflight view, {} samples{}, {}",
-                                session_.file().filename().string(), stats.samples, region_note(*picture_),
-                                session_.description()),
+        .comments =
+            fmt::format("scene {}, shown by halflight view, {} samples{}, {}", session_.file().filename().string(),
+                        stats.samples, region_note(*picture_), session_.description()),
         .filter = text(PixelFilter{}),
         .lens =
             lens_text(picture_->camera, stats.lens, {picture_->result.beauty.width, picture_->result.beauty.height}),

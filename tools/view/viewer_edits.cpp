@@ -156,7 +156,7 @@ bool Viewer::execute_edit(const Command& c) {
     }
     if (c.name == "show")
         return edit([](SceneEdits& edits, const std::string&, const std::string& name) {
-            if (std::erase(edits.hidden, HiddenName{name}) == 0) throw Error(name, "is not hidden");
+            if (std::erase(edits.hidden, ObjectName{name}) == 0) throw Error(name, "is not hidden");
         });
     return false;
 }

@@ -18,7 +18,8 @@ void Viewer::open_dropped_files() {
 void Viewer::start_opening(const std::string& activity, std::function<Session::Opened()> opening, bool of_file) {
     const auto task = std::make_shared<std::packaged_task<Session::Opened()>>(std::move(opening));
     opening_ = task->get_future();
-    thread_.perform(activity, [task] { (*task)(); }, !of_file);
+    thread_.perform(
+        activity, [task] { (*task)(); }, !of_file);
 }
 
 void Viewer::open_next() {
@@ -29,9 +30,8 @@ void Viewer::open_next() {
         const bool scene = !has_extension(path, "exr") && !has_extension(path, "hdr");
         if (scene && !may_lose_edits("another scene is opened", [this, path] { to_open_.push_front(path); })) return;
         opening_name_ = path.filename().string();
-        attempt([&] {
-            start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path), true);
-        });
+        attempt(
+            [&] { start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path), true); });
         return;
     }
     if (next_change_) {

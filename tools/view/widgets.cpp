@@ -173,7 +173,8 @@ bool choose(const char* name, std::string& chosen, std::span<const std::string> 
     const Id id(name);
     label(name, help);
     bool changed = false;
-    const float width = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
+    const float width =
+        ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
     if (ImGui::BeginCombo("##combo", shortened(chosen, width).c_str(), ImGuiComboFlags_HeightLarge)) {
         for (const std::string& one : all) {
             if (!ImGui::Selectable(one.c_str(), one == chosen)) continue;

@@ -19,9 +19,9 @@ inline constexpr ImGuiSliderFlags kLogarithmic = ImGuiSliderFlags_AlwaysClamp | 
 
 inline const ImVec4 kErrorColor{1, 0.6f, 0.5f, 1};
 
-void text(const std::string& line);          ///< Shows a line, wrapped at the width of the panel.
-void faint_text(const std::string& line);    ///< Shows a line of less weight.
-void error_text(const std::string& line);    ///< Shows a line in the colour of errors.
+void text(const std::string& line);        ///< Shows a line, wrapped at the width of the panel.
+void faint_text(const std::string& line);  ///< Shows a line of less weight.
+void error_text(const std::string& line);  ///< Shows a line in the colour of errors.
 /// Returns the text if it is not wider than `width`, else its begin and its end with "..." between them: names of one
 /// scene often differ at their end only.
 std::string shortened(const std::string& text, float width);
@@ -31,7 +31,7 @@ void tooltip(const char* help);
 void close_by_escape();  ///< Closes the current menu or list if Escape is pressed; call it before its end.
 /// Shows a name and its value. A value that does not fit beside the name stands below it.
 void value(const char* name, const std::string& text, const char* help = "");
-void heading(const char* title);             ///< Shows the heading of a group of controls.
+void heading(const char* title);  ///< Shows the heading of a group of controls.
 
 /// Starts a line with a label; the next control takes the rest of the line. Use an id without text for the control.
 void label(const char* text, const char* help = "");

@@ -85,10 +85,8 @@ void Window::listen() {
             {.kind = InputEvent::Kind::letter, .down = !self(window)->repeating_, .letter = std::uint32_t{letter}});
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int modifiers) {
-        self(window)->add({.kind = InputEvent::Kind::button,
-                           .code = button,
-                           .down = action == GLFW_PRESS,
-                           .modifiers = modifiers});
+        self(window)->add(
+            {.kind = InputEvent::Kind::button, .code = button, .down = action == GLFW_PRESS, .modifiers = modifiers});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
         const dvec2 factor = dvec2(self(window)->framebuffer_size()) / glm::max(dvec2(self(window)->size()), 1.0);

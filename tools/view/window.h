@@ -29,9 +29,9 @@ class Window {
     void resize(const ivec2& size);
     ivec2 largest() const;         ///< Returns the largest size that the monitor has room for, pixels.
     double monitor_scale() const;  ///< Returns the factor of the monitor on sizes of text and controls.
-    bool closing() const;            ///< Returns whether the user has asked to close the window.
-    void close();                    ///< Asks to close the window, as the user can do.
-    void stay_open();                ///< Withdraws that.
+    bool closing() const;          ///< Returns whether the user has asked to close the window.
+    void close();                  ///< Asks to close the window, as the user can do.
+    void stay_open();              ///< Withdraws that.
     void set_title(const std::string& title);
 
     /// Waits for an event, at most this many seconds; returns whether there was one. Input goes to events(), files to

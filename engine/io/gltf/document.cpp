@@ -145,7 +145,8 @@ ByteSource open_part(const GltfDocument& document, const fs::path& path, const s
 }
 
 /// Returns the path and the name of a URI.
-std::pair<fs::path, std::string> locate(const GltfDocument& document, const std::string& uri, const std::string& element) {
+std::pair<fs::path, std::string> locate(const GltfDocument& document, const std::string& uri,
+                                        const std::string& element) {
     const std::string scheme = uri_scheme(uri);
     if (!scheme.empty()) document.fail(element, "cannot follow a URI of scheme '{}'", scheme);
     const std::string decoded = percent_decode(uri);

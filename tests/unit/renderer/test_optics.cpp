@@ -212,11 +212,11 @@ TEST(Optics, EyesAndRingsAreDenoisedApart) {
     EXPECT_EQ(windows(rings, whole), (Windows{{{0, 0}, {100, 100}, 64}, {{100, 0}, {100, 100}, 64}}));
     EXPECT_EQ(windows(rings, lower), (Windows{{{0, 0}, {80, 52}, 0}}));
     RenderSettings settings;
-    settings.width = 320, settings.height = 160, settings.optics = panorama, settings.denoise = true;
+    settings.width = 320, settings.height = 160, settings.camera.optics = panorama, settings.denoise = true;
     settings.crop = PixelWindow{{100, 60}, {120, 80}};
-    EXPECT_EQ(rendered_window(settings), (PixelWindow{{32, 0}, {192, 144}}));
+    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{32, 0}, {192, 144}}));
     settings.crop = PixelWindow{{60, 60}, {80, 80}};
-    EXPECT_EQ(rendered_window(settings), (PixelWindow{{0, 0}, {320, 144}})) << "the filter reaches beyond the seam";
+    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{0, 0}, {320, 144}})) << "the filter reaches beyond the seam";
 }
 
 TEST(Optics, CamerasWithOptics) {

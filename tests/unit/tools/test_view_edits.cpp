@@ -198,7 +198,7 @@ TEST_F(ViewEdits, ObjectsAreHiddenOneByOne) {
     set_shown(session, session.selection, true);
     EXPECT_FALSE(hidden("node:short block"));
     EXPECT_TRUE(hidden("node:tall block")) << "a pattern is divided";
-    EXPECT_EQ(session.edits.hidden, (std::vector<HiddenName>{{"node:tall block"}}));
+    EXPECT_EQ(session.edits.hidden, (std::vector<ObjectName>{{"node:tall block"}}));
     set_shown(session, session.selection, true);
     EXPECT_EQ(session.edits, SceneEdits());
 }

@@ -122,9 +122,9 @@ double seconds_until(const MethodResult& method, double mse, Clock clock, bool o
 struct TimeToError {
     double seconds = 0, lower = 0, upper = 0;
 };
-/// Returns the time until a method's mse stays at or below another method's `mse`. The interval follows from the scatter
-/// of both errors over seeds, which are independent; the scatter of times is not part of it. With one seed, its ends are
-/// the first budget's seconds and infinity.
+/// Returns the time until a method's mse stays at or below another method's `mse`. The interval follows from the
+/// scatter of both errors over seeds, which are independent; the scatter of times is not part of it. With one seed, its
+/// ends are the first budget's seconds and infinity.
 TimeToError time_to_error(const MethodResult& method, const Interval& mse, Clock clock, bool off_edges = false);
 
 /// Returns the findings about a method, whose slopes, points and picture must be set.
