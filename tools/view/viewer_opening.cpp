@@ -27,7 +27,7 @@ void Viewer::open_next() {
     if (!to_open_.empty()) {
         const std::filesystem::path path = std::move(to_open_.front());
         to_open_.pop_front();
-        const bool scene = !has_extension(path, "exr") && !has_extension(path, "hdr");
+        const bool scene = has_extension(path, "glb") || has_extension(path, "gltf");
         if (scene && !may_lose_edits("another scene is opened", [this, path] { to_open_.push_front(path); })) return;
         opening_name_ = path.filename().string();
         attempt(
