@@ -5,6 +5,7 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/choice.h"
+#include "engine/rays/tracer.h"
 #include "engine/scene/material_properties.h"
 #include "passes/light/scatter.h"
 #include "passes/picture/denoiser.h"
@@ -83,7 +84,8 @@ std::size_t chain_bytes(const SceneNeeds& scene) {
 const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;
     if (options.culling == off || row_of(options.culling).make_server) return "culling by tiles is off";
-    const bool few = options.runs > 0 && options.runs <= rays::Choice::kFirstRuns;
+    const std::uint64_t first = options.native ? rays::Tracer::kFirstNativeRuns : rays::Choice::kFirstRuns;
+    const bool few = options.runs > 0 && options.runs <= first;
     return options.culling == automatic && few && !options.kept.has(kTiles) ? "too few samples for culling to pay"
                                                                             : nullptr;
 }

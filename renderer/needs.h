@@ -25,6 +25,7 @@ struct FrameOptions {
     bool want_hits = false;      // requests hits of camera rays as an output
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // upper limit of the samples of a band in all pictures; 0: unknown
+    bool native = false;     // native tracing is offered, so trials of tiles pay later
     Kept kept{};             // parts that are built although they contribute nothing
     int light_groups = 0;    // number of light groups whose light is summed apart; 0: none
     float clamp = 0;         // largest luminance of a sample's indirect light; 0: not clamped

@@ -128,7 +128,9 @@ const paging::PageSource* Renderer::State::pages() const {
 }
 
 FrameOptions Renderer::State::frame_options() const {
-    return halflight::frame_options(settings, scene.asked_estimator());
+    FrameOptions options = halflight::frame_options(settings, scene.asked_estimator());
+    options.native = offered_server != nullptr;
+    return options;
 }
 
 FrameOptions Renderer::State::cached_options() const {

@@ -7,18 +7,26 @@
 
 namespace halflight::rays {
 
-Choice::Choice(std::vector<std::string> names) : names_(std::move(names)) {
+Choice::Choice(std::vector<std::string> names, std::uint64_t first_runs)
+    : names_(std::move(names)), first_runs_(first_runs) {
     forget();
 }
 
 void Choice::forget() {
-    fastest_.assign(names_.size(), std::numeric_limits<double>::infinity());
     times_.clear();
     trial_.clear();
     best_ = 0;
-    if (names_.size() < 2) return;
-    trial_.assign(kFirstRuns, 0);
-    for (std::size_t method = 1; method < names_.size(); ++method) trial_.insert(trial_.end(), kTrials, method);
+    runs_left_ = first_runs_ - kFirstRuns;
+    if (names_.size() > 1 && runs_left_ == 0) begin_trial();
+}
+
+void Choice::begin_trial() {
+    // The current method comes first, because its time must be up to date, too.
+    trial_.assign(decided() ? 1 : kFirstRuns, best_);
+    for (std::size_t method = 0; method < names_.size(); ++method) {
+        if (method != best_) trial_.insert(trial_.end(), decided() ? kTrials - 1 : kTrials, method);
+    }
+    fastest_.assign(names_.size(), std::numeric_limits<double>::infinity());
 }
 
 std::size_t Choice::now() const {
@@ -28,13 +36,7 @@ std::size_t Choice::now() const {
 void Choice::ran(double seconds) {
     if (names_.size() < 2) return;
     if (trial_.empty()) {
-        if (--runs_left_ > 0) return;
-        // The current method comes first, because its time must be up to date, too.
-        trial_ = {best_};
-        for (std::size_t method = 0; method < names_.size(); ++method) {
-            if (method != best_) trial_.insert(trial_.end(), kTrials - 1, method);
-        }
-        fastest_.assign(names_.size(), std::numeric_limits<double>::infinity());
+        if (--runs_left_ == 0) begin_trial();
         return;
     }
     double& fastest = fastest_[trial_.front()];
@@ -54,7 +56,9 @@ void Choice::decide() {
 }
 
 std::string Choice::reason() const {
-    if (!decided()) return fmt::format("undecided: {} on trial", names_[now()]);
+    if (!decided())
+        return on_trial() ? fmt::format("undecided: {} on trial", names_[now()])
+                          : fmt::format("{} serves the first {} runs", names_[now()], first_runs_);
     std::string text;
     for (std::size_t method = 0; method < names_.size(); ++method) {
         if (method == best_) continue;

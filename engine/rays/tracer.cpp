@@ -91,8 +91,12 @@ bool Tracer::ran_by_tiles(const RayBatch& rays) const {
     return found != batches_.end() && found->second->ran() == TraceMethod::tiles;
 }
 
+std::uint64_t Tracer::first_runs() const {
+    return native_ != nullptr ? kFirstNativeRuns : Choice::kFirstRuns;
+}
+
 void Tracer::expect(std::uint64_t runs) {
-    short_ = culling_ == Culling::automatic && runs <= Choice::kFirstRuns;
+    short_ = culling_ == Culling::automatic && runs <= first_runs();
 }
 
 bool Tracer::may_cull_by_tiles(const RayBatch& rays) const {
@@ -126,7 +130,7 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
                 methods.push_back(TraceMethod::tiles);
             }
         }
-        found = std::make_unique<Batch>(name_of(key), std::move(methods), std::move(reason), counts_);
+        found = std::make_unique<Batch>(name_of(key), std::move(methods), first_runs(), std::move(reason), counts_);
     }
     return *found;
 }

@@ -38,6 +38,9 @@ class Tracer {
     /// Lets `automatic` choose a server of TraceMethod::native, too. The server must outlive the tracer. Call it before
     /// graphs are made.
     void offer(NativeServer& native) { native_ = &native; }
+    /// Number of runs before the first trial of tiles where native tracing is offered. A trial, which compiles kernels
+    /// and makes lists, takes as long as 20 to 60 runs of native tracing, and tiles seldom win.
+    static constexpr std::uint64_t kFirstNativeRuns = 64;
     /// Announces the maximum number of runs of each batch per place; call it before graphs are made. If `automatic`
     /// would have no trial in these runs, only the plain tracer is used, and no buffers are made for other methods.
     void expect(std::uint64_t runs);
@@ -61,6 +64,7 @@ class Tracer {
     friend class BatchRun;
     class Batch;
     Batch& batch(const RayBatch& rays);
+    std::uint64_t first_runs() const;  ///< Returns the number of runs before the first trial of tiles.
 
     const TraceScene& scene_;
     Culling culling_;

@@ -21,9 +21,11 @@ namespace halflight::rays {
 /// Statistics of a batch and the method of its next run.
 class Tracer::Batch {
   public:
-    /// Starts with the first of `methods`. `measures` tells whether all runs are timed, or only those on trial.
-    Batch(std::string name, std::vector<TraceMethod> methods, std::string reason, bool measures)
-        : methods_(std::move(methods)), choice_(names_of(methods_)), measures_(measures) {
+    /// Starts with the first of `methods`, for at least `first_runs` runs. `measures` tells whether all runs are timed,
+    /// or only those on trial.
+    Batch(std::string name, std::vector<TraceMethod> methods, std::uint64_t first_runs, std::string reason,
+          bool measures)
+        : methods_(std::move(methods)), choice_(names_of(methods_), first_runs), measures_(measures) {
         statistics_.batch = std::move(name);
         statistics_.method = methods_.front();
         statistics_.reason = methods_.size() > 1 ? choice_.reason() : std::move(reason);

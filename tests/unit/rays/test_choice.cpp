@@ -29,6 +29,21 @@ TEST(Choice, LeavesShortJobsAlone) {
     EXPECT_TRUE(choice.on_trial());
 }
 
+TEST(Choice, WaitsUntilATrialCanPay) {
+    constexpr std::uint64_t kFirst = 64;
+    Choice choice({"native", "tiles"}, kFirst);
+    EXPECT_EQ(choice.reason(), "native serves the first 64 runs");
+    run(choice, {2, 1}, kFirst - Choice::kFirstRuns - 1);
+    EXPECT_FALSE(choice.on_trial());
+    run(choice, {2, 1}, 1);
+    EXPECT_TRUE(choice.on_trial()) << "the last of them are timed";
+    EXPECT_EQ(choice.now(), 0u);
+    run(choice, {2, 1}, Choice::kFirstRuns);
+    EXPECT_EQ(choice.now(), 1u);
+    run(choice, {2, 1}, Choice::kTrials);
+    EXPECT_EQ(choice.reason(), "2.00 times as fast as native (fastest runs: 1000.0 ms, 2000.0 ms)");
+}
+
 TEST(Choice, SettlesOnTheFasterMethodAndGivesTheReason) {
     for (const bool tiles : {false, true}) {
         Choice choice({"plain", "tiles"});

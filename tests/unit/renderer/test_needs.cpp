@@ -94,6 +94,8 @@ TEST(FrameNeeds, FollowFromTheSettings) {
     EXPECT_FALSE(frame_needs(plain_scene(), {.culling = rays::Culling::off}).tiles);
     EXPECT_FALSE(frame_needs(plain_scene(), {.runs = 4}).tiles);
     EXPECT_TRUE(frame_needs(plain_scene(), {.runs = 5}).tiles);
+    EXPECT_FALSE(frame_needs(plain_scene(), {.runs = 64, .native = true}).tiles);
+    EXPECT_TRUE(frame_needs(plain_scene(), {.runs = 65, .native = true}).tiles);
     EXPECT_TRUE(frame_needs(plain_scene(), {.culling = rays::Culling::compute, .runs = 4}).tiles);
 }
 
