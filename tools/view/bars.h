@@ -17,8 +17,8 @@ void status_line(const Rectangle& where, const Progress& progress, const std::st
 void waiting_text(const Rectangle& area, const Progress& progress);
 /// Declares the sheet of mouse and keys; `open` becomes false where the user closes it.
 void shortcut_sheet(bool& open);
-/// Declares the messages at the lower edge of the picture's area, the newest at the bottom; those that would reach its
-/// upper half are not shown until newer ones are gone. Removes those that the user dismisses.
+/// Declares the messages at the lower edge of the picture's area, the newest at the bottom. Those that would reach its
+/// upper half wait until newer ones are gone. Removes those that the user dismisses.
 void messages(const Rectangle& area, Toasts& toasts);
 
 }  // namespace halflight::view
