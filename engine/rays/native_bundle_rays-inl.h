@@ -149,13 +149,6 @@ HWY_INLINE RowOf row_of(const Bundle& b, std::size_t k, const vec4* pair, int wh
     return row;
 }
 
-HWY_INLINE MN may_contain_zero(FN a, FN b, FN c) {
-    const FN low = least(least(a, b), c), high = most(most(a, b), c), zero(0);
-    // For numbers the same as both_may_contain_zero(): some corner is not zero where low or high is not.
-    return hn::And(hn::And(hn::Le(low.v, zero.v), hn::Ge(high.v, zero.v)),
-                   hn::Or(hn::Ne(low.v, zero.v), hn::Ne(high.v, zero.v)));
-}
-
 /// Takes up hits on a triangle of a pair (take()).
 template <bool kAny>
 HWY_INLINE void take_lanes(const NativeJob& job, Bundle& b, std::size_t k, TriangleOf<FN> triangle, const RowOf& x,

@@ -138,28 +138,6 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
     }
 }
 
-/// Sets of corners have four bits for each pair. The two triangles of a pair are tested in the bit of its corner 0.
-constexpr Bits kCorner0 = 0x11;
-
-/// Returns the triangles of pairs that the ray's line hits, by the signs of `ring` and `across`: bit 0 of a pair is its
-/// first triangle, bit 1 its second one. Only the first sign of a pair's `across` counts.
-HWY_INLINE Bits inside(Bits positive, Bits negative, Bits across_positive, Bits across_negative) {
-    const Bits first = (positive & positive >> 1 & across_negative) | (negative & negative >> 1 & across_positive);
-    const Bits second =
-        (positive >> 2 & positive >> 3 & across_positive) | (negative >> 2 & negative >> 3 & across_negative);
-    return (first & kCorner0) | (second & kCorner0) << 1;
-}
-
-/// Returns both_may_contain_zero() for the triangles of pairs, of one coordinate of their corners: those that are at most
-/// and at least zero. Corners 0 to 2 are the first triangle's, and 2, 3, 0 the second's.
-HWY_INLINE Bits contain_zero(Bits at_most, Bits at_least) {
-    const Bits off = ~(at_most & at_least);
-    const auto first = [](Bits v) HWY_ATTR { return v | v >> 1 | v >> 2; };
-    const auto second = [](Bits v) HWY_ATTR { return v | v >> 2 | v >> 3; };
-    return (first(at_most) & first(at_least) & first(off) & kCorner0) |
-           (second(at_most) & second(at_least) & second(off) & kCorner0) << 1;
-}
-
 using F8 = Lanes<hn::FixedTag<float, 8>>;
 using F4 = Lanes<hn::FixedTag<float, 4>>;
 using D4 = Lanes<hn::FixedTag<double, 4>>;
@@ -183,7 +161,22 @@ HWY_INLINE D4 opposite_corner(D4 v) {
     return hn::TableLookupLanes(v.v, hn::SetTableIndices(hn::FixedTag<double, 4>(), kPlaces));
 }
 
-/// Corners of pairs relative to the ray, four lanes each, and what follows from them (intersect_pair()).
+/// Returns whether the bounds of three corners' coordinates contain zero and more than zero, as both_may_contain_zero()
+/// does for numbers.
+template <class F>
+HWY_INLINE auto may_contain_zero(F a, F b, F c) {
+    const F low = least(least(a, b), c), high = most(most(a, b), c), zero(0);
+    // Some corner is not zero where low or high is not.
+    return hn::And(hn::And(hn::Le(low.v, zero.v), hn::Ge(high.v, zero.v)),
+                   hn::Or(hn::Ne(low.v, zero.v), hn::Ne(high.v, zero.v)));
+}
+
+/// Bits of the lanes that stand for triangles: lane 0 of a pair's four lanes for its first triangle, lane 2 for its
+/// second one. Other lanes have no meaning.
+constexpr Bits kTriangles = 0x5, kTrianglesOfTwo = 0x55;
+
+/// Corners of pairs relative to the ray, four lanes each, and what follows from them (intersect_pair()). The corners of
+/// a triangle are that of its lane, the next one and the opposite one. Lane 2 of `across` is the negative of lane 0.
 template <class F>
 struct Corners4 {
     F x, y, z, ring, across;
@@ -194,27 +187,21 @@ struct Corners4 {
         ring = x * next_corner(y) - y * next_corner(x);
         across = x * opposite_corner(y) - y * opposite_corner(x);
     }
-    /// Returns the triangles that the ray's line hits, like inside().
-    template <class D>
-    HWY_INLINE Bits on_line(D d, Bits pairs) const {
-        const F zero(0);
-        const Bits met = inside(bits_of(d, hn::Ge(ring.v, zero.v)), bits_of(d, hn::Le(ring.v, zero.v)),
-                                bits_of(d, hn::Ge(across.v, zero.v)), bits_of(d, hn::Le(across.v, zero.v)));
-        return met & ((Bits{1} << 4 * pairs) - 1);
+    /// Returns the triangles that the ray's line hits: those whose edge functions have no opposite signs.
+    HWY_INLINE auto on_line() const {
+        const F next = next_corner(ring), back = negated(across), zero(0);
+        return hn::Or(hn::Ge(least(least(ring, next), back).v, zero.v), hn::Le(most(most(ring, next), back).v, zero.v));
     }
     /// Returns the triangles whose projections may contain zero in x and y.
-    template <class D>
-    HWY_INLINE Bits contain_zero_in_both(D d) const {
-        const auto along = [&](F v) HWY_ATTR {
-            return contain_zero(bits_of(d, hn::Le(v.v, hn::Zero(d))), bits_of(d, hn::Ge(v.v, hn::Zero(d))));
-        };
-        return along(x) & along(y);
+    HWY_INLINE auto contain_zero() const {
+        const auto along = [](F v) HWY_ATTR { return may_contain_zero(v, next_corner(v), opposite_corner(v)); };
+        return hn::And(along(x), along(y));
     }
     /// Returns triangles whose pair_t() is certainly below t_min or above t_max. Most triangles that the line hits lie
-    /// behind the ray, or behind its end. The sums of pair_t() are found for all triangles at once, in lanes 0 and 2 of
-    /// each pair. Rounding, in any order of the operations, is far below the margin.
+    /// behind the ray, or behind its end. The sums of pair_t() are found for all triangles at once. Rounding, in any
+    /// order of the operations, is far below the margin.
     template <class D>
-    HWY_INLINE Bits beyond(D d, float inverse_z, float t_min, float t_max) const {
+    HWY_INLINE auto beyond(D d, float inverse_z, float t_min, float t_max) const {
         constexpr float kMargin = 0x1p-20f, kUnderflow = 0x1p-120f;
         const F next_ring = next_corner(ring);
         const F a = ring * opposite_corner(z), b = next_ring * z, c = across * next_corner(z);
@@ -222,9 +209,8 @@ struct Corners4 {
         const F t = ((a + b) - c) * F(inverse_z);  // times scale, after the change of sign
         const F signed_t = hn::Xor(t.v, hn::And(hn::SignBit(d), sum.v));
         const F margin = (((magnitude(a) + magnitude(b)) + magnitude(c)) + F(kUnderflow)) * F(std::abs(inverse_z) * kMargin);
-        const Bits off = bits_of(d, hn::Or(hn::Lt((signed_t + margin).v, (F(t_min) * scale).v),
-                                           hn::Gt((signed_t - margin).v, (F(t_max) * scale).v)));
-        return (off & kCorner0) | (off >> 1 & kCorner0 << 1);
+        return hn::Or(hn::Lt((signed_t + margin).v, (F(t_min) * scale).v),
+                      hn::Gt((signed_t - margin).v, (F(t_max) * scale).v));
     }
 };
 
@@ -242,22 +228,22 @@ HWY_INLINE bool test_leaf(const NativeJob& job, const SingleRay& ray, std::uint3
         const Corners4<F8> c(two_rows(pair[0], pair[1], ray.axes[0]), two_rows(pair[0], pair[1], ray.axes[1]),
                              two_rows(pair[0], pair[1], ray.axes[2]), origin, shear);
         const hn::FixedTag<float, 8> d;
-        Bits met = c.on_line(d, std::min(count - i, 2u));
+        const auto on_line = c.on_line();
+        const auto within = hn::AndNot(c.beyond(d, ray.at.shear[2], ray.t_min, search.nearest.t), on_line);
+        const Bits met_pairs = i + 1 < count ? kTrianglesOfTwo : kTriangles;
+        Bits met = bits_of(d, within) & met_pairs;
         if (met == 0) continue;
-        met &= ~c.beyond(d, ray.at.shear[2], ray.t_min, search.nearest.t);
-        if (met == 0) continue;
-        met &= c.contain_zero_in_both(d);
-        if (met == 0) continue;
+        met &= bits_of(d, c.contain_zero());
         alignas(32) float ring[8], z[8], across[8];
         c.ring.store(ring), c.z.store(z), c.across.store(across);
         for (; met != 0; met &= met - 1) {
-            const auto bit = static_cast<Bits>(std::countr_zero(met)), p = bit >> 2;
-            const bool second = (bit & 1) != 0;
-            Edges<float> e;
-            for (Bits k = 0; k < 4; ++k) e.ring[k] = ring[4 * p + k], e.z[k] = z[4 * p + k];
-            e.across = across[4 * p];
-            if (take<kAny, float>(job, ray, ray.at.shear[2], triangle_of(e, second), pair[p], second, instance,
-                                  leaf_near, search))
+            const auto lane = static_cast<Bits>(std::countr_zero(met)), first = lane & 4, half = lane >> 1 & 1;
+            // triangle_of() without a branch, which would be mispredicted often
+            const TriangleOf<float> triangle{
+                {ring[first + 1 + half], ring[first + 3 * half], across[first] * (half != 0 ? 1.0f : -1.0f)},
+                {z[first], z[first + 2], z[first + 1 + 2 * half]}};
+            if (take<kAny, float>(job, ray, ray.at.shear[2], triangle, pair[lane >> 2], half != 0, instance, leaf_near,
+                                  search))
                 return true;
         }
     }
@@ -280,8 +266,8 @@ HWY_NOINLINE bool test_leaf_in_doubles(const NativeJob& job, const SingleRay& ra
         const Corners4<D4> c(hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[0]].x)),
                              hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[1]].x)),
                              hn::PromoteTo(d, hn::LoadU(f, &pair[ray.axes[2]].x)), origin, shear);
-        Bits met = c.on_line(d, 1);
-        if (met != 0) met &= c.contain_zero_in_both(d);
+        Bits met = bits_of(d, c.on_line()) & kTriangles;
+        if (met != 0) met &= bits_of(d, c.contain_zero());
         if (met == 0) continue;
         alignas(32) double across[4];
         Edges<double> e;
