@@ -17,17 +17,12 @@
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
 
-HWY_INLINE SingleRay single_ray(const Bundle& b, std::size_t i) {
+HWY_INLINE SingleRay single_ray(Bundle& b, std::size_t i) {
     SingleRay ray;
-    RayConstants<float>& c = ray.at;
-    for (int a = 0; a < 3; ++a) {
-        c.near_origin[a] = b.near_origin[a][i], c.near_inverse[a] = b.near_inverse[a][i];
-        c.far_origin[a] = b.far_origin[a][i], c.far_inverse[a] = b.far_inverse[a][i];
-        c.direction[a] = b.direction[a][i], c.origin[a] = b.origin[a][i], c.shear[a] = b.shear[a][i];
-    }
-    for (int a = 0; a < 2; ++a) c.entry_inverse[a] = b.entry_inverse[a][i], c.entry_error[a] = b.entry_error[a][i];
-    c.error = b.error[i];
-    ray.finish(b.t_min[i]);
+    const auto* const from = reinterpret_cast<const BundleRow<float>*>(&b.constants());
+    auto* const to = reinterpret_cast<float*>(&ray.at);
+    for (std::size_t r = 0; r < ray.at.kCount; ++r) to[r] = from[r][i];
+    ray.finish();
     return ray;
 }
 
@@ -141,7 +136,7 @@ HWY_INLINE void search_one(const NativeJob& job, Bundle& b, std::size_t i, std::
         test_leaf<kAny>(job, ray, reference, 0, std::bit_cast<float>(near), search);
     } else {
         search_space<Bound, kAny>(job, job.rays[b.path[i]], ray, reference, near, 0,
-                                  std::bit_cast<std::int32_t>(ray.t_min), stack, search);
+                                  std::bit_cast<std::int32_t>(ray.at.t_min), stack, search);
     }
     const std::uint64_t bit = std::uint64_t{1} << i;
     b.t[i] = search.nearest.t, b.u[i] = search.nearest.u, b.v[i] = search.nearest.v;
@@ -231,6 +226,35 @@ HWY_INLINE bool search_bundle(const NativeJob& job, Bundle& b, const ShaftTest& 
             for (; at != first && at[-1] < added; --at) at[0] = at[-1];
             *at = added;
         }
+    }
+}
+
+/// Traces up to 64 rays together, or one by one after too many nodes and leaves.
+template <class Bound, bool kAny>
+void trace_bundle(const NativeJob& job, const std::uint32_t* paths, std::size_t count, StackEntry* stack,
+                  StackEntry* other_stack, std::vector<std::uint32_t>& delegated) {
+    constexpr int kMostSteps = 200;
+    const NativeSpace& space = job.tree->spaces.front();
+    Bundle b;
+    set_rays(b, job, space, paths, count);
+    ShaftTest shaft;
+    const bool whole = b.live != 0 && make_shaft(b, space, job.tree->format == NodeFormat::grid, shaft) &&
+                       search_bundle<Bound, kAny>(job, b, shaft, stack, other_stack, kMostSteps);
+    if (!whole) {
+        for (std::uint64_t left = b.live; left != 0; left &= left - 1) {
+            const auto i = static_cast<std::size_t>(std::countr_zero(left));
+            if (b.exit[i] >= 0)
+                search_one<Bound, kAny>(job, b, i, space.root, std::bit_cast<std::int32_t>(b.t_min[i]), stack);
+        }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        Search search;
+        search.nearest = {b.t[i], b.u[i], b.v[i], static_cast<std::uint32_t>(b.triangle[i]),
+                          static_cast<std::uint32_t>(b.instance[i])};
+        search.found = ((b.found >> i) & 1) != 0;
+        search.out_of_range = ((b.out_of_range >> i) & 1) != 0;
+        search.asked = b.asked[i];
+        put(job, paths[i], search, delegated);
     }
 }
 

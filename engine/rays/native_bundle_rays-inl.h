@@ -8,93 +8,65 @@
 #endif
 
 #include "engine/rays/native_pairs-inl.h"
+#include "engine/rays/native_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
 
-inline constexpr std::size_t kBundle = 64;
-
-using FN = Lanes<hn::CappedTag<float, 16>>;
-using DN = hn::CappedTag<float, 16>;
-using IN = hn::Vec<hn::CappedTag<std::int32_t, 16>>;
-using MN = hn::Mask<DN>;
-inline constexpr std::size_t kLanes = FN::kCount;
-inline constexpr std::size_t kVectors = kBundle / kLanes;
+template <class T>
+using BundleRow = std::array<T, kBundle>;
 
 /// Up to 64 rays, an array element each. The last vector is padded with dead rays.
-struct alignas(64) Bundle {
+struct alignas(64) Bundle : RayConstants<BundleRow<float>> {
     template <class T>
-    using Row = std::array<T, kBundle>;
-    Row<float> world_origin[3], direction[3], t_min;
-    // RayConstants
-    Row<float> near_origin[3], near_inverse[3], far_origin[3], far_inverse[3];
-    Row<float> origin[3], shear[3], entry_inverse[2], entry_error[2], error;
+    using Row = BundleRow<T>;
+    Row<float> world_origin[3];
     Row<std::int32_t> exit;     // bits of the end of the search; less than t_min: the ray is done
     Row<float> t, u, v, asked;  // Search
     Row<std::int32_t> triangle, instance;
     Row<float> end;  // T: parameter of the ray's end, > 0, for the shaft
     Row<std::uint32_t> path;
-    std::array<std::uint8_t, kBundle> axis;               // main_axis()
-    std::array<int, kVectors> common_axis;                // main axis of all rays of a vector; -1: they differ
+    std::array<int, kVectors> common_axis;                // `axis` of all rays of a vector; -1: they differ
     std::size_t count = 0;                                // rays
     std::uint64_t found = 0, out_of_range = 0, live = 0;  // a bit per ray
-};
 
-HWY_INLINE std::uint64_t bits_at(std::size_t vector, Bits bits) {
-    return std::uint64_t{bits} << (vector * kLanes);
-}
+    RayConstants<BundleRow<float>>& constants() { return *this; }
+};
 
 /// Sets the constants of all rays, and which of them live.
 HWY_INLINE void set_rays(Bundle& b, const NativeJob& job, const NativeSpace& space, const std::uint32_t* paths,
                          std::size_t count) {
+    const RayRows rays(job, paths, count);
     b.count = count;
-    for (std::size_t i = 0; i < kBundle; ++i) {
-        const std::uint32_t path = paths[std::min(i, count - 1)];
-        const shared::Ray& ray = job.rays[path];
-        b.path[i] = path;
-        for (int a = 0; a < 3; ++a) b.world_origin[a][i] = ray.origin[a], b.direction[a][i] = ray.direction[a];
-        b.t_min[i] = ray.t_min;
-        b.t[i] = ray.t_max;
-        b.axis[i] = static_cast<std::uint8_t>(main_axis(ray.direction.x, ray.direction.y, ray.direction.z));
-    }
+    for (std::size_t i = 0; i < kBundle; ++i) b.path[i] = paths[std::min(i, count - 1)];
     const DN d;
     const hn::RebindToSigned<DN> di;
     const bool on_grid = job.tree->format == NodeFormat::grid;
     b.found = b.out_of_range = b.live = 0;
     for (std::size_t k = 0, at = 0; k < kVectors; ++k, at += kLanes) {
-        FN origin[3], direction[3];
-        for (int a = 0; a < 3; ++a)
-            origin[a] = FN::load(&b.world_origin[a][at]), direction[a] = FN::load(&b.direction[a][at]);
+        FN origin[3], direction[3], t_min, t_max;
+        rays.load(at, origin, t_min, direction, t_max);
         RayConstants<FN> c;
-        set_constants(c, origin, direction, space, on_grid);
-        for (int a = 0; a < 3; ++a) {
-            c.near_origin[a].store(&b.near_origin[a][at]), c.near_inverse[a].store(&b.near_inverse[a][at]);
-            c.far_origin[a].store(&b.far_origin[a][at]), c.far_inverse[a].store(&b.far_inverse[a][at]);
-            c.origin[a].store(&b.origin[a][at]), c.shear[a].store(&b.shear[a][at]);
-        }
-        for (int a = 0; a < 2; ++a)
-            c.entry_inverse[a].store(&b.entry_inverse[a][at]), c.entry_error[a].store(&b.entry_error[a][at]);
-        c.error.store(&b.error[at]);
-        const FN t_min = FN::load(&b.t_min[at]), t_max = FN::load(&b.t[at]), zero(0);
+        set_constants(c, origin, direction, space, t_min, on_grid);
+        for (int a = 0; a < 3; ++a) origin[a].store(&b.world_origin[a][at]);
+        const FN zero(0);
+        const auto* const from = reinterpret_cast<const FN*>(&c);
+        auto* const to = reinterpret_cast<BundleRow<float>*>(&b.constants());
+        for (std::size_t r = 0; r < c.kCount; ++r) from[r].store(&to[r][at]);
+        t_max.store(&b.t[at]);
         FN(kInfinity).store(&b.asked[at]);
         zero.store(&b.u[at]), zero.store(&b.v[at]);
         hn::Store(hn::Zero(di), di, &b.triangle[at]);
         hn::Store(hn::Zero(di), di, &b.instance[at]);
-        // in_range()
-        const FN size = most(most(magnitude(direction[0]), magnitude(direction[1])), magnitude(direction[2]));
-        const MN good = hn::And(hn::And(hn::Ge(size.v, hn::Set(d, 0x1p-40f)), hn::Le(size.v, hn::Set(d, 0x1p40f))),
-                                hn::And(hn::Le(c.error.v, hn::Set(d, space.slack * 0x1p40f)), hn::Ge(t_min.v, zero.v)));
-        const Bits lives = bits_of(d, hn::Ge(t_max.v, t_min.v)), ranged = bits_of(d, good);
+        const MN good = in_range(direction, c.error, space.slack, t_min), started = hn::Ge(t_max.v, t_min.v);
+        const Bits lives = bits_of(d, started), ranged = bits_of(d, good);
         b.live |= bits_at(k, lives & ranged);
         b.out_of_range |= bits_at(k, lives & ~ranged);
         IN exit = hn::BitCast(di, t_max.v);
         if (job.any_hit) exit = hn::Sub(exit, hn::Set(di, 1));
-        hn::Store(hn::IfThenElse(hn::RebindMask(di, hn::And(good, hn::Ge(t_max.v, t_min.v))), exit, hn::Set(di, -1)),
-                  di, &b.exit[at]);
-        int axis = b.axis[at];
-        for (std::size_t i = 1; i < kLanes; ++i)
-            if (b.axis[at + i] != axis) axis = -1;
-        b.common_axis[k] = axis;
+        hn::Store(hn::IfThenElse(hn::RebindMask(di, hn::And(good, started)), exit, hn::Set(di, -1)), di, &b.exit[at]);
+        const float axis = b.axis[at];
+        b.common_axis[k] = hn::AllTrue(d, hn::Eq(c.axis.v, FN(axis).v)) ? static_cast<int>(axis) : -1;
     }
     const std::uint64_t all = count == kBundle ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
     b.live &= all, b.out_of_range &= all;
@@ -139,9 +111,7 @@ HWY_INLINE RowOf row_of(const Bundle& b, std::size_t k, const vec4* pair, int wh
         for (int c = 0; c < 4; ++c) row.corner[c] = FN(r[c]);
         return row;
     }
-    alignas(64) float choice[kLanes];
-    for (std::size_t i = 0; i < kLanes; ++i) choice[i] = b.axis[k * kLanes + i];
-    const FN axes = FN::load(choice);
+    const FN axes = FN::load(&b.axis[k * kLanes]);
     const MN x = hn::Eq(axes.v, FN(0.0f).v), y = hn::Eq(axes.v, FN(1.0f).v);
     for (int c = 0; c < 4; ++c)
         row.corner[c] =

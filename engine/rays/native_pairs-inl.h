@@ -80,6 +80,19 @@ struct Search {
     }
 };
 
+/// Writes the result of a ray, or leaves it to the plain kernel.
+HWY_INLINE void put(const NativeJob& job, std::uint32_t path, const Search& search,
+                    std::vector<std::uint32_t>& delegated) {
+    if (search.delegated(job.any_hit)) {
+        delegated.push_back(path);
+    } else if (job.any_hit) {
+        static_cast<std::uint32_t*>(job.results)[path] = search.found ? shared::kOccluded : shared::kFree;
+    } else {
+        static_cast<Hit*>(job.results)[path] =
+            search.found ? search.nearest : Hit{kInfinity, 0, 0, shared::kMiss, shared::kMiss};
+    }
+}
+
 /// Words of a pair: ids, orders and flags.
 struct PairWords {
     std::uint32_t id[2], orders, unused;
@@ -114,7 +127,7 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
     if constexpr (kAny) {
         const auto t = static_cast<float>(pair_t(triangle, inverse_z));
         const float after = job.alpha_tested ? static_cast<float>(point_of(triangle, order, inverse_z).t) : t;
-        if (!(after > ray.t_min && t < search.nearest.t)) return false;
+        if (!(after > ray.at.t_min && t < search.nearest.t)) return false;
         if (!(triangle_near(ray, pair, second) < search.nearest.t)) return false;
         if (asks) search.asked = 0;
         search.found = !asks;
@@ -123,7 +136,7 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
         const PointOf<R> p = point_of(triangle, order, inverse_z);
         const auto point = static_cast<float>(p.t);
         Hit& n = search.nearest;
-        if (!(point > ray.t_min && point <= n.t)) return false;
+        if (!(point > ray.at.t_min && point <= n.t)) return false;
         const float t = most(point, most(triangle_near(ray, pair, second), leaf_near));
         const std::uint32_t id = words.id[second ? 1 : 0] & shared::kBvhTriangleMask;
         const bool wins_tie = instance < n.instance || (instance == n.instance && id < n.triangle);
@@ -229,7 +242,7 @@ HWY_INLINE bool test_leaf(const NativeJob& job, const SingleRay& ray, std::uint3
                              two_rows(pair[0], pair[1], ray.axes[2]), origin, shear);
         const hn::FixedTag<float, 8> d;
         const auto on_line = c.on_line();
-        const auto within = hn::AndNot(c.beyond(d, ray.at.shear[2], ray.t_min, search.nearest.t), on_line);
+        const auto within = hn::AndNot(c.beyond(d, ray.at.shear[2], ray.at.t_min, search.nearest.t), on_line);
         const Bits met_pairs = i + 1 < count ? kTrianglesOfTwo : kTriangles;
         Bits met = bits_of(d, within) & met_pairs;
         if (met == 0) continue;

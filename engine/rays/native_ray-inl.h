@@ -14,9 +14,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
 
-/// Constants of a ray, or of one ray per lane. Arrays without other notice are by axis.
+/// Constants of a ray, or of one ray per lane or array element. Arrays without other notice are by axis.
 template <class F>
 struct RayConstants {
+    static constexpr std::size_t kCount = 28;
+
     // BoxRay
     F near_origin[3], near_inverse[3], far_origin[3], far_inverse[3];
     F direction[3];
@@ -25,11 +27,16 @@ struct RayConstants {
     F shear[3];
     F entry_inverse[2], entry_error[2];
     F error;  // position_error()
+    F axis;   // axis of the largest component, as TriangleRay::axes.z
+    F t_min;
 };
+
+static_assert(sizeof(RayConstants<float>) == RayConstants<float>::kCount * sizeof(float));
 
 template <class F>
 HWY_INLINE void set_constants(RayConstants<F>& ray, const F* origin, const F* direction, const NativeSpace& space,
-                              bool on_grid) {
+                              F t_min, bool on_grid) {
+    ray.t_min = t_min;
     F size[3], raised[3], side[3];
     for (int a = 0; a < 3; ++a) {
         size[a] = magnitude(direction[a]);
@@ -60,6 +67,7 @@ HWY_INLINE void set_constants(RayConstants<F>& ray, const F* origin, const F* di
 
     const auto x_first = both(below(size[1], size[0]), below(size[2], size[0]));
     const auto y_first = but_not(below(size[2], size[1]), x_first);
+    ray.axis = select(x_first, F(0.0f), select(y_first, F(1.0f), F(2.0f)));
     const auto in_order = [&](const F* v, int k) HWY_ATTR {
         return select(x_first, v[(k + 1) % 3], select(y_first, v[(k + 2) % 3], v[k]));
     };
@@ -78,13 +86,6 @@ HWY_INLINE void set_constants(RayConstants<F>& ray, const F* origin, const F* di
     }
 }
 
-/// Returns the axis of the largest component of a direction, as TriangleRay::axes.z.
-HWY_INLINE int main_axis(float x, float y, float z) {
-    x = std::abs(x), y = std::abs(y), z = std::abs(z);
-    const bool x_first = x > y && x > z;
-    return x_first ? 0 : y > z ? 1 : 2;
-}
-
 /// Returns whether all intermediate results of the ray are finite, in this space and with these limits of t. The
 /// reach is at most 2^40, and raised components of the direction are from 2^-80 to 2^40.
 HWY_INLINE bool in_range(const float* direction, float error, float slack, float t_min) {
@@ -95,21 +96,15 @@ HWY_INLINE bool in_range(const float* direction, float error, float slack, float
 /// One ray, with what its traversal takes from it.
 struct SingleRay {
     RayConstants<float> at;
-    int enter[3], leave[3];  // indices of NativeNode::bounds
-    int axes[3];             // TriangleRay::axes
-    float t_min;
+    std::size_t enter[3];  // indices of NativeNode::bounds; the ray leaves at `enter ^ 1`
+    int axes[3];           // TriangleRay::axes
 
     /// Sets what follows from the constants.
-    HWY_INLINE void finish(float from) {
-        t_min = from;
-        for (int a = 0; a < 3; ++a) {
-            const int backward = at.direction[a] < 0 ? 1 : 0;
-            enter[a] = 2 * a + backward;
-            leave[a] = 2 * a + 1 - backward;
-        }
-        axes[2] = main_axis(at.direction[0], at.direction[1], at.direction[2]);
-        axes[0] = (axes[2] + 1) % 3;
-        axes[1] = (axes[2] + 2) % 3;
+    HWY_INLINE void finish() {
+        for (std::size_t a = 0; a < 3; ++a) enter[a] = 2 * a + (at.direction[a] < 0 ? 1 : 0);
+        axes[2] = static_cast<int>(at.axis);
+        axes[0] = axes[2] == 2 ? 0 : axes[2] + 1;
+        axes[1] = axes[2] == 0 ? 2 : axes[2] - 1;
     }
 };
 

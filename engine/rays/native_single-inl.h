@@ -7,6 +7,7 @@
 #endif
 
 #include "engine/rays/native_pairs-inl.h"
+#include "engine/rays/native_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
@@ -31,12 +32,12 @@ HWY_INLINE F8 planes(const std::array<float, 8>& bounds) {
 /// Constants of a ray for tests against eight boxes.
 struct BoxTest {
     F8 near_origin[3], near_inverse[3], far_origin[3], far_inverse[3];
-    std::size_t enter[3], leave[3];  // indices of NativeNode::bounds
+    std::size_t enter[3];  // indices of NativeNode::bounds
     HWY_INLINE explicit BoxTest(const SingleRay& ray) {
         for (int a = 0; a < 3; ++a) {
             near_origin[a] = F8(ray.at.near_origin[a]), near_inverse[a] = F8(ray.at.near_inverse[a]);
             far_origin[a] = F8(ray.at.far_origin[a]), far_inverse[a] = F8(ray.at.far_inverse[a]);
-            enter[a] = static_cast<std::size_t>(ray.enter[a]), leave[a] = static_cast<std::size_t>(ray.leave[a]);
+            enter[a] = ray.enter[a];
         }
     }
 };
@@ -52,7 +53,7 @@ HWY_INLINE Bits meet(const NativeNode<Bound>& node, const BoxTest& box, I8 t_min
     I8 near[3], far[3];
     for (int a = 0; a < 3; ++a) {
         near[a] = int_bits((planes(node.bounds[box.enter[a]]) - box.near_origin[a]) * box.near_inverse[a]);
-        far[a] = int_bits((planes(node.bounds[box.leave[a]]) - box.far_origin[a]) * box.far_inverse[a]);
+        far[a] = int_bits((planes(node.bounds[box.enter[a] ^ 1]) - box.far_origin[a]) * box.far_inverse[a]);
     }
     const I8 enter = hn::Max(hn::Max(near[0], near[1]), hn::Max(near[2], t_min));
     const I8 leave = hn::Min(hn::Min(far[0], far[1]), hn::Min(far[2], t_exit));
@@ -78,8 +79,8 @@ HWY_INLINE bool enter_block(const NativeTree& tree, const shared::Ray& ray, std:
         direction[i] = m.x * ray.direction.x + m.y * ray.direction.y + m.z * ray.direction.z;
     }
     const NativeSpace& space = tree.spaces[tree.instance_space[instance]];
-    set_constants(inside.at, origin, direction, space, tree.format == NodeFormat::grid);
-    inside.finish(ray.t_min);
+    set_constants(inside.at, origin, direction, space, ray.t_min, tree.format == NodeFormat::grid);
+    inside.finish();
     return in_range(direction, inside.at.error, space.slack, ray.t_min);
 }
 
@@ -91,7 +92,7 @@ bool search_space(const NativeJob& job, const shared::Ray& world_ray, const Sing
     const NativeNode<Bound>* const nodes = nodes_of<Bound>(*job.tree);
     const hn::FixedTag<std::int32_t, 8> d;
     const BoxTest box(ray);
-    const I8 t_min = hn::Set(d, std::bit_cast<std::int32_t>(ray.t_min));
+    const I8 t_min = hn::Set(d, std::bit_cast<std::int32_t>(ray.at.t_min));
     std::int32_t exit = std::bit_cast<std::int32_t>(search.nearest.t);
     if (kAny) exit = static_cast<std::int32_t>(static_cast<std::uint32_t>(exit) - 1u);
     StackEntry* top = stack;
@@ -163,6 +164,66 @@ bool search_space(const NativeJob& job, const shared::Ray& world_ray, const Sing
         if (!kAny) exit = std::bit_cast<std::int32_t>(search.nearest.t);
     }
     return false;
+}
+
+/// Constants of up to 64 rays, one after the other.
+class SingleRays {
+  public:
+    HWY_INLINE SingleRays(const NativeJob& job, const NativeSpace& space, const std::uint32_t* paths,
+                          std::size_t count) {
+        const RayRows rows(job, paths, count);
+        for (std::size_t k = 0, at = 0; at < count; ++k, at += kLanes) {
+            const DN d;
+            FN origin[3], direction[3], t_min, t_max;
+            rows.load(at, origin, t_min, direction, t_max);
+            RayConstants<FN> c;
+            set_constants(c, origin, direction, space, t_min, job.tree->format == NodeFormat::grid);
+            const auto* const from = reinterpret_cast<const FN*>(&c);
+            for (std::size_t g = 0; g < kGroups; ++g)
+                hn::StoreInterleaved4(from[4 * g].v, from[4 * g + 1].v, from[4 * g + 2].v, from[4 * g + 3].v, d,
+                                      &groups_[g][4 * at]);
+            t_max.store(&t_max_[at]);
+            const Bits lives = bits_of(d, hn::Ge(t_max.v, t_min.v));
+            const Bits ranged = bits_of(d, in_range(direction, c.error, space.slack, t_min));
+            live_ |= bits_at(k, lives & ranged);
+            out_of_range_ |= bits_at(k, lives & ~ranged);
+        }
+    }
+    bool lives(std::size_t i) const { return (live_ >> i & 1) != 0; }
+    bool out_of_range(std::size_t i) const { return (out_of_range_ >> i & 1) != 0; }
+    float t_max(std::size_t i) const { return t_max_[i]; }
+    HWY_INLINE SingleRay ray(std::size_t i) const {
+        SingleRay ray;
+        for (std::size_t g = 0; g < kGroups; ++g)
+            std::memcpy(reinterpret_cast<float*>(&ray.at) + 4 * g, &groups_[g][4 * i], 4 * sizeof(float));
+        ray.finish();
+        return ray;
+    }
+
+  private:
+    static constexpr std::size_t kGroups = RayConstants<float>::kCount / 4;
+    alignas(64) std::array<std::array<float, 4 * kBundle>, kGroups> groups_;  // four constants of each ray
+    alignas(64) std::array<float, kBundle> t_max_;
+    std::uint64_t live_ = 0, out_of_range_ = 0;  // a bit per ray
+};
+
+/// Traces up to 64 rays one by one.
+template <class Bound, bool kAny>
+void trace_singly(const NativeJob& job, const std::uint32_t* paths, std::size_t count, StackEntry* stack,
+                  std::vector<std::uint32_t>& delegated) {
+    const NativeSpace& space = job.tree->spaces.front();
+    const SingleRays rays(job, space, paths, count);
+    for (std::size_t i = 0; i < count; ++i) {
+        Search search;
+        search.nearest = {rays.t_max(i), 0, 0, 0, 0};
+        search.out_of_range = rays.out_of_range(i);
+        if (rays.lives(i)) {
+            const SingleRay ray = rays.ray(i);
+            const auto near = std::bit_cast<std::int32_t>(ray.at.t_min);
+            search_space<Bound, kAny>(job, job.rays[paths[i]], ray, space.root, near, 0, near, stack, search);
+        }
+        put(job, paths[i], search, delegated);
+    }
 }
 
 }  // namespace halflight::rays::HWY_NAMESPACE
