@@ -125,8 +125,8 @@ bool search_space(const NativeJob& job, const shared::Ray& world_ray, const Sing
             }
             entry = next();
             if (met == 0) continue;
-            StackEntry other = next();
-            if (other < entry) std::swap(entry, other);
+            const StackEntry second = next(), other = std::max(entry, second);
+            entry = std::min(entry, second);
             if (met == 0) {
                 *top++ = other;
                 continue;
