@@ -221,7 +221,8 @@ struct Corners4 {
         const F sum = (ring + next_ring) - across, scale = magnitude(sum);
         const F t = ((a + b) - c) * F(inverse_z);  // times scale, after the change of sign
         const F signed_t = hn::Xor(t.v, hn::And(hn::SignBit(d), sum.v));
-        const F margin = (((magnitude(a) + magnitude(b)) + magnitude(c)) + F(kUnderflow)) * F(std::abs(inverse_z) * kMargin);
+        const F margin =
+            (((magnitude(a) + magnitude(b)) + magnitude(c)) + F(kUnderflow)) * F(std::abs(inverse_z) * kMargin);
         return hn::Or(hn::Lt((signed_t + margin).v, (F(t_min) * scale).v),
                       hn::Gt((signed_t - margin).v, (F(t_max) * scale).v));
     }

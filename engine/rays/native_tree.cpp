@@ -4,6 +4,7 @@
 #include <bit>
 #include <functional>
 #include <map>
+#include <numeric>
 
 #include "engine/tables/instance_rows.h"
 #include "shaders/shared/bvh.h"
@@ -20,17 +21,38 @@ float as_float(std::uint32_t word) {
     return std::bit_cast<float>(word);
 }
 
-/// A child of a packed node. Bounds are cells or bits of floats.
+constexpr std::size_t kPackedWidth = 4;
+
+/// A child of a packed node, or several of them joined. Bounds are cells or bits of floats.
 struct Child {
     std::array<std::uint32_t, 6> bounds{};
-    std::uint32_t reference = kBvhNoChild;
-    float area = 0;      // half the area of the box, in the units of the space
-    bool stays = false;  // the node below has too many children for the place
+    std::uint32_t reference = kBvhNoChild;  // joined children: that of their packed node
+    std::size_t member = 0;                 // joined children: index of Family::members
+    float area = 0;                         // half the area of the box, in the units of the space
 };
+
+/// A packed node as a binary tree: its children, then pairs of earlier members, joined by least area. The last member
+/// is the root.
+struct Family {
+    std::array<Child, 2 * kPackedWidth - 1> members;
+    std::array<std::array<std::size_t, 2>, 2 * kPackedWidth - 1> parts{};  // indices, for joined members
+    std::size_t children = 0, count = 0;
+};
+
+/// How the joined members of a packed node are best divided among the children of eight-wide nodes.
+struct Plan {
+    // Per joined member and number of places: those of its first part. 0: it leaves a place free. For one place, it is
+    // a node, and this is the division of that node's places.
+    std::array<std::array<std::uint8_t, kNativeWidth + 1>, kPackedWidth - 1> first{};
+};
+
+/// Least cost of a binary tree by the number of places that it may take: the summed areas of the eight-wide nodes.
+using Costs = std::array<float, kNativeWidth + 1>;
 
 class Collapser {
   public:
-    Collapser(NativeTree& tree, std::span<const uvec4> nodes) : tree_(tree), nodes_(nodes) {}
+    Collapser(NativeTree& tree, std::span<const uvec4> nodes)
+        : tree_(tree), nodes_(nodes), plans_(nodes.size() / stride()) {}
 
     /// Adds the hierarchy with the head at this node index; returns the index of its space.
     std::uint32_t add_space(std::uint32_t head) {
@@ -40,7 +62,8 @@ class Collapser {
         space.slack = as_float(base.w);
         space.cell = {as_float(cell.x), as_float(cell.y), as_float(cell.z)};
         cell_ = on_grid() ? space.cell : vec3(1);
-        const Added root = add_node(head + 1);
+        costs_of(head + 1);
+        const Added root = add_node(root_of(head + 1));
         space.root = root.reference;
         deepest_ = std::max(deepest_, root.stack);
         tree_.spaces.push_back(space);
@@ -59,28 +82,126 @@ class Collapser {
     bool on_grid() const { return tree_.format == NodeFormat::grid; }
     std::size_t stride() const { return on_grid() ? shared::kBvhGridTexels : shared::kBvhFloatTexels; }
 
-    /// Appends the children of a packed node.
-    void read(std::uint32_t index, std::vector<Child>& children) const {
-        const uvec4* const texels = &nodes_[index * stride()];
+    Family family_of(std::uint32_t packed) const {
+        Family family;
+        const uvec4* const texels = &nodes_[packed * stride()];
         for (int k = 0; k < 4; ++k) {
             Child child;
             child.reference = texels[on_grid() ? 3 : 6][k];
             if (child.reference == kBvhNoChild) continue;
-            vec3 extent;
             for (int a = 0; a < 3; ++a) {
                 auto &lower = child.bounds[static_cast<std::size_t>(2 * a)],
                      &upper = child.bounds[static_cast<std::size_t>(2 * a + 1)];
                 if (on_grid()) {
                     lower = (texels[a][k / 2] >> (16 * (k % 2))) & 0xffffu;
                     upper = (texels[a][2 + k / 2] >> (16 * (k % 2))) & 0xffffu;
-                    extent[a] = cell_[a] * (static_cast<float>(upper) - static_cast<float>(lower));
                 } else {
                     lower = texels[2 * a][k], upper = texels[2 * a + 1][k];
-                    extent[a] = as_float(upper) - as_float(lower);
                 }
             }
-            child.area = extent.x * extent.y + extent.y * extent.z + extent.z * extent.x;
+            child.area = area_of(child.bounds);
+            family.members[family.count++] = child;
+        }
+        family.children = family.count;
+        std::vector<std::size_t> apart(family.children);
+        std::iota(apart.begin(), apart.end(), std::size_t{0});
+        while (apart.size() > 1) {
+            Child best;
+            std::size_t one = 0, other = 0;
+            for (std::size_t j = 1; j < apart.size(); ++j) {
+                for (std::size_t i = 0; i < j; ++i) {
+                    const auto bounds = united(family.members[apart[i]].bounds, family.members[apart[j]].bounds);
+                    const float area = area_of(bounds);
+                    if (other != 0 && area >= best.area) continue;
+                    best = {bounds, kBvhTag | packed, family.count, area};
+                    one = i, other = j;
+                }
+            }
+            family.parts[family.count] = {apart[one], apart[other]};
+            apart[one] = family.count;
+            apart.erase(apart.begin() + static_cast<std::ptrdiff_t>(other));
+            family.members[family.count++] = best;
+        }
+        return family;
+    }
+
+    std::array<std::uint32_t, 6> united(const std::array<std::uint32_t, 6>& a,
+                                        const std::array<std::uint32_t, 6>& b) const {
+        const auto below = [&](std::uint32_t x, std::uint32_t y) {
+            return on_grid() ? x < y : as_float(x) < as_float(y);
+        };
+        std::array<std::uint32_t, 6> all;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            all[i] = i % 2 == 0 ? std::min(a[i], b[i], below) : std::max(a[i], b[i], below);
+        return all;
+    }
+
+    float area_of(const std::array<std::uint32_t, 6>& bounds) const {
+        vec3 e;
+        for (int a = 0; a < 3; ++a) {
+            const std::uint32_t lower = bounds[static_cast<std::size_t>(2 * a)],
+                                upper = bounds[static_cast<std::size_t>(2 * a + 1)];
+            e[a] = on_grid() ? cell_[a] * (static_cast<float>(upper) - static_cast<float>(lower))
+                             : as_float(upper) - as_float(lower);
+        }
+        return e.x * e.y + e.y * e.z + e.z * e.x;
+    }
+
+    /// Sets the plans of the packed nodes of a subtree. The method is that of Ylitie, Karras, Laine 2017, Efficient
+    /// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs, section 3.2, with leaves that stay as they are.
+    Costs costs_of(std::uint32_t packed) {
+        const Family family = family_of(packed);
+        std::array<Costs, 2 * kPackedWidth - 1> costs{};
+        for (std::size_t m = 0; m < family.children; ++m) {
+            const std::uint32_t reference = family.members[m].reference;
+            if (shared::is_inner_node(reference)) costs[m] = costs_of(reference & kBvhIndexMask);
+        }
+        for (std::size_t m = family.children; m < family.count; ++m) {
+            const Costs &left = costs[family.parts[m][0]], &right = costs[family.parts[m][1]];
+            auto& first = plans_[packed].first[m - family.children];
+            Costs divided;
+            for (std::size_t places = 2; places <= kNativeWidth; ++places) {
+                divided[places] = kInfinity;
+                for (std::size_t k = 1; k < places; ++k) {
+                    if (!(left[k] + right[places - k] < divided[places])) continue;
+                    divided[places] = left[k] + right[places - k];
+                    first[places] = static_cast<std::uint8_t>(k);
+                }
+            }
+            costs[m][1] = divided[kNativeWidth] + family.members[m].area;
+            first[1] = first[kNativeWidth];
+            for (std::size_t places = 2; places <= kNativeWidth; ++places) {
+                const bool gains = divided[places] < costs[m][places - 1];
+                costs[m][places] = gains ? divided[places] : costs[m][places - 1];
+                if (!gains) first[places] = 0;
+            }
+        }
+        return family.count == 0 ? Costs{} : costs[family.count - 1];
+    }
+
+    /// Returns the root of a packed node's binary tree: a leaf, or joined members.
+    Child root_of(std::uint32_t packed) const {
+        const Family family = family_of(packed);
+        if (family.count == 0) return nothing();
+        const Child& root = family.members[family.count - 1];
+        const bool passes = family.count == 1 && shared::is_inner_node(root.reference);
+        return passes ? root_of(root.reference & kBvhIndexMask) : root;
+    }
+
+    /// Appends the children that take the given number of places for a member of a family.
+    void divide(const Family& family, std::size_t member, std::size_t places, std::vector<Child>& children) const {
+        const Child& child = family.members[member];
+        if (!shared::is_inner_node(child.reference)) {
             children.push_back(child);
+        } else if (member < family.children) {
+            const Family below = family_of(child.reference & kBvhIndexMask);
+            if (below.count != 0) divide(below, below.count - 1, places, children);
+        } else {
+            const auto& first = plans_[child.reference & kBvhIndexMask].first[member - family.children];
+            while (places > 1 && first[places] == 0) --places;
+            if (places == 1) return children.push_back(child);
+            divide(family, family.parts[member][0], first[places], children);
+            divide(family, family.parts[member][1], places - first[places], children);
         }
     }
 
@@ -91,33 +212,24 @@ class Collapser {
         return child.area / (shared::is_leaf(child.reference) ? static_cast<float>(pairs) : kInnerCost);
     }
 
-    /// Adds the eight-wide node over the subtree of a packed node: its children, of which the largest ones are replaced
-    /// by their own children while there is room.
-    Added add_node(std::uint32_t packed) {
-        std::vector<Child> children, of_child;
-        read(packed, children);
-        for (;;) {
-            std::size_t largest = children.size();
-            for (std::size_t i = 0; i < children.size(); ++i) {
-                if (!shared::is_inner_node(children[i].reference) || children[i].stays) continue;
-                if (largest == children.size() || children[i].area > children[largest].area) largest = i;
-            }
-            if (largest == children.size()) break;
-            of_child.clear();
-            read(children[largest].reference & kBvhIndexMask, of_child);
-            if (children.size() - 1 + of_child.size() > kNativeWidth) {
-                children[largest].stays = true;
-                continue;
-            }
-            children.erase(children.begin() + static_cast<std::ptrdiff_t>(largest));
-            children.insert(children.end(), of_child.begin(), of_child.end());
+    /// Adds the eight-wide node of joined members, or of a leaf alone.
+    Added add_node(const Child& root) {
+        std::vector<Child> children;
+        if (shared::is_inner_node(root.reference)) {
+            const std::uint32_t packed = root.reference & kBvhIndexMask;
+            const Family family = family_of(packed);
+            const std::size_t first = plans_[packed].first[root.member - family.children][1];
+            divide(family, family.parts[root.member][0], first, children);
+            divide(family, family.parts[root.member][1], kNativeWidth - first, children);
+        } else if (root.reference != kBvhNoChild) {
+            children.push_back(root);
         }
         const std::size_t at = on_grid() ? tree_.grid_nodes.size() : tree_.float_nodes.size();
         on_grid() ? tree_.grid_nodes.resize(at + 1) : tree_.float_nodes.resize(at + 1);
         std::size_t below = 0;
         for (Child& child : children) {
             if (!shared::is_inner_node(child.reference)) continue;
-            const Added added = add_node(child.reference & kBvhIndexMask);
+            const Added added = add_node(child);
             child.reference = added.reference;
             below = std::max(below, added.stack);
         }
@@ -136,7 +248,7 @@ class Collapser {
     Child nothing() const {
         const std::uint32_t lower = on_grid() ? 65535u : std::bit_cast<std::uint32_t>(kInfinity);
         const std::uint32_t upper = on_grid() ? 0u : std::bit_cast<std::uint32_t>(-kInfinity);
-        return {{lower, upper, lower, upper, lower, upper}, kBvhNoChild, 0, false};
+        return {{lower, upper, lower, upper, lower, upper}, kBvhNoChild, 0, 0};
     }
 
     template <class Bound>
@@ -152,6 +264,7 @@ class Collapser {
 
     NativeTree& tree_;
     std::span<const uvec4> nodes_;
+    std::vector<Plan> plans_;  // by index of packed nodes
     vec3 cell_{1};
     std::size_t deepest_ = 0;
 };

@@ -4,10 +4,12 @@
 
 #include <bit>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
 
+#include "engine/rays/native_tree.h"
 #include "engine/rays/packed_bvh.h"
 #include "shaders/shared/bvh.h"
 #include "tests/support/random_rings.h"
@@ -252,6 +254,67 @@ TEST_P(Packed, BoxesContainWhatTheyHold) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Formats, Packed, ::testing::Values(NodeFormat::grid, NodeFormat::floating));
+
+/// Returns the leaves of eight-wide nodes with their boxes. Checks that each box of an inner node contains its
+/// children.
+template <class Bound>
+std::map<std::uint32_t, std::array<float, 6>> leaves_of(const std::vector<NativeNode<Bound>>& nodes) {
+    std::map<std::uint32_t, std::array<float, 6>> leaves;
+    const std::function<void(std::uint32_t, const float*)> visit = [&](std::uint32_t node, const float* outer) {
+        for (std::size_t i = 0; i < kNativeWidth; ++i) {
+            const std::uint32_t reference = nodes.at(node).reference[i];
+            if (reference == shared::kBvhNoChild) continue;
+            std::array<float, 6> box;
+            for (std::size_t b = 0; b < 6; ++b) {
+                box[b] = static_cast<float>(nodes[node].bounds[b][i]);
+                if (outer != nullptr) {
+                    EXPECT_TRUE(b % 2 == 0 ? box[b] >= outer[b] : box[b] <= outer[b]);
+                }
+            }
+            if (shared::is_leaf(reference)) {
+                EXPECT_TRUE(leaves.emplace(reference, box).second) << "twice";
+            } else {
+                visit(reference & shared::kBvhIndexMask, box.data());
+            }
+        }
+    };
+    visit(0, nullptr);
+    return leaves;
+}
+
+TEST_P(Packed, EightWideNodesHaveTheSameLeavesAndSixChildrenInTheMean) {
+    for (const std::size_t count : {1u, 3u, 3000u}) {
+        const TraceTables tables = tables_of(random_rings(count, 0.1f, 12));
+        const PackedScene packed = pack_scene(tables, GetParam());
+        const NativeTree tree =
+            build_native_tree(tables, packed.format, packed.two_level, packed.nodes, packed.instance_head);
+        const bool grid = GetParam() == NodeFormat::grid;
+        const auto leaves = grid ? leaves_of(tree.grid_nodes) : leaves_of(tree.float_nodes);
+        const std::size_t stride = grid ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
+        std::size_t packed_leaves = 0;
+        for (std::size_t node = 1; node <= packed.node_count; ++node) {
+            for (int k = 0; k < 4; ++k) {
+                const std::uint32_t reference = packed.nodes[node * stride + stride / 4 * 3][k];
+                if (reference == shared::kBvhNoChild || !shared::is_leaf(reference)) continue;
+                ++packed_leaves;
+                const auto leaf = leaves.find(reference);
+                ASSERT_NE(leaf, leaves.end());
+                const Bounds box = decoded(packed, node, k);
+                for (int a = 0; a < 3; ++a) {
+                    const float base = grid ? tree.spaces[0].base[a] : 0, cell = grid ? tree.spaces[0].cell[a] : 1;
+                    EXPECT_NEAR(base + cell * leaf->second[2 * a], box.lower[a], 1e-6f);
+                    EXPECT_NEAR(base + cell * leaf->second[2 * a + 1], box.upper[a], 1e-6f);
+                }
+            }
+        }
+        EXPECT_EQ(leaves.size(), packed_leaves);
+        // Each node but the root is a child, as is each leaf.
+        const std::size_t nodes = grid ? tree.grid_nodes.size() : tree.float_nodes.size();
+        if (count > 10) {
+            EXPECT_GT(leaves.size() + nodes - 1, 11 * nodes / 2);
+        }
+    }
+}
 
 TEST(PackedScene, UsesFloatsWhereTheGridIsTooCoarse) {
     std::vector<Ring> rings = random_rings(2000, 0.05f, 11);
