@@ -1,8 +1,8 @@
 // Eight-wide nodes of a scene for native tracing, collapsed from the packed four-wide ones. No OpenGL is used.
 //
-// The leaves and their boxes are those of the packed hierarchy, so that hits are raised to the same entries. Inner boxes
-// are unions of them, which changes no hit. Packed nodes are divided into binary ones first. Otherwise a packed node
-// would fill four of eight places, or seven where one child gives way to its own children.
+// The leaves and their boxes are those of the packed hierarchy, so that hits are raised to the same entries. Inner
+// boxes are unions of them, which changes no hit. Packed nodes are divided into binary ones first. Otherwise a packed
+// node would fill four of eight places, or seven where one child gives way to its own children.
 #pragma once
 
 #include <array>

@@ -39,8 +39,8 @@ std::vector<std::string> with_scene(const std::string& scene);
 std::vector<std::string> with_environment(const std::string& map);
 std::vector<std::string> with_config(const std::string& config);
 
-/// Returns lengths at which a file of `size` bytes is truncated. The first fields, the middle and the last byte are cut.
-/// test_fuzz_regressions reads files of many more lengths in its own process.
+/// Returns lengths at which a file of `size` bytes is truncated. The first fields, the middle and the last byte are
+/// cut. test_fuzz_regressions reads files of many more lengths in its own process.
 std::vector<std::size_t> prefix_lengths(std::size_t size);
 
 /// Expects a refusal whose message contains all of `words`: the file, the element, and the fault.

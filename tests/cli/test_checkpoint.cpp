@@ -59,9 +59,8 @@ TEST_F(CheckpointOption, NoSamplesAreNoCheckpoint) {
     options.watch = [&](pid_t child, const std::string& err) {
         if (!sent && err.find("compiling shaders") != std::string::npos) sent = kill(child, SIGTERM) == 0;
     };
-    const Outcome stopped = run_program(
-        arguments(file("a.exr"), {"--no-shader-cache", "--quiet", "--progress", "json"}),
-        options);
+    const Outcome stopped =
+        run_program(arguments(file("a.exr"), {"--no-shader-cache", "--quiet", "--progress", "json"}), options);
     EXPECT_EQ(stopped.status, 128 + SIGTERM) << stopped.err;
     EXPECT_NE(stopped.err.find("a.exr: not written: interrupted after 0 samples per pixel\n"), std::string::npos)
         << stopped.err;

@@ -33,12 +33,11 @@ TEST(InfoTime, IsMeasuredForEveryLeftOutPart) {
         }
     }
     EXPECT_GE(measured, 20);
-    EXPECT_EQ(others,
-              (std::set<std::string>{"environment map", "every light", "light tree", "sun apart",
-                                     "double precision for slivers", "path reuse", "camera rays for light alone",
-                                     "radiance cache", "temporal accumulation", "filter of noise", "adaptive sampling",
-                                     "denoiser", "mip levels", "lens", "projections and eyes", "light groups",
-                                     "shadow catchers"}));
+    EXPECT_EQ(others, (std::set<std::string>{"environment map", "every light", "light tree", "sun apart",
+                                             "double precision for slivers", "path reuse",
+                                             "camera rays for light alone", "radiance cache", "temporal accumulation",
+                                             "filter of noise", "adaptive sampling", "denoiser", "mip levels", "lens",
+                                             "projections and eyes", "light groups", "shadow catchers"}));
 }
 
 }  // namespace

@@ -130,7 +130,8 @@ TEST_F(PictureOptions, PanoramasAndEyesDescribeThemselves) {
     }
     EXPECT_EQ(views.channels.size(), 2 * both.channels.size());
     const ExrFile parts = made({"--stereo", "views", "--width", "16", "--height", "16", "--exr-parts"});
-    EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.left.X") && parts.find("normal.right.X"));
+    EXPECT_TRUE(parts.find("R") && parts.find("right.R") && parts.find("normal.left.X") &&
+                parts.find("normal.right.X"));
     EXPECT_EQ(parts.attributes.views, views.attributes.views);
     render({file("views.jpg"), "--stereo", "views", "--width", "64", "--height", "90"});  // metering has odd halves
     std::ofstream(file("fish.json")) << R"({"halflight_settings": 1, "size": [1280, 720],

@@ -102,9 +102,9 @@ TEST_F(Settings, HaveCamerasOfTheirOwn) {
                      render("b.exr", {"--look-from", "1,2,5", "--look-at", "0,0.5,0", "--samples", "2"})));
     const std::string degrees = settings(
         R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], "vfov_degrees": 33.3})");
-    EXPECT_TRUE(same(
-        render("a.exr", {"--settings", degrees}),
-        render("b.exr", {"--look-from", "1,2,5", "--look-at", "0,0.5,0", "--vfov", "33.3", "--samples", "2"})));
+    EXPECT_TRUE(
+        same(render("a.exr", {"--settings", degrees}),
+             render("b.exr", {"--look-from", "1,2,5", "--look-at", "0,0.5,0", "--vfov", "33.3", "--samples", "2"})));
 }
 
 TEST_F(Settings, EditTheLightOfSequencesToo) {
@@ -132,10 +132,9 @@ TEST_F(Settings, InvalidFilesAreRefused) {
               "halflight: " + file("s.json") + ": samples: is no number from 1 to 16777216\n");
     EXPECT_EQ(refused(settings("\"camera\": \"nobody\"")),
               "halflight: " + file("s.json") + ": " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
-    EXPECT_EQ(
-        refused(settings(R"("materials": {"2": {"roughness": 0.5}})")),
-        "halflight: " + file("s.json") + ": materials: " + scene +
-            ": there is no material 2; the scene has 2, numbered from 0\n");
+    EXPECT_EQ(refused(settings(R"("materials": {"2": {"roughness": 0.5}})")),
+              "halflight: " + file("s.json") + ": materials: " + scene +
+                  ": there is no material 2; the scene has 2, numbered from 0\n");
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
 

@@ -129,7 +129,8 @@ TEST_F(ViewInput, RegionsTakeSamplesAndKeepThem) {
     EXPECT_NE(read_exr(file("region.exr")).attributes.comments.find("2 samples, 8 in the region 100,60,210,170"),
               std::string::npos);
     const std::string at = file("script.txt:");
-    EXPECT_EQ(view("region 400 10 500 20\n").err, fmt::format("halflight: {}1: region: has no pixels of the picture\n", at));
+    EXPECT_EQ(view("region 400 10 500 20\n").err,
+              fmt::format("halflight: {}1: region: has no pixels of the picture\n", at));
     EXPECT_EQ(view("region on\n").err, fmt::format("halflight: {}1: 'region' takes X0 Y0 X1 Y1 or off\n", at));
 }
 

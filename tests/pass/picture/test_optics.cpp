@@ -316,9 +316,10 @@ TEST_F(OpticsTest, WhatCannotBeShownIsRefused) {
               "render settings: stereo views needs an even height, that of both eyes together");
     EXPECT_EQ(message({.stereo = Stereo::side_by_side}, [](auto& s) { s.width = 17; }),
               "render settings: stereo side-by-side needs an even width, that of both eyes together");
-    EXPECT_EQ(message({.projection = Projection::panorama}, [](auto& s) { s.previous_camera = Camera(); }),
-              "render settings: the previous camera needs the projection and eyes of the camera, between which there is "
-              "no motion");
+    EXPECT_EQ(
+        message({.projection = Projection::panorama}, [](auto& s) { s.previous_camera = Camera(); }),
+        "render settings: the previous camera needs the projection and eyes of the camera, between which there is "
+        "no motion");
     EXPECT_EQ(message({.stereo = Stereo::views}, [](auto& s) { s.overscan = 2; }),
               "render settings: crop and overscan cannot be combined with stereo views, which share their pixels");
     EXPECT_EQ(message({.projection = Projection::fisheye, .fisheye_fov = NAN}, [](auto&) {}),

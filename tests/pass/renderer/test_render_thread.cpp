@@ -28,8 +28,7 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     EXPECT_EQ(number, 1u);
     ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
     expect_includes(thread.pictures.back()->result, expected(r, 5));
-    for (const std::string& aov : r.aovs)
-        EXPECT_EQ(std::ranges::count(thread.pictures.back()->aovs, aov), 1) << aov;
+    for (const std::string& aov : r.aovs) EXPECT_EQ(std::ranges::count(thread.pictures.back()->aovs, aov), 1) << aov;
     EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "times were not requested";
     // Rendering continues from the samples so far.
     thread->limit(7);

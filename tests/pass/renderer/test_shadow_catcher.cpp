@@ -156,7 +156,8 @@ TEST_F(ShadowCatcher, IsSeenByOtherRaysAsItIs) {
 
 TEST_F(ShadowCatcher, StandsBesideAllMaterials) {
     Scene scene = load_gltf(HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb");
-    for (Instance& instance : scene.instances) instance.catcher = scene.meshes[std::size_t(instance.mesh)].name == "table";
+    for (Instance& instance : scene.instances)
+        instance.catcher = scene.meshes[std::size_t(instance.mesh)].name == "table";
     RenderSettings settings = small_settings(scene.cameras.front(), 32, 18, 4, 2);
     settings.transparent = true;
     const Image picture = beauty(scene, settings);

@@ -75,10 +75,9 @@ TEST(Metering, TheCentreWeighsMore) {
 TEST(Metering, EyesWeighAlike) {
     // Both halves have the same disc. Without the layout, the seam between them would weigh most.
     const auto discs = [](double inside, double outside) {
-        return metered_exposure(picture_of([=](double x, double y) {
-                                    return std::hypot(x, 2 * std::abs(y) - 1) < 0.8 ? inside : outside;
-                                }),
-                                {.stereo = Stereo::over_under});
+        return metered_exposure(
+            picture_of([=](double x, double y) { return std::hypot(x, 2 * std::abs(y) - 1) < 0.8 ? inside : outside; }),
+            {.stereo = Stereo::over_under});
     };
     EXPECT_GT(discs(100, 200), discs(200, 100)) << "nearly as many pixels are inside as outside";
 }

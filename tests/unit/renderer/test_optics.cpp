@@ -216,7 +216,8 @@ TEST(Optics, EyesAndRingsAreDenoisedApart) {
     settings.crop = PixelWindow{{100, 60}, {120, 80}};
     EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{32, 0}, {192, 144}}));
     settings.crop = PixelWindow{{60, 60}, {80, 80}};
-    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{0, 0}, {320, 144}})) << "the filter reaches beyond the seam";
+    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{0, 0}, {320, 144}}))
+        << "the filter reaches beyond the seam";
 }
 
 TEST(Optics, CamerasWithOptics) {

@@ -116,8 +116,8 @@ TEST(Actions, KeysAreUnambiguous) {
     EXPECT_EQ(action_of({.key = "=", .ctrl = true, .shift = true})->action, Action::larger_ui) << "a plus sign";
     std::vector<std::string> keys;
     for (char sign = '!'; sign < 0x7f; ++sign) keys.push_back({sign});
-    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+Shift+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y", "Ctrl+Z",
-                             "Ctrl+Shift+Z", "Ctrl+B", "Ctrl+Shift+B"})
+    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+Shift+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y",
+                             "Ctrl+Z", "Ctrl+Shift+Z", "Ctrl+B", "Ctrl+Shift+B"})
         keys.push_back(name);
     for (const std::string& name : keys) {
         const auto has = [&](const ActionRow& row) { return has_key(row, key_press(name)); };
