@@ -14,7 +14,7 @@ HALFLIGHT_SHARED_CONST uint kFirstHalfSums = 9u;
 HALFLIGHT_SHARED_CONST float kLeastDepth = 1e-20f;
 // Light is filtered divided by the albedo, which counts as at least this value: black surfaces reflect little, not
 // nothing.
-HALFLIGHT_SHARED_CONST float kLeastFilteredAlbedo = 0.01f;
+HALFLIGHT_SHARED_CONST float kLeastFilteredAlbedo = 1e-4f;
 // Largest light over albedo that is filtered. Sums of such values are finite.
 HALFLIGHT_SHARED_CONST float kMostFilteredLight = 1e36f;
 // Lower bound of sums of weights, which keeps quotients finite.

@@ -141,6 +141,35 @@ TEST_F(DenoisedPictureTest, BlurredTexturesKeepNoNoise) {
         EXPECT_NEAR(mean_of_pixels(denoised.beauty, c).value / mean_of_pixels(plain.beauty, c).value, 1, 0.02);
 }
 
+TEST_F(DenoisedPictureTest, DarkSaturatedColoursKeepTheirHue) {
+    // Features hardly tell the stripes apart, so that each takes light of the other. In a channel in which one of them
+    // reflects next to nothing, its light over albedo must be that of the other all the same.
+    Scene scene;
+    scene.environment.color = vec3(1);
+    const vec3 colors_of[] = {{0.003f, 0.11f, 0.18f}, {0.03f, 0.16f, 0.004f}};
+    for (int i = 0; i < 16; ++i) {
+        const int stripe = add_material(scene, diffuse_material(colors_of[i % 2]));
+        add_quad(scene, stripe, {-4 + static_cast<float>(i) / 2, -4, 0}, {0.5f, 0, 0}, {0, 8, 0});
+    }
+    add_box(scene, add_material(scene, diffuse_material(vec3(0))), {-1, -1, 0.25f}, {1, 1, 0.5f});
+    scene.cameras = {look_at_camera({0, 0, 10}, {0, 0, 0}, {0, 1, 0}, 0.7)};
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = settings_of(scene, 96, 96, 16);
+    settings.aovs.emplace_back("albedo");
+    const RenderResult denoised = render(prepared, settings);
+    const Image albedo = layer(denoised, "albedo.R"), noisy = layer(denoised, "noisy.R");
+    dvec3 kept(0), before(0);
+    for (int y = 0; y < 96; ++y) {
+        for (int x = 0; x < 96; ++x) {
+            if (albedo.at(x, y)[2] < 0.179f) continue;  // pixels of the first colour alone
+            for (int c = 0; c < 3; ++c) kept[c] += denoised.beauty.at(x, y)[c], before[c] += noisy.at(x, y)[c];
+        }
+    }
+    const dvec3 share = kept / before;
+    std::printf("light of the dark blue stripes: %.1f, %.1f, %.1f %%\n", 100 * share.x, 100 * share.y, 100 * share.z);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(share[c], 1, 0.01) << c;
+}
+
 /// A picture that lacks bands stays the mean; nothing of the picture before shows.
 TEST_F(DenoisedPictureTest, PicturesThatLackBandsStayNoisy) {
     const Scene scene = shiny_cornell();
