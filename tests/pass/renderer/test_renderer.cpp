@@ -6,6 +6,8 @@
 #include <random>
 
 #include "engine/core/error.h"
+#include "engine/rays/choice.h"
+#include "engine/rays/tracer.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/error_message.h"
@@ -42,6 +44,17 @@ class RendererTest : public GpuTest {
 
     static const rays::BatchStatistics& shadow(const RenderResult& r) {
         return *std::ranges::find(r.stats.batches, "shadow", &rays::BatchStatistics::batch);
+    }
+
+    static std::uint64_t runs(const RenderResult& r, TraceMethod method) {
+        return shadow(r).measured[static_cast<std::size_t>(method)].runs;
+    }
+
+    /// Returns the number of runs that `automatic` leaves to its first method.
+    std::uint64_t runs_before_tiles() {
+        Renderer renderer(prepared, colors, banded(Culling::automatic));
+        return runs(renderer.render(), TraceMethod::native) > 0 ? rays::Tracer::kFirstNativeRuns
+                                                                : rays::Choice::kFirstRuns;
     }
 
     Scene scene = shiny_cornell();
@@ -106,14 +119,17 @@ TEST_F(RendererTest, ListsPersistAcrossBandsAndPictures) {
 
 TEST_F(RendererTest, TheFastestTracerIsFoundOnce) {
     Renderer renderer(prepared, colors, banded(Culling::automatic));
-    const FrameSettings frame = frames(banded(Culling::automatic))[2];
+    FrameSettings frame = frames(banded(Culling::automatic))[2];
+    frame.samples = static_cast<int>(runs_before_tiles()) + 2;
     const auto timed = [&](const RenderResult& r) {
         std::uint64_t sum = 0;
         for (const rays::BatchStatistics::Measured& m : shadow(r).measured) sum += m.timed;
         return sum;
     };
-    const RenderResult first = renderer.render(frame), second = renderer.render(frame);
-    EXPECT_EQ(timed(first), 4u * 6) << "bands, samples";
+    const RenderResult first = renderer.render(frame);
+    EXPECT_EQ(timed(first), 4u * 6) << "4 of the first way and 2 of the second in each of 4 bands";
+    frame.samples = 6;
+    const RenderResult second = renderer.render(frame);
     EXPECT_EQ(timed(second), 4u * 1) << "4 of the first way and 3 of the second decide";
     EXPECT_EQ(shadow(second).reason.find("undecided"), std::string::npos);
     EXPECT_EQ(timed(renderer.render(frame)), 0u) << "no trial";
@@ -121,22 +137,22 @@ TEST_F(RendererTest, TheFastestTracerIsFoundOnce) {
 
 TEST_F(RendererTest, EachBandHasItsOwnTrials) {
     RenderSettings settings = banded(Culling::automatic);
-    settings.samples = 2;
+    const std::uint64_t before_tiles = runs_before_tiles();
+    settings.samples = static_cast<int>(before_tiles) / 2;
     Renderer renderer(prepared, colors, settings);
-    const auto runs = [](const RenderResult& r, TraceMethod method) {
-        return shadow(r).measured[static_cast<std::size_t>(method)].runs;
-    };
     for (int picture = 0; picture < 2; ++picture) {
         const RenderResult r = renderer.render();
-        EXPECT_EQ(runs(r, TraceMethod::plain) + runs(r, TraceMethod::native), 4u * 2)
-            << "each batch had its first 4 runs only";
+        EXPECT_EQ(runs(r, TraceMethod::plain) + runs(r, TraceMethod::native), 4 * before_tiles / 2)
+            << "each batch had its first runs only";
         EXPECT_EQ(runs(r, TraceMethod::tiles), 0u);
     }
-    EXPECT_EQ(runs(renderer.render(), TraceMethod::tiles), 4u * 2) << "then all of them try tiles";
+    FrameSettings two = settings;
+    two.samples = 2;
+    EXPECT_EQ(runs(renderer.render(two), TraceMethod::tiles), 4u * 2) << "then all of them try tiles";
 
     settings.pictures = 2;
     Renderer few(prepared, colors, settings);
-    EXPECT_EQ(shadow(few.render()).reason, "so few runs end before culling could pay") << "4 of each band";
+    EXPECT_EQ(shadow(few.render()).reason, "so few runs end before culling could pay") << "all first runs of each band";
     EXPECT_EQ(shadow(few.render()).state_bytes, 0u);
 }
 
