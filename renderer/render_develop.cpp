@@ -1,12 +1,14 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "renderer/render_state.h"
 
 namespace halflight {
 
 void Renderer::State::develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done,
                               Film& film) {
+    interruption_point();
     in_flight->drain();
     const auto [sums, samples, mattes, first_half] =
         hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
@@ -16,7 +18,9 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (film.wants({Source::squares})) all.squares = read(sums.squares);
     if (film.wants({Source::groups})) all.groups = read(sums.groups);
     if (film.wants({Source::features})) all.features = read(sums.features);
+    interruption_point();
     film.add_sums(where, samples, all);
+    interruption_point();
     if (!with.samples.empty()) film.add_sample_counts(where, with.samples);
     for (const Mattes::Layer& layer : with.mattes->layers())
         film.add_ids(where, with.first_samples > 0 ? with.first_samples : mattes, layer.aov->name, layer.coverage);

@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/gpu/mapping.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/native_trace.h"
@@ -226,6 +227,7 @@ graph::BufferHandle NativeServer::add(graph::Graph& graph, const TraceScene& sce
 
 void NativeServer::trace(graph::Resources& r, const TraceScene& scene, const RayBatch& batch,
                          graph::BufferHandle results, bool any_hit) {
+    interruption_point();  // a driver on the processor has finished the passes before
     Parts& parts = *parts_;
     if (parts.counts.disabled) return trace_plain(r, scene, batch, results, any_hit);
     const gpu::Buffer& to = r.buffer(results);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/batch_server.h"
 #include "engine/tables/instance_rows.h"
@@ -199,6 +200,7 @@ graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const 
 
 void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
                  bool any_hit) {
+    interruption_point();
     gpu::Defines defines = batch_defines(scene, batch);
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     if (batch.list) defines.set("HALFLIGHT_LIST");

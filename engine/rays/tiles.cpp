@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "engine/core/interruption.h"
 #include "engine/rays/batch_server.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
@@ -100,6 +101,7 @@ void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& ba
 
 void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                   graph::BufferHandle results, bool any_hit) {
+    interruption_point();
     gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
     if (any_hit && tiles.counts) defines.set("COUNT_REMEMBERED");
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);

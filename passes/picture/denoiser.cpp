@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/core/interruption.h"
 #include "engine/gpu/mapping.h"
 
 namespace halflight {
@@ -29,6 +30,7 @@ constexpr int kSecondStride = 2;  // pixels
 constexpr float kWholeIndirect = 0.8f;
 
 void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int tile = 8) {
+    interruption_point();  // a driver on the processor has finished the kernels before
     program.dispatch(static_cast<std::uint32_t>((picture.width + tile - 1) / tile),
                      static_cast<std::uint32_t>((picture.height + tile - 1) / tile));
 }
@@ -162,6 +164,7 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
     const bool preview = preview_stride > 0;
     pass.execute([=, inputs = std::to_array(reads)](graph::Resources& r) {
         if (gpu::renders_on_processor()) {
+            interruption_point();
             std::array<std::vector<float>, 5> pictures;
             for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i] = r.texture(inputs[i].second).read_float();
             std::vector<float> one(pictures[0].size()), two(pictures[0].size());

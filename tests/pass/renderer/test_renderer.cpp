@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/rays/choice.h"
 #include "engine/rays/tracer.h"
 #include "tests/pass/renders.h"
@@ -154,6 +155,40 @@ TEST_F(RendererTest, EachBandHasItsOwnTrials) {
     Renderer few(prepared, colors, settings);
     EXPECT_EQ(shadow(few.render()).reason, "so few runs end before culling could pay") << "all first runs of each band";
     EXPECT_EQ(shadow(few.render()).state_bytes, 0u);
+}
+
+// A viewer ends samples, and pictures of the samples so far, for the next view.
+TEST_F(RendererTest, EndedWorkLeavesNoTrace) {
+    struct Ended {};
+    for (const Culling culling : {Culling::off, Culling::compute, Culling::automatic}) {
+        RenderSettings settings = banded(culling);
+        settings.aovs = {"albedo", "variance"};
+        settings.preview = {.cache = true, .filter = true};
+        settings.in_turns = true;
+        Renderer renderer(prepared, colors, settings);
+        const auto render = [&](int last) {
+            int points = 0;
+            const Interruptible ends([&] {
+                if (++points == last) throw Ended();
+            });
+            RenderResult result;
+            renderer.render([&](const RenderProgress& p) {
+                if (p.picture) result = p.picture({"albedo", "variance"});
+                return true;
+            });
+            return std::pair(std::move(result), points);
+        };
+        const auto [expected, points] = render(0);
+        EXPECT_GT(points, 100) << "of batches of rays and of passes of the filter";
+        std::mt19937 random(3);
+        for (int i = 0; i < 3; ++i) {
+            const int last = 1 + static_cast<int>(random() % static_cast<unsigned>(points));
+            SCOPED_TRACE(fmt::format("{}, ended at point {} of {}", rays::name(culling), last, points));
+            EXPECT_THROW(render(last), Ended);
+            renderer.forget("camera cut");
+            expect_same(render(0).first, expected);
+        }
+    }
 }
 
 TEST_F(RendererTest, AFailedUpdateRejectsFurtherUse) {
