@@ -1,6 +1,8 @@
 """Lists scenes on which scripts measure errors: scenes of this repository, and assets of ../shared with a map and a view.
 
-Each scene has a file, an environment map or None, and options of a view, which Halflight and tools/cycles.py know.
+Each scene has a file, an environment and options of a view, which Halflight and tools/cycles.py know. The environment is a
+map, a constant radiance "r,g,b" or None. Cycles knows neither the environments in scene files nor the order of cameras, so
+both are named.
 """
 import json
 import pathlib
@@ -10,8 +12,12 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 ASSETS = ROOT / "../shared/assets"
 
 
+OWN_ENVIRONMENTS = {"still-life": "0.18,0.2,0.24", "atrium": "1.4,1.7,2.2"}
+OWN_CAMERAS = {"atrium": ["--camera", "nave"]}
+
+
 def own(*names):
-    return {name: (ROOT / "scenes" / f"{name}.glb", None, []) for name in names}
+    return {name: (ROOT / "scenes" / f"{name}.glb", OWN_ENVIRONMENTS.get(name), OWN_CAMERAS.get(name, [])) for name in names}
 
 
 def assets(*names, work=None):
