@@ -4,6 +4,9 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/settings/data_window.h"
+#include "engine/settings/visibility.h"
+
 namespace halflight {
 
 float metered_exposure(const Image& picture, const Optics& optics) {
@@ -62,7 +65,11 @@ std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colo
     s.samples = kMeterSamples;
     s.bounces = settings.bounces;
     s.clamp = settings.clamp;
-    s.primary = settings.primary;
+    // The choice for the picture, not for the small one: other programs would take as long as the first sample.
+    if (!scene.pool())
+        s.primary =
+            resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height),
+                     shown_by_tracing(settings.camera.optics, settings.camera.lens.blurs(), has_overscan(settings)));
     s.kept = settings.kept;
     // So few samples never choose tiles, but native tracing, which needs fewer programs and shares them with the
     // picture.

@@ -9,6 +9,8 @@
 #include "engine/core/interruption.h"
 #include "engine/rays/choice.h"
 #include "engine/rays/tracer.h"
+#include "engine/settings/visibility.h"
+#include "renderer/metering.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/error_message.h"
@@ -155,6 +157,21 @@ TEST_F(RendererTest, EachBandHasItsOwnTrials) {
     Renderer few(prepared, colors, settings);
     EXPECT_EQ(shadow(few.render()).reason, "so few runs end before culling could pay") << "all first runs of each band";
     EXPECT_EQ(shadow(few.render()).state_bytes, 0u);
+}
+
+// Programs take as long to compile as a sample takes to render.
+TEST_F(RendererTest, MeteringNeedsNoProgramsOfItsOwn) {
+    Scene dense = scene;  // triangles are large in the picture, and small in the one for metering
+    add_ball(dense, add_material(dense, diffuse_material(vec3(0.5f))), vec3(0), 0.3f, 20);
+    RenderSettings settings = small_settings(dense.cameras.front(), 160, 90, 1, 3);
+    settings.aovs.clear();
+    PreparedScene own(context, dense);
+    ASSERT_GT(own.drawn_triangles(), kMeterPixels * kTracedTrianglesPerPixel);
+    ASSERT_LT(own.drawn_triangles(), 160 * 90 * kTracedTrianglesPerPixel);
+    Renderer(own, colors, settings).render();
+    const std::size_t programs = own.programs().count();
+    EXPECT_TRUE(find_exposure(own, colors, settings));
+    EXPECT_EQ(own.programs().count(), programs);
 }
 
 // A viewer ends samples, and pictures of the samples so far, for the next view.
