@@ -43,8 +43,11 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
 
     AccumulateOptions wanted{bool(needs.squares), bool(needs.features), bool(needs.halves), std::nullopt};
     if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;
+    // All rays precede the sums: work that ends at a batch leaves the sums of whole samples (interruption.h).
+    CatcherOcclusion by_catchers;
+    if (view.scene.needs().catchers) by_catchers = add_catcher_occlusion(graph, view, sample);
     frame.sums = add_accumulate(graph, view, sample, wanted, bad_values);
-    if (view.scene.needs().catchers) add_shadow_catchers(graph, view, sample, frame.sums);
+    if (view.scene.needs().catchers) add_shadow_catchers(graph, view, sample, by_catchers, frame.sums);
     for (const graph::BufferHandle& sums :
          {frame.sums.emission, frame.sums.direct, frame.sums.indirect, frame.sums.squares, frame.sums.groups,
           frame.sums.catchers, frame.sums.features, frame.sums.halves, frame.sums.bad_values}) {

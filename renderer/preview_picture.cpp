@@ -119,6 +119,9 @@ PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec
     if (history_) {
         const std::optional<EarlierPicture> earlier = import_earlier(graph, origin);
         texels = output(graph, add_temporal(graph, texels, earlier, import_shown(graph, frame, origin), refused_));
+        graph::Pass kept = graph.add_pass("preview: earlier picture is complete");  // even if the filter is interrupted
+        kept.keep();
+        kept.execute([history = history_](graph::Resources&) { history->shown_->filled = true; });
         if (earlier && static_cast<float>(samples) < shared::kTemporalEnds)
             made.biases.push_back(
                 fmt::format("preview: light of earlier pictures, until there are {:g} samples", shared::kTemporalEnds));
@@ -138,7 +141,6 @@ PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec
     const graph::CompiledGraph compiled = graph::compile(graph);
     transient_bytes_ = compiled.slot_bytes;
     executor_.run(compiled);
-    if (history_) history_->shown_->filled = true;
     const auto counts = refused_.read<std::uint32_t>();
     made.nans = counts[shared::kRefusedNan];
     made.infinities = counts[shared::kRefusedInfinite];

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "api/halflight/halflight.h"
+#include "engine/core/stopwatch.h"
 
 namespace halflight::python {
 
@@ -62,8 +63,9 @@ class Callback {
     Callback(const Callback&) = delete;
     Callback& operator=(const Callback&) = delete;
 
-    /// Calls the function with what make() returns; takes the GIL. Without `make`, only signals are looked for. Returns
-    /// false where the work is to stop.
+    /// Calls the function with what make() returns; takes the GIL. Without `make`, only signals are looked for, at most
+    /// 20 times a second, because other threads may hold the GIL for milliseconds. Returns false where the work is to
+    /// stop.
     bool operator()(const std::function<py::object()>& make = {});
     /// Raises what has stopped the work; needs the GIL.
     void rethrow();
@@ -71,6 +73,8 @@ class Callback {
   private:
     py::object function_;
     std::optional<py::error_already_set> error_;
+    Stopwatch watch_;
+    double looked_ = 0;  // time of the last look for signals alone, seconds
 };
 
 void bind_scene(py::module_& module);

@@ -21,6 +21,10 @@ Log log_to(py::object sink) {
 }
 
 bool Callback::operator()(const std::function<py::object()>& make) {
+    if (!make) {
+        if (watch_.seconds() - looked_ < 0.05) return !error_;
+        looked_ = watch_.seconds();
+    }
     const py::gil_scoped_acquire gil;
     if (error_) return false;
     try {

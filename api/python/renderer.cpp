@@ -57,10 +57,6 @@ std::shared_ptr<gpu::Context> shared_context(const std::string& device, bool sha
     return context;
 }
 
-// Minimum time between looks for signals, seconds. Each look waits for the GIL, which other threads may hold for
-// milliseconds.
-constexpr double kAskEvery = 0.05;
-
 py::object progress_of(const RenderProgress& p) {
     return py::make_tuple(p.samples_done, p.samples_total, p.seconds);
 }
@@ -74,11 +70,7 @@ struct PyRenderer {
     /// Renders a frame. The result is incomplete where a signal has raised an exception, which `progress` holds.
     RenderResult render(std::uint32_t frame, Callback& progress) {
         struct Stopped {};
-        const Stopwatch watch;
-        double asked = 0;  // time of the last look for signals, seconds
         const Interruptible stops([&] {
-            if (watch.seconds() - asked < kAskEvery) return;
-            asked = watch.seconds();
             if (!progress()) throw Stopped();
         });
         try {

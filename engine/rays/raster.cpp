@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
@@ -435,6 +436,7 @@ std::vector<std::uint32_t> RasterCulling::visible_leaves(graph::Resources& resou
 
 void RasterCulling::Parts::run(RasterCulling& culling, graph::Resources& r, const TraceScene& scene,
                                const RayBatch& batch, const RasterTargets& targets, bool any_hit, Survey* survey) {
+    interruption_point();
     const Stopwatch watch;
     RasterStatistics& sums = culling.statistics(batch.kind, batch.depth);
     RasterMemory& memory = memories[key_of(batch)];

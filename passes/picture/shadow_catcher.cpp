@@ -30,14 +30,18 @@ graph::BufferHandle occlusion_by_catchers(graph::Graph& graph, const SceneView& 
 
 }  // namespace
 
-void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample, Accumulated& sums) {
-    graph::BufferHandle by_catchers, sun_by_catchers;
-    if (sample.direct) {
-        const DirectLightEstimate& direct = *sample.direct;
-        by_catchers = occlusion_by_catchers(graph, view, sample.gbuffer, direct.rays, direct.occluded);
-        if (direct.sun_occluded)
-            sun_by_catchers = occlusion_by_catchers(graph, view, sample.gbuffer, direct.sun_rays, direct.sun_occluded);
-    }
+CatcherOcclusion add_catcher_occlusion(graph::Graph& graph, const SceneView& view, const SampleInputs& sample) {
+    if (!sample.direct) return {};
+    const DirectLightEstimate& direct = *sample.direct;
+    CatcherOcclusion by;
+    by.lights = occlusion_by_catchers(graph, view, sample.gbuffer, direct.rays, direct.occluded);
+    if (direct.sun_occluded)
+        by.sun = occlusion_by_catchers(graph, view, sample.gbuffer, direct.sun_rays, direct.sun_occluded);
+    return by;
+}
+
+void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
+                         const CatcherOcclusion& occlusion, Accumulated& sums) {
     graph::Pass pass = graph.add_pass("shadow catchers: accumulate");
     gpu::Defines defines = view.path_defines();
     view.read_frame(pass);
@@ -45,10 +49,10 @@ void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const Sampl
     if (sample.direct) {
         pass.read(sample.direct->light, Access::texture_read, {"light", GL_RGBA32F});
         pass.read(sample.direct->occluded, Access::texture_read, {"occluded", GL_R32UI});
-        pass.read(by_catchers, Access::texture_read, {"by_catchers", GL_R32UI});
-        if (sun_by_catchers) {
+        pass.read(occlusion.lights, Access::texture_read, {"by_catchers", GL_R32UI});
+        if (occlusion.sun) {
             pass.read(sample.direct->sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
-            pass.read(sun_by_catchers, Access::texture_read, {"sun_by_catchers", GL_R32UI});
+            pass.read(occlusion.sun, Access::texture_read, {"sun_by_catchers", GL_R32UI});
         }
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
         defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));

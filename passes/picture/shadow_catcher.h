@@ -7,9 +7,17 @@ namespace halflight {
 
 inline constexpr std::size_t kCatcherSums = 6;  ///< doubles per path of Accumulated::catchers
 
+/// Which occluded light samples catchers occlude, too: answers like those of any_hit(). Empty: there are no such rays.
+struct CatcherOcclusion {
+    graph::BufferHandle lights, sun;
+};
+/// Traces the occluded shadow rays of catchers once more, through all other surfaces.
+CatcherOcclusion add_catcher_occlusion(graph::Graph& graph, const SceneView& view, const SampleInputs& sample);
+
 /// Adds the light samples of a sample to the sums of shadow catchers, Accumulated::catchers, and counts bad values in
 /// `sums`, which add_accumulate() has returned. An occluded sample counts for the light without the other objects if
-/// no catcher occludes it: its ray is traced once more, through all other surfaces.
-void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample, Accumulated& sums);
+/// no catcher occludes it.
+void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
+                         const CatcherOcclusion& occlusion, Accumulated& sums);
 
 }  // namespace halflight

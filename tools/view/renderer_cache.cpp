@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/core/memory_ledger.h"
+#include "engine/core/release.h"
 #include "engine/settings/layers.h"
 #include "renderer/hand_over.h"
 
@@ -51,6 +52,7 @@ void RendererCache::prepare_scene(const Request& r) {
         if (!known) {
             clear_renderers();
             scene_.reset();  // frees the old scene first: two may not fit into memory
+            trim_memory();
             raster_ = raster;
             PrepareOptions options{.raster_culling = raster, .pages = r.pages};
             const std::size_t pool = r.pool_bytes > 0 ? r.pool_bytes : MemoryLedger::process().free() / 2;

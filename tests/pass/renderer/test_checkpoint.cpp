@@ -79,35 +79,44 @@ TEST_F(CheckpointTest, StoppedPicturesGoOnToTheSameBits) {
 // Whichever batch of rays of the sixth sample ends the work, nothing of this sample is in the sums.
 TEST_F(CheckpointTest, InterruptedSamplesKeepTheEarlierOnes) {
     struct Stop {};
-    const RenderSettings s = settings();
-    const RenderResult expected = whole(s);
-    int last = 1;
-    for (bool stopped = true; stopped; last += 3) {
-        SCOPED_TRACE(fmt::format("point {}", last));
-        RenderSettings own = s;
-        int samples = 0, points = 0;
-        {
-            Checkpoint checkpoint(path(), "cornell", 1e9);
-            own.checkpoint = &checkpoint;
-            const Interruptible stops([&] {
-                if (samples == 5 && ++points == last) throw Stop();
-            });
-            Renderer renderer(prepared, colors, own);
-            stopped = false;
-            try {
-                renderer.render([&](const RenderProgress&) { return ++samples < 6; });
-            } catch (const Stop&) {
-                stopped = true;
+    RenderSettings s = settings();
+    s.band_pixels = 48 * 64;  // one band
+    Scene caught = scene;     // the rays of shadow catchers are the last ones of a sample
+    caught.instances[0].catcher = true;
+    PunctualLight& sun = caught.lights.emplace_back();
+    sun.type = LightType::directional;
+    sun.direction = {0, -0.8, -0.6};
+    sun.intensity = vec3(2);
+    for (const Scene* of : {&scene, &caught}) {
+        PreparedScene own_scene(context, *of);
+        const RenderResult expected = Renderer(own_scene, colors, s).render();
+        int last = 1;
+        for (bool stopped = true; stopped; last += 2) {
+            SCOPED_TRACE(fmt::format("{}, point {}", of == &caught ? "catcher" : "no catcher", last));
+            RenderSettings own = s;
+            int samples = 0, points = 0;
+            {
+                Checkpoint checkpoint(path(), "cornell", 1e9);
+                own.checkpoint = &checkpoint;
+                const Interruptible stops([&] {
+                    if (samples == 5 && ++points == last) throw Stop();
+                });
+                Renderer renderer(own_scene, colors, own);
+                stopped = false;
+                try {
+                    renderer.render([&](const RenderProgress&) { return ++samples < 6; });
+                } catch (const Stop&) {
+                    stopped = true;
+                }
             }
-            EXPECT_EQ(checkpoint.saved_samples(16), stopped ? 5 : 6);
+            Checkpoint checkpoint(path(), "cornell", 1e9);
+            EXPECT_EQ(checkpoint.earlier_samples(60), stopped ? 5 : 6);
+            own.checkpoint = &checkpoint;
+            expect_same(Renderer(own_scene, colors, own).render(), expected);
+            checkpoint.remove();
         }
-        Checkpoint checkpoint(path(), "cornell", 1e9);
-        EXPECT_EQ(checkpoint.earlier_samples(16), stopped ? 5 : 6);
-        own.checkpoint = &checkpoint;
-        expect_same(Renderer(prepared, colors, own).render(), expected);
-        checkpoint.remove();
+        EXPECT_GT(last, 12) << "a sample has a batch for each length of paths, and shadow rays";
     }
-    EXPECT_GT(last, 12) << "a sample has a batch for each length of paths, and shadow rays";
 }
 
 TEST_F(CheckpointTest, LostBandsAreReportedUntilTheyAreSaved) {
