@@ -7,7 +7,8 @@ namespace halflight {
 
 inline constexpr std::size_t kCatcherSums = 6;  ///< doubles per path of Accumulated::catchers
 
-/// Which occluded light samples catchers occlude, too: answers like those of any_hit(). Empty: there are no such rays.
+/// Answers like those of any_hit(): whether catchers occlude the occluded light samples, too. A handle is empty where
+/// there are no such rays.
 struct CatcherOcclusion {
     graph::BufferHandle lights, sun;
 };
