@@ -92,6 +92,11 @@ bool radiance(const char* title, vec3& color, const char* help) {
     const bool other_hue = pick_color(title, hue, help);
     const bool other_strength =
         slider((std::string(title) + " nits").c_str(), strength, 0, 1e4f, "%.4g", help, kLogarithmic);
+    if (other_hue) {  // a dark colour, such as a half-typed one, is a hue, too, and leaves the strength as it is
+        const float most = std::max({hue.r, hue.g, hue.b});
+        if (most == 0 && !other_strength) return false;
+        hue = most > 0 ? hue / most : vec3(1);
+    }
     if (!other_hue && !other_strength) return false;
     color = (strength > 0 || other_strength ? strength : 1) * hue;
     return true;
