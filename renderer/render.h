@@ -35,7 +35,8 @@ class Renderer {
     Renderer(Renderer&&) noexcept;
     ~Renderer();
 
-    /// Renders a picture. Throws Error for settings out of range.
+    /// Renders a picture. Throws Error for settings out of range. An Interruptible (engine/core/interruption.h) can end
+    /// it with an exception; other pictures can be rendered afterwards.
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// Renders the picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});

@@ -21,8 +21,9 @@ class Interruptible {
     friend void interruption_point();
 };
 
-/// Marks a place where the caller's work may end. Loops of unknown length that wait for files or for the device call it
-/// once per turn. Throws what the check of the thread's Interruptible throws.
+/// Marks a place where the caller's work may end. Batches of rays, passes of the denoiser, and loops that wait for
+/// files or for the device call it. In a sample, all calls come before the pass that adds to the sums, because
+/// checkpoints save the sums as those of whole samples. Throws what the check of the thread's Interruptible throws.
 void interruption_point();
 
 /// Returns the number of interruption points at which work of this thread has ended. A function that catches an
