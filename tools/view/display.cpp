@@ -21,10 +21,10 @@ void Display::set_view(const ViewProcessor& view) {
         view_->exposure_scale = view.exposure_scale();
         return;
     }
-    View made{
-        {"view through " + view.view() + " " + shader.cache_id, shader.glsl + "\n#include \"shaders/view.frag\"\n"},
-        {},
-        view.exposure_scale()};
+    View made{{"shaders/view.frag through " + view.view() + " " + shader.cache_id,
+               shader.glsl + "\n#include \"shaders/view.frag\"\n"},
+              {},
+              view.exposure_scale()};
     for (const GpuLut& lut : shader.luts) {
         gpu::TextureDesc desc;
         desc.width = lut.width, desc.height = lut.height, desc.depth = lut.depth;
