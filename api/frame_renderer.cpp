@@ -334,11 +334,19 @@ struct FrameRenderer::State {
             set_frame(frame);
             guarded([&] { renderer->denoise(noisy, others, result); });
         };
-        RenderResult result =
-            near_frames.render(scene, frame, neighbour_frames(settings),
-                               {render_noisy, denoise, [&](std::uint32_t n) { return camera_at(n); }}, progress);
-        load_seconds += near_frames.load_seconds();
-        return result;
+        const auto render = [&] {
+            return near_frames.render(scene, frame, neighbour_frames(settings),
+                                      {render_noisy, denoise, [&](std::uint32_t n) { return camera_at(n); }}, progress);
+        };
+        try {
+            RenderResult result = render();
+            set_frame(frame);  // a stop may come while a neighbour is rendered
+            load_seconds += near_frames.load_seconds();
+            return result;
+        } catch (...) {
+            set_frame(frame);
+            throw;
+        }
     }
     /// Adds the error of the frame's denoised picture to its statistics.
     void estimate_error(std::uint32_t frame, RenderResult& result, const ProgressCallback& progress) {

@@ -22,6 +22,18 @@ Accumulated imported(graph::Graph& graph, const SumBuffers& sums) {
     return all;
 }
 
+/// Leaves mattes out of the samples that are made during its lifetime.
+class WithoutMattes {
+  public:
+    explicit WithoutMattes(bool& adds_mattes) : adds_mattes_(adds_mattes) { adds_mattes = false; }
+    WithoutMattes(const WithoutMattes&) = delete;
+    WithoutMattes& operator=(const WithoutMattes&) = delete;
+    ~WithoutMattes() { adds_mattes_ = true; }
+
+  private:
+    bool& adds_mattes_;
+};
+
 }  // namespace
 
 ivec2 Renderer::State::picture_blocks() const {
@@ -48,13 +60,14 @@ std::vector<float> Renderer::State::pilot_errors(const FrameSettings& frame, int
     for (int b = 0; b < bands; ++b) {
         const Band where = band_at(b);
         CompiledBand& with = compiled(b);
-        with.sample.adds_mattes = false;
-        for (int done = from; done < to && !stopped; ++done) {
-            add_sample(pilots, sample_view(pilots, where, static_cast<std::uint32_t>(done), settings.estimator.sampler),
-                       with, with.sample);
-            stopped = !after_sample();
+        {
+            const WithoutMattes without(with.sample.adds_mattes);
+            for (int done = from; done < to && !stopped; ++done) {
+                const auto sample = static_cast<std::uint32_t>(done);
+                add_sample(pilots, sample_view(pilots, where, sample, settings.estimator.sampler), with, with.sample);
+                stopped = !after_sample();
+            }
         }
-        with.sample.adds_mattes = true;
         if (stopped) return {};
         graph::Graph graph;
         const graph::BufferHandle read = add_block_errors(graph, band, imported(graph, with.sample.sums), to, metric);

@@ -123,15 +123,15 @@ PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec
         kept.keep();
         kept.execute([history = history_](graph::Resources&) { history->shown_->filled = true; });
         if (earlier && static_cast<float>(samples) < shared::kTemporalEnds)
-            made.biases.push_back(
-                fmt::format("preview: light of earlier pictures, until there are {:g} samples", shared::kTemporalEnds));
+            made.biases.push_back(fmt::format(
+                "preview: light of earlier pictures is reused until there are {:g} samples", shared::kTemporalEnds));
     }
     std::optional<FilteredHalves> filtered;
     if (preview_.filter && static_cast<float>(samples) < shared::kFilterEnds) {
         const LightHalves halves = add_preview_halves(graph, texels, pixels.albedo);
         filtered = add_preview_filter(graph, halves, texels.guide, pixels.albedo);
         made.biases.push_back(
-            fmt::format("preview: noise filtered out, until there are {:g} samples", shared::kFilterEnds));
+            fmt::format("preview: noise is filtered out until there are {:g} samples", shared::kFilterEnds));
     }
     graph::TextureHandle picture;
     if (!made.biases.empty()) graph.output(picture = add_preview_output(graph, pixels, texels, filtered));

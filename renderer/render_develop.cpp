@@ -145,8 +145,9 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
     if (const double weight = cache ? cached_weight(stats.samples) : 0; weight > 0)
-        stats.layer_biases.push_back(fmt::format(
-            "preview: {:.0f} % of light by radiance cache, none from {} samples on", 100 * weight, kHandedOver));
+        stats.layer_biases.push_back(
+            fmt::format("preview: {:.0f} % of the light comes from the radiance cache, none from {} samples on",
+                        100 * weight, kHandedOver));
     stats.biases.insert(stats.biases.end(), stats.layer_biases.begin(), stats.layer_biases.end());
 }
 

@@ -114,7 +114,7 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
 TEST_F(Output, PreviewsAreNamedWhileTheyContribute) {
     const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
     render({file("early.exr"), "--stats", file("early.json"), "--preview", "cache", "--samples", "11"});
-    EXPECT_EQ(bias("early.exr"), "preview: 60 % of light by radiance cache, none from 32 samples on");
+    EXPECT_EQ(bias("early.exr"), "preview: 60 % of the light comes from the radiance cache, none from 32 samples on");
     EXPECT_NE(read_exr(file("early.exr")).attributes.comments.find("preview cache"), std::string::npos);
     const auto stats = nlohmann::json::parse(read_text(file("early.json")));
     EXPECT_EQ(stats["settings"]["preview"], "cache");

@@ -25,7 +25,7 @@ TEST_F(PreviewModes, AreNamedInFilesAndOnTheConsole) {
     const std::string err = render("filtered.exr", {"--preview", "filter", "--stats", folder / "stats.json"});
     EXPECT_TRUE(same_pixels(folder / "none.exr", folder / "plain.exr"));
     EXPECT_FALSE(same_pixels(folder / "filtered.exr", folder / "plain.exr"));
-    const std::string bias = "preview: noise filtered out, until there are 256 samples";
+    const std::string bias = "preview: noise is filtered out until there are 256 samples";
     EXPECT_EQ(bias_of(folder / "plain.exr"), "");
     EXPECT_EQ(bias_of(folder / "filtered.exr"), bias);
     EXPECT_NE(err.find("biased: " + bias), std::string::npos) << err;

@@ -161,8 +161,8 @@ TEST_F(View, PreviewModesAreNamedAndHandOverToTheMean) {
         quit)"));
     const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
     EXPECT_EQ(bias("early.exr"),
-              "preview: light of earlier pictures, until there are 32 samples; "
-              "preview: noise filtered out, until there are 256 samples");
+              "preview: light of earlier pictures is reused until there are 32 samples; "
+              "preview: noise is filtered out until there are 256 samples");
     EXPECT_GT(difference(png("early-window.png"), png("early.png")), 20) << "they are not named in the window";
     EXPECT_EQ(bias("sum.exr"), "") << "components are as they are";
     EXPECT_EQ(difference(png("sum-window.png"), png("sum.png")), 0);
@@ -191,8 +191,8 @@ TEST_F(View, PreviewsAreTheDefaultAndBecomeTheMean) {
     size = "48x32";
     EXPECT_EQ(seen({}), "cache,filter");
     EXPECT_EQ(bias("early.exr"),
-              "preview: noise filtered out, until there are 256 samples; "
-              "preview: 100 % of light by radiance cache, none from 32 samples on");
+              "preview: noise is filtered out until there are 256 samples; "
+              "preview: 100 % of the light comes from the radiance cache, none from 32 samples on");
     EXPECT_GT(difference(png("early-window.png"), png("early.png")), 20) << "the window does not name the modes";
     EXPECT_EQ(bias("late.exr"), "");
     EXPECT_EQ(difference(png("late-window.png"), png("late.png")), 0);

@@ -48,7 +48,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.value("--ui-scale", "S", "factor on the size of text and controls, 0.5 to 4 (default: that of the monitor)",
                   [&](const auto& name, const auto& text) { a.ui_scale = real(name, text, 0.5, 4); });
     options.path("--settings", "FILE.json",
-                 "settings file: read at the start if it exists, written by Ctrl-S (default: SCENE.halflight.json)",
+                 "settings file: read at the start if it exists, written by Ctrl-S (default: SCENE.glb.halflight.json)",
                  a.settings_file);
     options.group("Animation");
     add_animation_options(options, a.animation, a.frame_rate, "none, the scene at rest");

@@ -178,6 +178,9 @@ void render_picture(const RenderArguments& a) {
     times.render = clock.lap() - renderer.load_seconds();
     warnings.tell(scene, console);
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
+    if (a.settings_file && settings.preview.any())
+        console.note("the preview modes are those of {}; --preview none makes the unbiased mean",
+                     a.settings_file->string());
     const std::string error = judge(result.stats, a, a.outputs[0], console);
 
     {

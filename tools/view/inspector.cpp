@@ -136,6 +136,17 @@ bool property(const MaterialProperty& p, vec4& v) {
     return slider(title.c_str(), v.x, lowest, highest, "%.4g", p.meaning, fraction ? kClamp : kLogarithmic);
 }
 
+/// Shows a property of a material as edits leave it.
+void material_property(PanelContext& c, std::size_t index, const MaterialProperty& p, const Material& shown) {
+    vec4 v = value_of(shown, p.field);
+    ImGui::PushID(p.name);
+    const bool changed = property(p, v);
+    ImGui::PopID();
+    if (!changed || !range_error(p, v).empty()) return;
+    material_edit(c.session.edits, c.session.references().materials.at(index))[p.name] =
+        std::vector<float>(&v[0], &v[0] + static_cast<std::size_t>(component_count(p.field)));
+}
+
 void material(PanelContext& c, std::size_t index) {
     static const Material kPlain;
     constexpr std::string_view kUsual[] = {"base_color", "metallic", "roughness", "emission", "ior", "transmission"};
@@ -147,18 +158,9 @@ void material(PanelContext& c, std::size_t index) {
         return std::ranges::find(kUsual, p.name) != std::end(kUsual) ||
                value_of(own, p.field) != value_of(kPlain, p.field);
     };
-    const auto show = [&](const MaterialProperty& p) {
-        vec4 v = value_of(shown, p.field);
-        ImGui::PushID(p.name);
-        const bool changed = property(p, v);
-        ImGui::PopID();
-        if (!changed || !range_error(p, v).empty()) return;
-        material_edit(edits, name)[p.name] =
-            std::vector<float>(&v[0], &v[0] + static_cast<std::size_t>(component_count(p.field)));
-    };
     if (edits.clay) faint_text("Clay hides the material; the section Light switches it off.");
     for (const MaterialProperty& p : material_properties())
-        if (usual(p)) show(p);
+        if (usual(p)) material_property(c, index, p, shown);
     std::vector<const char*> textures;
     for (const MaterialTexture& t : material_textures())
         if (own.*t.field) textures.push_back(t.name);
@@ -167,7 +169,7 @@ void material(PanelContext& c, std::size_t index) {
         std::erase_if(edits.materials, [&](const auto& named) { return named.name == name; });
     if (!ImGui::TreeNode("All other properties")) return;
     for (const MaterialProperty& p : material_properties())
-        if (!usual(p)) show(p);
+        if (!usual(p)) material_property(c, index, p, shown);
     ImGui::TreePop();
 }
 
@@ -188,6 +190,12 @@ void camera(PanelContext& c, std::size_t index) {
 
 }  // namespace
 
+void emission_property(PanelContext& c, std::size_t index) {
+    const Material shown = c.session.edited_values().materials.at(index);
+    const auto all = material_properties();
+    material_property(c, index, *std::ranges::find(all, std::string_view("emission"), &MaterialProperty::name), shown);
+}
+
 void inspector(PanelContext& c) {
     const Selection s = c.session.selection;
     if (s.kind == ObjectKind::none) c.outliner.inspected = {};
@@ -196,8 +204,10 @@ void inspector(PanelContext& c) {
     std::string title = c.session.name_of(s);
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
     heading(title.c_str());
-    if (std::exchange(c.outliner.inspected, s) != s) {  // low windows show the list only
-        constexpr float kShown = 7;                     // lines of properties that are shown at least
+    // Low windows show the list only. What is under the mouse stays there.
+    const bool pointed_at = ImGui::IsWindowHovered() && ImGui::GetMousePos().y >= ImGui::GetCursorScreenPos().y;
+    if (std::exchange(c.outliner.inspected, s) != s && !pointed_at) {
+        constexpr float kShown = 7;  // lines of properties that are shown at least
         const float least =
             ImGui::GetCursorPosY() + kShown * ImGui::GetFrameHeightWithSpacing() - ImGui::GetWindowHeight();
         if (ImGui::GetScrollY() < least) ImGui::SetScrollY(least);

@@ -11,6 +11,8 @@ void object_list(PanelContext& c);
 void inspector(PanelContext& c);
 /// Declares the properties of a light, by its index.
 void light_properties_of(PanelContext& c, std::size_t index);
+/// Declares the emission of a material, by its index.
+void emission_property(PanelContext& c, std::size_t index);
 /// Declares the choice of the environment, and its edits.
 void environment_properties(PanelContext& c);
 

@@ -9,7 +9,8 @@
 namespace halflight::view {
 
 void light_section(PanelContext& c) {
-    constexpr std::size_t kMost = 100;  // lights that are listed here; the section Scene lists all
+    constexpr std::size_t kMost =
+        100;  // lights and emissive materials that are listed here; the section Scene lists all
     SceneEdits& edits = c.session.edits;
     const Scene& scene = c.session.scene();
     heading("Environment");
@@ -17,6 +18,16 @@ void light_section(PanelContext& c) {
     heading("Surfaces");
     if (std::ranges::any_of(scene.materials, has_emission))
         slider("Emission", edits.emission, 0, 100, "%.3f", "factor on all emissive surfaces", kLogarithmic);
+    std::size_t listed = 0;  // emissive surfaces are lights, too
+    for (std::size_t i = 0; i < scene.materials.size() && listed < kMost; ++i) {
+        if (!has_emission(scene.materials[i])) continue;
+        ++listed;
+        ImGui::PushID(static_cast<int>(i));
+        const std::string& name = scene.materials[i].name;
+        if (foldable(name.empty() ? c.session.name_of({ObjectKind::material, i}) : name, false))
+            emission_property(c, i);
+        ImGui::PopID();
+    }
     checkbox("Clay", edits.clay, "gives all surfaces one grey diffuse material");
     heading("Lights");
     if (scene.lights.empty()) faint_text("The scene has no lights beside environment and emissive surfaces.");

@@ -46,7 +46,7 @@ void color(PanelContext& c) {
 void comparison(PanelContext& c) {
     heading("Comparison");
     if (!c.now.picture) return faint_text("There is no picture yet.");
-    if (button(c.now.comparing ? "Keep as B again" : "Keep as B", "keeps the picture for comparison (K)"))
+    if (button(c.now.comparing ? "Replace B" : "Keep as B", "keeps the picture as B for comparison (K)"))
         c.requests.actions.push_back(Action::keep);
     if (button("File as B ...", "takes an .exr or a .png as the picture B (Ctrl+Shift+K)", true))
         c.requests.actions.push_back(Action::compare_file);
@@ -58,7 +58,8 @@ void comparison(PanelContext& c) {
         if (radio(name, c.now.comparison == mode, help, same_line)) c.requests.comparison = mode;
     };
     choice("Split", Mode::split, "B stands right of a line that can be dragged", false);
-    choice("Difference", Mode::difference, "absolute difference of both; needs the same kind of picture", true);
+    choice("Difference", Mode::difference,
+           "absolute difference of A and B, either two linear pictures or two display-encoded ones", true);
     choice("Flicker", Mode::flicker, "both pictures in turns, each for half a second", true);
 }
 

@@ -69,6 +69,11 @@ void object_list(PanelContext& c) {
     constexpr float kShare = 0.35f;          // share of the section that the list takes
     label("Search", "shows objects whose names contain the text");
     ImGui::InputText("##search", c.outliner.search.data(), c.outliner.search.size());
+    // An object that is selected elsewhere ends a search that does not find it.
+    if (c.outliner.scrolled_to != c.session.selection && c.session.selection.kind != ObjectKind::none &&
+        std::ranges::find(c.outliner.rows(c.session), c.session.selection, &Outliner::Row::object) ==
+            c.outliner.rows(c.session).end())
+        c.outliner.search = {};
     const auto& rows = c.outliner.rows(c.session);
     const bool searching = c.outliner.search[0] != 0;
     const HiddenObjects hidden(c.session);

@@ -91,10 +91,14 @@ float draw_split(const LabelArea& room, const Overlay& overlay, float& split) {
     ImGui::GetBackgroundDrawList()->AddLine({x, static_cast<float>(picture.origin.y)},
                                             {x, static_cast<float>(picture.end().y)}, kText, 2);
     const std::string here = "A: " + overlay.here, other = "B: " + *overlay.other;
-    const auto width = [](const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; };
-    const bool beside = x - kMargin - width(here) >= room.left && x + kMargin + width(other) <= room.right;
-    const float next = label(room, x - kMargin, room.top, 1, here);
-    return label(room, x + kMargin, beside ? room.top : next, 0, other);
+    // Each label wraps inside its half. Halves too narrow for text show the labels below each other.
+    const float least = 10 * ImGui::GetFontSize();
+    LabelArea left = room, right = room;
+    left.right = x - kMargin, right.left = x + kMargin;
+    const bool beside = left.right - left.left >= least && right.right - right.left >= least;
+    if (beside)
+        return std::max(label(left, left.right, room.top, 1, here), label(right, right.left, room.top, 0, other));
+    return label(room, x + kMargin, label(room, x - kMargin, room.top, 1, here), 0, other);
 }
 
 }  // namespace

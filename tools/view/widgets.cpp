@@ -196,6 +196,13 @@ bool pick_color(const char* name, vec3& linear, const char* help) {
     vec3 shown = glm::pow(linear, vec3(1 / kGamma));
     const bool changed = ImGui::ColorEdit3("##color", &shown.r, ImGuiColorEditFlags_NoInputs);
     tooltip(help);
+    {
+        const Id edit("##color");
+        if (ImGui::BeginPopup("picker")) {  // the picker that ColorEdit3() opens
+            close_by_escape();
+            ImGui::EndPopup();
+        }
+    }
     if (changed) linear = glm::pow(glm::clamp(shown, 0.0f, 1.0f), vec3(kGamma));
     return changed;
 }

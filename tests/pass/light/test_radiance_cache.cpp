@@ -139,7 +139,8 @@ TEST_F(RadianceCacheTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
         EXPECT_NEAR(mean_indirect(r), exact, 0.01 * exact) << picture;
         for (const BadValues& bad : r.stats.bad_values) EXPECT_EQ(bad.total(), 0u) << bad.component;
         ASSERT_EQ(r.stats.biases.size(), 1u);
-        EXPECT_EQ(r.stats.biases[0], "preview: 100 % of light by radiance cache, none from 32 samples on");
+        EXPECT_EQ(r.stats.biases[0],
+                  "preview: 100 % of the light comes from the radiance cache, none from 32 samples on");
     }
 }
 

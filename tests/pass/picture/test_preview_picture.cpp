@@ -58,11 +58,12 @@ TEST_F(PreviewPictureTest, AStaticCameraConvergesToTheMean) {
     const RenderResult early_temporal = render(temporal, &of_temporal, second, 16);
     EXPECT_FALSE(same_bits(early_temporal.beauty, early.beauty));
     ASSERT_EQ(early_temporal.stats.biases.size(), 1u);
-    EXPECT_EQ(early_temporal.stats.biases[0], "preview: light of earlier pictures, until there are 32 samples");
+    EXPECT_EQ(early_temporal.stats.biases[0],
+              "preview: light of earlier pictures is reused until there are 32 samples");
     const RenderResult early_both = render(both, &of_both, second, 16);
     ASSERT_EQ(early_both.stats.biases.size(), 2u);
     EXPECT_TRUE(early_both.stats.layer_biases.empty());
-    EXPECT_EQ(early_both.stats.biases[1], "preview: noise filtered out, until there are 256 samples");
+    EXPECT_EQ(early_both.stats.biases[1], "preview: noise is filtered out until there are 256 samples");
     EXPECT_TRUE(same_bits(layer(early_both, "direct_diffuse.R"), layer(early, "direct_diffuse.R"))) << "a layer";
 
     const auto ends = static_cast<int>(shared::kTemporalEnds);
