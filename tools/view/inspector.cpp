@@ -10,12 +10,15 @@
 #include <utility>
 
 #include "api/halflight/edit_text.h"
+#include "engine/scene/black_body.h"
 #include "engine/scene/material_properties.h"
 #include "tools/view/outliner.h"
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
 namespace {
+
+constexpr float kMostKelvin = 12000;  // upper end of sliders
 
 std::set<std::uint32_t> materials_of(const Scene& scene, const std::vector<int>& meshes) {
     std::set<std::uint32_t> materials;
@@ -85,11 +88,26 @@ void node(PanelContext& c, std::size_t index) {
     remove_empty(edits);
 }
 
-/// Shows a colour of any radiance as a hue and a factor.
+/// Returns the temperature at which a black body has the colour's ratio of red to blue, kelvin.
+float nearest_temperature(const vec3& color) {
+    double cold = kEditTemperature.lower, hot = kMostKelvin;
+    for (int i = 0; i < 24; ++i) {  // red falls relative to blue as the temperature rises
+        const double middle = 0.5 * (cold + hot);
+        const vec3 body = black_body_color(middle);
+        (body.r * color.b > color.r * body.b ? cold : hot) = middle;
+    }
+    return static_cast<float>(std::round(0.5 * (cold + hot)));
+}
+
+/// Shows a colour of any radiance as a hue, which a temperature can set, and a factor.
 bool radiance(const char* title, vec3& color, const char* help) {
     float strength = std::max({color.r, color.g, color.b});
     vec3 hue = strength > 0 ? color / strength : vec3(1);
-    const bool other_hue = pick_color(title, hue, help);
+    bool other_hue = pick_color(title, hue, help);
+    float kelvin = nearest_temperature(hue);
+    if (slider("Temperature", kelvin, static_cast<float>(kEditTemperature.lower), kMostKelvin, "%.0f K",
+               "sets the hue to that of a black body: 2700 is a warm lamp, 6500 daylight", kClamp))
+        hue = black_body_color(double{kelvin}), other_hue = true;
     const bool other_strength =
         slider((std::string(title) + " nits").c_str(), strength, 0, 1e4f, "%.4g", help, kLogarithmic);
     if (other_hue) {  // a dark colour, such as a half-typed one, is a hue, too, and leaves the strength as it is

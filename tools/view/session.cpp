@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/halflight/camera.h"
+#include "api/halflight/statistics.h"
 #include "tools/cli/settings_parts.h"
 
 namespace halflight::view {
@@ -206,6 +207,9 @@ std::string Session::description() const {
     const auto factor = [&](const char* what, float value) {
         if (value != 1) words.push_back(fmt::format("{} x {:g}", what, value));
     };
+    if (!std::holds_alternative<std::monostate>(environment()))
+        words.push_back("environment " +
+                        std::filesystem::path(environment_name(scene_->environment)).filename().string());
     factor("environment", edits.environment_intensity);
     if (edits.environment_rotation != 0) words.push_back(fmt::format("turned by {:g} deg", edits.environment_rotation));
     if (edits.environment_tint != vec3(1)) words.emplace_back("tinted");
