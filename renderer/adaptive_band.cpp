@@ -1,6 +1,7 @@
 // Adaptive sampling of a picture with a given number of samples (passes/picture/adaptive.h).
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "passes/picture/adaptive.h"
 #include "renderer/listed_samples.h"
@@ -25,13 +26,14 @@ Accumulated imported(graph::Graph& graph, const SumBuffers& sums) {
 /// Leaves mattes out of the samples that are made during its lifetime.
 class WithoutMattes {
   public:
-    explicit WithoutMattes(bool& adds_mattes) : adds_mattes_(adds_mattes) { adds_mattes = false; }
+    explicit WithoutMattes(bool& adds_mattes) : adds_mattes_(adds_mattes), before_(std::exchange(adds_mattes, false)) {}
     WithoutMattes(const WithoutMattes&) = delete;
     WithoutMattes& operator=(const WithoutMattes&) = delete;
-    ~WithoutMattes() { adds_mattes_ = true; }
+    ~WithoutMattes() { adds_mattes_ = before_; }
 
   private:
     bool& adds_mattes_;
+    bool before_;
 };
 
 }  // namespace

@@ -41,7 +41,7 @@ std::set<std::string_view> saved_settings();
 void take_settings(const SavedSettings& settings, const std::filesystem::path& path, SceneChoice& scene,
                    CameraChoice& camera);
 
-/// Returns SCENE.halflight.json.
+/// Returns SCENE.glb.halflight.json.
 std::filesystem::path settings_file_of(const std::filesystem::path& scene);
 
 /// Reads a settings file. Throws Error that names file and element, also for unknown settings.

@@ -36,4 +36,13 @@ vec3 black_body_color(double kelvin) {
     return vec3(rgb / std::max({rgb.r, rgb.g, rgb.b}));
 }
 
+double nearest_black_body(const vec3& color, double lowest, double highest) {
+    while (highest - lowest > 1e-3) {  // green and blue grow relative to red as the temperature rises
+        const double middle = 0.5 * (lowest + highest);
+        const vec3 body = black_body_color(middle);
+        (body.r * (color.g + color.b) > color.r * (body.g + body.b) ? lowest : highest) = middle;
+    }
+    return 0.5 * (lowest + highest);
+}
+
 }  // namespace halflight

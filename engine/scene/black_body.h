@@ -9,4 +9,8 @@ namespace halflight {
 /// (below about 1900 K) are clipped. Kelvin > 0.
 vec3 black_body_color(double kelvin);
 
+/// Returns the temperature at which a black body has the colour's ratio of red to green and blue together, kelvin. The
+/// range [lowest, highest] limits it. Channels >= 0, not all 0.
+double nearest_black_body(const vec3& color, double lowest, double highest);
+
 }  // namespace halflight

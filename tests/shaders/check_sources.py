@@ -16,6 +16,7 @@ import sys
 import tempfile
 
 SKIPPED = 77  # exit status of a test that cannot run
+SOURCES = "[!.]*.*"  # a process that a test kills may leave the hidden file under which it was writing a source
 BATCH = 40  # sources that one process compiles: it prepares the built-in functions once
 # Commands in an order that makes every kernel, run where one of the kernels that only they make is missing. {P} is the
 # program, {S} the folder of scenes, {T} that of tests.
@@ -93,7 +94,7 @@ def kernel_of(source):
 
 def without_program(checkout, build, folder):
     """Returns the kernels of which the folder has no program, without those of a viewer that cannot run."""
-    made = {kernel_of(source) for source in folder.glob("*.*")}
+    made = {kernel_of(source) for source in folder.glob(SOURCES)}
     kernels = sorted(p.name for e in ("comp", "vert", "frag") for p in (checkout / "shaders").glob(f"*.{e}"))
     if not (build / "halflight-view").exists() or not shutil.which("xvfb-run"):
         kernels.remove("view.frag")
@@ -122,13 +123,12 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     since = newest(build)
     for source in folder.glob("*"):
-        # A process that a test kills may leave the hidden file under which it was writing a source.
-        if source.name.startswith(".") or source.stat().st_mtime < since:
+        if source.stat().st_mtime < since:
             source.unlink()
     make_missing(checkout, build, folder)
 
     programs = {}
-    for source in sorted(folder.glob("*.*")):
+    for source in sorted(folder.glob(SOURCES)):
         programs.setdefault(source.stem, []).append(source)
     kernels = [stages[0] for stages in programs.values() if len(stages) == 1]
     batches = [(compiled, kernels[i:i + BATCH]) for i in range(0, len(kernels), BATCH)]

@@ -178,9 +178,9 @@ void render_picture(const RenderArguments& a) {
     times.render = clock.lap() - renderer.load_seconds();
     warnings.tell(scene, console);
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
-    if (a.settings_file && settings.preview.any())
-        console.note("the preview modes are those of {}; --preview none makes the unbiased mean",
-                     a.settings_file->string());
+    const auto of_preview = [](const std::string& bias) { return bias.starts_with("preview: "); };
+    if (a.settings_file && std::ranges::any_of(result.stats.biases, of_preview))
+        console.note("--preview none leaves out the preview modes, and makes the unbiased mean");
     const std::string error = judge(result.stats, a, a.outputs[0], console);
 
     {

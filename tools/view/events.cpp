@@ -9,18 +9,20 @@ namespace {
 bool fits(const std::vector<InputEvent>& taken, const InputEvent& next) {
     using Kind = InputEvent::Kind;
     const auto is = [&](Kind kind) { return [kind](const InputEvent& e) { return e.kind == kind; }; };
+    const auto changes = [&](const InputEvent& e) { return e.kind == next.kind && e.code == next.code; };
     switch (next.kind) {
         case Kind::key:
+            return std::ranges::none_of(taken, changes) && std::ranges::none_of(taken, is(Kind::button));
         case Kind::button:
-            return std::ranges::none_of(
-                taken, [&](const InputEvent& e) { return e.kind == next.kind && e.code == next.code; });
+            return std::ranges::none_of(taken, changes);
         case Kind::position:
             return std::ranges::none_of(taken, is(Kind::button));
         case Kind::focus:
             return taken.empty();  // losing the focus releases all keys
         case Kind::letter:
+            return std::ranges::none_of(taken, is(Kind::button));
         case Kind::wheel:
-            return std::ranges::none_of(taken, is(Kind::focus));
+            return true;
     }
     return true;
 }

@@ -28,7 +28,8 @@ class EventQueue {
     void add(const InputEvent& event) { events_.push_back(event); }
     bool empty() const { return events_.empty(); }
     /// Removes and returns the events of the next frame, oldest first. In them each key and button changes at most
-    /// once, and the pointer does not move after a button has changed. Further events stay for the frames after.
+    /// once. After a button has changed, the pointer does not move, and no key or letter comes: a click decides where
+    /// letters go. Further events stay for the frames after.
     std::vector<InputEvent> take();
 
   private:

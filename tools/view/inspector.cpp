@@ -18,8 +18,6 @@
 namespace halflight::view {
 namespace {
 
-constexpr float kMostKelvin = 12000;  // upper end of sliders
-
 std::set<std::uint32_t> materials_of(const Scene& scene, const std::vector<int>& meshes) {
     std::set<std::uint32_t> materials;
     for (const int mesh : meshes) {
@@ -88,28 +86,28 @@ void node(PanelContext& c, std::size_t index) {
     remove_empty(edits);
 }
 
-/// Returns the temperature at which a black body has the colour's ratio of red to blue, kelvin.
-float nearest_temperature(const vec3& color) {
-    double cold = kEditTemperature.lower, hot = kMostKelvin;
-    for (int i = 0; i < 24; ++i) {  // red falls relative to blue as the temperature rises
-        const double middle = 0.5 * (cold + hot);
-        const vec3 body = black_body_color(middle);
-        (body.r * color.b > color.r * body.b ? cold : hot) = middle;
-    }
-    return static_cast<float>(std::round(0.5 * (cold + hot)));
+/// Shows the hue of a light as the temperature of a black body; returns whether the user has changed it.
+bool temperature(vec3& hue) {
+    constexpr float kSame = 0.03f;  // largest difference of channels at which a hue counts as that of a black body
+    auto kelvin = static_cast<float>(std::round(nearest_black_body(hue, kEditTemperature.lower, double{kMostKelvin})));
+    const vec3 difference = glm::abs(black_body_color(double{kelvin}) - hue);
+    const bool is_body = std::max({difference.r, difference.g, difference.b}) < kSame;
+    if (!slider("Temperature", kelvin, static_cast<float>(kEditTemperature.lower), kMostKelvin,
+                is_body ? "%.0f K" : "another hue",
+                "sets the hue to that of a black body: 2700 is a warm lamp, 6500 daylight", kClamp))
+        return false;
+    hue = black_body_color(double{kelvin});
+    return true;
 }
 
-/// Shows a colour of any radiance as a hue, which a temperature can set, and a factor.
-bool radiance(const char* title, vec3& color, const char* help) {
+/// Shows a colour without an upper bound as a hue and a factor. Emission has a unit and a temperature.
+bool unbounded_color(const std::string& title, bool emission, vec3& color, const char* help) {
     float strength = std::max({color.r, color.g, color.b});
     vec3 hue = strength > 0 ? color / strength : vec3(1);
-    bool other_hue = pick_color(title, hue, help);
-    float kelvin = nearest_temperature(hue);
-    if (slider("Temperature", kelvin, static_cast<float>(kEditTemperature.lower), kMostKelvin, "%.0f K",
-               "sets the hue to that of a black body: 2700 is a warm lamp, 6500 daylight", kClamp))
-        hue = black_body_color(double{kelvin}), other_hue = true;
+    bool other_hue = pick_color(title.c_str(), hue, help);
+    if (emission && strength > 0) other_hue |= temperature(hue);
     const bool other_strength =
-        slider((std::string(title) + " nits").c_str(), strength, 0, 1e4f, "%.4g", help, kLogarithmic);
+        slider((title + (emission ? " nits" : " factor")).c_str(), strength, 0, 1e4f, "%.4g", help, kLogarithmic);
     if (other_hue) {  // a dark colour, such as a half-typed one, is a hue, too, and leaves the strength as it is
         const float most = std::max({hue.r, hue.g, hue.b});
         if (most == 0 && !other_strength) return false;
@@ -136,8 +134,8 @@ bool property(const MaterialProperty& p, vec4& v) {
     }
     if (count >= 3 && (fraction || p.range.lowest == 0)) {
         vec3 color(v);
-        bool changed =
-            fraction ? pick_color(title.c_str(), color, p.meaning) : radiance(title.c_str(), color, p.meaning);
+        bool changed = fraction ? pick_color(title.c_str(), color, p.meaning)
+                                : unbounded_color(title, p.name == std::string_view("emission"), color, p.meaning);
         if (changed) v = vec4(color, v.a);
         if (count == 4) changed |= slider("Alpha", v.a, 0, 1, "%.3f", "coverage");
         return changed;
@@ -208,8 +206,7 @@ void camera(PanelContext& c, std::size_t index) {
 
 }  // namespace
 
-void emission_property(PanelContext& c, std::size_t index) {
-    const Material shown = c.session.edited_values().materials.at(index);
+void emission_property(PanelContext& c, std::size_t index, const Material& shown) {
     const auto all = material_properties();
     material_property(c, index, *std::ranges::find(all, std::string_view("emission"), &MaterialProperty::name), shown);
 }

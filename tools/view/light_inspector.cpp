@@ -29,7 +29,7 @@ void color_of_light(const PunctualLight& shown, LightEdit& edit) {
     if (radio("Kelvin", edit.temperature.has_value(), "the colour is that of a black body", true) && !edit.temperature)
         edit.temperature = kUsualKelvin, edit.color.reset();
     if (edit.temperature) {
-        slider("Temperature", *edit.temperature, static_cast<float>(kEditTemperature.lower), 12000, "%.0f K",
+        slider("Temperature", *edit.temperature, static_cast<float>(kEditTemperature.lower), kMostKelvin, "%.0f K",
                "colour of a black body: 2700 is a warm lamp, 6500 daylight", kClamp);
         return;
     }

@@ -70,10 +70,12 @@ void object_list(PanelContext& c) {
     label("Search", "shows objects whose names contain the text");
     ImGui::InputText("##search", c.outliner.search.data(), c.outliner.search.size());
     // An object that is selected elsewhere ends a search that does not find it.
-    if (c.outliner.scrolled_to != c.session.selection && c.session.selection.kind != ObjectKind::none &&
-        std::ranges::find(c.outliner.rows(c.session), c.session.selection, &Outliner::Row::object) ==
-            c.outliner.rows(c.session).end())
-        c.outliner.search = {};
+    const Selection selected_now = c.session.selection;
+    if (c.outliner.scrolled_to != selected_now && selected_now.kind != ObjectKind::none) {
+        const auto& found = c.outliner.rows(c.session);
+        if (std::ranges::find(found, selected_now, &Outliner::Row::object) == found.end()) c.outliner.search = {};
+        c.outliner.folded[static_cast<std::size_t>(selected_now.kind)] = false;
+    }
     const auto& rows = c.outliner.rows(c.session);
     const bool searching = c.outliner.search[0] != 0;
     const HiddenObjects hidden(c.session);

@@ -223,8 +223,11 @@ std::string Session::description() const {
     count(edits.materials.size(), "material", "edited");
     count(edits.transforms.size(), "instance", "moved");
     count(edits.nodes.size(), "node", "moved");
-    count(edits.hidden.size(), "object", "hidden");
-    count(edits.catchers.size(), "object", "catching shadows");
+    if (edits.hidden.size() == 1)
+        words.push_back(fmt::format("{} hidden", edits.hidden[0].name));
+    else
+        count(edits.hidden.size(), "name", "hidden");
+    count(edits.catchers.size(), "name", "catching shadows");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounces", bounces));

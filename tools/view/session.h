@@ -88,8 +88,8 @@ class Session {
     // The following functions are defined in session_selection.cpp.
 
     const ObjectReferences& references() const { return references_; }  ///< Returns the references of scene().
-    /// Returns lights and materials as the picture shows them, except for clay and hidden lights. The scene has no
-    /// meshes and images.
+    /// Returns lights and materials as the picture shows them, except for clay, hidden lights and the factor on all
+    /// emissive surfaces. The scene has no meshes and images.
     Scene edited_values() const;
     /// Returns the instances of picker() that belong to the selected node, with those below it, or mesh.
     std::vector<std::size_t> selected_instances() const;

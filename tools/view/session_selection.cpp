@@ -55,6 +55,7 @@ Scene Session::edited_values() const {
     values.materials = scene_->materials;
     SceneEdits part = edits;
     part.clay = false;
+    part.emission = 1;  // a factor on all materials, which is not part of any
     part.transforms.clear();
     part.hidden.clear();
     part.catchers.clear();

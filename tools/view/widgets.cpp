@@ -32,6 +32,20 @@ class Id {
     Id& operator=(const Id&) = delete;
 };
 
+/// Lets a double click on a slider open its text, as on the other numbers; Dear ImGui 1.86 asks for Ctrl and a click.
+class TypesByDoubleClick {
+  public:
+    TypesByDoubleClick() : ctrl_(ImGui::GetIO().KeyCtrl) {
+        ImGui::GetIO().KeyCtrl = ctrl_ || ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
+    }
+    TypesByDoubleClick(const TypesByDoubleClick&) = delete;
+    TypesByDoubleClick& operator=(const TypesByDoubleClick&) = delete;
+    ~TypesByDoubleClick() { ImGui::GetIO().KeyCtrl = ctrl_; }
+
+  private:
+    bool ctrl_;
+};
+
 }  // namespace
 
 void text(const std::string& line) {
@@ -124,6 +138,7 @@ bool slider(const char* name, int& value, int lower, int upper, const char* help
             const char* format) {
     const Id id(name);
     label(name, help);
+    const TypesByDoubleClick typed;
     const bool changed = ImGui::SliderInt("##slider", &value, lower, upper, format, flags);
     tooltip(help);
     return changed;
@@ -133,6 +148,7 @@ bool slider(const char* name, float& value, float lower, float upper, const char
             ImGuiSliderFlags flags) {
     const Id id(name);
     label(name, help);
+    const TypesByDoubleClick typed;
     const bool changed = ImGui::SliderFloat("##slider", &value, lower, upper, format, flags);
     tooltip(help);
     return changed;
@@ -194,12 +210,13 @@ bool pick_color(const char* name, vec3& linear, const char* help) {
     const Id id(name);
     label(name, help);
     vec3 shown = glm::pow(linear, vec3(1 / kGamma));
-    const bool changed = ImGui::ColorEdit3("##color", &shown.r, ImGuiColorEditFlags_NoInputs);
+    const bool changed =
+        ImGui::ColorEdit3("##color", &shown.r, ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoOptions);
     tooltip(help);
     {
         const Id edit("##color");
-        if (ImGui::BeginPopup("picker")) {  // the picker that ColorEdit3() opens
-            close_by_escape();
+        if (ImGui::BeginPopup("picker")) {                         // the picker that ColorEdit3() opens
+            if (!ImGui::GetIO().WantTextInput) close_by_escape();  // Escape ends typing first
             ImGui::EndPopup();
         }
     }

@@ -177,10 +177,12 @@ TEST_F(RendererTest, MeteringNeedsNoProgramsOfItsOwn) {
 // A viewer ends samples, and pictures of the samples so far, for the next view.
 TEST_F(RendererTest, EndedWorkLeavesNoTrace) {
     struct Ended {};
-    for (const Culling culling : {Culling::off, Culling::compute, Culling::automatic}) {
+    using enum Culling;
+    // Earlier samples fill the radiance cache, so it is emptied before pictures are compared.
+    for (const auto& [culling, cache] : {std::pair(off, false), {compute, false}, {raster, false}, {automatic, true}}) {
         RenderSettings settings = banded(culling);
         settings.aovs = {"albedo", "variance"};
-        settings.preview = {.cache = true, .filter = true};
+        settings.preview = {.cache = cache, .filter = true};
         settings.in_turns = true;
         Renderer renderer(prepared, colors, settings);
         const auto render = [&](int last) {
@@ -202,7 +204,7 @@ TEST_F(RendererTest, EndedWorkLeavesNoTrace) {
             const int last = 1 + static_cast<int>(random() % static_cast<unsigned>(points));
             SCOPED_TRACE(fmt::format("{}, ended at point {} of {}", rays::name(culling), last, points));
             EXPECT_THROW(render(last), Ended);
-            renderer.forget("camera cut");
+            if (cache) renderer.forget("camera cut");
             expect_same(render(0).first, expected);
         }
     }

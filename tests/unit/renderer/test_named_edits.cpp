@@ -273,6 +273,13 @@ TEST(BlackBody, HasTheChromaticityOfIlluminantA) {
     }
 }
 
+TEST(BlackBody, IsFoundByItsColor) {
+    for (double kelvin = 1000; kelvin <= 12000; kelvin += 50)  // below about 1900 K there is no blue
+        EXPECT_NEAR(nearest_black_body(black_body_color(kelvin), 1000, 12000), kelvin, 0.5);
+    EXPECT_NEAR(nearest_black_body(vec3(1, 0, 0), 1000, 12000), 1000, 0.5);
+    EXPECT_NEAR(nearest_black_body(vec3(0, 0, 1), 1000, 12000), 12000, 0.5);
+}
+
 TEST(EditTexts, RestoreTheEditExactly) {
     LightEdit light;
     light.factor = 0.1f;

@@ -331,6 +331,12 @@ TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {
     EXPECT_EQ(session.request(kSize).aovs, std::vector<std::string>{"variance"});
 }
 
+TEST_F(ViewSession, EmissionOfAMaterialLacksTheFactorOnAll) {
+    session.edits.emission = 2;
+    material_edit(session.edits, "1")["emission"] = {3, 2, 1};
+    EXPECT_EQ(session.edited_values().materials[1].emission, vec3(3, 2, 1)) << "controls write back what they show";
+}
+
 TEST_F(ViewSession, DescribesThePicture) {
     EXPECT_EQ(session.description(), "final, 8 bounces");
     session.layer_view.components[0] = false;

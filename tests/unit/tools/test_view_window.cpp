@@ -49,13 +49,17 @@ TEST(Events, AFrameTakesWhatItCanTellApart) {
     EventQueue queue;
     queue.add({.kind = Kind::position, .value = {1, 1}});
     queue.add({.kind = Kind::position, .value = {2, 2}});
-    queue.add({.kind = Kind::button, .code = 0, .down = true});
     queue.add(key('A', true));
     queue.add(key('B', true));
+    queue.add({.kind = Kind::button, .code = 0, .down = true});
     queue.add({.kind = Kind::position, .value = {9, 9}});
     queue.add({.kind = Kind::button, .code = 0, .down = false});
+    queue.add(key('C', true));
+    queue.add({.kind = Kind::letter, .letter = 'c'});
+    queue.add({.kind = Kind::letter, .letter = 'd'});
     EXPECT_EQ(queue.take().size(), 5u) << "a click happens where it was";
     EXPECT_EQ(queue.take().size(), 2u);
+    EXPECT_EQ(queue.take().size(), 3u) << "a click decides where letters go";
     EXPECT_TRUE(queue.take().empty());
 }
 
