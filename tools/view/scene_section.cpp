@@ -43,6 +43,8 @@ void scene_section(PanelContext& c) {
     heading("File");
     text(c.session.file().filename().string());
     tooltip(c.session.file().string().c_str());
+    if (c.session.took_settings())
+        faint_text(fmt::format("with the settings of {}", c.session.settings_file().filename().string()));
     if (button("Open ...", "opens a scene or an environment (Ctrl+O)")) c.requests.actions.push_back(Action::open);
     if (button("Save settings", "saves the settings (Ctrl+S)", true)) c.requests.actions.push_back(Action::save);
     if (button("Save .png", "saves the picture as shown (P)")) c.requests.actions.push_back(Action::screenshot);

@@ -207,7 +207,9 @@ std::string Session::description() const {
     const auto factor = [&](const char* what, float value) {
         if (value != 1) words.push_back(fmt::format("{} x {:g}", what, value));
     };
-    if (!std::holds_alternative<std::monostate>(environment()))
+    if (const auto* color = std::get_if<vec3>(&environment()))
+        words.push_back(fmt::format("environment {:.3g},{:.3g},{:.3g}", color->r, color->g, color->b));
+    else if (!std::holds_alternative<std::monostate>(environment()))
         words.push_back("environment " +
                         std::filesystem::path(environment_name(scene_->environment)).filename().string());
     factor("environment", edits.environment_intensity);

@@ -75,6 +75,8 @@ class Session {
     const std::filesystem::path& file() const { return file_; }
     /// Returns the warning about entries of the settings file that were left out when the scene was opened, or "".
     const std::string& warning() const { return warning_; }
+    /// Returns whether the scene was opened with a settings file.
+    bool took_settings() const { return arguments_.settings_source != nullptr; }
     /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
     const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }

@@ -59,10 +59,18 @@ Viewer::Viewer(const PreviewArguments& arguments)
     transform_ = session_.transform;
     display_.set_view(processor_);
     edit_history_.start(session_.document());
-    if (!session_.warning().empty()) tell(session_.warning());
+    tell_of_settings();
     if (gui_.has_font()) return;
     Console(arguments.log_level).warn("{}", kNoFont);
     tell(kNoFont);
+}
+
+/// Tells that a settings file has changed the scene, or which of its entries were left out.
+void Viewer::tell_of_settings() {
+    if (!session_.warning().empty())
+        tell(session_.warning());
+    else if (session_.took_settings())
+        tell(fmt::format("{} was read", session_.settings_file().filename().string()));
 }
 
 /// Loads the scene on a thread of its own, so that the window is there from the first moment.

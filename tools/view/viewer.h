@@ -40,6 +40,7 @@ class Viewer {
 
   private:
     Session::Opened load_first();
+    void tell_of_settings();
     /// Draws a frame; `shot`: file to write the window to. All waiting input is taken in before.
     void frame(const std::filesystem::path& shot = {});
     void declare();  // Takes in input and declares all panels; performs what they request.

@@ -66,7 +66,7 @@ bool Viewer::finish_opening() {
             if (other_scene) edit_history_.start(session_.document());
             const std::string name = std::exchange(opening_name_, {});
             if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));
-            if (other_scene && !session_.warning().empty()) tell(session_.warning());
+            if (other_scene) tell_of_settings();
         });
     }
     return !opening_.valid() && to_open_.empty() && !next_pose_ && !next_change_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cfloat>
+#include <utility>
 
 namespace halflight::view {
 namespace {
@@ -32,18 +33,32 @@ class Id {
     Id& operator=(const Id&) = delete;
 };
 
-/// Lets a double click on a slider open its text, as on the other numbers; Dear ImGui 1.86 asks for Ctrl and a click.
+/// Lets a double click on the slider that is declared next open its text, as on the other numbers; Dear ImGui 1.86 asks
+/// for Ctrl and a click. The first click has moved the slider, so the second one restores the value.
 class TypesByDoubleClick {
   public:
-    TypesByDoubleClick() : ctrl_(ImGui::GetIO().KeyCtrl) {
-        ImGui::GetIO().KeyCtrl = ctrl_ || ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
+    template <class T>
+    explicit TypesByDoubleClick(T& value) : ctrl_(ImGui::GetIO().KeyCtrl) {
+        static ImGuiID clicked = 0;  // the slider that was clicked last, and its value before that
+        static T before{};
+        const ImVec2 corner = ImGui::GetCursorScreenPos();
+        const ImVec2 end(corner.x + ImGui::CalcItemWidth(), corner.y + ImGui::GetFrameHeight());
+        if (!ImGui::IsWindowHovered() || !ImGui::IsMouseHoveringRect(corner, end)) return;
+        const ImGuiID id = ImGui::GetID("##slider");
+        if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
+            ImGui::GetIO().KeyCtrl = true;
+            if (clicked == id) restores_ = std::exchange(value, before) != before;
+        } else if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+            clicked = id, before = value;
+        }
     }
     TypesByDoubleClick(const TypesByDoubleClick&) = delete;
     TypesByDoubleClick& operator=(const TypesByDoubleClick&) = delete;
     ~TypesByDoubleClick() { ImGui::GetIO().KeyCtrl = ctrl_; }
+    bool restores() const { return restores_; }
 
   private:
-    bool ctrl_;
+    bool ctrl_, restores_ = false;
 };
 
 }  // namespace
@@ -138,8 +153,8 @@ bool slider(const char* name, int& value, int lower, int upper, const char* help
             const char* format) {
     const Id id(name);
     label(name, help);
-    const TypesByDoubleClick typed;
-    const bool changed = ImGui::SliderInt("##slider", &value, lower, upper, format, flags);
+    const TypesByDoubleClick typed(value);
+    const bool changed = ImGui::SliderInt("##slider", &value, lower, upper, format, flags) || typed.restores();
     tooltip(help);
     return changed;
 }
@@ -148,8 +163,8 @@ bool slider(const char* name, float& value, float lower, float upper, const char
             ImGuiSliderFlags flags) {
     const Id id(name);
     label(name, help);
-    const TypesByDoubleClick typed;
-    const bool changed = ImGui::SliderFloat("##slider", &value, lower, upper, format, flags);
+    const TypesByDoubleClick typed(value);
+    const bool changed = ImGui::SliderFloat("##slider", &value, lower, upper, format, flags) || typed.restores();
     tooltip(help);
     return changed;
 }
