@@ -9,6 +9,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/names.h"
+#include "engine/core/suggestion.h"
 #include "engine/tables/light_textures.h"
 
 namespace halflight {
@@ -75,8 +76,13 @@ EnvironmentChoice parse_environment(const std::string& subject, const std::strin
         throw Error(subject, "expects the name of a file or R,G,B, not '{}'", text);
     if (text.find_first_of("./") == std::string::npos) {
         std::string presets;
-        for (const SkyPreset preset : sky_presets()) presets += fmt::format(", {}", name(preset));
-        throw Error(subject, "expects a file, a colour, none{}, not '{}'", presets, text);
+        std::vector<std::string> names = {"none"};
+        for (const auto& [color, hex] : kColors) names.emplace_back(color);
+        for (const SkyPreset preset : sky_presets()) {
+            presets += fmt::format(", {}", name(preset));
+            names.emplace_back(name(preset));
+        }
+        throw Error(subject, "expects a file, a colour, none{}, not '{}'{}", presets, text, did_you_mean(text, names));
     }
     return std::filesystem::path(text);
 }

@@ -155,7 +155,9 @@ TEST_F(Refusal, OptionsOutOfRange) {
                   "--camera: cannot be given together with --look-from");
     for (const char* env : {"1,2", "0.5", "1, 2, 3"})
         expect_render({"--env", env}, 2, "--env: expects the name of a file or R,G,B, not '" + std::string(env) + "'");
-    expect_render({"--env", "Studio"}, 2, "--env: expects a file, a colour, none, studio, sky, overcast, not 'Studio'");
+    expect_render(
+        {"--env", "Studio"}, 2,
+        "--env: expects a file, a colour, none, studio, sky, overcast, not 'Studio'; did you mean 'studio'\\?");
     expect_render({"--env", "#12345"}, 2, "--env: expects #rgb or #rrggbb, not '#12345'");
     expect_render({"--sky", "91,0"}, 2, "--sky: expects an elevation from 0 to 90, not '91,0'");
     expect_render({"--sky", "45"}, 2, "--sky: expects ELEVATION,AZIMUTH or ELEVATION,AZIMUTH,TURBIDITY, not '45'");

@@ -25,6 +25,10 @@ void EditHistory::start(SavedSettings now) {
 }
 
 void EditHistory::record(const SavedSettings& now, bool busy) {
+    if (busy && !before_.empty() && now == before_.back()) {  // a control has taken back its own change
+        current_ = now;
+        before_.pop_back();
+    }
     if (busy || now == current_) return;
     if (only_metered(current_, now)) {
         if (current_ == saved_) saved_ = now;

@@ -13,7 +13,9 @@ class EditHistory {
   public:
     /// Forgets all states; `now` counts as saved.
     void start(SavedSettings now);
-    /// Records the state if it differs from the last one. busy: the edit goes on, so nothing is recorded yet.
+    /// Records the state if it differs from the last one. busy: the edit goes on, so nothing is recorded yet. An edit
+    /// that restores the state before the last step takes that step back, as a double click on a slider may, whose
+    /// first click moves it.
     void record(const SavedSettings& now, bool busy);
     /// Returns the state to restore, which counts as the current one; none where there is nothing to undo or redo.
     std::optional<SavedSettings> undo();

@@ -94,6 +94,25 @@ TEST_F(ViewEdits, DragsAreOneEditAndCamerasAreNone) {
     EXPECT_FALSE(history.can_undo());
 }
 
+TEST_F(ViewEdits, AControlThatTakesItsChangeBackLeavesNoStep) {
+    EditHistory history;
+    history.start(session.document());
+    const auto set = [&](float factor, bool busy) {
+        session.edits.emission = factor;
+        history.record(session.document(), busy);
+    };
+    set(2, false);
+    set(7, false);  // the first click on a slider
+    set(2, true);   // the second click opens its text
+    set(3, true);
+    set(3, false);
+    session.restore(*history.undo());
+    EXPECT_EQ(session.edits.emission, 2);
+    session.restore(*history.undo());
+    EXPECT_EQ(session.edits.emission, 1);
+    EXPECT_FALSE(history.can_undo());
+}
+
 TEST_F(ViewEdits, MeteringIsNoEdit) {
     session.transform.exposure = {};
     ASSERT_TRUE(session.transform.metered());
