@@ -37,7 +37,8 @@ vec3 black_body_color(double kelvin) {
 }
 
 double nearest_black_body(const vec3& color, double lowest, double highest) {
-    while (highest - lowest > 1e-3) {  // green and blue grow relative to red as the temperature rises
+    constexpr double kExact = 1e-3;      // kelvin
+    while (highest - lowest > kExact) {  // green and blue grow relative to red as the temperature rises
         const double middle = 0.5 * (lowest + highest);
         const vec3 body = black_body_color(middle);
         (body.r * (color.g + color.b) > color.r * (body.g + body.b) ? lowest : highest) = middle;

