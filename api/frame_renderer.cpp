@@ -9,6 +9,7 @@
 #include "api/near_frames.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/core/suggestion.h"
 #include "engine/device/deform.h"
@@ -303,7 +304,15 @@ struct FrameRenderer::State {
     RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
         pose(seconds, frame);
         if (cache) cache->clear();  // makes frames independent of earlier ones
-        RenderResult result = guarded([&] { return renderer->render(frame, progress); });
+        const std::uint64_t before = interruptions();
+        RenderResult result;
+        try {
+            result = renderer->render(frame, progress);
+        } catch (...) {
+            history.forget();                       // the picture may be in it
+            if (interruptions() == before) drop();  // the state is undefined
+            throw;
+        }
         result.stats.prepare_seconds += std::exchange(reference_seconds, 0);
         return result;
     }

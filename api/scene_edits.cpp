@@ -106,16 +106,32 @@ std::string subject_of(const Scene& scene, const std::string& source) {
     return source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
 }
 
+/// Returns the subject of errors of an edit.
+std::string where_of(const std::string& source, const Scene& scene, const std::string& subject) {
+    return source.empty() ? subject : source + ": " + scene.name;
+}
+
 /// Calls f(index, edit, subject) for each object that an edit names.
 template <class Edit, class F>
 void for_each_named(const std::vector<NamedEdit<Edit>>& edits, const NamedObjects& objects, const Scene& scene,
                     const std::string& subject, const F& f) {
     std::set<std::string_view> names;
     for (const NamedEdit<Edit>& named : edits) {
-        const std::string where = named.source.empty() ? subject : named.source + ": " + scene.name;
+        const std::string where = where_of(named.source, scene, subject);
         if (!names.insert(named.name).second) throw Error(where, "{} '{}' is edited twice", objects.kind, named.name);
         for (const std::size_t index : find_objects(objects, named.name, where))
             f(index, named.edit, fmt::format("{}: {} {}", where, objects.kind, index));
+    }
+}
+
+/// Throws Error if an edit of a light names an emissive material, which users may take for a light.
+void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
+    for (const auto& [name, edit, source] : edits.lights) {
+        if (!objects_named(lights_of(scene), name).empty()) continue;
+        const auto named = std::ranges::find(scene.materials, name, &Material::name);
+        if (named != scene.materials.end() && named->emission != vec3(0))
+            throw Error(where_of(source, scene, subject),
+                        "'{}' is an emissive material, not a light: use --material {}.emission=R,G,B", name, name);
     }
 }
 
@@ -125,6 +141,7 @@ void check_values(const SceneEdits& edits, const Scene& scene, const std::string
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
     check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
     check(subject, "factor of emission", edits.emission, kEditFactor);
+    check_no_emission(edits, scene, subject);
     for_each_named(edits.lights, lights_of(scene), scene, subject,
                    [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
     for_each_named(edits.materials, materials_of(scene), scene, subject,

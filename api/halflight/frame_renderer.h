@@ -116,9 +116,9 @@ class FrameRenderer {
 
     /// Renders a frame at its own time; with motion blur the mean of times up to open / 2 frames before and after.
     /// `progress` is called after each sample; false stops and sets RenderStats::interrupted. An Interruptible
-    /// (engine/core/interruption.h) ends a sample earlier, with its own exception. Throws Error where the picture
-    /// cannot be made, or an estimator is left open; exceptions of `progress` are passed on. Other pictures can be made
-    /// afterwards.
+    /// (engine/core/interruption.h) ends a sample earlier, with its own exception, and keeps the prepared scene. Throws
+    /// Error where the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on.
+    /// Other pictures can be made afterwards.
     RenderResult render(std::uint32_t frame, const ProgressCallback& progress = {});
     /// Renders the frame of the settings.
     RenderResult render(const ProgressCallback& progress = {}) { return render(settings().frame, progress); }

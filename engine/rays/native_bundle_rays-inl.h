@@ -58,7 +58,7 @@ HWY_INLINE void set_rays(Bundle& b, const NativeJob& job, const NativeSpace& spa
         zero.store(&b.u[at]), zero.store(&b.v[at]);
         hn::Store(hn::Zero(di), di, &b.triangle[at]);
         hn::Store(hn::Zero(di), di, &b.instance[at]);
-        const MN good = in_range(direction, c.error, space.slack, t_min), started = hn::Ge(t_max.v, t_min.v);
+        const MN good = in_range(origin, direction, c.error, space.slack, t_min), started = hn::Ge(t_max.v, t_min.v);
         const Bits lives = bits_of(d, started), ranged = bits_of(d, good);
         b.live |= bits_at(k, lives & ranged);
         b.out_of_range |= bits_at(k, lives & ~ranged);

@@ -86,11 +86,15 @@ HWY_INLINE void set_constants(RayConstants<F>& ray, const F* origin, const F* di
     }
 }
 
-/// Returns whether all intermediate results of the ray are finite, in this space and with these limits of t. The
-/// reach is at most 2^40, and raised components of the direction are from 2^-80 to 2^40.
-HWY_INLINE bool in_range(const float* direction, float error, float slack, float t_min) {
-    const float size = std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
-    return size >= 0x1p-40f && size <= 0x1p40f && error <= slack * 0x1p40f && t_min >= 0;
+/// Returns whether the ray has no NaN and all intermediate results are finite, in this space and with these limits of
+/// t. The reach is at most 2^40, and raised components of the direction are from 2^-80 to 2^40.
+HWY_INLINE bool in_range(const float* origin, const float* direction, float error, float slack, float t_min) {
+    float size = 0;
+    for (int k = 0; k < 3; ++k) {  // one by one, because a maximum may hide NaN
+        if (std::isnan(origin[k]) || !(std::abs(direction[k]) <= 0x1p40f)) return false;
+        size = std::max(size, std::abs(direction[k]));
+    }
+    return size >= 0x1p-40f && error <= slack * 0x1p40f && t_min >= 0;
 }
 
 /// One ray, with what its traversal takes from it.

@@ -47,10 +47,15 @@ class RayRows {
 static_assert(sizeof(shared::Ray) == 2 * sizeof(vec4));
 
 /// Returns the rays that are in_range().
-HWY_INLINE MN in_range(const FN* direction, FN error, float slack, FN t_min) {
-    const FN size = most(most(magnitude(direction[0]), magnitude(direction[1])), magnitude(direction[2]));
-    return hn::And(hn::And(hn::Ge(size.v, FN(0x1p-40f).v), hn::Le(size.v, FN(0x1p40f).v)),
-                   hn::And(hn::Le(error.v, FN(slack * 0x1p40f).v), hn::Ge(t_min.v, FN(0.0f).v)));
+HWY_INLINE MN in_range(const FN* origin, const FN* direction, FN error, float slack, FN t_min) {
+    MN good = hn::And(hn::Le(error.v, FN(slack * 0x1p40f).v), hn::Ge(t_min.v, FN(0.0f).v));
+    FN size(0.0f);
+    for (int k = 0; k < 3; ++k) {
+        const FN along = magnitude(direction[k]);
+        good = hn::And(good, hn::And(hn::Eq(origin[k].v, origin[k].v), hn::Le(along.v, FN(0x1p40f).v)));
+        size = most(size, along);
+    }
+    return hn::And(good, hn::Ge(size.v, FN(0x1p-40f).v));
 }
 
 }  // namespace halflight::rays::HWY_NAMESPACE

@@ -81,7 +81,7 @@ HWY_INLINE bool enter_block(const NativeTree& tree, const shared::Ray& ray, std:
     const NativeSpace& space = tree.spaces[tree.instance_space[instance]];
     set_constants(inside.at, origin, direction, space, ray.t_min, tree.format == NodeFormat::grid);
     inside.finish();
-    return in_range(direction, inside.at.error, space.slack, ray.t_min);
+    return in_range(origin, direction, inside.at.error, space.slack, ray.t_min);
 }
 
 /// Searches a space for the ray. The stack grows from `stack`. Returns true where the search of the ray ends.
@@ -184,7 +184,7 @@ class SingleRays {
                                       &groups_[g][4 * at]);
             t_max.store(&t_max_[at]);
             const Bits lives = bits_of(d, hn::Ge(t_max.v, t_min.v));
-            const Bits ranged = bits_of(d, in_range(direction, c.error, space.slack, t_min));
+            const Bits ranged = bits_of(d, in_range(origin, direction, c.error, space.slack, t_min));
             live_ |= bits_at(k, lives & ranged);
             out_of_range_ |= bits_at(k, lives & ~ranged);
         }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <functional>
 #include <map>
 #include <numeric>
@@ -235,6 +236,7 @@ class Collapser {
         }
         // Any hits search children in this order: those that end a ray at the least cost come first.
         std::ranges::stable_sort(children, std::greater(), [&](const Child& child) { return promise_of(child); });
+        assert(children.size() <= kNativeWidth);  // divide() gives each part no more than its share
         children.resize(kNativeWidth, nothing());
         for (std::size_t i = 0; i < kNativeWidth; ++i) {
             if (on_grid())

@@ -105,6 +105,25 @@ TEST_F(ViewEdit, KeysUndoAndRedo) {
     EXPECT_TRUE(same_bits(exr("undone.exr"), render({"--width", "160", "--height", "120"})));
 }
 
+TEST_F(ViewEdit, RevertRemovesAllEditsAsOneEdit) {
+    const Outcome outcome = view(R"(
+        material floor.roughness=0.25
+        environment studio
+        wait samples 2
+        screenshot @edited.exr
+        key Ctrl+Shift+R
+        wait samples 2
+        screenshot @reverted.exr
+        key Ctrl+Z
+        wait samples 2
+        screenshot @back.exr
+    )");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(same_bits(exr("reverted.exr"), render({"--width", "160", "--height", "120"})));
+    EXPECT_FALSE(same_bits(exr("edited.exr"), exr("reverted.exr")));
+    EXPECT_TRUE(same_bits(exr("back.exr"), exr("edited.exr")));
+}
+
 /// Handles and the choice of objects give the edits that options have.
 TEST_F(ViewEdit, HandlesMoveTheSelectedNode) {
     const Outcome outcome = view(R"(

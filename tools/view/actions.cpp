@@ -14,6 +14,8 @@ constexpr std::array kActions = {
     ActionRow{Action::quit, Menu::file, "Quit", "Ctrl+Q", "ends the viewer"},
     ActionRow{Action::undo, Menu::edit, "Undo", "Ctrl+Z", "takes back the last edit"},
     ActionRow{Action::redo, Menu::edit, "Redo", "Ctrl+Y, Ctrl+Shift+Z", "repeats the edit that was taken back last"},
+    ActionRow{Action::revert, Menu::edit, "Revert to the scene", "Ctrl+Shift+R",
+              "removes all edits of the scene, its environment and its variant"},
     ActionRow{Action::handles, Menu::edit, "Handles", "G",
               "steps through the handles of the selected object: move, rotate, scale, none"},
     ActionRow{Action::hide_object, Menu::edit, "Hide object", "Delete", "hides the selected object, or shows it again"},

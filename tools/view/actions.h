@@ -15,6 +15,7 @@ enum class Action {
     quit,
     undo,
     redo,
+    revert,
     hide_panels,
     larger_ui,
     smaller_ui,

@@ -50,7 +50,7 @@ void direction_of_light(const PunctualLight& shown, LightEdit& edit) {
 }
 
 const char* kOfFile = "of the scene";
-const char* kClearSky = "clear sky";
+const char* kClearSky = "clear sky with sun";
 const char* kColor = "colour";
 const char* kFile = "file ...";
 
@@ -68,7 +68,7 @@ void choose_environment(PanelContext& c) {
     for (const SkyPreset preset : sky_presets()) all.emplace_back(halflight::name(preset));
     all.emplace_back(kFile);
     std::string chosen = name_of(c.session.environment());
-    if (!choose("Environment", chosen, all, "light from all directions: none, a preset, or a map (.exr, .hdr)")) return;
+    if (!choose("Environment", chosen, all, "light from all directions: none, a preset, or a map in a file")) return;
     if (chosen == kFile)
         c.requests.actions.push_back(Action::open);
     else if (chosen == kOfFile)

@@ -48,7 +48,7 @@ void comparison(PanelContext& c) {
     if (!c.now.picture) return faint_text("There is no picture yet.");
     if (button(c.now.comparing ? "Replace B" : "Keep as B", "keeps the picture as B for comparison (K)"))
         c.requests.actions.push_back(Action::keep);
-    if (button("File as B ...", "takes an .exr or a .png as the picture B (Ctrl+Shift+K)", true))
+    if (button("File as B ...", "takes the picture of a file as B (Ctrl+Shift+K)", true))
         c.requests.actions.push_back(Action::compare_file);
     if (c.now.comparing && button("Close comparison", "removes the picture B (Ctrl+K)", true))
         c.requests.actions.push_back(Action::close_comparison);

@@ -114,8 +114,15 @@ void draw_overlay(const Overlay& overlay, float& split) {
                          static_cast<float>(area.origin.y) + kMargin, static_cast<float>(area.end().y) - kMargin};
     if (overlay.scale) draw_scale(room, *overlay.scale);
     float next = overlay.other ? draw_split(room, overlay, split) : room.top;
-    for (const std::string& notice : overlay.notices)
-        next = label(room, 0.5f * (room.left + room.right), next, 0.5f, notice);
+    // Notices cover the picture only where there is room neither above nor below it.
+    const float lowest = room.bottom - (overlay.scale ? scale_height() + kMargin : 0);
+    float below = static_cast<float>(overlay.picture.end().y) + kMargin;
+    for (const std::string& notice : overlay.notices) {
+        const float height = ImGui::CalcTextSize(notice.c_str(), nullptr, false, room.right - room.left).y;
+        const bool above = next + height <= static_cast<float>(overlay.picture.origin.y) || below + height > lowest;
+        float& y = above ? next : below;
+        y = label(room, 0.5f * (room.left + room.right), y, 0.5f, notice);
+    }
 }
 
 }  // namespace halflight::view

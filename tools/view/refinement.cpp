@@ -1,4 +1,4 @@
-// The pictures of a request: a coarse one, the whole one, and its refinement, also of a region.
+// The pictures of a request: coarse ones, the whole one, and its refinement, also of a region.
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -68,12 +68,15 @@ void RenderThread::add_mattes(RendererCache& renderers, const Job& job, int divi
     picture.aovs.insert(picture.aovs.end(), mattes.begin(), mattes.end());
 }
 
-Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divisor) {
+Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divisor, bool first) {
     FrameSettings frame;
     renderers.fill_frame_settings(frame);
     frame.samples = 1;
-    const bool is_new = renderers.is_new(divisor);
-    Renderer& renderer = renderers.renderer(divisor);
+    // The time for filtering the first picture is better spent on its resolution.
+    const Preview& modes = job.request.modes.preview;
+    const RendererCache::Kind kind{divisor, modes.filter && (!first || modes.temporal)};
+    const bool is_new = renderers.is_new(kind);
+    Renderer& renderer = renderers.renderer(kind);
     const double start = now();
     struct Done {};  // ends render() before it makes a picture with fewer AOVs
     Picture picture{.request = job.number,
@@ -81,10 +84,10 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
                     .divisor = divisor,
                     .camera = job.request.camera,
                     .aovs = with(complete_aovs(), job.request.aovs)};
-    const Interruptible stops([&] { go_on(job, false, false); });
+    const Interruptible stops([&] { go_on(job, !first, false); });
     try {
         renderer.render(frame, [&](const RenderProgress& progress) {
-            go_on(job, false, false);
+            go_on(job, !first, false);
             if (!progress.picture) return true;
             picture.result = progress.picture(picture.aovs);
             throw Done();
@@ -92,7 +95,7 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     } catch (const Done&) {
     }
     add_mattes(renderers, job, divisor, 1, picture);
-    if (!is_new) renderers.resolution().record(divided(job.request.size, divisor), now() - start);
+    if (first && !is_new) renderers.resolution().record(divided(job.request.size, divisor), now() - start);
     picture.seconds = now() - job.since;
     return picture;
 }
@@ -102,8 +105,9 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     FrameSettings frame;
     renderers.fill_frame_settings(frame);
     frame.samples = kMostSamples;
-    const bool is_new = renderers.is_new(1);
-    Renderer& renderer = renderers.renderer(1);
+    const RendererCache::Kind kind{1, made.modes.preview.filter};
+    const bool is_new = renderers.is_new(kind);
+    Renderer& renderer = renderers.renderer(kind);
     Looks looks;
     const Interruptible stops([&] { go_on(job, shown, !looks.none()); });
     StandingPicture standing;  // regions whose pixels have more samples than the whole picture

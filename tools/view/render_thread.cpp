@@ -258,12 +258,26 @@ void RenderThread::serve(RendererCache& renderers, const Job& job) {
     if (renderers.needs_scene(request)) say("preparing the scene");
     renderers.prepare(request);
     say("rendering");
-    const int divisor = renderers.resolution().divisor(request.size);
-    if (divisor > 1) {
-        publish(coarse(renderers, job, divisor));
+    // Work between the pictures ends them. Then they go on from the one that is shown.
+    const auto shown = picture();
+    const bool goes_on = shown && shown->view == job.view && shown->divisor > 1;
+    int divisor = goes_on ? shown->divisor : renderers.resolution().divisor(request.size);
+    double seconds = options_.budget;  // time of the last picture
+    const auto show = [&](bool first) {
+        const double begin = now();
+        publish(coarse(renderers, job, divisor, first));
+        seconds = now() - begin;
+    };
+    const bool is_coarse = divisor > 1;
+    if (is_coarse && !goes_on) {
+        show(true);
         settle(job.number);
     }
-    refine(renderers, job, divisor > 1);
+    while (!request.modes.preview.temporal && worth_finer(seconds, divisor, options_.budget)) {
+        divisor /= 2;
+        show(false);
+    }
+    refine(renderers, job, is_coarse);
 }
 
 }  // namespace halflight::view

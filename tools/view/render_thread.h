@@ -1,5 +1,6 @@
 // Renders the last request on a thread and a context of its own. A coarse picture comes first, within a time budget.
-// The whole picture follows and is refined until another request comes. Without preview modes, it equals the unbiased
+// Finer ones follow, each in about four times the time of the one before, and then the whole picture, which is refined
+// until another request comes. Without preview modes, it equals the unbiased
 // mean that `halflight render` makes of as many samples, bit for bit. If HALFLIGHT_SHADERS names a folder, changed
 // shaders in it are reloaded.
 #pragma once
@@ -82,7 +83,9 @@ class RenderThread {
 
     void run(ColorConfig colors);
     void serve(RendererCache& renderers, const Job& job);
-    Picture coarse(RendererCache& renderers, const Job& job, int divisor);
+    /// Returns a picture of one sample and reduced size. `first` marks the first picture of the job. It is completed
+    /// even if a newer request waits, so that a moving camera always shows pictures.
+    Picture coarse(RendererCache& renderers, const Job& job, int divisor, bool first);
     void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: the job's coarse picture is published
     /// Adds samples to the region of the job until there is another request. The picture stands outside of the region.
     void refine_region(RendererCache& renderers, const Job& job, StandingPicture& standing);

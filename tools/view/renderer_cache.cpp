@@ -11,7 +11,7 @@
 namespace halflight::view {
 namespace {
 
-// Bands are shorter on software drivers, because an outdated request is only given up between passes.
+// Bands are shorter on software drivers, because an outdated request is only given up between batches of rays.
 constexpr std::size_t kSoftwareBand = std::size_t{1} << 18;  // pixels
 constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 
@@ -62,8 +62,8 @@ void RendererCache::prepare_scene(const Request& r) {
         }
         if (!known && r.scene == r.reference) return;
         if (!scene_->update(*edited(r.scene, r.tree, r.edits))) return clear_renderers();
-        for (auto* renderers : {&renderers_, &matte_renderers_})
-            for (auto& [divisor, renderer] : *renderers) renderer.follow_scene();
+        for (auto& [kind, renderer] : renderers_) renderer.follow_scene();
+        for (auto& [divisor, renderer] : matte_renderers_) renderer.follow_scene();
         region_renderer_.reset();
     } catch (...) {
         clear_renderers();
@@ -134,8 +134,8 @@ void RendererCache::clear_renderers() {
     region_renderer_.reset();
 }
 
-RenderSettings RendererCache::settings(int divisor) const {
-    const ivec2 size = divided(request_.size, divisor);
+RenderSettings RendererCache::settings(const Kind& kind) const {
+    const ivec2 size = divided(request_.size, kind.divisor);
     RenderSettings s;
     s.width = size.x, s.height = size.y;
     s.camera = request_.camera;
@@ -143,8 +143,7 @@ RenderSettings RendererCache::settings(int divisor) const {
     s.aovs = sampled_aovs();
     s.clamp = request_.modes.clamp;
     s.preview = request_.modes.preview;
-    // The time for filtering a coarse picture is better spent on its resolution.
-    s.preview.filter = s.preview.filter && (divisor == 1 || s.preview.temporal);
+    s.preview.filter = kind.filtered;
     s.radiance_cache = radiance_cache_;
     s.culling = request_.culling;
     s.measure = request_.measure;
@@ -153,16 +152,16 @@ RenderSettings RendererCache::settings(int divisor) const {
     return s;
 }
 
-Renderer& RendererCache::renderer(int divisor) {
-    const auto known = renderers_.find(divisor);
+Renderer& RendererCache::renderer(const Kind& kind) {
+    const auto known = renderers_.find(kind);
     if (known != renderers_.end()) return known->second;
-    return renderers_.try_emplace(divisor, *scene_, colors_, settings(divisor)).first->second;
+    return renderers_.try_emplace(kind, *scene_, colors_, settings(kind)).first->second;
 }
 
 Renderer& RendererCache::region_renderer(const PixelWindow& window) {
     if (region_renderer_ && region_renderer_->first == window) return region_renderer_->second;
     region_renderer_.reset();
-    RenderSettings s = settings(1);
+    RenderSettings s = settings({});
     s.crop = window;
     s.preview = {};
     s.radiance_cache.reset();
@@ -172,7 +171,7 @@ Renderer& RendererCache::region_renderer(const PixelWindow& window) {
 RenderResult RendererCache::mattes(int divisor, int samples, const std::vector<std::string>& aovs) {
     auto known = matte_renderers_.find(divisor);
     if (known == matte_renderers_.end()) {
-        RenderSettings s = settings(divisor);
+        RenderSettings s = settings({divisor});
         s.bounces = 0;
         s.preview = {};
         s.radiance_cache.reset();

@@ -31,17 +31,22 @@ class RendererCache {
     /// Prepares the scene of a request. Tables and hierarchies that edits and pose leave unchanged are kept. Throws
     /// what preparing a scene throws; there is no scene then until the next call.
     void prepare(const Request& request);
-    /// Returns whether the first picture of this size has not been made yet; it takes longer than others.
-    bool is_new(int divisor) const { return !renderers_.contains(divisor); }
-    /// Returns the renderer for the size of the last prepared request, divided by `divisor`. Throws what a Renderer
-    /// throws.
-    Renderer& renderer(int divisor);
+    /// Resolution and preview modes of a renderer.
+    struct Kind {
+        int divisor = 1;  ///< the size of the last prepared request is divided by it
+        bool filtered = false;
+        auto operator<=>(const Kind&) const = default;
+    };
+    /// Returns whether the first picture of this kind has not been made yet; it takes longer than others.
+    bool is_new(const Kind& kind) const { return !renderers_.contains(kind); }
+    /// Returns the renderer of this kind. Throws what a Renderer throws.
+    Renderer& renderer(const Kind& kind);
     /// Returns the renderer for a region of the whole picture, without preview modes. The renderer of an earlier region
     /// is destroyed. Throws what a Renderer throws.
     Renderer& region_renderer(const PixelWindow& window);
     /// Returns whether the previous request showed the scene in another pose.
     bool pose_is_new() const { return previous_scene_ && previous_scene_ != request_.scene; }
-    /// Makes mattes of the last prepared request at the size of renderer(divisor). They have as many samples as the
+    /// Makes mattes of the last prepared request, at its size divided by `divisor`. They have as many samples as the
     /// picture, but no more than kMatteSamples, from camera rays only.
     RenderResult mattes(int divisor, int samples, const std::vector<std::string>& aovs);
     Resolution& resolution() { return resolution_; }
@@ -52,7 +57,7 @@ class RendererCache {
     /// Prepares the scene and removes renderers that cannot continue with it.
     void prepare_scene(const Request& request);
     void clear_renderers();
-    RenderSettings settings(int divisor) const;
+    RenderSettings settings(const Kind& kind) const;
     void remember_previous_view(const Request& request);
 
     gpu::Context& context_;
@@ -60,9 +65,9 @@ class RendererCache {
     Request request_;
     bool reloaded_ = false;  // shaders have been reloaded since the last prepare()
     std::unique_ptr<PreparedScene> scene_;
-    bool raster_ = false;                // the scene is prepared for raster culling
-    std::map<int, Renderer> renderers_;  // keyed by divisor
-    std::map<int, Renderer> matte_renderers_;
+    bool raster_ = false;  // the scene is prepared for raster culling
+    std::map<Kind, Renderer> renderers_;
+    std::map<int, Renderer> matte_renderers_;  // keyed by divisor
     std::optional<std::pair<PixelWindow, Renderer>> region_renderer_;
     PictureHistory history_;  // pictures since the last prepare() that changed more than the camera
     // View of the previous request, to which the layer "motion" is relative.

@@ -21,6 +21,11 @@ ivec2 divided(const ivec2& size, int divisor) {
     return glm::max((size + divisor - 1) / divisor, ivec2(1));
 }
 
+bool worth_finer(double seconds, int divisor, double budget) {
+    constexpr double kPatience = 4;  // budgets
+    return divisor > 2 && seconds * divisor * divisor > kPatience * budget;
+}
+
 int Resolution::divisor(const ivec2& size) const {
     if (seconds_.empty()) return kFirst;
     for (int d = 1; d < kCoarsest; d *= 2)

@@ -13,6 +13,10 @@ inline constexpr int kCoarsest = 16;
 /// Returns the size of a picture of every divisor-th pixel in both directions, at least 1x1.
 ivec2 divided(const ivec2& size, int divisor);
 
+/// Returns whether a finer picture is worth its time after one that took `seconds` at `divisor`. The whole picture
+/// takes about divisor^2 times as long. It comes next if that is at most four budgets.
+bool worth_finer(double seconds, int divisor, double budget);
+
 class Resolution {
   public:
     /// budget: time of a view's first picture, seconds, > 0.

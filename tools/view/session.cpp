@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "api/halflight/camera.h"
-#include "api/halflight/statistics.h"
 #include "tools/cli/settings_parts.h"
 
 namespace halflight::view {
@@ -196,44 +195,6 @@ Request Session::request(const ivec2& size) const {
             modes,
             culling,
             measure};
-}
-
-std::string Session::description() const {
-    std::vector<std::string> words = {layer_view.layer};
-    if (!timeline_.playing.empty())
-        words.push_back(fmt::format("animation {}, frame {}", timeline_.animation, timeline_.frame));
-    for (std::size_t i = 0; i < kComponents.size(); ++i)
-        if (layer_view.is_sum() && !layer_view.components[i]) words.push_back(fmt::format("no {}", kComponents[i]));
-    const auto factor = [&](const char* what, float value) {
-        if (value != 1) words.push_back(fmt::format("{} x {:g}", what, value));
-    };
-    if (const auto* color = std::get_if<vec3>(&environment()))
-        words.push_back(fmt::format("environment {:.3g},{:.3g},{:.3g}", color->r, color->g, color->b));
-    else if (!std::holds_alternative<std::monostate>(environment()))
-        words.push_back("environment " +
-                        std::filesystem::path(environment_name(scene_->environment)).filename().string());
-    factor("environment", edits.environment_intensity);
-    if (edits.environment_rotation != 0) words.push_back(fmt::format("turned by {:g} deg", edits.environment_rotation));
-    if (edits.environment_tint != vec3(1)) words.emplace_back("tinted");
-    factor("emission", edits.emission);
-    if (edits.clay) words.emplace_back("clay");
-    const auto count = [&](std::size_t number, const char* what, const char* how) {
-        if (number > 0) words.push_back(fmt::format("{} {}{} {}", number, what, number == 1 ? "" : "s", how));
-    };
-    for (const auto& [name, edit, source] : edits.lights)
-        if (edit != LightEdit()) words.push_back(fmt::format("light {} edited", name));
-    count(edits.materials.size(), "material", "edited");
-    count(edits.transforms.size(), "instance", "moved");
-    count(edits.nodes.size(), "node", "moved");
-    if (edits.hidden.size() == 1)
-        words.push_back(fmt::format("{} hidden", edits.hidden[0].name));
-    else
-        count(edits.hidden.size(), "name", "hidden");
-    count(edits.catchers.size(), "name", "catching shadows");
-    if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
-    if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
-    words.push_back(fmt::format("{} bounces", bounces));
-    return fmt::format("{}", fmt::join(words, ", "));
 }
 
 std::filesystem::path Session::settings_file() const {

@@ -170,7 +170,8 @@ class Session {
     void recall(const std::string& name);    ///< Takes the pose of a bookmark. Throws Error if there is none.
 
     Request request(const ivec2& size) const;
-    /// Returns a short description of the picture: the layer shown, and the edits and modes that change it.
+    /// Returns a short description of the picture: the layer shown, and the edits and modes that change it. Defined in
+    /// description.cpp.
     std::string description() const;
 
     std::filesystem::path settings_file() const;

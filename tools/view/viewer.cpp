@@ -20,6 +20,7 @@
 #include "renderer/metering.h"
 #include "tools/cli/signals.h"
 #include "tools/view/fonts.h"
+#include "tools/view/widgets.h"
 
 namespace halflight::view {
 namespace {
@@ -236,6 +237,8 @@ void Viewer::declare() {
     const WindowLayout now = layout();
     const Progress work = progress();
     if (const auto time = gui_.event_time(); time && !input_time_) input_time_ = time;
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left))
+        before_click_ = session_.document();
     PanelRequests requests;
     if (takes_input() && !unsaved_prompt_.asking()) {
         const dvec2 point = picture_point(now, picture_size_, gui_.mouse());
@@ -301,6 +304,10 @@ void Viewer::declare() {
                                                                    : "B"},
         split_);
     if (!picture_) waiting_text(now.area, work);
+    if (wants_state_before_click() && before_click_ && !opening_.valid()) {
+        requests.environment.reset();
+        restore(*std::exchange(before_click_, {}), "restoring");
+    }
     perform(requests);
     if (takes_input()) ask_about_edits(), undo_waiting(), record_edits();
     window_.set_title(title());

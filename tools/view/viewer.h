@@ -117,7 +117,9 @@ class Viewer {
     // The following functions are defined in viewer_edits.cpp.
 
     void undo(bool again);  // Restores the state before the last edit, or after it where it was undone (`again`).
-    /// Undoes or redoes as asked by keys. Steps wait while something is being opened.
+    void restore(const SavedSettings& state, const std::string& activity);
+    void revert();  // Removes all edits of the scene, as an edit.
+    /// Undoes, redoes or reverts as asked by keys. Steps wait while something is being opened.
     void undo_waiting();
     void record_edits();
     bool execute_edit(const Command& command);  // Returns whether the command is an edit.
@@ -158,6 +160,9 @@ class Viewer {
     Timings timings_;
     PassHistory history_;
     EditHistory edit_history_;
+    // State at the last click that was not the second of two; none after an opening, which may have changed the scene.
+    std::optional<SavedSettings> before_click_;
+    bool reverts_ = false;                 // all edits of the scene have to be removed
     int undos_waiting_ = 0;                // steps to undo; negative: to redo
     std::optional<SavedSettings> saving_;  // state that is being written to the settings file
     UnsavedPrompt unsaved_prompt_;

@@ -56,6 +56,9 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::redo:
             --undos_waiting_;
             return;
+        case Action::revert:
+            reverts_ = true;
+            return;
         case Action::handles:
             return step_handles();
         case Action::hide_object:

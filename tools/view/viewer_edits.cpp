@@ -14,10 +14,30 @@ void Viewer::undo(bool again) {
     edit_history_.record(session_.document(), false);
     const auto state = again ? edit_history_.redo() : edit_history_.undo();
     if (!state) throw Error(again ? "redo" : "undo", "there is no edit");
-    if (auto opening = session_.restore(*state)) start_opening(again ? "redoing" : "undoing", std::move(*opening));
+    restore(*state, again ? "redoing" : "undoing");
+}
+
+void Viewer::restore(const SavedSettings& state, const std::string& activity) {
+    if (auto opening = session_.restore(state)) start_opening(activity, std::move(*opening));
+}
+
+void Viewer::revert() {
+    const SavedSettings before = session_.document();
+    edit_history_.record(before, false);
+    SavedSettings state = before;
+    state.edits = {};
+    state.environment = {};
+    state.variant.clear();
+    if (state == before) return tell("The scene has no edits");
+    restore(state, "reverting");
+    tell("Edits of the scene removed; Ctrl+Z restores them");
 }
 
 void Viewer::undo_waiting() {
+    if (reverts_ && !opening_.valid() && !next_change_) {
+        reverts_ = false;
+        revert();
+    }
     while (undos_waiting_ != 0 && !opening_.valid()) {
         const bool again = undos_waiting_ < 0;
         undos_waiting_ += again ? 1 : -1;

@@ -52,6 +52,7 @@ void Viewer::open_next() {
 bool Viewer::finish_opening() {
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
         frames_due_ = std::max(frames_due_, 2);
+        before_click_.reset();
         const bool pose_only = std::exchange(opening_pose_, {}).has_value();
         const std::optional<Play> going_on = std::exchange(play_, {});  // restored unless opening fails
         attempt([&] {

@@ -11,6 +11,8 @@ namespace {
 
 constexpr float kLabelShare = 0.42f;  // share of the width that labels take
 
+bool restored = false;  // a double click has restored the value of a slider
+
 float left_edge() {
     return ImGui::GetWindowContentRegionMin().x;
 }
@@ -34,20 +36,25 @@ class Id {
 };
 
 /// Lets a double click on the slider that is declared next open its text, as on the other numbers; Dear ImGui 1.86 asks
-/// for Ctrl and a click. The first click has moved the slider, so the second one restores the value.
+/// for Ctrl and a click. The first click has moved the slider, so the second one restores the value, and the viewer
+/// takes back the edit (wants_state_before_click()).
 class TypesByDoubleClick {
   public:
     template <class T>
     explicit TypesByDoubleClick(T& value) : ctrl_(ImGui::GetIO().KeyCtrl) {
-        static ImGuiID clicked = 0;  // the slider that was clicked last, and its value before that
+        static ImGuiID clicked = 0;  // slider that was clicked last, and its value before that
         static T before{};
         const ImVec2 corner = ImGui::GetCursorScreenPos();
         const ImVec2 end(corner.x + ImGui::CalcItemWidth(), corner.y + ImGui::GetFrameHeight());
-        if (!ImGui::IsWindowHovered() || !ImGui::IsMouseHoveringRect(corner, end)) return;
         const ImGuiID id = ImGui::GetID("##slider");
+        if (!ImGui::IsWindowHovered() || !ImGui::IsMouseHoveringRect(corner, end)) {
+            if (clicked == id && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) clicked = 0;
+            return;
+        }
         if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
             ImGui::GetIO().KeyCtrl = true;
             if (clicked == id) restores_ = std::exchange(value, before) != before;
+            restored |= restores_;
         } else if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
             clicked = id, before = value;
         }
@@ -178,6 +185,10 @@ bool slider(const char* name, const char* setting_name, float& value, const char
     const Setting& s = setting(setting_name);
     return slider(name, value, static_cast<float>(s.slider_from), static_cast<float>(s.slider_to), format, s.help,
                   flags);
+}
+
+bool wants_state_before_click() {
+    return std::exchange(restored, false);
 }
 
 bool checkbox(const char* name, bool& value, const char* help) {

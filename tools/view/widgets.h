@@ -43,6 +43,9 @@ bool slider(const char* name, float& value, float lower, float upper, const char
 /// Shows a slider for a setting of the table, with its help text as tooltip.
 bool slider(const char* name, const char* setting_name, int& value);
 bool slider(const char* name, const char* setting_name, float& value, const char* format, ImGuiSliderFlags flags);
+/// Returns whether a double click has begun to type into a slider since the last call, after its first click had changed
+/// the value. The first click may have made an edit whose value the double click cannot remove.
+bool wants_state_before_click();
 bool checkbox(const char* name, bool& value, const char* help);
 /// Shows three numbers below each other, so that all their digits are visible. speed: change per pixel of a drag.
 bool drag(const char* name, dvec3& value, float speed, const char* help);

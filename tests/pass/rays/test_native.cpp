@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 
 #include "engine/core/error.h"
 #include "engine/device/scene_buffers.h"
@@ -174,6 +175,29 @@ TEST_F(Native, RaysFromFarAway) {
                 Pair pair(programs, tables, format);
                 EXPECT_EQ(pair.different_answers(rays), 0u) << distance;
                 EXPECT_EQ(pair.counts().delegated, 0u);
+            }
+        }
+    }
+}
+
+// Such rays are left to the plain kernel. In a coherent batch they share the shaft of their bundle with good rays.
+TEST_F(Native, RaysWithNumbersThatAreNotFinite) {
+    const TraceTables tables = build_trace_tables(soup(4000, 0.08f, vec3(1), 3));
+    std::vector<Ray> rays;
+    for (int i = 0; i < 1024; ++i) {
+        const vec2 place = 0.02f * vec2(i % 32, i / 32) - 0.3f;
+        rays.push_back({vec3(place, 3), 0, vec3(0, 0, -1), kInfinity});
+    }
+    for (const float number : {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity}) {
+        for (const int component : {0, 1, 2, 3, 4, 5}) {
+            std::vector<Ray> bad = rays;
+            std::uint64_t count = 0;
+            for (std::size_t i = 5; i < bad.size(); i += 37, ++count)
+                (component < 3 ? bad[i].origin : bad[i].direction)[component % 3] = number;
+            for (const NodeFormat format : {NodeFormat::grid, NodeFormat::floating}) {
+                Pair pair(programs, tables, format);
+                EXPECT_EQ(pair.different_answers(bad), 0u) << number << " in component " << component;
+                EXPECT_EQ(pair.counts().delegated, 4 * count) << number << " in component " << component;
             }
         }
     }

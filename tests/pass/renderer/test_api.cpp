@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "api/halflight/ray_server.h"
+#include "engine/core/interruption.h"
 #include "engine/rays/rays.h"
 #include "tests/pass/renders.h"
 #include "tests/support/gpu_test.h"
@@ -51,6 +52,31 @@ TEST_F(ApiTest, RayServersOfCallersServeAllBatches) {
     EXPECT_TRUE(same_bits(result.beauty, expected.beauty));
     EXPECT_GT(server->batches, 2);
     for (const rays::BatchStatistics& batch : result.stats.batches) EXPECT_STREQ(name(batch.method), "other");
+}
+
+TEST_F(ApiTest, InterruptedRenderersKeepThePreparedScene) {
+    struct Ended {};
+    LoadedScene scene = cornell();
+    int prepared = 0;
+    RendererOptions counting = options();
+    counting.ray_server = [&](const rays::TraceScene&) {
+        ++prepared;
+        return std::make_shared<CountingServer>();
+    };
+    FrameRenderer renderer(scene, settings(), counting);
+    const Image expected = renderer.render().beauty;
+    for (const int last : {1, 2, 5}) {
+        int points = 0;
+        const Interruptible ends([&] {
+            if (++points == last) throw Ended();
+        });
+        EXPECT_THROW(renderer.render(), Ended);
+    }
+    EXPECT_TRUE(same_bits(renderer.render().beauty, expected));
+    EXPECT_EQ(prepared, 1);
+    EXPECT_THROW(renderer.render([](const RenderProgress&) -> bool { throw Ended(); }), Ended);
+    EXPECT_TRUE(same_bits(renderer.render().beauty, expected));
+    EXPECT_EQ(prepared, 2) << "other exceptions leave the state undefined";
 }
 
 TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {

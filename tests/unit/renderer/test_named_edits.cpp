@@ -192,6 +192,16 @@ TEST(NodeEdits, MakeShadowCatchers) {
     EXPECT_TRUE(change_surfaces(edits_of({{add_catcher, "wall"}})));
 }
 
+TEST(LightEdits, NameTheOptionForMaterialsThatEmit) {
+    Yard yard;
+    yard.scene.materials[2].name = "panel";
+    EXPECT_EQ(yard.message(add_light_edit, "panel=off"),
+              "--option: yard: there is no light 'panel'; `halflight info SCENE --names` lists the names");
+    yard.scene.materials[2].emission = vec3(5);
+    EXPECT_EQ(yard.message(add_light_edit, "panel=off"),
+              "--option: yard: 'panel' is an emissive material, not a light: use --material panel.emission=R,G,B");
+}
+
 TEST(LightEdits, ReplaceIntensityAndColour) {
     const Yard yard;
     const auto light = [&](const char* text) { return yard.with(edits_of({{add_light_edit, text}})).lights[0]; };

@@ -26,6 +26,14 @@ TEST(Resolution, StartsCoarse) {
     EXPECT_EQ(Resolution(0.1).divisor(kSize), 8);
 }
 
+TEST(Resolution, FinerPicturesPrecedeSlowOnes) {
+    EXPECT_TRUE(worth_finer(0.1, 16, 0.1)) << "the whole picture takes 25 s";
+    EXPECT_TRUE(worth_finer(0.1, 4, 0.1)) << "1.6 s";
+    EXPECT_FALSE(worth_finer(0.005, 8, 0.1)) << "0.32 s";
+    EXPECT_TRUE(worth_finer(0.005, 16, 0.1)) << "1.28 s";
+    for (const int divisor : {1, 2}) EXPECT_FALSE(worth_finer(10, divisor, 0.1)) << "the whole picture is next";
+}
+
 TEST(Resolution, PicturesAreNeverEmpty) {
     EXPECT_EQ(divided({960, 540}, 1), ivec2(960, 540));
     EXPECT_EQ(divided({961, 3}, 4), ivec2(241, 1));

@@ -348,8 +348,11 @@ TEST_F(ViewSession, DescribesThePicture) {
     session.modes.clamp = 3;
     session.bounces = 1;
     EXPECT_EQ(session.description(),
-              "final, no emission, emission x 0.5, clay, light 1 edited, 1 material "
-              "edited, 2 instances moved, clamped to 3, 1 bounces");
+              "final, no emission, emission x 0.5, clay, light 1 x 2 colour 1,0,0 moved, 2.roughness=0.5, 2 instances "
+              "moved, clamped to 3, 1 bounce");
+    for (const char* name : {"metallic", "ior", "transmission"}) material_edit(session.edits, "2")[name] = {1.5f};
+    EXPECT_NE(session.description().find("1 light edited, 1 material edited"), std::string::npos)
+        << "few edits are named, many are counted: " << session.description();
 }
 
 TEST(ViewTimeline, ReachesTheLastKey) {
