@@ -39,11 +39,11 @@ LightEdit read_light(const Element& e) {
 Json light_json(const LightEdit& light) {
     if (LightEdit{light.factor} == light) return light.factor;
     Json json = Json::object();
-    if (light.factor != 1) json["factor"] = light.factor;
-    if (light.intensity) json["intensity"] = *light.intensity;
-    if (light.temperature) json["temperature"] = *light.temperature;
+    if (light.factor != 1) json["factor"] = number(light.factor);
+    if (light.intensity) json["intensity"] = number(*light.intensity);
+    if (light.temperature) json["temperature"] = number(*light.temperature);
     if (light.off) json["off"] = true;
-    if (light.color) json["color"] = list(dvec3(*light.color));
+    if (light.color) json["color"] = list(*light.color);
     if (light.position) json["position"] = list(*light.position);
     if (light.direction) json["direction"] = list(*light.direction);
     return json;
@@ -65,7 +65,11 @@ MaterialEdit read_material(const Element& e) {
 
 Json material_json(const MaterialEdit& properties) {
     Json json = Json::object();
-    for (const auto& [name, values] : properties) json[name] = values.size() == 1 ? Json(values[0]) : Json(values);
+    for (const auto& [name, values] : properties) {
+        Json all = Json::array();
+        for (const float value : values) all.push_back(number(value));
+        json[name] = values.size() == 1 ? all[0] : all;
+    }
     return json;
 }
 
@@ -168,7 +172,7 @@ void read_edits(const Element& file, SceneEdits& edits) {
 }
 
 void write_edits(const SceneEdits& edits, Json& json) {
-    json["emission"] = edits.emission;
+    json["emission"] = number(edits.emission);
     json["lights"] = lights_json(edits);
     json["clay"] = edits.clay;
     if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);

@@ -155,13 +155,13 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
         const fs::path near = fs::proximate(*map, folder.empty() ? fs::path(".") : folder, none);
         json["map"] = (none ? fs::absolute(*map) : near).string();
     }
-    if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(dvec3(*color));
+    if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(*color);
     if (const auto* preset = std::get_if<SkyPreset>(&s.environment)) json["preset"] = name(*preset);
     if (const auto* sky = std::get_if<ClearSky>(&s.environment))
         json["sky"] = {{"elevation", sky->elevation}, {"azimuth", sky->azimuth}, {"turbidity", sky->turbidity}};
     json["rotation"] = s.edits.environment_rotation;
-    json["intensity"] = s.edits.environment_intensity;
-    if (s.edits.environment_tint != vec3(1)) json["tint"] = list(dvec3(s.edits.environment_tint));
+    json["intensity"] = settings::number(s.edits.environment_intensity);
+    if (s.edits.environment_tint != vec3(1)) json["tint"] = list(s.edits.environment_tint);
     return json;
 }
 

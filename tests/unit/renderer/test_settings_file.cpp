@@ -1,8 +1,10 @@
 // Tests settings files: round trips, and messages that name the invalid element.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "api/halflight/settings_file.h"
 #include "tests/cli/animated_scenes.h"
@@ -79,6 +81,23 @@ TEST(SettingsFile, RoundTrips) {
     write_settings(folder / "a.json", s);
     EXPECT_EQ(read_settings(folder / "a.json").camera, s.camera);
     EXPECT_EQ(read_settings(folder / "a.json").settings.bounces, std::nullopt) << "auto";
+}
+
+TEST(SettingsFile, NumbersAreShortAndExact) {
+    TemporaryFolder folder;
+    SavedSettings s;
+    s.edits.materials = {{"floor", {{"roughness", {0.3f}}}}};
+    write_settings(folder / "a.json", s);
+    EXPECT_NE(test::read_text(folder / "a.json").find("\"roughness\": 0.3\n"), std::string::npos);
+    std::mt19937 random(5);
+    s.edits.materials.clear();
+    while (s.edits.materials.size() < 20000) {
+        const auto value =
+            std::bit_cast<float>(static_cast<std::uint32_t>(random()) % std::bit_cast<std::uint32_t>(1.0f));
+        s.edits.materials.push_back({std::to_string(s.edits.materials.size()), {{"roughness", {value}}}});
+    }
+    write_settings(folder / "a.json", s);
+    EXPECT_TRUE(read_settings(folder / "a.json").edits == s.edits);
 }
 
 TEST(SettingsFile, MapsMoveWithTheirFolder) {
