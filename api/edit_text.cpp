@@ -227,11 +227,17 @@ void set_key(NodeEdit& edit, const std::string& subject, std::string_view key, c
 
 void set_key(MaterialEdit& edit, const std::string& subject, std::string_view property, const std::string& text) {
     std::vector<float> values;
-    if (names_color(text)) {
+    const auto known = std::ranges::find(material_properties(), property, &MaterialProperty::name);
+    const bool one_number = known != material_properties().end() && component_count(known->field) == 1;
+    if (names_color(text) && !one_number) {
         const vec3 color = named_color(fmt::format("{}: {}", subject, property), text);
         values = {color.r, color.g, color.b};
     } else {
         values = numbers<float>(fmt::format("{}: {}", subject, property), text);
+    }
+    if (property == kEmissionTemperature) {
+        edit[std::string(property)] = {number<float>(fmt::format("{}: {}", subject, property), text, kEditTemperature)};
+        return;
     }
     Material scratch;
     const bool lacks_alpha = property == "base_color" && values.size() == 3;

@@ -96,6 +96,13 @@ void apply(const LightEdit& edit, PunctualLight& light) {
 /// Changes properties of a material. Throws Error about `subject`.
 void apply(const MaterialEdit& properties, Material& material, const std::string& subject) {
     for (const auto& [name, given] : properties) {
+        if (name == kEmissionTemperature) {
+            if (given.size() != 1) throw Error(subject, "{} takes 1 number, not {}", name, given.size());
+            check(subject, "temperature of the emission", given[0], kEditTemperature);
+            const vec3& e = material.emission;
+            material.emission = std::max({e.r, e.g, e.b}) * black_body_color(double{given[0]});
+            continue;
+        }
         std::vector<float> values = given;
         if (name == "base_color" && values.size() == 3) values.push_back(material.base_color.a);
         set_property(material, name, values, subject);
@@ -131,7 +138,9 @@ void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::s
         const auto named = std::ranges::find(scene.materials, name, &Material::name);
         if (named != scene.materials.end() && named->emission != vec3(0))
             throw Error(where_of(source, scene, subject),
-                        "'{}' is an emissive material, not a light: use --material {}.emission=R,G,B", name, name);
+                        "'{0}' is an emissive material, not a light: use --material '{0}.emission=R,G,B' or "
+                        "'{0}.emission_temperature=KELVIN'",
+                        name);
     }
 }
 

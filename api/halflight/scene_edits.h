@@ -50,8 +50,11 @@ struct NodeEdit {
 };
 
 /// Properties of a material by name (engine/scene/material_properties.h: "roughness", "base_color"), one value for each
-/// component. The alpha of "base_color" may be missing: it then stays.
+/// component. The alpha of "base_color" may be missing: it then stays. kEmissionTemperature comes after "emission".
 using MaterialEdit = std::map<std::string, std::vector<float>>;
+/// Sets the hue of the emission to that of a black body: one value in kelvin, kEditTemperature. The largest channel
+/// stays.
+inline constexpr const char* kEmissionTemperature = "emission_temperature";
 
 /// An edit of objects by name. Digits are the place of an object in its list. Other names are exact names of one
 /// object, or else patterns with * (any characters) and ? (one character) for all objects that match.

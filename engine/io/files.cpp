@@ -21,6 +21,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
+#include "engine/core/suggestion.h"
 #include "engine/io/temporary_name.h"
 
 namespace halflight {
@@ -70,12 +71,25 @@ void read_at(int file, std::uint64_t offset, std::span<char> to, const std::stri
     }
 }
 
+/// Suggests a file of the same folder for a file that does not exist.
+std::string similar_name(const fs::path& path) {
+    std::vector<std::string> names;
+    std::error_code error;
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+        names.push_back(at->path().filename().string());
+    return did_you_mean(path.filename().string(), names);
+}
+
 /// A regular file, opened for reading.
 struct ReadableFile {
     // Opens with O_NONBLOCK, which keeps a pipe without a writer from blocking forever. Regular files ignore it.
     explicit ReadableFile(const fs::path& path) : descriptor(path, O_RDONLY | O_NONBLOCK) {
         const std::string subject = path.string();
-        if (descriptor < 0) throw Error(subject, "cannot read: {}", reason(errno));
+        if (descriptor < 0) {
+            const int why = errno;
+            throw Error(subject, "cannot read: {}{}", reason(why), why == ENOENT ? similar_name(path) : "");
+        }
         struct stat info {};
         if (fstat(descriptor, &info) != 0) throw Error(subject, "cannot read: {}", reason(errno));
         if (S_ISDIR(info.st_mode)) throw Error(subject, "cannot read: {}", reason(EISDIR));

@@ -35,8 +35,12 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     add_camera_options(options, a);
     options.settings(a.settings, &Setting::saved);
     options.group("Picture");
-    options.value("--size", "WxH", fmt::format("size of the window in pixels (default {}x{})", *a.width, *a.height),
-                  [&](const auto& name, const auto& text) { size(a, name, text); });
+    options.value(
+        "--size", "WxH",
+        fmt::format(
+            "size of the picture in pixels (default {}x{}); the window shows it whole, smaller on small screens",
+            *a.width, *a.height),
+        [&](const auto& name, const auto& text) { size(a, name, text); });
     options.settings(a.settings, &Setting::saved);
     options.setting(setting("texture-lod"), a.settings);
     options.value(
@@ -66,7 +70,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.settings(a.settings, &Setting::saved);
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
-    options.path("--script", "FILE", "runs a script, one command per line, and exits; see tools/view/script.h",
+    options.path("--script", "FILE", "runs a script, one command per line, and exits; docs/viewer.md lists them",
                  a.script);
 }
 

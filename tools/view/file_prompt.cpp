@@ -37,7 +37,7 @@ bool pressed(ImGuiKey key) {
 
 void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first) {
     purpose_ = purpose;
-    asked_ = true;
+    asked_ = asking_ = true;
     problem_.clear();
     name_ = {};
     std::error_code unknown;
@@ -98,14 +98,13 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
     const float height = ImGui::GetFontSize();
     ImGui::SetNextWindowPos({window.x / 2, window.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::SetNextWindowSize({std::min(46 * height, window.x), std::min(32 * height, window.y)});
-    if (!ImGui::BeginPopupModal(row.title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings))
-        return std::nullopt;
+    asking_ = ImGui::BeginPopupModal(row.title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings);
+    if (!asking_) return std::nullopt;
     std::string taken;
     ImGui::TextUnformatted(shortened(folder().string(), ImGui::GetContentRegionAvail().x).c_str());
     tooltip(folder().string().c_str());
-    // Below the list: the field, a line for a problem that may wrap, and the buttons.
-    const float below = 2 * ImGui::GetFrameHeightWithSpacing() +
-                        (problem_.empty() ? 1.0f : 2.0f) * ImGui::GetTextLineHeightWithSpacing();
+    // Below the list: the field, two lines for a problem, which may wrap, and the buttons.
+    const float below = 2 * ImGui::GetFrameHeightWithSpacing() + 2 * ImGui::GetTextLineHeightWithSpacing();
     ImGui::BeginChild("files", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * height)}, true);
     list_entries(taken);
     ImGui::EndChild();
@@ -116,10 +115,12 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
         taken = name_.data();
         ImGui::SetKeyboardFocusHere(-1);  // a folder that was entered is followed by another name
     }
+    const float lines = ImGui::GetCursorPosY();
     if (problem_.empty())
         faint_text(row.files);
     else
         error_text(problem_);
+    ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), lines + 2 * ImGui::GetTextLineHeightWithSpacing()));
     if (button("Open", "opens the file or the folder (Enter)")) taken = name_.data();
     const bool cancelled = button("Cancel", "opens nothing (Escape)", true) || pressed(ImGuiKey_Escape);
     const auto file = take(taken);

@@ -22,6 +22,7 @@ class FilePrompt {
         Purpose purpose;
         std::filesystem::path file;
     };
+    bool asking() const { return asking_; }
     /// Declares the dialog; returns the file once the user has chosen it.
     std::optional<Answer> declare();
 
@@ -33,6 +34,7 @@ class FilePrompt {
 
     Purpose purpose_ = Purpose::open;
     bool asked_ = false;                            // the dialog must be opened
+    bool asking_ = false;                           // the dialog is open, or must be opened
     std::array<std::filesystem::path, 2> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
     std::array<char, 4096> name_{};

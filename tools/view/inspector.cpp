@@ -93,7 +93,7 @@ bool temperature(vec3& hue) {
     const vec3 difference = glm::abs(black_body_color(double{kelvin}) - hue);
     const bool is_body = std::max({difference.r, difference.g, difference.b}) < kSame;
     if (!slider("Temperature", kelvin, static_cast<float>(kEditTemperature.lower), kMostKelvin,
-                is_body ? "%.0f K" : "another hue",
+                is_body ? "%.0f K" : "about %.0f K",
                 "sets the hue to that of a black body: 2700 is a warm lamp, 6500 daylight", kClamp))
         return false;
     hue = black_body_color(double{kelvin});
@@ -159,8 +159,9 @@ void material_property(PanelContext& c, std::size_t index, const MaterialPropert
     const bool changed = property(p, v);
     ImGui::PopID();
     if (!changed || !range_error(p, v).empty()) return;
-    material_edit(c.session.edits, c.session.references().materials.at(index))[p.name] =
-        std::vector<float>(&v[0], &v[0] + static_cast<std::size_t>(component_count(p.field)));
+    MaterialEdit& edit = material_edit(c.session.edits, c.session.references().materials.at(index));
+    edit[p.name] = std::vector<float>(&v[0], &v[0] + static_cast<std::size_t>(component_count(p.field)));
+    if (p.name == std::string_view("emission")) edit.erase(kEmissionTemperature);
 }
 
 void material(PanelContext& c, std::size_t index) {

@@ -118,13 +118,12 @@ void environment_properties(PanelContext& c) {
     if (std::holds_alternative<std::monostate>(now) && c.session.scene().environment.name == default_sky().name)
         faint_text("The scene's own light reaches little or nothing, so a neutral sky was added. \"none\" removes it.");
     if (const auto* sky = std::get_if<ClearSky>(&now)) {
-        auto elevation = static_cast<float>(sky->elevation), azimuth = static_cast<float>(sky->azimuth),
-             turbidity = static_cast<float>(sky->turbidity);
-        bool changed = slider("Sun elevation", elevation, 0, 90, "%.1f deg", "above the horizon");
-        changed |= slider("Sun azimuth", azimuth, -180, 360, "%.1f deg", "clockwise from north (-Z)");
-        changed |= slider("Turbidity", turbidity, static_cast<float>(kLeastTurbidity),
-                          static_cast<float>(kMostTurbidity), "%.1f", "haze: 2 is clear, 6 hazy");
-        if (changed) c.requests.environment = ClearSky{double{elevation}, double{azimuth}, double{turbidity}};
+        ClearSky edited = *sky;
+        bool changed = slider("Sun elevation", edited.elevation, 0, 90, "%.1f deg", "above the horizon");
+        changed |= slider("Sun azimuth", edited.azimuth, -180, 360, "%.1f deg", "clockwise from north (-Z)");
+        changed |=
+            slider("Turbidity", edited.turbidity, kLeastTurbidity, kMostTurbidity, "%.1f", "haze: 2 is clear, 6 hazy");
+        if (changed) c.requests.environment = edited;
     }
     if (const auto* color = std::get_if<vec3>(&now); color && *color != vec3(0)) {
         vec3 radiance = *color;
@@ -136,9 +135,7 @@ void environment_properties(PanelContext& c) {
     slider("Intensity", edits.environment_intensity, 0, 100, "%.3f", "factor on the environment and its sun",
            kLogarithmic);
     pick_color("Tint", edits.environment_tint, "colour factor on the environment");
-    auto degrees = static_cast<float>(edits.environment_rotation);
-    if (slider("Rotation", degrees, -180, 180, "%.1f deg", "to the right, seen from inside"))
-        edits.environment_rotation = double{degrees};
+    slider("Rotation", edits.environment_rotation, -180, 180, "%.1f deg", "to the right, seen from inside");
     if (button("Reset environment", "restores intensity, tint and rotation"))
         edits.environment_intensity = 1, edits.environment_tint = vec3(1), edits.environment_rotation = 0;
 }

@@ -42,7 +42,7 @@ void light_section(PanelContext& c) {
     environment_properties(c);
     heading("Surfaces");
     if (std::ranges::any_of(scene.materials, has_emission))
-        slider("Emission", edits.emission, 0, 100, "%.3f", "factor on all emissive surfaces", kLogarithmic);
+        slider("All emission", edits.emission, 0, 100, "%.3f", "factor on all emissive surfaces", kLogarithmic);
     emissive_materials(c);
     checkbox("Clay", edits.clay, "gives all surfaces one grey diffuse material");
     heading("Lights");

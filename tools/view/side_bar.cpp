@@ -49,7 +49,7 @@ void side_bar(const Rectangle& where, std::string& section, PanelContext& c) {
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoBringToFrontOnFocus);
     section_buttons(section);
-    ImGui::BeginChild("section");
+    ImGui::BeginChild(section.c_str());  // each section keeps its own place
     for (const Section& s : kSections) {
         if (section != s.name) continue;
         ImGui::PushID(s.name);

@@ -128,7 +128,7 @@ void Viewer::run() {
         if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
         if (!scripted()) open_dropped_files(), advance_playback();
         report_files();
-        if (turns || toasts_.expire(now())) frames_due_ = std::max(frames_due_, 1);
+        if (toasts_.expire(now()) || turns) frames_due_ = std::max(frames_due_, 1);
         reload_shaders();
         update_picture();
         if (frames_due_ > 0) frame();
@@ -240,7 +240,7 @@ void Viewer::declare() {
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left))
         before_click_ = session_.document();
     PanelRequests requests;
-    if (takes_input() && !unsaved_prompt_.asking()) {
+    if (takes_input() && !unsaved_prompt_.asking() && !file_prompt_.asking()) {
         const dvec2 point = picture_point(now, picture_size_, gui_.mouse());
         const bool in_picture = now.picture.contains(gui_.mouse()) && !ImGui::GetIO().WantCaptureMouse;
         if (picking_ && in_picture && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {

@@ -157,6 +157,7 @@ void Viewer::compare(bool on) {
 void Viewer::compare_with(const std::filesystem::path& path) {
     const std::string bytes = read_file(path, kMostPictureBytes);
     const bool png = is_png(bytes);
+    if (!png && !is_exr(bytes)) throw Error(path.string(), "is neither an OpenEXR nor a PNG file");
     display_.set_comparison(
         {png ? rgb(read_png(path.string(), bytes, kMaxSide)) : rgb(read_exr(path).image({"R", "G", "B"})), png});
     comparison_ = path.filename().string();

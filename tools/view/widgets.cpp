@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cfloat>
+#include <string>
 #include <utility>
 
 namespace halflight::view {
@@ -174,6 +175,13 @@ bool slider(const char* name, float& value, float lower, float upper, const char
     const bool changed = ImGui::SliderFloat("##slider", &value, lower, upper, format, flags) || typed.restores();
     tooltip(help);
     return changed;
+}
+
+bool slider(const char* name, double& value, double lower, double upper, const char* format, const char* help) {
+    auto shown = static_cast<float>(value);
+    if (!slider(name, shown, static_cast<float>(lower), static_cast<float>(upper), format, help)) return false;
+    value = std::stod(fmt::format("{}", shown));  // the number of fewest digits, which files show
+    return true;
 }
 
 bool slider(const char* name, const char* setting_name, int& value) {

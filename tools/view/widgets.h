@@ -38,13 +38,14 @@ void label(const char* text, const char* help = "");
 
 bool slider(const char* name, int& value, int lower, int upper, const char* help, ImGuiSliderFlags flags = kClamp,
             const char* format = "%d");
+bool slider(const char* name, double& value, double lower, double upper, const char* format, const char* help);
 bool slider(const char* name, float& value, float lower, float upper, const char* format, const char* help,
             ImGuiSliderFlags flags = kClamp);
 /// Shows a slider for a setting of the table, with its help text as tooltip.
 bool slider(const char* name, const char* setting_name, int& value);
 bool slider(const char* name, const char* setting_name, float& value, const char* format, ImGuiSliderFlags flags);
-/// Returns whether a double click has begun to type into a slider since the last call, after its first click had changed
-/// the value. The first click may have made an edit whose value the double click cannot remove.
+/// Returns whether a double click has begun to type into a slider since the last call, after its first click had
+/// changed the value. The first click may have made an edit whose value the double click cannot remove.
 bool wants_state_before_click();
 bool checkbox(const char* name, bool& value, const char* help);
 /// Shows three numbers below each other, so that all their digits are visible. speed: change per pixel of a drag.

@@ -199,7 +199,18 @@ TEST(LightEdits, NameTheOptionForMaterialsThatEmit) {
               "--option: yard: there is no light 'panel'; `halflight info SCENE --names` lists the names");
     yard.scene.materials[2].emission = vec3(5);
     EXPECT_EQ(yard.message(add_light_edit, "panel=off"),
-              "--option: yard: 'panel' is an emissive material, not a light: use --material panel.emission=R,G,B");
+              "--option: yard: 'panel' is an emissive material, not a light: use --material 'panel.emission=R,G,B' "
+              "or 'panel.emission_temperature=KELVIN'");
+    const auto emission = [&](const char* text) {
+        return yard.with(edits_of({{add_material_edit, text}})).materials[2].emission;
+    };
+    const vec3 warm = emission("panel.emission_temperature=2700");
+    EXPECT_EQ(warm.r, 5) << "the largest channel stays";
+    EXPECT_GT(warm.g, 2 * warm.b);
+    EXPECT_EQ(yard.message(add_material_edit, "panel.emission_temperature=900"),
+              "--option: panel: emission_temperature: expects numbers from 1000 to 40000, not 900");
+    EXPECT_EQ(yard.message(add_material_edit, "panel.roughness=rough"),
+              "--option: panel: roughness: expects numbers, not 'rough'");
 }
 
 TEST(LightEdits, ReplaceIntensityAndColour) {
