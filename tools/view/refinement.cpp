@@ -78,6 +78,7 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     const bool is_new = renderers.is_new(kind);
     Renderer& renderer = renderers.renderer(kind);
     const double start = now();
+    compiled_ = false;
     struct Done {};  // ends render() before it makes a picture with fewer AOVs
     Picture picture{.request = job.number,
                     .view = job.view,
@@ -95,7 +96,8 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     } catch (const Done&) {
     }
     add_mattes(renderers, job, divisor, 1, picture);
-    if (first && !is_new) renderers.resolution().record(divided(job.request.size, divisor), now() - start);
+    if (first && !is_new && !compiled_)
+        renderers.resolution().record(divided(job.request.size, divisor), now() - start);
     picture.seconds = now() - job.since;
     return picture;
 }
@@ -110,6 +112,7 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     Renderer& renderer = renderers.renderer(kind);
     Looks looks;
     const Interruptible stops([&] { go_on(job, shown, !looks.none()); });
+    compiled_ = false;
     StandingPicture standing;  // regions whose pixels have more samples than the whole picture
     renderer.render(frame, [&](const RenderProgress& progress) {
         for (;;) {
@@ -128,7 +131,7 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
                                 .divisor = 1,
                                 .camera = made.camera,
                                 .aovs = looks.aovs(samples, job.request)};
-                const bool first = samples == 1 && looks.none() && !is_new;
+                const bool first = samples == 1 && looks.none() && !is_new && !compiled_;
                 picture.result = progress.picture(picture.aovs);
                 standing.lay_over(picture.result);
                 add_mattes(renderers, job, 1, samples, picture);

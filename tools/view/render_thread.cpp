@@ -157,6 +157,7 @@ void RenderThread::do_work_between_samples() {
 
 void RenderThread::show_step(const char* what) {
     const WorkPart part = current_part();
+    compiled_ = true;
     say(part.number > 0 ? fmt::format("{}, pass {} of {}", what, part.number, part.count) : std::string(what));
 }
 

@@ -119,7 +119,8 @@ class RenderThread {
     void wait(RendererCache& renderers, std::unique_lock<std::mutex>& lock, const F& done);
 
     const Options options_;
-    gpu::ShaderWatch shaders_;      // used by the thread only, like the next member
+    gpu::ShaderWatch shaders_;      // used by the thread only, like the next two members
+    bool compiled_ = false;         // programs have been compiled since the picture was begun
     double shaders_looked_at_ = 0;  // time of the last check of shader files, seconds
     mutable std::mutex mutex_;      // guards all members below
     std::condition_variable wake_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 
 #include "engine/core/math.h"
@@ -29,12 +30,17 @@ class Resolution {
     /// again after some time.
     void record(const ivec2& size, double seconds);
     /// Forgets all times, for another scene or other settings.
-    void reset() { seconds_.clear(); }
+    void reset() { recorded_.clear(); }
 
   private:
     double expected_seconds(std::size_t pixels) const;
     double budget_;
-    std::map<std::size_t, double> seconds_;  // smoothed times, keyed by number of pixels
+    struct Recorded {
+        double seconds;      // smoothed
+        std::uint64_t when;  // number of the record
+    };
+    std::map<std::size_t, Recorded> recorded_;  // keyed by number of pixels
+    std::uint64_t records_ = 0;
 };
 
 }  // namespace halflight::view

@@ -26,6 +26,16 @@ TEST(Resolution, StartsCoarse) {
     EXPECT_EQ(Resolution(0.1).divisor(kSize), 8);
 }
 
+TEST(Resolution, OneSlowPictureDoesNotCountForLong) {
+    Resolution resolution(0.1);
+    resolution.record(divided(kSize, 8), 1.1);  // a hitch
+    EXPECT_EQ(resolution.divisor(kSize), 16);
+    resolution.record(divided(kSize, 16), 0.008);
+    EXPECT_EQ(resolution.divisor(kSize), 8) << "four times as many pixels take 0.032 s at most";
+    for (int i = 0; i < 4; ++i) resolution.record(divided(kSize, 8), 0.3);
+    EXPECT_EQ(resolution.divisor(kSize), 16) << "it is slow after all";
+}
+
 TEST(Resolution, FinerPicturesPrecedeSlowOnes) {
     EXPECT_TRUE(worth_finer(0.1, 16, 0.1)) << "the whole picture takes 25 s";
     EXPECT_TRUE(worth_finer(0.1, 4, 0.1)) << "1.6 s";
@@ -76,7 +86,7 @@ TEST(Resolution, RetriesSizesThatWereSlow) {
     resolution.record(divided(kSize, 8), 0.5);
     EXPECT_EQ(resolution.divisor(kSize), 16);
     int pictures = 0;
-    for (; resolution.divisor(kSize) == 16 && pictures < 1000; ++pictures) resolution.record(divided(kSize, 16), 0.01);
+    for (; resolution.divisor(kSize) == 16 && pictures < 1000; ++pictures) resolution.record(divided(kSize, 16), 0.06);
     EXPECT_EQ(resolution.divisor(kSize), 8);
     EXPECT_GT(pictures, 20) << "but not all the time";
 }
