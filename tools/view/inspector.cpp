@@ -52,8 +52,7 @@ void node(PanelContext& c, std::size_t index) {
     const std::string& name = c.session.references().nodes.at(index);
     visibility(c, {ObjectKind::node, index});
     if (c.session.in_pages()) return text("Scenes in page files cannot move or hide surfaces.");
-    std::vector<int> meshes;
-    for (const std::size_t i : c.session.selected_instances()) meshes.push_back(c.session.picker().instances()[i].mesh);
+    const std::vector<int> meshes = c.session.meshes_of_node();
     const std::set<std::uint32_t> materials = materials_of(c.session.scene(), meshes);
     constexpr std::size_t kFew = 8;
     const bool first = materials.size() <= kFew;  // materials are edited more often than places

@@ -95,6 +95,8 @@ class Session {
     Scene edited_values() const;
     /// Returns the instances of picker() that belong to the selected node, with those below it, or mesh.
     std::vector<std::size_t> selected_instances() const;
+    /// Returns the meshes of the selected node, with those below it, one for each instance, hidden ones included.
+    std::vector<int> meshes_of_node() const;
     /// Selects the node of the surface visible at a pixel, or nothing.
     void select(const dvec2& point, const ivec2& size);
     /// Selects an object by "node:NAME", "light:NAME", "material:NAME", "mesh:NAME", "camera:NAME", "environment" or
@@ -181,6 +183,8 @@ class Session {
 
   private:
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
+    /// Returns whether a node is the selected one or hangs below it.
+    bool below_selection(int node) const;
     /// Returns the instances as edits move and hide them; unchanged ones where the edits do not suit the scene, which
     /// the picture reports.
     static std::vector<Instance> moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits);

@@ -70,16 +70,25 @@ std::vector<std::size_t> Session::selected_instances() const {
     std::vector<std::size_t> selected;
     const bool node_selected = selection.kind == ObjectKind::node;
     if (pages_ || (!node_selected && selection.kind != ObjectKind::mesh)) return selected;
-    const auto below = [&](int node) {
-        for (; node != kNone; node = tree_->nodes[static_cast<std::size_t>(node)].parent)
-            if (static_cast<std::size_t>(node) == selection.index) return true;
-        return false;
-    };
     const std::vector<Instance>& all = picker().instances();
     for (std::size_t i = 0; i < all.size(); ++i)
-        if (node_selected ? below(all[i].node) : static_cast<std::size_t>(all[i].mesh) == selection.index)
+        if (node_selected ? below_selection(all[i].node) : static_cast<std::size_t>(all[i].mesh) == selection.index)
             selected.push_back(i);
     return selected;
+}
+
+std::vector<int> Session::meshes_of_node() const {
+    std::vector<int> meshes;
+    if (selection.kind != ObjectKind::node) return meshes;
+    for (const Instance& instance : scene_->instances)
+        if (below_selection(instance.node)) meshes.push_back(instance.mesh);
+    return meshes;
+}
+
+bool Session::below_selection(int node) const {
+    for (; node != kNone; node = tree_->nodes[static_cast<std::size_t>(node)].parent)
+        if (static_cast<std::size_t>(node) == selection.index) return true;
+    return false;
 }
 
 void Session::select(const dvec2& point, const ivec2& size) {

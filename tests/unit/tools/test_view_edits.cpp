@@ -145,6 +145,9 @@ TEST_F(ViewEdits, ClicksSelectTheNodeOfASurface) {
     EXPECT_TRUE(outline.lines(session, kSize).empty());
     session.select(dvec2(256, 130), kSize);
     EXPECT_EQ(session.selection, Selection()) << "hidden surfaces are not picked";
+    session.select("node:back wall");
+    EXPECT_TRUE(session.selected_instances().empty()) << "they have no outline";
+    EXPECT_EQ(session.meshes_of_node().size(), 1u) << "but their materials can be edited";
     session.select("node:tall block");
     EXPECT_EQ(session.name_of(session.selection), "node tall block");
     session.select("material:red");
