@@ -40,6 +40,15 @@ void camera_items(PanelContext& c) {
     }
 }
 
+void comparison_items(PanelContext& c) {
+    ImGui::Separator();
+    for (const ComparisonModeRow& row : kComparisonModes) {
+        const bool on = c.now.comparing && c.now.comparison == row.mode;
+        if (ImGui::MenuItem(row.name, nullptr, on, c.now.comparing)) c.requests.comparison = row.mode;
+        tooltip(row.help);
+    }
+}
+
 void layer_items(PanelContext& c) {
     ImGui::Separator();
     if (!ImGui::BeginMenu("Layer")) return;
@@ -62,6 +71,7 @@ void menu_bar(PanelContext& c) {
         }
         if (menu == Menu::view) layer_items(c);
         if (menu == Menu::camera) camera_items(c);
+        if (menu == Menu::compare) comparison_items(c);
         close_by_escape();
         ImGui::EndMenu();
     }

@@ -53,14 +53,9 @@ void comparison(PanelContext& c) {
     if (c.now.comparing && button("Close comparison", "removes the picture B (Ctrl+K)", true))
         c.requests.actions.push_back(Action::close_comparison);
     if (!c.now.comparing) return;
-    using Mode = ComparisonMode;
-    const auto choice = [&](const char* name, Mode mode, const char* help, bool same_line) {
-        if (radio(name, c.now.comparison == mode, help, same_line)) c.requests.comparison = mode;
-    };
-    choice("Split", Mode::split, "B stands right of a line that can be dragged", false);
-    choice("Difference", Mode::difference,
-           "absolute difference of A and B, either two linear pictures or two display-encoded ones", true);
-    choice("Flicker", Mode::flicker, "both pictures in turns, each for half a second", true);
+    for (const ComparisonModeRow& row : kComparisonModes)
+        if (radio(row.name, c.now.comparison == row.mode, row.help, &row != kComparisonModes))
+            c.requests.comparison = row.mode;
 }
 
 }  // namespace

@@ -21,6 +21,17 @@
 
 namespace halflight::view {
 
+struct ComparisonModeRow {
+    ComparisonMode mode;
+    const char* name;
+    const char* help;
+};
+inline constexpr ComparisonModeRow kComparisonModes[] = {
+    {ComparisonMode::split, "Split", "B stands right of a line that can be dragged"},
+    {ComparisonMode::difference, "Difference",
+     "absolute difference of A and B, either two linear pictures or two display-encoded ones"},
+    {ComparisonMode::flicker, "Flicker", "both pictures in turns, each for half a second"}};
+
 /// Contents of the sections, apart from the session.
 struct PanelState {
     const Picture* picture = nullptr;      // shown picture; null at first
