@@ -115,7 +115,7 @@ std::string subject_of(const Scene& scene, const std::string& source) {
 
 /// Returns the subject of errors of an edit.
 std::string where_of(const std::string& source, const Scene& scene, const std::string& subject) {
-    return source.empty() ? subject : source + ": " + scene.name;
+    return source.empty() ? subject : subject_of(scene, source);
 }
 
 /// Calls f(index, edit, subject) for each object that an edit names.
@@ -136,7 +136,7 @@ void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::s
     for (const auto& [name, edit, source] : edits.lights) {
         if (!objects_named(lights_of(scene), name).empty()) continue;
         const auto named = std::ranges::find(scene.materials, name, &Material::name);
-        if (named != scene.materials.end() && named->emission != vec3(0))
+        if (named != scene.materials.end() && has_emission(*named))
             throw Error(where_of(source, scene, subject),
                         "'{0}' is an emissive material, not a light: use --material '{0}.emission=R,G,B' or "
                         "'{0}.emission_temperature=KELVIN'",

@@ -39,9 +39,9 @@ LightEdit read_light(const Element& e) {
 Json light_json(const LightEdit& light) {
     if (LightEdit{light.factor} == light) return light.factor;
     Json json = Json::object();
-    if (light.factor != 1) json["factor"] = number(light.factor);
-    if (light.intensity) json["intensity"] = number(*light.intensity);
-    if (light.temperature) json["temperature"] = number(*light.temperature);
+    if (light.factor != 1) json["factor"] = short_number(light.factor);
+    if (light.intensity) json["intensity"] = short_number(*light.intensity);
+    if (light.temperature) json["temperature"] = short_number(*light.temperature);
     if (light.off) json["off"] = true;
     if (light.color) json["color"] = list(*light.color);
     if (light.position) json["position"] = list(*light.position);
@@ -67,7 +67,7 @@ Json material_json(const MaterialEdit& properties) {
     Json json = Json::object();
     for (const auto& [name, values] : properties) {
         Json all = Json::array();
-        for (const float value : values) all.push_back(number(value));
+        for (const float value : values) all.push_back(short_number(value));
         json[name] = values.size() == 1 ? all[0] : all;
     }
     return json;
@@ -172,7 +172,7 @@ void read_edits(const Element& file, SceneEdits& edits) {
 }
 
 void write_edits(const SceneEdits& edits, Json& json) {
-    json["emission"] = number(edits.emission);
+    json["emission"] = short_number(edits.emission);
     json["lights"] = lights_json(edits);
     json["clay"] = edits.clay;
     if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);

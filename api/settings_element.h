@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -15,6 +14,7 @@
 
 #include "api/halflight/scene_edits.h"
 #include "engine/core/error.h"
+#include "engine/core/short_number.h"
 #include "engine/core/suggestion.h"
 
 namespace halflight::settings {
@@ -121,15 +121,8 @@ void with(const Element& object, const char* key, F&& f) {
 inline Json list(const dvec3& v) {
     return {v.x, v.y, v.z};
 }
-/// Returns the double of the fewest digits that is read as this float: 0.3, not 0.30000001192092896.
-inline double number(float v) {
-    char digits[32];
-    double read = 0;
-    std::from_chars(digits, std::to_chars(digits, std::end(digits), v).ptr, read);
-    return static_cast<float>(read) == v ? read : double{v};
-}
 inline Json list(const vec3& v) {
-    return {number(v.x), number(v.y), number(v.z)};
+    return {short_number(v.x), short_number(v.y), short_number(v.z)};
 }
 
 }  // namespace halflight::settings

@@ -160,7 +160,7 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
     if (const auto* sky = std::get_if<ClearSky>(&s.environment))
         json["sky"] = {{"elevation", sky->elevation}, {"azimuth", sky->azimuth}, {"turbidity", sky->turbidity}};
     json["rotation"] = s.edits.environment_rotation;
-    json["intensity"] = settings::number(s.edits.environment_intensity);
+    json["intensity"] = short_number(s.edits.environment_intensity);
     if (s.edits.environment_tint != vec3(1)) json["tint"] = list(s.edits.environment_tint);
     return json;
 }

@@ -38,7 +38,8 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
         if (display) display->clear();
         console.pass(kind, line);
     });
-    if (const auto saved = settings_file_of(a.scene); !a.settings_file && exists(saved))
+    std::error_code unknown;
+    if (const auto saved = settings_file_of(a.scene); !a.settings_file && exists(saved, unknown))
         log.note("{} is not used; --settings reads it", saved.string());
     return LoadedScene(std::move(choice), a, log);
 }

@@ -1,8 +1,7 @@
 // Renders the last request on a thread and a context of its own. A coarse picture comes first, within a time budget.
 // Finer ones follow, each in about four times the time of the one before, and then the whole picture, which is refined
-// until another request comes. Without preview modes, it equals the unbiased
-// mean that `halflight render` makes of as many samples, bit for bit. If HALFLIGHT_SHADERS names a folder, changed
-// shaders in it are reloaded.
+// until another request comes. Without preview modes, it equals the unbiased mean that `halflight render` makes of as
+// many samples, bit for bit. If HALFLIGHT_SHADERS names a folder, changed shaders in it are reloaded.
 #pragma once
 
 #include <condition_variable>

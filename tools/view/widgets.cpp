@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cfloat>
-#include <string>
 #include <utility>
+
+#include "engine/core/short_number.h"
 
 namespace halflight::view {
 namespace {
@@ -180,7 +181,7 @@ bool slider(const char* name, float& value, float lower, float upper, const char
 bool slider(const char* name, double& value, double lower, double upper, const char* format, const char* help) {
     auto shown = static_cast<float>(value);
     if (!slider(name, shown, static_cast<float>(lower), static_cast<float>(upper), format, help)) return false;
-    value = std::stod(fmt::format("{}", shown));  // the number of fewest digits, which files show
+    value = short_number(shown);
     return true;
 }
 
