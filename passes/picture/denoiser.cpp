@@ -95,14 +95,14 @@ struct CalmLight {
     bool over_frames = false;     // means over frames; a of `spread` is the share of these means
 };
 
-/// Albedo by which a component is divided, and the sums over which the light of its fireflies is spread.
-struct Albedo {
-    TextureHandle albedo;
-    TextureHandle reach;  // rgb: weighted sum of the albedo of the pixels over which the light of fireflies is spread
-};
-
 TextureHandle albedo_of(const DenoiserPixels& pixels, FilteredLight component) {
     return component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
+}
+
+/// Whether fireflies are spread in proportion to the light around them. Rare paths of diffuse light are light of all
+/// surfaces around. Reflections differ from surface to surface.
+bool in_proportion(FilteredLight component) {
+    return component == FilteredLight::glossy;
 }
 
 /// Properties of the surfaces that a component of light comes from.
@@ -114,29 +114,45 @@ Guides guides_of(const DenoiserPixels& pixels, FilteredLight component) {
     return {pixels.glossy_guide, pixels.glossy_reflectance};
 }
 
-Albedo add_albedo(graph::Graph& graph, const LightHalves& own, TextureHandle albedo) {
-    const auto [reflected] = add_kernel<1>(graph, "denoiser: albedo", "shaders/half_albedo.comp",
-                                           {{"first", own.first}, {"albedo", albedo}}, {"reflected"});
-    return {albedo, add_spread(graph, reflected)};
+/// Returns the mean of two halves. Alpha is 1 where there is light to filter.
+TextureHandle add_mean(graph::Graph& graph, TextureHandle first, TextureHandle second) {
+    return add_kernel<1>(graph, "denoiser: mean", "shaders/half_mean.comp", {{"first", first}, {"second", second}},
+                         {"mean"})[0];
 }
 
-CalmLight add_calm(graph::Graph& graph, const LightHalves& own, const Albedo& albedo,
+/// Returns halves without fireflies. in_proportion: these are spread in proportion to the light around them.
+CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle albedo, bool in_proportion,
                    const gpu::Defines& defines = {}) {
-    const auto [mean] = add_kernel<1>(graph, "denoiser: mean", "shaders/half_mean.comp",
-                                      {{"first", own.first}, {"second", own.second}}, {"mean"});
-    const TextureHandle around = add_triangle(graph, mean, kAroundRadius);
+    const TextureHandle around = add_triangle(graph, add_mean(graph, own.first, own.second), kAroundRadius);
     const auto [outliers] =
         add_kernel<1>(graph, "denoiser: outliers", "shaders/half_outliers.comp",
                       {{"first", own.first}, {"second", own.second}, {"around", around}}, {"outliers"}, 8, {}, defines);
-    const auto [first, second, excess] = add_kernel<3>(graph, "denoiser: fireflies", "shaders/half_fireflies.comp",
-                                                       {{"first", own.first},
-                                                        {"second", own.second},
-                                                        {"outliers", outliers},
-                                                        {"pooled", add_triangle(graph, outliers, kNoiseRadius)},
-                                                        {"albedo", albedo.albedo},
-                                                        {"reach", albedo.reach}},
-                                                       {"calm_first", "calm_second", "excess"});
-    return {first, second, add_spread(graph, excess)};
+    const auto [first, second, removed] = add_kernel<3>(graph, "denoiser: fireflies", "shaders/half_fireflies.comp",
+                                                        {{"first", own.first},
+                                                         {"second", own.second},
+                                                         {"outliers", outliers},
+                                                         {"pooled", add_triangle(graph, outliers, kNoiseRadius)}},
+                                                        {"calm_first", "calm_second", "removed"});
+    gpu::Defines of_receivers;
+    of_receivers.set("HALFLIGHT_RECEIVERS");
+    TextureHandle level = own.first;  // not read by pixels that receive alike
+    if (in_proportion) {
+        of_receivers.set("HALFLIGHT_LEVEL");
+        level = add_triangle(graph, add_mean(graph, first, second), kNoiseRadius);
+    }
+    constexpr const char* kPass = "denoiser: spread";
+    constexpr const char* kKernel = "shaders/half_spread.comp";
+    const auto [receivers] =
+        add_kernel<1>(graph, kPass, kKernel, {{"removed", removed}, {"albedo", albedo}, {"level", level}}, {"made"}, 8,
+                      {}, of_receivers);
+    const auto [quotients] = add_kernel<1>(
+        graph, kPass, kKernel, {{"removed", removed}, {"albedo", albedo}, {"reach", add_spread(graph, receivers)}},
+        {"made"}, 8, {}, {{"HALFLIGHT_EXCESS", "1"}});
+    TextureHandle spread = add_spread(graph, quotients);
+    if (in_proportion)
+        spread = add_kernel<1>(graph, kPass, kKernel, {{"removed", removed}, {"shares", spread}, {"level", level}},
+                               {"made"}, 8, {}, {{"HALFLIGHT_LEVEL", "1"}})[0];
+    return {first, second, spread};
 }
 
 /// Returns the halves, filtered. preview_stride: distance of the pixels of the preview's window; 0: the window of final
@@ -226,7 +242,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
         const LightHalves& halves = neighbour.pixels.light[static_cast<std::size_t>(component)];
         if (!halves.first) continue;
         const CalmLight other =
-            add_calm(graph, halves, add_albedo(graph, halves, albedo_of(neighbour.pixels, component)));
+            add_calm(graph, halves, albedo_of(neighbour.pixels, component), in_proportion(component));
         const bool mirrored = component == FilteredLight::glossy && neighbour.glossy_motion;
         const auto [place] =
             add_kernel<1>(graph, "denoiser: neighbours", "shaders/neighbour_places.comp",
@@ -277,19 +293,20 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
 
 /// Adds the share of a component to the picture that earlier components have left. surroundings: rgb: smoothed mean.
 DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels, FilteredLight component,
-                              const Albedo& albedo, TextureHandle surroundings,
-                              std::span<const DenoiserNeighbour> neighbours, const DenoisedPicture& before) {
+                              TextureHandle surroundings, std::span<const DenoiserNeighbour> neighbours,
+                              const DenoisedPicture& before) {
     const auto index = static_cast<std::size_t>(component);
     const LightHalves& own = pixels.light[index];
-    const CalmLight calm =
-        add_neighbours(graph, pixels, component, neighbours, surroundings, add_calm(graph, own, albedo));
+    const TextureHandle albedo = albedo_of(pixels, component);
+    const CalmLight calm = add_neighbours(graph, pixels, component, neighbours, surroundings,
+                                          add_calm(graph, own, albedo, in_proportion(component)));
     const Guides guides = guides_of(pixels, component);
     const bool wide = component == FilteredLight::indirect_diffuse;
     CalmLight means = add_non_local_means(graph, calm, guides);
     if (wide) means = add_non_local_means(graph, means, guides, kSecondStride);
     const CalmLight filtered =
-        add_kept_light(graph, calm, means, albedo.albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius);
-    const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo.albedo, surroundings);
+        add_kept_light(graph, calm, means, albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius);
+    const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
     graph::Pass pass = graph.add_pass("denoiser: blend");
@@ -301,7 +318,7 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                                            {"filtered_second", filtered.second},
                                                            {"spread", calm.spread},
                                                            {"errors", errors},
-                                                           {"albedo", albedo.albedo},
+                                                           {"albedo", albedo},
                                                            {"picture_before", before.picture}};
     for (const auto& [name, texture] : reads) pass.read(texture, Access::texture_read, name);
     gpu::Defines defines;
@@ -440,7 +457,7 @@ DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, 
 
 FilteredHalves add_preview_filter(graph::Graph& graph, const LightHalves& own, TextureHandle guide,
                                   TextureHandle albedo) {
-    CalmLight light = add_calm(graph, own, add_albedo(graph, own, albedo), kOfPreview);
+    CalmLight light = add_calm(graph, own, albedo, false, kOfPreview);
     for (const int stride : kPreviewStrides) light = add_non_local_means(graph, light, {guide, albedo}, stride);
     return {light.first, light.second, light.spread};
 }
@@ -449,13 +466,9 @@ DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels,
                              std::span<const DenoiserNeighbour> neighbours) {
     DenoisedPicture out{pixels.mean, {}};
     const TextureHandle surroundings = add_triangle(graph, pixels.mean, kAroundRadius);
-    Albedo albedo;
     for (const FilteredLight component : kFilteredLights) {
-        const LightHalves& own = pixels.light[static_cast<std::size_t>(component)];
-        if (!own.first) continue;
-        if (const TextureHandle of_light = albedo_of(pixels, component); albedo.albedo != of_light)
-            albedo = add_albedo(graph, own, of_light);
-        out = add_component(graph, pixels, component, albedo, surroundings, neighbours, out);
+        if (!pixels.light[static_cast<std::size_t>(component)].first) continue;
+        out = add_component(graph, pixels, component, surroundings, neighbours, out);
     }
     return out;
 }
