@@ -133,25 +133,24 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle al
                                                          {"outliers", outliers},
                                                          {"pooled", add_triangle(graph, outliers, kNoiseRadius)}},
                                                         {"calm_first", "calm_second", "removed"});
-    gpu::Defines of_receivers;
-    of_receivers.set("HALFLIGHT_RECEIVERS");
-    TextureHandle level = own.first;  // not read by pixels that receive alike
+    using Reads = std::initializer_list<std::pair<const char*, TextureHandle>>;
+    const auto run = [&graph](const gpu::Defines& variant, Reads reads) {
+        return add_kernel<1>(graph, "denoiser: spread", "shaders/half_spread.comp", reads, {"made"}, 8, {}, variant)[0];
+    };
+    TextureHandle level, receivers;
     if (in_proportion) {
-        of_receivers.set("HALFLIGHT_LEVEL");
         level = add_triangle(graph, add_mean(graph, first, second), kNoiseRadius);
+        receivers = run({{"HALFLIGHT_RECEIVERS", "1"}, {"HALFLIGHT_LEVEL", "1"}},
+                        {{"removed", removed}, {"albedo", albedo}, {"level", level}});
+    } else {
+        receivers = run({{"HALFLIGHT_RECEIVERS", "1"}}, {{"removed", removed}, {"albedo", albedo}});
     }
-    constexpr const char* kPass = "denoiser: spread";
-    constexpr const char* kKernel = "shaders/half_spread.comp";
-    const auto [receivers] =
-        add_kernel<1>(graph, kPass, kKernel, {{"removed", removed}, {"albedo", albedo}, {"level", level}}, {"made"}, 8,
-                      {}, of_receivers);
-    const auto [quotients] = add_kernel<1>(
-        graph, kPass, kKernel, {{"removed", removed}, {"albedo", albedo}, {"reach", add_spread(graph, receivers)}},
-        {"made"}, 8, {}, {{"HALFLIGHT_EXCESS", "1"}});
+    const TextureHandle quotients =
+        run({{"HALFLIGHT_EXCESS", "1"}},
+            {{"removed", removed}, {"albedo", albedo}, {"reach", add_spread(graph, receivers)}});
     TextureHandle spread = add_spread(graph, quotients);
     if (in_proportion)
-        spread = add_kernel<1>(graph, kPass, kKernel, {{"removed", removed}, {"shares", spread}, {"level", level}},
-                               {"made"}, 8, {}, {{"HALFLIGHT_LEVEL", "1"}})[0];
+        spread = run({{"HALFLIGHT_LEVEL", "1"}}, {{"removed", removed}, {"shares", spread}, {"level", level}});
     return {first, second, spread};
 }
 

@@ -206,6 +206,28 @@ TEST_F(DenoiserTest, FirefliesAreSpreadAndNotLost) {
     }
 }
 
+/// A bright reflection is no light of surfaces around it that reflect something dark.
+TEST_F(DenoiserTest, FirefliesOfReflectionsLeaveTheDarkDark) {
+    constexpr int kDark = 53;  // first column of what is dark
+    HalfData noisy = halves({96, 72}, [&](int x, int y, int half) {
+        if (x == 50 && y == 35 && half == 0) return 1e4f;
+        return x < kDark ? 1.0f + static_cast<float>((x ^ y) & 1) : 1e-3f;
+    });
+    const auto brightest_of_the_dark = [&](const Filtered& result) {
+        double light = 0, before = 0, most = 0;
+        for (std::size_t i = 0; i < result.picture.size(); ++i) {
+            light += double{result.picture[i].x}, before += double{noisy.mean(i).x};
+            // Levels of light are averages over a few pixels.
+            if (i % 96 > kDark + 2) most = std::max(most, double{result.picture[i].x});
+        }
+        EXPECT_NEAR(light / before, 1, 0.02);
+        return most;
+    };
+    EXPECT_GT(brightest_of_the_dark(filtered(noisy)), 1) << "diffuse light reaches all surfaces";
+    noisy.glossy_guide = noisy.guide;
+    EXPECT_LT(brightest_of_the_dark(filtered(noisy)), 0.03);
+}
+
 TEST_F(DenoiserTest, UnequalHalvesAreWeighedBySamples) {
     std::exponential_distribution<float> noise(1);
     constexpr float kShare = 2.0f / 3.0f;  // the first half has twice as many samples
