@@ -1,4 +1,4 @@
-// Removes the excess of fireflies from two halves.
+// Removes the light of fireflies from two halves.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D first;
@@ -7,7 +7,8 @@ uniform sampler2D outliers;  // rg: share of the excess in the light of the halv
 uniform sampler2D pooled;    // ba: terms of the best share of the excess to remove, averaged
 layout(rgba32f) writeonly uniform image2D calm_first;
 layout(rgba32f) writeonly uniform image2D calm_second;
-layout(rgba32f) writeonly uniform image2D removed;  // rgb: excess in the mean; a: 0 where there is nothing to filter
+layout(rgba32f) writeonly uniform image2D removed;  // rgb: light removed from the mean; a: 0 where there is nothing to filter
+layout(rgba32f) writeonly uniform image2D levels;   // rg: luminance of the calm halves; a: 0 where there is nothing to filter
 
 #include "shaders/lib/halves.glsl"
 
@@ -17,9 +18,13 @@ void main() {
     vec4 one = texelFetch(first, pixel, 0);
     vec4 two = texelFetch(second, pixel, 0);
     vec2 share = texelFetch(outliers, pixel, 0).rg * best_share(texelFetch(pooled, pixel, 0).ba);
-    vec3 excess_one = share.x * one.rgb;
-    vec3 excess_two = share.y * two.rgb;
-    imageStore(calm_first, pixel, vec4(one.rgb - excess_one, one.a));
-    imageStore(calm_second, pixel, vec4(two.rgb - excess_two, two.a));
-    imageStore(removed, pixel, one.a > 0.0 ? vec4(mix(excess_two, excess_one, one.a), 1.0) : vec4(0.0));
+    vec3 calm_one = one.rgb - share.x * one.rgb;
+    vec3 calm_two = two.rgb - share.y * two.rgb;
+    bool filled = one.a > 0.0;
+    vec3 light = mix(share.y * two.rgb, share.x * one.rgb, one.a);
+    vec2 luminances = vec2(squarable_luminance(calm_one), squarable_luminance(calm_two));
+    imageStore(calm_first, pixel, vec4(calm_one, one.a));
+    imageStore(calm_second, pixel, vec4(calm_two, two.a));
+    imageStore(removed, pixel, filled ? vec4(light, 1.0) : vec4(0.0));
+    imageStore(levels, pixel, filled ? vec4(luminances, 0.0, 1.0) : vec4(0.0));
 }

@@ -1,46 +1,56 @@
-// Spreads the light of fireflies over the pixels around them, the receivers. It is divided by the sum of their weights, so
-// that no light is lost.
+// Spreads the light of fireflies over the pixels around them, the receivers. The light is divided by the sum of the
+// receivers' weights, so that none is lost.
 //
-// Variants: HALFLIGHT_RECEIVERS computes the weights, HALFLIGHT_EXCESS divides light by their sums. Otherwise, the sums of
-// these quotients become light over albedo. HALFLIGHT_LEVEL: pixels receive in proportion to the light around them, so
-// that surfaces which are dark beside a highlight stay dark. Else they receive alike.
+// Variants: HALFLIGHT_RECEIVERS computes the weights, HALFLIGHT_EXCESS divides the light. Otherwise, sums of the quotients
+// become light over albedo. HALFLIGHT_LEVEL: receivers are weighed by the light that they have, so that dark surfaces
+// beside a highlight stay dark. Else they receive alike.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shaders/lib/halves.glsl"
 
-uniform sampler2D removed;  // rgb: light of fireflies over albedo; a: 0 where there is nothing to filter
-#if defined(HALFLIGHT_RECEIVERS) || defined(HALFLIGHT_EXCESS)
+#ifdef HALFLIGHT_RECEIVERS
+uniform sampler2D removed;    // a: 0 where there is nothing to filter
 uniform sampler2D albedo;
-#endif
-#ifdef HALFLIGHT_EXCESS
-uniform sampler2D reach;    // rgb: weighted sum of the receivers
-#elif !defined(HALFLIGHT_RECEIVERS)
-uniform sampler2D shares;   // rgb: weighted sum of light of fireflies over `reach`
-#endif
 #ifdef HALFLIGHT_LEVEL
-uniform sampler2D level;    // rgb: weighted sum of light over albedo without fireflies; a: sum of the weights
+// Weighted sums over few and over more pixels. rg: luminance of the halves without fireflies; a: sum of the weights
+uniform sampler2D levels;
+uniform sampler2D wide_levels;
+uniform sampler2D around;     // rgb: weighted sum of light over albedo with fireflies; a: sum of the weights
+
+// Share of the level over more pixels, which bridges those in which few samples meet light.
+const float kWideShare = 0.02;
+// Share of the light with fireflies, where there is no other light.
+const float kLastShare = 1e-6;
+
+// Returns the level of the half that is darker. A firefly of one half leaves the other half as it is.
+float darker(vec4 sums) { return min(sums.r, sums.g) / max(sums.a, kLeastReach); }
+#endif
+#elif defined(HALFLIGHT_EXCESS)
+uniform sampler2D removed;    // rgb: light of fireflies over albedo
+uniform sampler2D albedo;
+uniform sampler2D reach;      // rgb: weighted sum of the receivers
+#else
+uniform sampler2D receivers;  // rgb: weight of a pixel; a: the part of it that is not its albedo
+uniform sampler2D quotients;  // rgb: weighted sum of light of fireflies over `reach`
 #endif
 layout(rgba32f) writeonly uniform image2D made;
-
-float level_at(ivec2 pixel) {
-#ifdef HALFLIGHT_LEVEL
-    vec4 sums = texelFetch(level, pixel, 0);
-    return squarable_luminance(sums.rgb / max(sums.a, kLeastReach));
-#else
-    return 1.0;
-#endif
-}
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(made)))) return;
-    vec4 own = texelFetch(removed, pixel, 0);
 #if defined(HALFLIGHT_RECEIVERS)
-    vec3 here = level_at(pixel) * texelFetch(albedo, pixel, 0).rgb;
-#elif defined(HALFLIGHT_EXCESS)
-    vec3 here = own.rgb * texelFetch(albedo, pixel, 0).rgb / max(texelFetch(reach, pixel, 0).rgb, vec3(kLeastLight));
-#else
-    vec3 here = level_at(pixel) * texelFetch(shares, pixel, 0).rgb;
+    float level = 1.0;
+#ifdef HALFLIGHT_LEVEL
+    vec4 all = texelFetch(around, pixel, 0);
+    level = darker(texelFetch(levels, pixel, 0)) + kWideShare * darker(texelFetch(wide_levels, pixel, 0))
+          + kLastShare * squarable_luminance(all.rgb / max(all.a, kLeastReach));
 #endif
-    imageStore(made, pixel, own.a > 0.0 ? vec4(here, 0.0) : vec4(0.0));
+    bool receives = texelFetch(removed, pixel, 0).a > 0.0;
+    imageStore(made, pixel, receives ? vec4(level * texelFetch(albedo, pixel, 0).rgb, level) : vec4(0.0));
+#elif defined(HALFLIGHT_EXCESS)
+    vec3 light = texelFetch(removed, pixel, 0).rgb * texelFetch(albedo, pixel, 0).rgb;
+    imageStore(made, pixel, vec4(light / max(texelFetch(reach, pixel, 0).rgb, vec3(kLeastLight)), 0.0));
+#else
+    imageStore(made, pixel, vec4(texelFetch(receivers, pixel, 0).a * texelFetch(quotients, pixel, 0).rgb, 0.0));
+#endif
 }

@@ -99,8 +99,8 @@ TextureHandle albedo_of(const DenoiserPixels& pixels, FilteredLight component) {
     return component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
 }
 
-/// Whether fireflies are spread in proportion to the light around them. Rare paths of diffuse light are light of all
-/// surfaces around. Reflections differ from surface to surface.
+/// Whether light of fireflies is spread in proportion to the light around. Surfaces beside each other receive alike,
+/// but they reflect different things.
 bool in_proportion(FilteredLight component) {
     return component == FilteredLight::glossy;
 }
@@ -114,44 +114,39 @@ Guides guides_of(const DenoiserPixels& pixels, FilteredLight component) {
     return {pixels.glossy_guide, pixels.glossy_reflectance};
 }
 
-/// Returns the mean of two halves. Alpha is 1 where there is light to filter.
-TextureHandle add_mean(graph::Graph& graph, TextureHandle first, TextureHandle second) {
-    return add_kernel<1>(graph, "denoiser: mean", "shaders/half_mean.comp", {{"first", first}, {"second", second}},
-                         {"mean"})[0];
-}
-
-/// Returns halves without fireflies. in_proportion: these are spread in proportion to the light around them.
+/// Returns halves without fireflies. in_proportion: their light is spread in proportion to the light around.
 CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle albedo, bool in_proportion,
                    const gpu::Defines& defines = {}) {
-    const TextureHandle around = add_triangle(graph, add_mean(graph, own.first, own.second), kAroundRadius);
+    const auto [mean] = add_kernel<1>(graph, "denoiser: mean", "shaders/half_mean.comp",
+                                      {{"first", own.first}, {"second", own.second}}, {"mean"});
+    const TextureHandle around = add_triangle(graph, mean, kAroundRadius);
     const auto [outliers] =
         add_kernel<1>(graph, "denoiser: outliers", "shaders/half_outliers.comp",
                       {{"first", own.first}, {"second", own.second}, {"around", around}}, {"outliers"}, 8, {}, defines);
-    const auto [first, second, removed] = add_kernel<3>(graph, "denoiser: fireflies", "shaders/half_fireflies.comp",
-                                                        {{"first", own.first},
-                                                         {"second", own.second},
-                                                         {"outliers", outliers},
-                                                         {"pooled", add_triangle(graph, outliers, kNoiseRadius)}},
-                                                        {"calm_first", "calm_second", "removed"});
+    const auto [first, second, removed, levels] =
+        add_kernel<4>(graph, "denoiser: fireflies", "shaders/half_fireflies.comp",
+                      {{"first", own.first},
+                       {"second", own.second},
+                       {"outliers", outliers},
+                       {"pooled", add_triangle(graph, outliers, kNoiseRadius)}},
+                      {"calm_first", "calm_second", "removed", "levels"});
     using Reads = std::initializer_list<std::pair<const char*, TextureHandle>>;
     const auto run = [&graph](const gpu::Defines& variant, Reads reads) {
         return add_kernel<1>(graph, "denoiser: spread", "shaders/half_spread.comp", reads, {"made"}, 8, {}, variant)[0];
     };
-    TextureHandle level, receivers;
-    if (in_proportion) {
-        level = add_triangle(graph, add_mean(graph, first, second), kNoiseRadius);
-        receivers = run({{"HALFLIGHT_RECEIVERS", "1"}, {"HALFLIGHT_LEVEL", "1"}},
-                        {{"removed", removed}, {"albedo", albedo}, {"level", level}});
-    } else {
-        receivers = run({{"HALFLIGHT_RECEIVERS", "1"}}, {{"removed", removed}, {"albedo", albedo}});
-    }
+    const TextureHandle receivers =
+        in_proportion ? run({{"HALFLIGHT_RECEIVERS", "1"}, {"HALFLIGHT_LEVEL", "1"}},
+                            {{"removed", removed},
+                             {"albedo", albedo},
+                             {"levels", add_triangle(graph, levels, kNoiseRadius)},
+                             {"wide_levels", add_triangle(graph, levels, kAroundRadius)},
+                             {"around", around}})
+                      : run({{"HALFLIGHT_RECEIVERS", "1"}}, {{"removed", removed}, {"albedo", albedo}});
     const TextureHandle quotients =
         run({{"HALFLIGHT_EXCESS", "1"}},
             {{"removed", removed}, {"albedo", albedo}, {"reach", add_spread(graph, receivers)}});
-    TextureHandle spread = add_spread(graph, quotients);
-    if (in_proportion)
-        spread = run({{"HALFLIGHT_LEVEL", "1"}}, {{"removed", removed}, {"shares", spread}, {"level", level}});
-    return {first, second, spread};
+    const TextureHandle spread = add_spread(graph, quotients);
+    return {first, second, in_proportion ? run({}, {{"receivers", receivers}, {"quotients", spread}}) : spread};
 }
 
 /// Returns the halves, filtered. preview_stride: distance of the pixels of the preview's window; 0: the window of final

@@ -19,7 +19,7 @@ HALFLIGHT_SHARED_CONST float kLeastFilteredAlbedo = 1e-4f;
 HALFLIGHT_SHARED_CONST float kMostFilteredLight = 1e36f;
 // Lower bound of sums of weights, which keeps quotients finite.
 HALFLIGHT_SHARED_CONST float kLeastReach = 1e-6f;
-// Light over albedo that counts as dark.
+// Light over albedo that counts as dark, and lower bound of sums of weights that are such light.
 HALFLIGHT_SHARED_CONST float kLeastLight = 1e-20f;
 // Largest value that is squared. Sums of such squares are finite.
 HALFLIGHT_SHARED_CONST float kMostSquared = 1e15f;

@@ -185,10 +185,12 @@ TEST_F(DenoiserTest, WhatIsNotLitStays) {
 }
 
 TEST_F(DenoiserTest, FirefliesAreSpreadAndNotLost) {
-    for (const float brightest : {1e4f, 1e30f}) {
-        HalfData noisy = halves({96, 72}, [&](int x, int y, int half) {
-            return x == 50 && y == 35 && half == 0 ? brightest : 1.0f + static_cast<float>((x ^ y) & 1);
+    for (const auto& [brightest, glossy] :
+         {std::pair(1e4f, false), std::pair(1e30f, false), std::pair(1e2f, true), std::pair(1e4f, true)}) {
+        HalfData noisy = halves({96, 72}, [&, firefly = brightest](int x, int y, int half) {
+            return x == 50 && y == 35 && half == 0 ? firefly : 1.0f + static_cast<float>((x ^ y) & 1);
         });
+        if (glossy) noisy.glossy_guide = noisy.guide;
         const Filtered result = filtered(noisy);
         double light = 0, before = 0, most = 0;
         for (std::size_t i = 0; i < result.picture.size(); ++i) {
@@ -199,6 +201,11 @@ TEST_F(DenoiserTest, FirefliesAreSpreadAndNotLost) {
         }
         EXPECT_NEAR(light / before, 1, 0.02) << brightest;
         EXPECT_LT(most, 0.3 * 0.5 * kAlbedo.x * brightest) << brightest;
+        double near = 0;  // light that the firefly's neighbours have received
+        for (int y = 33; y <= 37; ++y)
+            for (int x = 48; x <= 52; ++x)
+                near += x == 50 && y == 35 ? 0 : double{result.picture[std::size_t(y * 96 + x)].x} - 1.5 * kAlbedo.x;
+        EXPECT_LT(near, 0.15 * 0.5 * kAlbedo.x * brightest) << brightest << (glossy ? ", glossy" : "");
         if (brightest < 1e30f) continue;
         const auto at = [&](int x) { return double{result.picture[std::size_t(35 * 96 + x)].x}; };
         for (int x = 64; x < 95; ++x)
