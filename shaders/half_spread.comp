@@ -12,17 +12,16 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D removed;    // a: 0 where there is nothing to filter
 uniform sampler2D albedo;
 #ifdef HALFLIGHT_LEVEL
-// Weighted sums over few and over more pixels. rg: luminance of the halves without fireflies; a: sum of the weights
-uniform sampler2D levels;
-uniform sampler2D wide_levels;
+uniform sampler2D levels;     // of shaders/half_fireflies.comp
+uniform sampler2D few_levels, more_levels;  // weighted sums of `levels` over few and over more pixels
 uniform sampler2D around;     // rgb: weighted sum of light over albedo with fireflies; a: sum of the weights
 
 // Share of the level over more pixels, which bridges those in which few samples meet light.
-const float kWideShare = 0.02;
+const float kShareOfMore = 0.02;
 // Share of the light with fireflies, where there is no other light.
 const float kLastShare = 1e-6;
 
-// Returns the level of the half that is darker. A firefly of one half leaves the other half as it is.
+// Returns the level of the darker half.
 float darker(vec4 sums) { return min(sums.r, sums.g) / max(sums.a, kLeastReach); }
 #endif
 #elif defined(HALFLIGHT_EXCESS)
@@ -42,7 +41,11 @@ void main() {
     float level = 1.0;
 #ifdef HALFLIGHT_LEVEL
     vec4 all = texelFetch(around, pixel, 0);
-    level = darker(texelFetch(levels, pixel, 0)) + kWideShare * darker(texelFetch(wide_levels, pixel, 0))
+    // Fireflies, and highlights that count as such, are no level for others. Highlights are bright in both halves, and get
+    // their light back.
+    vec4 own = texelFetch(levels, pixel, 0);
+    level = (own.a > 0.0 ? darker(texelFetch(few_levels, pixel, 0)) : own.b)
+          + kShareOfMore * darker(texelFetch(more_levels, pixel, 0))
           + kLastShare * squarable_luminance(all.rgb / max(all.a, kLeastReach));
 #endif
     bool receives = texelFetch(removed, pixel, 0).a > 0.0;

@@ -138,8 +138,9 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle al
         in_proportion ? run({{"HALFLIGHT_RECEIVERS", "1"}, {"HALFLIGHT_LEVEL", "1"}},
                             {{"removed", removed},
                              {"albedo", albedo},
-                             {"levels", add_triangle(graph, levels, kNoiseRadius)},
-                             {"wide_levels", add_triangle(graph, levels, kAroundRadius)},
+                             {"levels", levels},
+                             {"few_levels", add_triangle(graph, levels, kNoiseRadius)},
+                             {"more_levels", add_triangle(graph, levels, kAroundRadius)},
                              {"around", around}})
                       : run({{"HALFLIGHT_RECEIVERS", "1"}}, {{"removed", removed}, {"albedo", albedo}});
     const TextureHandle quotients =
