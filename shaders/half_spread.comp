@@ -9,12 +9,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "shaders/lib/halves.glsl"
 
 #ifdef HALFLIGHT_RECEIVERS
-uniform sampler2D removed;    // a: 0 where there is nothing to filter
+uniform sampler2D removed;      // a: 0 where there is nothing to filter
 uniform sampler2D albedo;
 #ifdef HALFLIGHT_LEVEL
-uniform sampler2D levels;     // of shaders/half_fireflies.comp
-uniform sampler2D few_levels, more_levels;  // weighted sums of `levels` over few and over more pixels
-uniform sampler2D around;     // rgb: weighted sum of light over albedo with fireflies; a: sum of the weights
+uniform sampler2D levels;       // shaders/half_fireflies.comp writes them
+uniform sampler2D few_levels;   // weighted sum of `levels` over kNoiseRadius
+uniform sampler2D more_levels;  // weighted sum of `levels` over kAroundRadius
+uniform sampler2D around;       // rgb: weighted sum of light over albedo with fireflies; a: sum of the weights
 
 // Share of the level over more pixels, which bridges those in which few samples meet light.
 const float kShareOfMore = 0.02;

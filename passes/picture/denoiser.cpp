@@ -99,8 +99,8 @@ TextureHandle albedo_of(const DenoiserPixels& pixels, FilteredLight component) {
     return component == FilteredLight::glossy ? pixels.glossy_albedo : pixels.diffuse_albedo;
 }
 
-/// Whether light of fireflies is spread in proportion to the light around. Surfaces beside each other receive alike,
-/// but they reflect different things.
+/// Returns whether light of fireflies is spread in proportion to the light around. Surfaces beside each other receive
+/// alike, but they reflect different things.
 bool in_proportion(FilteredLight component) {
     return component == FilteredLight::glossy;
 }
