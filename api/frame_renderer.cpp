@@ -57,10 +57,12 @@ gpu::ContextOptions default_device(std::string device) {
     return {.device = std::move(device), .binaries_folder = gpu::default_binaries_folder()};
 }
 
-void note_exposure(const ViewTransform& requested, const ViewTransform& used, const Log& log) {
-    if (requested.metered() && !used.metered() && used.stops() != 0)
-        log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)",
-                 used.stops());
+void note_exposure(const ViewTransform& requested, const RenderSettings& used, const Log& log) {
+    const float stops = used.view.stops();
+    if (used.want_view && used.view.camera.exposes())
+        log.note("exposure {:.2f} stops by the physical camera (--iso, --shutter-speed, --fstop)", stops);
+    else if (requested.metered() && !used.view.metered() && stops != 0)
+        log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)", stops);
 }
 
 namespace {

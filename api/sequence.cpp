@@ -172,7 +172,7 @@ class FrameMaker {
         };
         renderer_.find_estimator(go_on);
         renderer_.find_exposure(go_on);
-        if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings().view, log_);
+        if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings(), log_);
         exposure_noted_ = true;
         const RenderResult result = renderer_.render(frame, [&](const RenderProgress& progress) {
             return !events_.progress || events_.progress(frame, progress);

@@ -85,8 +85,9 @@ struct RendererOptions {
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.
 gpu::ContextOptions default_device(std::string device = "");
 
-/// Logs the exposure that metering has found for a requested view, unless it changes nothing.
-void note_exposure(const ViewTransform& requested, const ViewTransform& used, const Log& log);
+/// Logs the exposure of display pictures that a physical camera decides, or that metering has found for a requested view,
+/// unless metering changes nothing.
+void note_exposure(const ViewTransform& requested, const RenderSettings& used, const Log& log);
 
 /// Renders pictures of a scene with one device, bringing it from pose to pose. A picture is a function of scene,
 /// settings and frame number, whatever was rendered before (preview mode `temporal` apart). Settings that are left to a

@@ -118,7 +118,8 @@ std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, con
 std::string frames_of_all(std::vector<std::uint32_t> frames, std::size_t all, const ListPart& part) {
     std::ranges::sort(frames);
     const std::string whole = part.of == 1 ? std::to_string(all) : fmt::format("part {}/{}", part.number, part.of);
-    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
+    const std::size_t count = frames.size();
+    return fmt::format("frame{} {} ({} of {})", count == 1 ? "" : "s", frames_text(frames), count, whole);
 }
 
 FrameRate parse_frame_rate(std::string_view subject, std::string_view text) {

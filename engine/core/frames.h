@@ -30,8 +30,8 @@ struct ListPart {
 ListPart parse_part(std::string_view subject, std::string_view text);
 /// Returns the part of a list; some parts are empty where there are more parts than frames.
 std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part);
-/// Returns "frames 3,7-9 of 24" or "frame 4 of part 2/5", for messages about some frames of the part of a list. `all`:
-/// frames of the list.
+/// Returns "frames 3,7-9 (4 of 24)" or "frame 4 (1 of part 2/5)", for messages about some frames of the part of a list.
+/// `all`: frames of the list.
 std::string frames_of_all(std::vector<std::uint32_t> frames, std::size_t all, const ListPart& part);
 
 /// An exact frame rate, frames per second.

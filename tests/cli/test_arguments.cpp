@@ -106,8 +106,8 @@ TEST_F(Refusal, StrictCommandsNeedEveryImage) {
 
 TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
-    expect_render({"--samples"}, 2, "--samples: expects exactly one value");
-    expect_render({"--samples", "1", "--samples", "2"}, 2, "--samples: expects exactly one value");
+    expect_render({"--samples"}, 2, "--samples: needs a value");
+    expect_render({"--samples", "1", "--samples", "2"}, 2, "--samples: can be given only once");
     for (const char* value : {"0", "-1", "1.5", "many", "", "1e3", "99999999999999999999"})
         expect_render({"--samples", value}, 2, "--samples: expects a whole number from 1 to [0-9]+, not '.*'");
     for (const char* value : {"-1", "nan", "inf", "soon"})
@@ -167,14 +167,14 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--env-rotation", "left"}, 2, "--env-rotation: expects a number from -1000000 to 1000000, .*");
     expect_render({"--env", "1,-1,1"}, 2, "--env: expects no negative radiance, not '1,-1,1'");
     expect_render({"--culling", "nonsense"}, 2, "--culling: expects one of auto, .*native, not 'nonsense'");
-    expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: expects exactly one value");
+    expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: can be given only once");
     expect_render({"--primary", "trace"}, 2, "--primary: expects one of auto, raster, traced, not 'trace'");
     expect_render({"--estimator", "light=tree"}, 2,
                   "--estimator: light=tree: 'light=tree' is no technique; there are: "
                   "auto,lights=auto.power.tree.uniform.all,sun=.*");
     expect_render({"--estimator", "lights=bush"}, 2, "--estimator: lights=bush: there is no lights=bush; .*power, .*");
     expect_render({"--estimator", "lights=tree", "--estimator", "lights=tree"}, 2,
-                  "--estimator: expects exactly one value");
+                  "--estimator: can be given only once");
     expect_render({"--preview", "fog"}, 2, "--preview: fog: 'fog' is no preview mode; there are: .*cache.*");
     expect_render({"--preview", "cache", "--error", "0.1"}, 2, "--preview: cannot be given together with --error");
     expect_render({"--keep", "clearcoat,smell"}, 2,
@@ -190,7 +190,7 @@ TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"-f", "4"}, 2, "-f: is not expected; the option is --frames; see .*");
     for (const char* name : {"--samples", "--spp", "-s"})
         expect_render({name, "0"}, 2, "--samples: expects a whole number from .*");
-    expect_render({"--spp", "1", "-s", "2"}, 2, "--samples: expects exactly one value");
+    expect_render({"--spp", "1", "-s", "2"}, 2, "--samples: can be given only once");
     expect_render({"-o", "x.jpeg2000"}, 2, "x.jpeg2000: an output is .*");
     expect_render({"-o", ""}, 2, "--output: expects the name of a file");
     expect_render({"-o", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
@@ -337,6 +337,20 @@ TEST_F(Refusal, DiskIsFull) {
     EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: .*out.exr: .*No space left on device\n")))
         << outcome.err;
     EXPECT_TRUE(empty) << "something was left on the full disk";
+}
+
+TEST_F(Refusal, PicturesAreNamedWhereStatisticsFail) {
+    const std::string disk = folder / "disk";
+    std::filesystem::create_directory(disk);
+    if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=4096") != 0)
+        GTEST_SKIP() << "needs the right to mount a small disk";
+    const Outcome outcome = run_program({"render", scene, folder / "out.exr", "--width", "16", "--height", "16",
+                                         "--samples", "1", "--stats", disk + "/stats.json"});
+    umount(disk.c_str());
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_search(outcome.err, std::regex("wrote .*out.exr: 1 samples per pixel.*\nhalflight: .*"
+                                                          "stats.json: .*No space left on device\n$")))
+        << outcome.err;
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST_F(DenoisedSequence, AFrameThatCannotBePosedFailsAlone) {
     scene = write_scene_with_bad_frame(folder.path);
     const Outcome outcome = run("bad", "0-6", {"--denoise", "--denoise-frames", "1", "--fps", "1"});
     EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.err.find("frame 3 of 7 failed"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("frame 3 (1 of 7) failed"), std::string::npos) << outcome.err;
     EXPECT_EQ(contents("bad").size(), 6u);
 }
 

@@ -237,7 +237,11 @@ TEST_F(FirstPicture, EachEyeIsFramed) {
 TEST_F(FirstPicture, PhysicalCamerasReplaceMetering) {
     const Json scene = sun(68000);
     expect_judgeable(scene, {"--iso", "100", "--shutter-speed", "1/125", "--fstop", "16"});
-    EXPECT_EQ(render(scene, {"b.png"}, {"--fstop", "16"}).err.find("metering"), std::string::npos);
+    const std::string told = render(scene, {"b.png"}, {"--fstop", "16"}).err;
+    EXPECT_EQ(told.find("metering"), std::string::npos);
+    EXPECT_NE(told.find("exposure -15.23 stops by the physical camera (--iso, --shutter-speed, --fstop)"),
+              std::string::npos)
+        << told << "EV100 = log2(256 x 125) = 14.97, and log2(1.2) = 0.26";
     render(scene, {"b.png"}, {"--iso", "200", "--shutter-speed", "0.004", "--fstop", "16"});
     EXPECT_EQ(picture("a.png").pixels, picture("b.png").pixels) << "the same exposure";
     render(scene, {"c.png"}, {"--fstop", "16"});

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <cstring>
 #include <functional>
 
 #include "api/halflight/camera.h"
@@ -107,6 +108,12 @@ TEST(Console, OneLineForAnyText) {
                        "31m \xc2\xa0"),
               "a?31m \xc2\xa0")
         << "C1 controls, but no-break spaces stay";
+    for (const char* bad :
+         {"\x9b", "\xe4", "\xe2\x82", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xff"})
+        EXPECT_EQ(one_line("a" + std::string(bad) + "z"), "a" + std::string(std::strlen(bad), '?') + "z")
+            << "is not UTF-8; a terminal of another encoding may obey it";
+    for (const char* good : {"\xe2\x82\xac", "\xf0\x9f\x98\x80", "\xef\xbf\xbd", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf"})
+        EXPECT_EQ(one_line(good), good);
     std::string longest;
     for (int i = 0; i < 100000; ++i) longest += "ö";
     const std::string cut = one_line("x" + longest + "end");

@@ -267,7 +267,7 @@ TEST_F(Sequence, WholeFramesOfTheSameSettingsAreKept) {
 TEST_F(Sequence, InPartsAndChecked) {
     const Outcome none = run("a", "1-5", {"--check"});
     EXPECT_EQ(none.status, 1);
-    EXPECT_NE(none.err.find("frames 1-5 of 5: missing, damaged, or of another scene or other settings"),
+    EXPECT_NE(none.err.find("frames 1-5 (5 of 5): missing, damaged, or of another scene or other settings"),
               std::string::npos)
         << none.err;
     for (const char* part : {"2/3", "1/3", "3/3"}) make("a", "1-5", {"--part", part});
@@ -281,9 +281,9 @@ TEST_F(Sequence, InPartsAndChecked) {
     fs::resize_file(file("a", 2), fs::file_size(file("a", 2)) - 1);
     fs::remove(file("a", 4));
     const auto before = contents("a");
-    EXPECT_NE(run("a", "1-5", {"--check"}).err.find("frames 2,4 of 5"), std::string::npos);
-    EXPECT_NE(run("a", "1-5", {"--check", "--seed", "2"}).err.find("frames 1-5 of 5"), std::string::npos);
-    EXPECT_NE(run("a", "1-5", {"--check", "--part", "2/3"}).err.find("frame 2 of part 2/3: missing"),
+    EXPECT_NE(run("a", "1-5", {"--check"}).err.find("frames 2,4 (2 of 5)"), std::string::npos);
+    EXPECT_NE(run("a", "1-5", {"--check", "--seed", "2"}).err.find("frames 1-5 (5 of 5)"), std::string::npos);
+    EXPECT_NE(run("a", "1-5", {"--check", "--part", "2/3"}).err.find("frame 2 (1 of part 2/3): missing"),
               std::string::npos);
     EXPECT_EQ(contents("a"), before);
     EXPECT_EQ(run("a", "1-5", {"--check", "--overwrite"}).status, 2);

@@ -319,7 +319,8 @@ UsageError usage_error(const CLI::ParseError& error, const std::string& command)
         return UsageError(text.substr(0, text.find(' ')), "is missing; see {} --help", command);
     if (colon == std::string::npos) return UsageError("arguments", text);
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
-        return UsageError(text.substr(0, colon), "expects exactly one value");
+        return UsageError(text.substr(0, colon),
+                          text.ends_with(" missing") ? "needs a value" : "can be given only once");
     return UsageError(text.substr(0, colon), text.substr(colon + 2));
 }
 

@@ -188,6 +188,9 @@ void render_picture(const RenderArguments& a) {
         const PictureInfo info = picture_info(renderer, result, a, error);
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (checkpoint) checkpoint->remove();
+        for (const auto& path : a.outputs)
+            console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples,
+                         clock.seconds());
         if (a.graph)
             write_file(*a.graph,
                        has_extension(*a.graph, "txt") ? pass_table(result.stats.passes) : renderer.graph_dot());
@@ -198,11 +201,9 @@ void render_picture(const RenderArguments& a) {
                                          .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
                                      "\n");
     }
-    note_exposure(a.settings.view, settings.view, console);
+    note_exposure(a.settings.view, settings, console);
     tell_details(result.stats, times, console);
     if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
-    for (const auto& path : a.outputs)
-        console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples, times.total);
 }
 
 }  // namespace

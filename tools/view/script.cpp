@@ -141,7 +141,8 @@ class Parser {
         });
         if (form == kForms.end()) {
             const auto usual = std::ranges::find_if(kForms, named);
-            fail("'{}' takes {} arguments, not {}", command.name, usual->words.size(), command.words.size());
+            fail("'{}' takes {} argument{}, not {}", command.name, usual->words.size(),
+                 usual->words.size() == 1 ? "" : "s", command.words.size());
         }
         for (std::size_t i = 0; i < form->words.size(); ++i) {
             const char kind = form->words[i];

@@ -141,8 +141,8 @@ TEST(FrameRates, InvalidRatesAreRefused) {
 }
 
 TEST(Frames, AreToldAmongAll) {
-    EXPECT_EQ(frames_of_all({9, 3, 8, 7}, 24, {}), "frames 3,7-9 of 24");
-    EXPECT_EQ(frames_of_all({4}, 24, {2, 5}), "frame 4 of part 2/5");
+    EXPECT_EQ(frames_of_all({9, 3, 8, 7}, 24, {}), "frames 3,7-9 (4 of 24)");
+    EXPECT_EQ(frames_of_all({4}, 24, {2, 5}), "frame 4 (1 of part 2/5)");
 }
 
 }  // namespace
