@@ -24,7 +24,7 @@ std::string list_of(const std::vector<Animation>& animations) {
     std::string list;
     for (std::size_t i = 0; i < animations.size(); ++i)
         list += fmt::format("{}{} '{}'", i == 0 ? "" : ", ", i, animations[i].name);
-    return list.empty() ? "it has none" : "it has " + list;
+    return list.empty() ? "it has none" : "its animations: " + list;
 }
 
 /// Finds an animation by name, else by index; names come first because they may be numbers.

@@ -17,7 +17,7 @@ std::string list_of_cameras(const Scene& scene) {
     std::string list;
     for (std::size_t i = 0; i < scene.cameras.size(); ++i)
         list += fmt::format("{}{} '{}'", i == 0 ? "" : ", ", i, scene.cameras[i].name);
-    return list.empty() ? "it has none" : "it has " + list;
+    return list.empty() ? "it has none" : "its cameras: " + list;
 }
 
 /// Returns the number of a camera. Names come before numbers, since a name may be a number.

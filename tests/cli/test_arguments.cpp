@@ -204,13 +204,13 @@ TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
     expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
     expect_render({"--camera", "frnt"}, 1,
-                  ".*: no camera 'frnt': it has 0 'front', 1 'above'; did you mean 'front'\\?");
+                  ".*: no camera 'frnt': its cameras: 0 'front', 1 'above'; did you mean 'front'\\?");
     expect({"rendr"}, 2, "rendr: is no command; .*; did you mean 'render'\\?");
 }
 
 TEST_F(Refusal, MissingSceneElements) {
-    expect_render({"--camera", "rear"}, 1, ".*: no camera 'rear': it has 0 'front', 1 'above'");
-    expect_render({"--camera", "2"}, 1, ".*: no camera '2': it has 0 'front', 1 'above'");
+    expect_render({"--camera", "rear"}, 1, ".*: no camera 'rear': its cameras: 0 'front', 1 'above'");
+    expect_render({"--camera", "2"}, 1, ".*: no camera '2': its cameras: 0 'front', 1 'above'");
     expect_render({"--look-from", "0,5,0", "--look-at", "0,0,0", "--up", "0,1,0"}, 1, ".*");
 }
 

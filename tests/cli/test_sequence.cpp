@@ -351,7 +351,7 @@ TEST_F(Sequence, AnimationsByNameAndNumber) {
     EXPECT_EQ(unknown.status, 1);
     EXPECT_TRUE(std::regex_match(
         unknown.err,
-        std::regex(".*animated.glb: no animation 'swim': it has 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n")))
+        std::regex(".*animated.glb: no animation 'swim': its animations: 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n")))
         << unknown.err;
 }
 

@@ -130,8 +130,9 @@ TEST_F(Settings, InvalidFilesAreRefused) {
     EXPECT_TRUE(refused(file("no.json")).starts_with("halflight: " + file("no.json")));
     EXPECT_EQ(refused(settings("\"samples\": 0")),
               "halflight: " + file("s.json") + ": samples: is no number from 1 to 16777216\n");
-    EXPECT_EQ(refused(settings("\"camera\": \"nobody\"")),
-              "halflight: " + file("s.json") + ": " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
+    EXPECT_EQ(
+        refused(settings("\"camera\": \"nobody\"")),
+        "halflight: " + file("s.json") + ": " + scene + ": no camera 'nobody': its cameras: 0 'front', 1 'above'\n");
     EXPECT_EQ(refused(settings(R"("materials": {"2": {"roughness": 0.5}})")),
               "halflight: " + file("s.json") + ": materials: " + scene +
                   ": there is no material 2; the scene has 2, numbered from 0\n");

@@ -318,8 +318,9 @@ TEST_F(View, AnimationFramesEqualThoseOfRender) {
     std::filesystem::remove(scene + ".halflight.json");
 
     EXPECT_EQ(view("animation jump\n", {"--quiet"}).err,
-              fmt::format("halflight: {}1: {}: no animation 'jump': it has 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n",
-                          file("script.txt:"), scene));
+              fmt::format(
+                  "halflight: {}1: {}: no animation 'jump': its animations: 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n",
+                  file("script.txt:"), scene));
     EXPECT_EQ(view("play 1\n", {"--quiet"}).status, 1) << "nothing is chosen";
     EXPECT_EQ(view("quit\n", {"--frame", "1"}).err, "halflight: --frame: needs --animation\n");
 }
@@ -371,7 +372,8 @@ TEST_F(View, ErrorsNameTheLine) {
     };
     const std::string at = file("script.txt:");
     expect_error(view("wait first\njump\n"), 1, at + "2: unknown command 'jump'");
-    expect_error(view("camera nobody\n"), 1, at + "1: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'");
+    expect_error(view("camera nobody\n"), 1,
+                 at + "1: " + scene + ": no camera 'nobody': its cameras: 0 'front', 1 'above'");
     expect_error(view("screenshot @a.png\n"), 1, at + "1: " + file("a.png: not written: there is no picture yet"));
     expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
     expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: there is no light 0; the scene has 0, numbered from 0");

@@ -38,6 +38,40 @@ TEST_F(ViewInput, NoInputIsLost) {
         << "a change of exposure has discarded samples, or Ctrl-S has moved the camera";
 }
 
+TEST_F(ViewInput, SavesInAnotherFile) {
+    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+    write_text(folder / "kept.json", "kept");
+    input_state(fmt::format(R"(
+        xdotool mousemove 100 200 key h key ctrl+shift+s sleep 0.5 key ctrl+a type {0}
+        xdotool key Return sleep 0.5
+        cp {0} {1}
+        xdotool key Return sleep 0.5 key bracketright key ctrl+s)",
+                            file("kept.json"), file("asked.json")),
+                "wait samples 1");
+    EXPECT_EQ(read_text(file("asked.json")), "kept") << "it was replaced before the user agreed";
+    const auto saved = nlohmann::json::parse(read_text(file("kept.json")));
+    EXPECT_EQ(saved["exposure"], 0.25) << "later saves go to the same file";
+}
+
+TEST_F(ViewInput, PicturesAreMeteredOnRequest) {
+    expect_done(view(R"(
+        wait samples 1
+        state @first.json
+        intensity 0
+        emission 10000
+        wait samples 1
+        state @bright.json
+        key M
+        window @metered.png
+        state @metered.json)"));
+    const auto exposure = [&](const char* name) {
+        return nlohmann::json::parse(read_text(file(name)))["exposure"].get<double>();
+    };
+    EXPECT_EQ(exposure("first.json"), 0);
+    EXPECT_EQ(exposure("bright.json"), 0) << "an edit of the light is not metered";
+    EXPECT_NEAR(exposure("metered.json"), -std::log2(10000), 3);
+}
+
 TEST_F(ViewInput, InspectsPixelsAndCompares) {
     expect_done(view(R"(
         wait samples 3

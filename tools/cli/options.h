@@ -14,7 +14,10 @@
 
 namespace halflight {
 
-inline constexpr int kMinWindow = 16, kMaxWindow = 16384;  ///< sides of the viewer's window, pixels
+inline constexpr int kMinWindow = 16, kMaxWindow = 16384;  ///< sides of the viewer's pictures, pixels
+
+/// Parses WxH, two sides from kMinWindow to kMaxWindow. Throws UsageError.
+ivec2 parse_size(const std::string& subject, const std::string& text);
 
 /// Parses all of `text` as a number from `lower` to `upper`; `kind` names it in the UsageError.
 template <class T>

@@ -1,17 +1,13 @@
 #include "tools/cli/options.h"
 
 namespace halflight {
-namespace {
 
-/// Parses WxH.
-void size(PreviewArguments& a, const std::string& option, const std::string& text) {
+ivec2 parse_size(const std::string& subject, const std::string& text) {
     const std::size_t x = text.find('x');
-    if (x == std::string::npos) throw UsageError(option, "expects WIDTHxHEIGHT in pixels, not '{}'", text);
-    a.width = whole(option, text.substr(0, x), kMinWindow, kMaxWindow);
-    a.height = whole(option, text.substr(x + 1), kMinWindow, kMaxWindow);
+    if (x == std::string::npos) throw UsageError(subject, "expects WIDTHxHEIGHT in pixels, not '{}'", text);
+    return {whole(subject, text.substr(0, x), kMinWindow, kMaxWindow),
+            whole(subject, text.substr(x + 1), kMinWindow, kMaxWindow)};
 }
-
-}  // namespace
 
 void check_preview_options(const CLI::App& app, const RenderArguments& a) {
     const Preview& preview = a.settings.preview;
@@ -40,7 +36,10 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
         fmt::format(
             "size of the picture in pixels (default {}x{}); the window shows it whole, smaller on small screens",
             *a.width, *a.height),
-        [&](const auto& name, const auto& text) { size(a, name, text); });
+        [&](const auto& name, const auto& text) {
+            const ivec2 size = parse_size(name, text);
+            a.width = size.x, a.height = size.y;
+        });
     options.settings(a.settings, &Setting::saved);
     options.setting(setting("texture-lod"), a.settings);
     options.value(

@@ -9,6 +9,8 @@ namespace {
 constexpr std::array kActions = {
     ActionRow{Action::open, Menu::file, "Open ...", "Ctrl+O", "opens a scene or an environment"},
     ActionRow{Action::save, Menu::file, "Save settings", "Ctrl+S", "saves the settings"},
+    ActionRow{Action::save_as, Menu::file, "Save settings as ...", "Ctrl+Shift+S",
+              "saves the settings in another file"},
     ActionRow{Action::screenshot, Menu::file, "Save .png", "P", "saves the picture as shown"},
     ActionRow{Action::exr, Menu::file, "Save .exr", "Ctrl+E", "saves the linear picture with the layer shown"},
     ActionRow{Action::quit, Menu::file, "Quit", "Ctrl+Q", "ends the viewer"},
@@ -26,6 +28,8 @@ constexpr std::array kActions = {
     ActionRow{Action::brighter, Menu::view, "Brighter", "]", "raises the exposure by a quarter of a stop"},
     ActionRow{Action::darker, Menu::view, "Darker", "[", "lowers the exposure by a quarter of a stop"},
     ActionRow{Action::reset_exposure, Menu::view, "Exposure 0", "\\", "sets the exposure to 0"},
+    ActionRow{Action::meter, Menu::view, "Meter", "M",
+              "finds the exposure as --exposure auto does: pictures that need less than 3 stops get 0"},
     ActionRow{Action::next_layer, Menu::view, "Next layer", ".", "shows the next layer"},
     ActionRow{Action::previous_layer, Menu::view, "Previous layer", ",", "shows the previous layer"},
     ActionRow{Action::final_layer, Menu::view, "Final picture", "0", "shows the final picture"},

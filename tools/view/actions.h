@@ -10,6 +10,7 @@ namespace halflight::view {
 enum class Action {
     open,
     save,
+    save_as,
     screenshot,
     exr,
     quit,
@@ -22,6 +23,7 @@ enum class Action {
     brighter,
     darker,
     reset_exposure,
+    meter,
     next_layer,
     previous_layer,
     final_layer,

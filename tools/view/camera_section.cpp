@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tools/view/side_bar.h"
@@ -77,6 +78,22 @@ void lens(PanelContext& c) {
         lens.rotation = double{degrees};
 }
 
+void size(PanelContext& c) {
+    heading("Picture");
+    label("Size", "width x height in pixels; Enter takes it");
+    std::array<char, 16> typed{};
+    fmt::format_to_n(typed.begin(), typed.size() - 1, "{}x{}", c.now.size.x, c.now.size.y);
+    if (ImGui::InputText("##size", typed.data(), typed.size(),
+                         ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll))
+        c.requests.size = typed.data();
+    constexpr const char* kSizes[] = {"640x360", "960x540", "1280x720", "1920x1080"};
+    for (const char* const& size : kSizes)
+        if (button(size, "renders the picture with this size", &size != kSizes)) c.requests.size = size;
+    bool fills = c.now.fills_window;
+    if (checkbox("Fill the window", fills, "resizing the window changes the size of the picture"))
+        c.requests.fill_window = fills;
+}
+
 void bookmarks(PanelContext& c) {
     heading("Bookmarks");
     auto& all = c.session.bookmarks;
@@ -108,12 +125,7 @@ void camera_section(PanelContext& c) {
         c.requests.pose = pose;
     }
     if (button("Reset", "returns to the initial view (R)")) c.requests.actions.push_back(Action::reset_camera);
-    heading("Picture");
-    value("Size", fmt::format("{} x {}", c.now.size.x, c.now.size.y), "pixels; resizing the window changes it");
-    constexpr ivec2 kSizes[] = {{640, 360}, {960, 540}, {1280, 720}, {1920, 1080}};
-    for (const ivec2& size : kSizes)
-        if (button(fmt::format("{}x{}", size.x, size.y).c_str(), "renders the picture with this size", &size != kSizes))
-            c.requests.size = size;
+    size(c);
     lens(c);
     bookmarks(c);
 }

@@ -15,18 +15,21 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kScenes = {"glb", "gltf", "exr", "hdr"};
 constexpr std::array<std::string_view, 2> kPictures = {"exr", "png"};
+constexpr std::array<std::string_view, 1> kSettings = {"json"};
 
 struct PurposeRow {
     const char* title;
     const char* files;  // which files the dialog shows
+    const char* verb;   // label of the button that takes the name
     std::span<const std::string_view> extensions;
 };
 
 const PurposeRow& row_of(FilePrompt::Purpose purpose) {
-    static constexpr PurposeRow kOpen{"Open a scene or an environment", "scenes .glb, .gltf; environments .exr, .hdr",
-                                      kScenes};
-    static constexpr PurposeRow kCompare{"Compare with a picture", "pictures .exr, .png", kPictures};
-    return purpose == FilePrompt::Purpose::open ? kOpen : kCompare;
+    static constexpr PurposeRow kRows[] = {
+        {"Open a scene or an environment", "scenes .glb, .gltf; environments .exr, .hdr", "Open", kScenes},
+        {"Compare with a picture", "pictures .exr, .png", "Open", kPictures},
+        {"Save settings as", "settings .json", "Save", kSettings}};
+    return kRows[static_cast<std::size_t>(purpose)];
 }
 
 bool pressed(ImGuiKey key) {
@@ -35,13 +38,14 @@ bool pressed(ImGuiKey key) {
 
 }  // namespace
 
-void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first) {
+void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first, const std::string& name) {
     purpose_ = purpose;
     asked_ = asking_ = true;
     problem_.clear();
-    name_ = {};
+    to_replace_.clear();
     std::error_code unknown;
     enter(folder().empty() ? std::filesystem::absolute(first.empty() ? "." : first, unknown) : folder());
+    set_name(name);
 }
 
 void FilePrompt::enter(const std::filesystem::path& path) {
@@ -56,6 +60,11 @@ void FilePrompt::enter(const std::filesystem::path& path) {
     }
 }
 
+void FilePrompt::set_name(const std::string& name) {
+    name_ = {};
+    std::ranges::copy_n(name.begin(), std::min(std::ssize(name), std::ssize(name_) - 1), name_.begin());
+}
+
 /// Enters the folder of that name, or returns the file.
 std::optional<std::filesystem::path> FilePrompt::take(const std::string& name) {
     if (name.empty()) return std::nullopt;
@@ -65,8 +74,11 @@ std::optional<std::filesystem::path> FilePrompt::take(const std::string& name) {
         enter(path);
         return std::nullopt;
     }
-    if (std::filesystem::exists(path, unknown)) return path;
-    problem_ = fmt::format("There is no file {}", path.string());
+    const bool exists = std::filesystem::exists(path, unknown), saves = purpose_ == Purpose::save;
+    if (saves ? !exists || path == to_replace_ : exists) return path;
+    problem_ = saves ? fmt::format("{} exists; Save replaces it", path.string())
+                     : fmt::format("There is no file {}", path.string());
+    to_replace_ = path;
     return std::nullopt;
 }
 
@@ -77,8 +89,7 @@ void FilePrompt::list_entries(std::string& taken) {
         if (!ImGui::Selectable(shortened(shown, ImGui::GetContentRegionAvail().x).c_str(), chosen,
                                ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups))
             return;
-        name_ = {};
-        std::ranges::copy_n(name.begin(), std::min(std::ssize(name), std::ssize(name_) - 1), name_.begin());
+        set_name(name);
         if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) taken = name;
     };
     if (folder().has_relative_path()) row("..", "../");
@@ -121,8 +132,8 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
     else
         error_text(problem_);
     ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), lines + 2 * ImGui::GetTextLineHeightWithSpacing()));
-    if (button("Open", "opens the file or the folder (Enter)")) taken = name_.data();
-    const bool cancelled = button("Cancel", "opens nothing (Escape)", true) || pressed(ImGuiKey_Escape);
+    if (button(row.verb, "takes the file, or shows the folder (Enter)")) taken = name_.data();
+    const bool cancelled = button("Cancel", "takes no file (Escape)", true) || pressed(ImGuiKey_Escape);
     const auto file = take(taken);
     if (file || cancelled) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();

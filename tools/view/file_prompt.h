@@ -12,12 +12,12 @@
 namespace halflight::view {
 
 /// A modal dialog: the files of a folder that suit its purpose, and a field for a name. It stays open, with a message,
-/// where the name finds no file.
+/// where the name finds no file. Files to save may be new; existing ones are replaced once they are named twice.
 class FilePrompt {
   public:
-    enum class Purpose { open, compare };
-    /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`.
-    void ask(Purpose purpose, const std::filesystem::path& first);
+    enum class Purpose { open, compare, save };
+    /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`, and `name`.
+    void ask(Purpose purpose, const std::filesystem::path& first, const std::string& name = "");
     struct Answer {
         Purpose purpose;
         std::filesystem::path file;
@@ -29,16 +29,18 @@ class FilePrompt {
   private:
     void enter(const std::filesystem::path& path);
     std::filesystem::path& folder() { return folders_[static_cast<std::size_t>(purpose_)]; }
+    void set_name(const std::string& name);
     void list_entries(std::string& taken);
     std::optional<std::filesystem::path> take(const std::string& name);
 
     Purpose purpose_ = Purpose::open;
     bool asked_ = false;                            // the dialog must be opened
     bool asking_ = false;                           // the dialog is open, or must be opened
-    std::array<std::filesystem::path, 2> folders_;  // last folder of each purpose, absolute; empty: none yet
+    std::array<std::filesystem::path, 3> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
     std::array<char, 4096> name_{};
-    std::string problem_;  // why the last name was not taken; empty: it was
+    std::string problem_;               // why the last name was not taken; empty: it was
+    std::filesystem::path to_replace_;  // existing file that is replaced if the user takes its name again; empty: none
 };
 
 }  // namespace halflight::view

@@ -41,12 +41,14 @@ void color_of_light(const PunctualLight& shown, LightEdit& edit) {
 void direction_of_light(const PunctualLight& shown, LightEdit& edit) {
     // The angles point towards the source. The zenith is excluded, because the azimuth would be lost there.
     const dvec3 back = -glm::normalize(edit.direction.value_or(dvec3(shown.direction)));
-    vec2 angles(glm::degrees(std::atan2(back.x, back.z)), glm::degrees(std::asin(std::clamp(back.y, -1.0, 1.0))));
-    bool changed = slider("Azimuth", angles.x, -180, 180, "%.1f deg", "direction towards the source");
-    changed |= slider("Elevation", angles.y, -89.9f, 89.9f, "%.1f deg", "direction towards the source");
+    vec2 angles(glm::degrees(std::atan2(back.x, -back.z)), glm::degrees(std::asin(std::clamp(back.y, -1.0, 1.0))));
+    bool changed =
+        slider("Azimuth", angles.x, -180, 180, "%.1f deg", "direction towards the source, clockwise from north (-Z)");
+    changed |=
+        slider("Elevation", angles.y, -89.9f, 89.9f, "%.1f deg", "direction towards the source, above the horizon");
     if (!changed) return;
     const dvec2 a = glm::radians(dvec2(angles));
-    edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), std::cos(a.y) * std::cos(a.x));
+    edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), -std::cos(a.y) * std::cos(a.x));
 }
 
 const char* kOfFile = "of the scene";
@@ -68,7 +70,10 @@ void choose_environment(PanelContext& c) {
     for (const SkyPreset preset : sky_presets()) all.emplace_back(halflight::name(preset));
     all.emplace_back(kFile);
     std::string chosen = name_of(c.session.environment());
-    if (!choose("Environment", chosen, all, "light from all directions: none, a preset, or a map in a file")) return;
+    if (!choose("Environment", chosen, all,
+                "light from all directions. studio, sky and overcast give a white floor a radiance of 1; the clear sky "
+                "with its sun is as bright as outdoors, in nits"))
+        return;
     if (chosen == kFile)
         c.requests.actions.push_back(Action::open);
     else if (chosen == kOfFile)

@@ -1,4 +1,6 @@
 // The section "Look": layer, components, exposure, colour, comparison. Nothing here needs new samples.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "tools/view/side_bar.h"
@@ -27,6 +29,9 @@ void color(PanelContext& c) {
     float stops = t.exposure.stops;
     slider("Exposure", "exposure", stops, "%.2f stops", kClamp);
     if (stops != t.exposure.stops) t.exposure = stops;
+    const ActionRow& meter = row_of(Action::meter);
+    if (button(meter.label, fmt::format("{} ({})", meter.help, meter.keys).c_str()))
+        c.requests.actions.push_back(meter.action);
     std::string display = t.display.empty() ? c.colors.default_display() : t.display;
     const std::vector<std::string> displays = c.colors.displays();
     if (choose("Display", display, displays, "kind of display")) {

@@ -177,6 +177,7 @@ class Session {
     std::string description() const;
 
     std::filesystem::path settings_file() const;
+    void set_settings_file(const std::filesystem::path& file) { arguments_.settings_file = file; }
     /// Returns the settings to save. size: size of the picture, pixels; {0, 0} (a minimised window) is not saved.
     SavedSettings saved(const ivec2& size) const;
     void save(const ivec2& size) const;  ///< Writes settings_file(). Throws Error.

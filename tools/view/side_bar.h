@@ -41,10 +41,11 @@ struct PanelState {
     std::optional<ivec2> pixel{};       // pixel under the mouse; none: the mouse is elsewhere
     bool comparing = false;             // a comparison picture exists
     ComparisonMode comparison = ComparisonMode::split;
-    bool picking = false;     // the next click in the picture focuses the lens
-    bool playing = false;     // the animation is playing
-    std::uint32_t frame = 0;  // frame of the animation that is shown or requested
-    ivec2 size{0};            // size of the picture, pixels
+    bool picking = false;       // the next click in the picture focuses the lens
+    bool playing = false;       // the animation is playing
+    std::uint32_t frame = 0;    // frame of the animation that is shown or requested
+    ivec2 size{0};              // size of the picture, pixels
+    bool fills_window = false;  // resizing the window changes it
 };
 
 /// Actions requested in the side bar and in the menu. The viewer performs them.
@@ -57,7 +58,8 @@ struct PanelRequests {
     };
     std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};
-    std::optional<ivec2> size{};                     // size of the picture to take, pixels
+    std::optional<std::string> size{};               // size of the picture to take, WxH
+    std::optional<bool> fill_window{};               // whether resizing the window shall change it
     std::optional<std::filesystem::path> open{};     // file to open
     std::optional<std::filesystem::path> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};

@@ -29,6 +29,10 @@ constexpr std::uint64_t kMostScript = 1 << 20;  // maximum size of a script, byt
 constexpr double kIdle = 0.5;                   // seconds to wait for events without anything to draw
 constexpr double kTurn = 0.1;                   // seconds between frames while two pictures flicker
 constexpr double kMoving = 0.01;                // seconds between frames while a key is held
+// Frames after input: one performs an action, the next opens its dialog, Dear ImGui measures that unseen and then draws
+// it.
+constexpr int kFramesAfterInput = 4;
+constexpr double kFade = 0.3;  // seconds in which the window behind a dialog becomes dark
 
 std::vector<Command> script_of(const PreviewArguments& a) {
     if (!a.script) return {};
@@ -54,6 +58,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       window_(one_line(fmt::format("halflight: {}", arguments.scene.filename().string()))),
       gui_(window_, arguments.ui_scale),
       picture_size_(*arguments.width, *arguments.height),
+      fills_window_(!arguments.settings_source),
       session_(arguments, colors_, load_first()),
       writer_(&Window::wake),
       thread_(colors_, thread_options(arguments)) {
@@ -120,12 +125,16 @@ void Viewer::run() {
         if (window_.closing()) {
             if (may_lose_edits("the viewer ends", [this] { quit_ = true; })) break;
             window_.stay_open();
-            frames_due_ = std::max(frames_due_, 2);
+            frames_due_ = std::max(frames_due_, kFramesAfterInput);
         }
+        const bool asks = file_prompt_.asking() || unsaved_prompt_.asking();
+        if (asks && now() - last_event_ < kFade) frames_due_ = std::max(frames_due_, 1);
         const bool at_once = frames_due_ > 0 || play_ || next_command_ < script_.size();
         const bool turns = comparison_ && comparison_mode_ == ComparisonMode::flicker;
         const double patience = navigation_.moving() || at_once ? kMoving : turns ? kTurn : kIdle;
-        if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
+        const bool event = window_.wait(patience);
+        if (event) last_event_ = now();
+        if (event || navigation_.moving()) frames_due_ = std::max(frames_due_, kFramesAfterInput);
         if (!scripted()) open_dropped_files(), advance_playback();
         report_files();
         if (toasts_.expire(now()) || turns) frames_due_ = std::max(frames_due_, 1);
@@ -158,12 +167,26 @@ void Viewer::update_picture() {
     if (best != picture_) history_.add(*best);
     picture_ = std::move(best);
     update_error();
-    if (session_.transform.metered()) session_.transform.exposure = metered_exposure(picture_->result.beauty);
+    meter();
     layer_view_ = session_.layer_view;
     const DisplayImage shown = display_image(layer_view_, picture_->aovs, picture_->result);
     scale_ = shown.scale;
     display_.set_picture(shown);
     frames_due_ = std::max(frames_due_, 1);
+}
+
+void Viewer::meter() {
+    if (!session_.transform.metered() || !picture_ || picture_->request < first_metered_) return;
+    metered_ = metered_exposure(picture_->result.beauty);
+    session_.transform.exposure = metered_;
+    if (std::exchange(tells_metering_, false) || metered_.stops != 0)
+        tell(fmt::format("Exposure {:.2f} stops by metering", metered_.stops), "exposure");
+}
+
+void Viewer::meter_again() {
+    session_.transform.exposure.automatic = true;
+    first_metered_ = request_ + 1;
+    tells_metering_ = true;
 }
 
 void Viewer::update_error() {
@@ -207,7 +230,7 @@ void Viewer::follow_window() {
     if (size == window_size_ || size.x == 0 || size.y == 0) return;
     window_size_ = size;
     const ivec2 area = layout().area.size;
-    picture_size_ = glm::clamp(area, ivec2(1), ivec2(kMaxSide));
+    if (fills_window_) picture_size_ = glm::clamp(area, ivec2(1), ivec2(kMaxSide));
 }
 
 Progress Viewer::progress() const {
@@ -231,6 +254,12 @@ std::string Viewer::picture_text(const WindowLayout& layout) const {
     const int percent = static_cast<int>(std::lround(100.0 * layout.picture.size.x / picture_size_.x));
     return fmt::format("{}, {}x{}{}", session_.layer_view.layer, picture_size_.x, picture_size_.y,
                        percent == 100 ? "" : fmt::format(" at {} %", percent));
+}
+
+std::optional<std::string> Viewer::comparison_text() const {
+    if (!comparison_ || comparison_size_ == picture_size_) return comparison_;
+    return fmt::format("{}, {}x{} stretched to {}x{}", *comparison_, comparison_size_.x, comparison_size_.y,
+                       picture_size_.x, picture_size_.y);
 }
 
 void Viewer::declare() {
@@ -275,7 +304,8 @@ void Viewer::declare() {
                                .picking = picking_,
                                .playing = play_.has_value(),
                                .frame = next_frame(),
-                               .size = picture_size_};
+                               .size = picture_size_,
+                               .fills_window = fills_window_};
         PanelContext context{session_, colors_, navigation_, outliner_, gizmo_.mode, state, requests};
         menu_bar(context);
         side_bar(now.side, section_, context);
@@ -288,8 +318,7 @@ void Viewer::declare() {
     if (panels_shown_ || !scripted()) {
         messages(scale_ ? above_scale(now.area) : now.area, toasts_);
         shortcut_sheet(shortcuts_shown_);
-        if (const auto answer = file_prompt_.declare())
-            (answer->purpose == FilePrompt::Purpose::open ? requests.open : requests.against) = answer->file;
+        if (const auto answer = file_prompt_.declare()) take(*answer, requests);
     }
     draw_overlay(
         {.area = now.area,
@@ -297,7 +326,7 @@ void Viewer::declare() {
          .scale = scale_,
          .notices = notices(),
          .here = picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : session_.description(),
-         .other = comparison_,
+         .other = comparison_text(),
          .shown = comparison_mode_ == ComparisonMode::split        ? ""
                   : comparison_mode_ == ComparisonMode::difference ? "absolute difference of A and B"
                   : shown_split() == 1                             ? "A"
@@ -335,6 +364,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
         if (more) gui_.skip();
     }
     request_picture();
+    meter();
     apply_transform();
     update_picture();  // shows a layer at once whose picture is there already
     display_.draw(size, layout().picture, shown_split());

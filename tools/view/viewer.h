@@ -45,14 +45,18 @@ class Viewer {
     void frame(const std::filesystem::path& shot = {});
     void declare();  // Takes in input and declares all panels; performs what they request.
     WindowLayout layout() const;
-    void follow_window();  // Gives the picture the size of its area where the user has resized the window.
+    void follow_window();  // Gives the picture the size of its area if it fills a window that the user has resized.
     void request_picture();
     void update_picture();
+    void
+    meter();  // Finds the exposure from the picture if it is to be metered, and the picture is of the current light.
+    void meter_again();  // Leaves the exposure to the next picture.
     void update_error();
     void apply_transform();
     void reload_shaders();
     Progress progress() const;
     std::string picture_text(const WindowLayout& layout) const;
+    std::optional<std::string> comparison_text() const;  // Describes picture B; none: there is none.
     std::vector<std::string> notices() const;
     std::string title() const;
 
@@ -87,6 +91,9 @@ class Viewer {
     std::string with_samples(int samples) const;  // Describes the picture for a comparison.
     void compare(bool on);
     void compare_with(const std::filesystem::path& path);  // Takes the picture of a file as B.
+    void take(const FilePrompt::Answer& answer, PanelRequests& requests);
+    void take_size(const std::string& text);  // Gives the picture a size, WxH, that the window does not change.
+    void fill_window(bool on);
     void set_comparison(ComparisonMode mode);
     float shown_split() const;  // Returns the split of Display::draw() in the current mode.
     void save();
@@ -152,6 +159,7 @@ class Viewer {
     Window window_;
     Gui gui_;
     ivec2 picture_size_;  // size of the picture, pixels
+    bool fills_window_;   // resizing the window changes it
     ivec2 window_size_;   // size of the framebuffer for which it was chosen
     Display display_;
     float split_ = 0.5f;  // split of Display::draw()
@@ -175,6 +183,10 @@ class Viewer {
     std::optional<int> lit_handle_;  // axis of the handle under the mouse
     ObjectOverlay object_overlay_;
     std::function<void()> next_change_;  // starts the change of environment or variant that waits; null: none
+    bool meters_opening_ = false;        // metering follows the opening: it brings light of another kind
+    Exposure metered_;                   // exposure that metering has found last; automatic: none yet
+    std::uint64_t first_metered_ = 0;    // number of the first request whose pictures metering may take
+    bool tells_metering_ = false;        // the user has asked for metering
     std::string section_ = "Look";       // open section of the side bar
     bool shortcuts_shown_ = false;
     std::deque<std::filesystem::path> to_open_;
@@ -190,6 +202,7 @@ class Viewer {
     };
     std::optional<Play> play_;
     std::optional<std::string> comparison_;  // description of picture B
+    ivec2 comparison_size_{0};               // size of picture B, pixels
     ComparisonMode comparison_mode_ = ComparisonMode::split;
     bool picking_ = false;                // the next click in the picture focuses the lens
     bool drawing_region_ = false;         // the next drag in the picture draws a region
@@ -197,7 +210,8 @@ class Viewer {
     int samples_before_region_ = 0;  // samples that the view had when the region was set; 0: no region, or a later view
     std::uint64_t reloads_ = 0;      // reloads of the render thread's shaders that the display has followed
     bool quit_ = false;
-    int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event
+    int frames_due_ = 3;     // frames to draw; Dear ImGui needs some after each event
+    double last_event_ = 0;  // time of the last event of the window, seconds
 
     std::optional<Request> requested_;        // the current request
     std::uint64_t request_ = 0;               // number of `requested_`

@@ -12,6 +12,7 @@
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "tools/cli/options.h"
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
@@ -44,6 +45,9 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return file_prompt_.ask(FilePrompt::Purpose::compare, session_.file().parent_path());
         case Action::save:
             return save();
+        case Action::save_as:
+            return file_prompt_.ask(FilePrompt::Purpose::save, session_.settings_file().parent_path(),
+                                    session_.settings_file().filename().string());
         case Action::screenshot:
             return save_picture("png");
         case Action::exr:
@@ -79,6 +83,12 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return expose(exposure.stops - kStopStep);
         case Action::reset_exposure:
             return expose(0);
+        case Action::meter:
+            if (session_.transform.camera.exposes())
+                return tell("The exposure is that of the physical camera: ISO, shutter speed, f-number", "exposure");
+            meter_again();
+            first_metered_ = request_;
+            return;
         case Action::next_layer:
             return step_layer(1);
         case Action::previous_layer:
@@ -151,6 +161,7 @@ void Viewer::compare(bool on) {
     if (!picture_) throw Error("compare", "there is no picture yet");
     display_.keep_comparison();
     comparison_ = with_samples(picture_->result.stats.samples);
+    comparison_size_ = picture_size_;
     tell("Picture kept as B");
 }
 
@@ -158,8 +169,9 @@ void Viewer::compare_with(const std::filesystem::path& path) {
     const std::string bytes = read_file(path, kMostPictureBytes);
     const bool png = is_png(bytes);
     if (!png && !is_exr(bytes)) throw Error(path.string(), "is neither an OpenEXR nor a PNG file");
-    display_.set_comparison(
-        {png ? rgb(read_png(path.string(), bytes, kMaxSide)) : rgb(read_exr(path).image({"R", "G", "B"})), png});
+    Image image = png ? rgb(read_png(path.string(), bytes, kMaxSide)) : rgb(read_exr(path).image({"R", "G", "B"}));
+    comparison_size_ = {image.width, image.height};
+    display_.set_comparison({std::move(image), png});
     comparison_ = path.filename().string();
     tell(fmt::format("Comparing with {}", *comparison_));
 }
@@ -178,13 +190,38 @@ float Viewer::shown_split() const {
     return std::fmod(now(), 2 * kTurn) < kTurn ? 1.0f : 0.0f;
 }
 
+void Viewer::take(const FilePrompt::Answer& answer, PanelRequests& requests) {
+    switch (answer.purpose) {
+        case FilePrompt::Purpose::open:
+            requests.open = answer.file;
+            return;
+        case FilePrompt::Purpose::compare:
+            requests.against = answer.file;
+            return;
+        case FilePrompt::Purpose::save:
+            session_.set_settings_file(answer.file);
+            requests.actions.push_back(Action::save);
+            return;
+    }
+}
+
+void Viewer::take_size(const std::string& text) {
+    picture_size_ = parse_size("Size", text);
+    fills_window_ = false;
+    tell(fmt::format("Picture of {}x{} pixels", picture_size_.x, picture_size_.y), "size");
+}
+
+void Viewer::fill_window(bool on) {
+    fills_window_ = on;
+    if (on) picture_size_ = glm::clamp(layout().area.size, ivec2(1), ivec2(kMaxSide));
+    tell(on ? "The picture fills its area, whatever the size of the window" : "The picture keeps its size", "size");
+}
+
 void Viewer::perform(const PanelRequests& requests) {
     for (const std::string& message : requests.done) tell(message);
     if (requests.pose) attempt([&] { session_.move(*requests.pose); });
-    if (requests.size && *requests.size != picture_size_) {
-        picture_size_ = *requests.size;
-        tell(fmt::format("Picture of {}x{} pixels", picture_size_.x, picture_size_.y));
-    }
+    if (requests.size) attempt([&] { take_size(*requests.size); });
+    if (requests.fill_window) fill_window(*requests.fill_window);
     if (requests.against) attempt([&] { compare_with(*requests.against); });
     if (requests.comparison) attempt([&] { set_comparison(*requests.comparison); });
     if (requests.pick_focus) picking_ = !picking_;

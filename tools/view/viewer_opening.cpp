@@ -53,6 +53,7 @@ bool Viewer::finish_opening() {
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
         frames_due_ = std::max(frames_due_, 2);
         before_click_.reset();
+        const bool meters = std::exchange(meters_opening_, false);
         const bool pose_only = std::exchange(opening_pose_, {}).has_value();
         const std::optional<Play> going_on = std::exchange(play_, {});  // restored unless opening fails
         attempt([&] {
@@ -64,7 +65,11 @@ bool Viewer::finish_opening() {
             pose_pending_ = true;
             const bool other_scene = opened.start.has_value();
             session_.open(std::move(opened));
-            if (other_scene) edit_history_.start(session_.document());
+            if (meters) meter_again();
+            if (other_scene) {
+                edit_history_.start(session_.document());
+                first_metered_ = request_ + 1;
+            }
             const std::string name = std::exchange(opening_name_, {});
             if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));
             if (other_scene) tell_of_settings();
