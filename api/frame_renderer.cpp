@@ -60,7 +60,7 @@ gpu::ContextOptions default_device(std::string device) {
 void note_exposure(const ViewTransform& requested, const RenderSettings& used, const Log& log) {
     const float stops = used.view.stops();
     if (used.want_view && used.view.camera.exposes())
-        log.note("exposure {:.2f} stops by the physical camera (--iso, --shutter-speed, --fstop)", stops);
+        log.note("exposure {:.2f} stops by the physical camera (--iso, --shutter-speed, --fstop, --exposure)", stops);
     else if (requested.metered() && !used.view.metered() && stops != 0)
         log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)", stops);
 }

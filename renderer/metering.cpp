@@ -1,6 +1,7 @@
 #include "renderer/metering.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -53,9 +54,14 @@ float metered_exposure(const Image& picture, const Optics& optics) {
 std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                                    const PilotProgress& progress) {
     const double scale = std::min(1.0, std::sqrt(kMeterPixels / (double(settings.width) * double(settings.height))));
-    // Both eyes have whole pixels.
+    // Both eyes have whole pixels. Mesa's software driver compiles programs once more for textures with a side that is
+    // a power of two, so these sides are those of the picture.
     const auto scaled = [&](int size, double eyes) {
-        return static_cast<int>(eyes * std::max(std::round(size * scale / eyes), 1.0));
+        const auto side = static_cast<unsigned>(size / eyes);
+        auto small = static_cast<unsigned>(std::max(std::round(side * scale), 1.0));
+        if (std::has_single_bit(side)) small = std::bit_ceil(small);
+        while (!std::has_single_bit(side) && std::has_single_bit(small)) ++small;
+        return static_cast<int>(eyes * small);
     };
     const dvec2 eyes = eyes_in_picture(settings.camera.optics);
     RenderSettings s;

@@ -85,8 +85,8 @@ struct RendererOptions {
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.
 gpu::ContextOptions default_device(std::string device = "");
 
-/// Logs the exposure of display pictures that a physical camera decides, or that metering has found for a requested view,
-/// unless metering changes nothing.
+/// Logs the exposure of display pictures if a physical camera decides it, or if metering has found it for a requested
+/// view and it is not 0.
 void note_exposure(const ViewTransform& requested, const RenderSettings& used, const Log& log);
 
 /// Renders pictures of a scene with one device, bringing it from pose to pose. A picture is a function of scene,

@@ -239,7 +239,7 @@ TEST_F(FirstPicture, PhysicalCamerasReplaceMetering) {
     expect_judgeable(scene, {"--iso", "100", "--shutter-speed", "1/125", "--fstop", "16"});
     const std::string told = render(scene, {"b.png"}, {"--fstop", "16"}).err;
     EXPECT_EQ(told.find("metering"), std::string::npos);
-    EXPECT_NE(told.find("exposure -15.23 stops by the physical camera (--iso, --shutter-speed, --fstop)"),
+    EXPECT_NE(told.find("exposure -15.23 stops by the physical camera (--iso, --shutter-speed, --fstop, --exposure)"),
               std::string::npos)
         << told << "EV100 = log2(256 x 125) = 14.97, and log2(1.2) = 0.26";
     render(scene, {"b.png"}, {"--iso", "200", "--shutter-speed", "0.004", "--fstop", "16"});

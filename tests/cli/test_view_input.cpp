@@ -53,6 +53,47 @@ TEST_F(ViewInput, SavesInAnotherFile) {
     EXPECT_EQ(saved["exposure"], 0.25) << "later saves go to the same file";
 }
 
+TEST_F(ViewInput, ChosenSizesStayInOtherWindows) {
+    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+    input_state("xdotool search --name halflight windowsize 500 400 sleep 1", "wait samples 1\nscreenshot @kept.png");
+    const Image kept = png("kept.png");
+    EXPECT_EQ(ivec2(kept.width, kept.height), ivec2(320, 240));
+}
+
+TEST_F(ViewInput, OtherEnvironmentsAreMetered) {
+    ExrLayer bright{{"R", "G", "B"}, Image(2, 1, 3)};
+    std::ranges::fill(bright.image.pixels, 5000.0f);
+    write_exr(file("bright.exr"), {bright}, {});
+    expect_done(view(R"(
+        wait samples 1
+        state @first.json
+        environment @bright.exr
+        wait samples 1
+        window @a.png
+        state @bright.json
+        undo
+        wait samples 1
+        window @b.png
+        state @undone.json
+        environment @bright.exr
+        wait samples 1
+        window @c.png
+        state @again.json
+        exposure 1
+        environment white
+        wait samples 1
+        window @d.png
+        state @chosen.json)"));
+    const auto exposure = [&](const char* name) {
+        return nlohmann::json::parse(read_text(file(name)))["exposure"].get<double>();
+    };
+    EXPECT_EQ(exposure("first.json"), 0);
+    EXPECT_NEAR(exposure("bright.json"), -std::log2(5000), 3);
+    EXPECT_EQ(exposure("undone.json"), 0);
+    EXPECT_NEAR(exposure("again.json"), -std::log2(5000), 3) << "an undo has ended metering";
+    EXPECT_EQ(exposure("chosen.json"), 1) << "the user has chosen it";
+}
+
 TEST_F(ViewInput, PicturesAreMeteredOnRequest) {
     expect_done(view(R"(
         wait samples 1

@@ -86,6 +86,7 @@ struct PreviewArguments : ViewArguments {
         std::function<PreviewArguments(const SavedSettings&)> with;  // the arguments with these settings in its place
     };
     std::shared_ptr<const Source> settings_source;  // null: there is no settings file
+    bool chose_size = false;                        // an option or the settings file has set width and height
     std::optional<double> ui_scale;                 // size of text and controls; none: that of the monitor
     double budget = 100;                            // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;

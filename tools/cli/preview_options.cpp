@@ -39,6 +39,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
         [&](const auto& name, const auto& text) {
             const ivec2 size = parse_size(name, text);
             a.width = size.x, a.height = size.y;
+            a.chose_size = true;
         });
     options.settings(a.settings, &Setting::saved);
     options.setting(setting("texture-lod"), a.settings);

@@ -68,6 +68,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     }
     const Optics& optics = a.settings.optics;
     const bool own_aspect = optics.projection != Projection::camera || eyes_in_picture(optics) != dvec2(1);
+    if constexpr (std::is_same_v<A, PreviewArguments>) a.chose_size |= s.size.has_value();
     if (s.size) take_size(*s.size, given, std::is_same_v<A, RenderArguments> && own_aspect, a);
     if (!given("--variant")) a.variant = s.variant;
     if (!given("--line-width")) a.line_width = s.line_width;

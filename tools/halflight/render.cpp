@@ -188,22 +188,24 @@ void render_picture(const RenderArguments& a) {
         const PictureInfo info = picture_info(renderer, result, a, error);
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (checkpoint) checkpoint->remove();
-        for (const auto& path : a.outputs)
-            console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples,
-                         clock.seconds());
+    }
+    times.write = clock.lap();
+    times.total = clock.seconds();
+    note_exposure(a.settings.view, settings, console);
+    tell_details(result.stats, times, console);
+    if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
+    for (const auto& path : a.outputs)
+        console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples, times.total);
+    {
+        const WritingFiles writing;
         if (a.graph)
             write_file(*a.graph,
                        has_extension(*a.graph, "txt") ? pass_table(result.stats.passes) : renderer.graph_dot());
-        times.write = clock.lap();
-        times.total = clock.seconds();
         if (a.stats)
             write_file(*a.stats, run_statistics(renderer, result.stats, times, a.outputs)
                                          .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
                                      "\n");
     }
-    note_exposure(a.settings.view, settings, console);
-    tell_details(result.stats, times, console);
-    if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
 }
 
 }  // namespace

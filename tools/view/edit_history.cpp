@@ -33,6 +33,7 @@ void EditHistory::record(const SavedSettings& now, bool busy) {
     if (only_metered(current_, now)) {
         if (current_ == saved_) saved_ = now;
         current_ = now;
+        if (!before_.empty() && now == before_.back()) before_.pop_back();  // metering has found the earlier exposure
         return;
     }
     before_.push_back(std::exchange(current_, now));

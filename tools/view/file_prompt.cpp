@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "api/halflight/picture_file.h"
 #include "engine/core/error.h"
 #include "tools/view/widgets.h"
 
@@ -44,15 +45,16 @@ void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first, const 
     problem_.clear();
     to_replace_.clear();
     std::error_code unknown;
-    enter(folder().empty() ? std::filesystem::absolute(first.empty() ? "." : first, unknown) : folder());
+    proposed_ = name;
     set_name(name);
+    enter(folder().empty() ? std::filesystem::absolute(first.empty() ? "." : first, unknown) : folder());
 }
 
 void FilePrompt::enter(const std::filesystem::path& path) {
     try {
         entries_ = list_folder(path, row_of(purpose_).extensions);
         problem_.clear();
-        name_ = {};
+        set_name(proposed_);
         folder() = path.lexically_normal();
         if (!folder().has_filename() && folder().has_relative_path()) folder() = folder().parent_path();
     } catch (const Error& error) {
@@ -74,7 +76,9 @@ std::optional<std::filesystem::path> FilePrompt::take(const std::string& name) {
         enter(path);
         return std::nullopt;
     }
-    const bool exists = std::filesystem::exists(path, unknown), saves = purpose_ == Purpose::save;
+    const bool saves = purpose_ == Purpose::save;
+    if (saves && !has_extension(path, "json")) path += ".json";
+    const bool exists = std::filesystem::exists(path, unknown);
     if (saves ? !exists || path == to_replace_ : exists) return path;
     problem_ = saves ? fmt::format("{} exists; Save replaces it", path.string())
                      : fmt::format("There is no file {}", path.string());

@@ -12,7 +12,8 @@
 namespace halflight::view {
 
 /// A modal dialog: the files of a folder that suit its purpose, and a field for a name. It stays open, with a message,
-/// where the name finds no file. Files to save may be new; existing ones are replaced once they are named twice.
+/// where the name finds no file. Files to save may be new; existing ones are replaced once they are named twice,
+/// and names without an extension get that of settings files.
 class FilePrompt {
   public:
     enum class Purpose { open, compare, save };
@@ -38,6 +39,7 @@ class FilePrompt {
     bool asking_ = false;                           // the dialog is open, or must be opened
     std::array<std::filesystem::path, 3> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
+    std::string proposed_;  // name that the field shows in each folder
     std::array<char, 4096> name_{};
     std::string problem_;               // why the last name was not taken; empty: it was
     std::filesystem::path to_replace_;  // existing file that is replaced if the user takes its name again; empty: none

@@ -45,7 +45,7 @@ struct PanelState {
     bool playing = false;       // the animation is playing
     std::uint32_t frame = 0;    // frame of the animation that is shown or requested
     ivec2 size{0};              // size of the picture, pixels
-    bool fills_window = false;  // resizing the window changes it
+    bool fills_window = false;  // whether resizing the window changes that size
 };
 
 /// Actions requested in the side bar and in the menu. The viewer performs them.
@@ -59,7 +59,7 @@ struct PanelRequests {
     std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};
     std::optional<std::string> size{};               // size of the picture to take, WxH
-    std::optional<bool> fill_window{};               // whether resizing the window shall change it
+    std::optional<bool> fill_window{};               // whether resizing the window shall change that size
     std::optional<std::filesystem::path> open{};     // file to open
     std::optional<std::filesystem::path> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};

@@ -58,7 +58,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       window_(one_line(fmt::format("halflight: {}", arguments.scene.filename().string()))),
       gui_(window_, arguments.ui_scale),
       picture_size_(*arguments.width, *arguments.height),
-      fills_window_(!arguments.settings_source),
+      fills_window_(!arguments.chose_size),
       session_(arguments, colors_, load_first()),
       writer_(&Window::wake),
       thread_(colors_, thread_options(arguments)) {
@@ -125,16 +125,16 @@ void Viewer::run() {
         if (window_.closing()) {
             if (may_lose_edits("the viewer ends", [this] { quit_ = true; })) break;
             window_.stay_open();
-            frames_due_ = std::max(frames_due_, kFramesAfterInput);
+            frames_due_ = kFramesAfterInput, last_input_ = now();
         }
         const bool asks = file_prompt_.asking() || unsaved_prompt_.asking();
-        if (asks && now() - last_event_ < kFade) frames_due_ = std::max(frames_due_, 1);
+        if (asks && now() - last_input_ < kFade) frames_due_ = std::max(frames_due_, 1);
         const bool at_once = frames_due_ > 0 || play_ || next_command_ < script_.size();
         const bool turns = comparison_ && comparison_mode_ == ComparisonMode::flicker;
         const double patience = navigation_.moving() || at_once ? kMoving : turns ? kTurn : kIdle;
         const bool event = window_.wait(patience);
-        if (event) last_event_ = now();
-        if (event || navigation_.moving()) frames_due_ = std::max(frames_due_, kFramesAfterInput);
+        if (event || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
+        if (!window_.events().empty()) frames_due_ = kFramesAfterInput, last_input_ = now();
         if (!scripted()) open_dropped_files(), advance_playback();
         report_files();
         if (toasts_.expire(now()) || turns) frames_due_ = std::max(frames_due_, 1);
@@ -177,16 +177,22 @@ void Viewer::update_picture() {
 
 void Viewer::meter() {
     if (!session_.transform.metered() || !picture_ || picture_->request < first_metered_) return;
-    metered_ = metered_exposure(picture_->result.beauty);
-    session_.transform.exposure = metered_;
-    if (std::exchange(tells_metering_, false) || metered_.stops != 0)
-        tell(fmt::format("Exposure {:.2f} stops by metering", metered_.stops), "exposure");
+    const float stops = metered_exposure(picture_->result.beauty);
+    metered_.insert(stops);
+    session_.transform.exposure = stops;
+    if (std::exchange(tells_metering_, false) || stops != 0)
+        tell(fmt::format("Exposure {:.2f} stops by metering", stops), "exposure");
 }
 
-void Viewer::meter_again() {
+void Viewer::meter_again(std::uint64_t first_request) {
     session_.transform.exposure.automatic = true;
-    first_metered_ = request_ + 1;
+    first_metered_ = first_request;
     tells_metering_ = true;
+}
+
+bool Viewer::has_metered_exposure() const {
+    const ViewTransform& t = session_.transform;
+    return t.metered() || (!t.camera.exposes() && metered_.contains(t.exposure.stops));
 }
 
 void Viewer::update_error() {

@@ -48,9 +48,10 @@ class Viewer {
     void follow_window();  // Gives the picture the size of its area if it fills a window that the user has resized.
     void request_picture();
     void update_picture();
-    void
-    meter();  // Finds the exposure from the picture if it is to be metered, and the picture is of the current light.
-    void meter_again();  // Leaves the exposure to the next picture.
+    /// Finds the exposure from the picture if it is to be metered and the picture shows the current light.
+    void meter();
+    void meter_again(std::uint64_t first_request);  // Leaves the exposure to the pictures from this request on.
+    bool has_metered_exposure() const;              // Returns whether metering has found the exposure, or is going to.
     void update_error();
     void apply_transform();
     void reload_shaders();
@@ -95,8 +96,8 @@ class Viewer {
     void take_size(const std::string& text);  // Gives the picture a size, WxH, that the window does not change.
     void fill_window(bool on);
     void set_comparison(ComparisonMode mode);
-    float shown_split() const;  // Returns the split of Display::draw() in the current mode.
-    void save();
+    float shown_split() const;                     // Returns the split of Display::draw() in the current mode.
+    void save(const std::filesystem::path& file);  // Saves the settings; later saves go to the same file.
     void screenshot(const std::filesystem::path& path);
     /// Saves the picture under an unused name, ".png" or ".exr"; a coarse one is saved once it has full resolution.
     void save_picture(const std::string& extension);
@@ -159,7 +160,7 @@ class Viewer {
     Window window_;
     Gui gui_;
     ivec2 picture_size_;  // size of the picture, pixels
-    bool fills_window_;   // resizing the window changes it
+    bool fills_window_;   // whether resizing the window changes that size
     ivec2 window_size_;   // size of the framebuffer for which it was chosen
     Display display_;
     float split_ = 0.5f;  // split of Display::draw()
@@ -170,9 +171,13 @@ class Viewer {
     EditHistory edit_history_;
     // State at the last click that was not the second of two; none after an opening, which may have changed the scene.
     std::optional<SavedSettings> before_click_;
-    bool reverts_ = false;                 // all edits of the scene have to be removed
-    int undos_waiting_ = 0;                // steps to undo; negative: to redo
-    std::optional<SavedSettings> saving_;  // state that is being written to the settings file
+    bool reverts_ = false;   // all edits of the scene have to be removed
+    int undos_waiting_ = 0;  // steps to undo; negative: to redo
+    struct Saving {
+        std::filesystem::path file;
+        SavedSettings state;
+    };
+    std::optional<Saving> saving_;  // settings that are being written
     UnsavedPrompt unsaved_prompt_;
     bool discards_edits_ = false;  // the user has agreed to lose the edits
     SampleClock sample_clock_;
@@ -183,8 +188,8 @@ class Viewer {
     std::optional<int> lit_handle_;  // axis of the handle under the mouse
     ObjectOverlay object_overlay_;
     std::function<void()> next_change_;  // starts the change of environment or variant that waits; null: none
-    bool meters_opening_ = false;        // metering follows the opening: it brings light of another kind
-    Exposure metered_;                   // exposure that metering has found last; automatic: none yet
+    bool restoring_ = false;             // the opening brings back an earlier state
+    std::set<float> metered_;            // exposures that metering has found for the scene, stops
     std::uint64_t first_metered_ = 0;    // number of the first request whose pictures metering may take
     bool tells_metering_ = false;        // the user has asked for metering
     std::string section_ = "Look";       // open section of the side bar
@@ -211,7 +216,7 @@ class Viewer {
     std::uint64_t reloads_ = 0;      // reloads of the render thread's shaders that the display has followed
     bool quit_ = false;
     int frames_due_ = 3;     // frames to draw; Dear ImGui needs some after each event
-    double last_event_ = 0;  // time of the last event of the window, seconds
+    double last_input_ = 0;  // time of the last input, seconds
 
     std::optional<Request> requested_;        // the current request
     std::uint64_t request_ = 0;               // number of `requested_`

@@ -44,7 +44,7 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::compare_file:
             return file_prompt_.ask(FilePrompt::Purpose::compare, session_.file().parent_path());
         case Action::save:
-            return save();
+            return save(session_.settings_file());
         case Action::save_as:
             return file_prompt_.ask(FilePrompt::Purpose::save, session_.settings_file().parent_path(),
                                     session_.settings_file().filename().string());
@@ -86,9 +86,8 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::meter:
             if (session_.transform.camera.exposes())
                 return tell("The exposure is that of the physical camera: ISO, shutter speed, f-number", "exposure");
-            meter_again();
-            first_metered_ = request_;
-            return;
+            request_picture();
+            return meter_again(request_);
         case Action::next_layer:
             return step_layer(1);
         case Action::previous_layer:
@@ -161,7 +160,7 @@ void Viewer::compare(bool on) {
     if (!picture_) throw Error("compare", "there is no picture yet");
     display_.keep_comparison();
     comparison_ = with_samples(picture_->result.stats.samples);
-    comparison_size_ = picture_size_;
+    comparison_size_ = {picture_->result.beauty.width, picture_->result.beauty.height};
     tell("Picture kept as B");
 }
 
@@ -170,8 +169,9 @@ void Viewer::compare_with(const std::filesystem::path& path) {
     const bool png = is_png(bytes);
     if (!png && !is_exr(bytes)) throw Error(path.string(), "is neither an OpenEXR nor a PNG file");
     Image image = png ? rgb(read_png(path.string(), bytes, kMaxSide)) : rgb(read_exr(path).image({"R", "G", "B"}));
-    comparison_size_ = {image.width, image.height};
+    const ivec2 size(image.width, image.height);
     display_.set_comparison({std::move(image), png});
+    comparison_size_ = size;
     comparison_ = path.filename().string();
     tell(fmt::format("Comparing with {}", *comparison_));
 }
@@ -199,9 +199,7 @@ void Viewer::take(const FilePrompt::Answer& answer, PanelRequests& requests) {
             requests.against = answer.file;
             return;
         case FilePrompt::Purpose::save:
-            session_.set_settings_file(answer.file);
-            requests.actions.push_back(Action::save);
-            return;
+            return save(answer.file);
     }
 }
 
@@ -244,10 +242,9 @@ std::filesystem::path Viewer::unused_name(const char* extension) {
     }
 }
 
-void Viewer::save() {
-    const std::filesystem::path path = session_.settings_file();
-    saving_ = session_.document();
-    writer_.write(path.string(), [path, settings = session_.saved(picture_size_)] { write_settings(path, settings); });
+void Viewer::save(const std::filesystem::path& file) {
+    saving_ = {file, session_.document()};
+    writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
 }
 
 void Viewer::screenshot(const std::filesystem::path& path) {
@@ -288,9 +285,11 @@ void Viewer::save_waiting_pictures() {
 void Viewer::report_files() {
     for (const FileWriter::Result& result : writer_.results()) {
         frames_due_ = std::max(frames_due_, 1);
-        const bool settings = result.name == session_.settings_file().string();
-        if (const auto state = settings ? std::exchange(saving_, {}) : std::nullopt; state && result.error.empty())
-            edit_history_.mark_saved(*state);
+        const bool settings = saving_ && result.name == saving_->file.string();
+        if (const auto saved = settings ? std::exchange(saving_, {}) : std::nullopt; saved && result.error.empty()) {
+            edit_history_.mark_saved(saved->state);
+            if (saved->file != session_.settings_file()) session_.set_settings_file(saved->file);
+        }
         if (result.error.empty())
             tell(fmt::format("Saved {}", result.name));
         else if (scripted())

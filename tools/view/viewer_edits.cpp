@@ -18,7 +18,10 @@ void Viewer::undo(bool again) {
 }
 
 void Viewer::restore(const SavedSettings& state, const std::string& activity) {
-    if (auto opening = session_.restore(state)) start_opening(activity, std::move(*opening));
+    if (auto opening = session_.restore(state)) {
+        restoring_ = true;
+        start_opening(activity, std::move(*opening));
+    }
 }
 
 void Viewer::revert() {
@@ -83,14 +86,7 @@ void Viewer::ask_about_edits() {
 }
 
 void Viewer::change_environment(const EnvironmentChoice& environment) {
-    next_change_ = [this, environment] {
-        const EnvironmentChoice& before = session_.environment();
-        // Controls of a sky or of a colour change its brightness on purpose, and so does a user who sets the exposure.
-        const bool controls = before.index() == environment.index() && (std::holds_alternative<ClearSky>(environment) ||
-                                                                        std::holds_alternative<vec3>(environment));
-        meters_opening_ = !controls && session_.transform.exposure == metered_;
-        start_opening("changing the environment", session_.lighting(environment));
-    };
+    next_change_ = [this, environment] { start_opening("changing the environment", session_.lighting(environment)); };
 }
 
 void Viewer::change_variant(const std::string& variant) {

@@ -8,6 +8,16 @@
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
+namespace {
+
+/// Returns whether the light may differ by many stops. The controls of a sky or of a colour change brightness on
+/// purpose.
+bool of_other_kind(const EnvironmentChoice& before, const EnvironmentChoice& now) {
+    const bool has_controls = std::holds_alternative<ClearSky>(now) || std::holds_alternative<vec3>(now);
+    return !(before == now) && !(has_controls && before.index() == now.index());
+}
+
+}  // namespace
 
 void Viewer::open_dropped_files() {
     for (auto& path : window_.dropped()) to_open_.push_back(std::move(path));
@@ -53,7 +63,7 @@ bool Viewer::finish_opening() {
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
         frames_due_ = std::max(frames_due_, 2);
         before_click_.reset();
-        const bool meters = std::exchange(meters_opening_, false);
+        const bool restores = std::exchange(restoring_, false);
         const bool pose_only = std::exchange(opening_pose_, {}).has_value();
         const std::optional<Play> going_on = std::exchange(play_, {});  // restored unless opening fails
         attempt([&] {
@@ -64,11 +74,14 @@ bool Viewer::finish_opening() {
                 play_ = going_on;
             pose_pending_ = true;
             const bool other_scene = opened.start.has_value();
+            const EnvironmentChoice light = session_.environment();
             session_.open(std::move(opened));
-            if (meters) meter_again();
             if (other_scene) {
                 edit_history_.start(session_.document());
+                metered_.clear();
                 first_metered_ = request_ + 1;
+            } else if (!restores && of_other_kind(light, session_.environment()) && has_metered_exposure()) {
+                meter_again(request_ + 1);
             }
             const std::string name = std::exchange(opening_name_, {});
             if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));

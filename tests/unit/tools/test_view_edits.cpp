@@ -125,6 +125,12 @@ TEST_F(ViewEdits, MeteringIsNoEdit) {
     session.transform.exposure = 1.0f;
     history.record(session.document(), false);
     EXPECT_TRUE(history.can_undo());
+    session.transform.exposure.automatic = true;
+    history.record(session.document(), false);
+    session.transform.exposure = 1.0f;
+    history.record(session.document(), false);
+    session.restore(*history.undo());
+    EXPECT_EQ(session.transform.exposure, Exposure(-3.0f)) << "metering that changes nothing has left a step";
 }
 
 TEST_F(ViewEdits, InvalidEditsChangeNothing) {

@@ -253,6 +253,12 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
     EXPECT_TRUE(session.edits.clay);
     EXPECT_EQ(session.scene().environment.map.width, 2);
     EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice(folder / "sky.exr"));
+
+    // A settings file that is named meanwhile stays.
+    const auto lighting = session.lighting(vec3(1));
+    session.set_settings_file("named.json");
+    session.open(lighting());
+    EXPECT_EQ(session.settings_file(), "named.json");
 }
 
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
