@@ -12,7 +12,7 @@ namespace halflight::view {
 /// State of the viewer's work.
 struct Progress {
     std::string activity;             // work of the render thread, such as "compiling"; empty: idle
-    int samples = 0;                  // samples per pixel of the newest picture; 0: none, or a coarse one
+    int samples = 0;                  // samples per pixel so far; 0: none, or a coarse picture
     int limit = 0;                    // samples per pixel after which rendering stops
     int divisor = 1;                  // Picture::divisor of the newest picture; 0: there is no picture
     std::optional<double> seconds{};  // time per sample; none: unknown yet

@@ -14,8 +14,9 @@
 namespace halflight::view {
 namespace {
 
-constexpr double kLookEvery = 0.1;  // minimum time between whole pictures, seconds
-constexpr double kLookShare = 0.2;  // maximum share of time for making pictures of samples
+constexpr double kLookEvery = 0.1;   // minimum time between whole pictures, seconds
+constexpr double kLookShare = 0.2;   // maximum share of time for making pictures of samples
+constexpr double kEarlyShare = 0.5;  // this share as long as each picture has twice the samples of the last one
 
 /// Returns `aovs` and those of `more` that are missing in it. Mattes are left out.
 std::vector<std::string> with(std::vector<std::string> aovs, const std::vector<std::string>& more) {
@@ -30,8 +31,10 @@ class Looks {
     bool wanted = false;  // a picture must be made at once
 
     bool due(int samples, int limit) const {
-        return wanted || (published_ < samples && (published_ == 0 || samples >= limit ||
-                                                   now() - looked_ > std::max(kLookEvery, cost_ / kLookShare)));
+        const double share = samples >= 2 * published_ ? kEarlyShare : kLookShare;
+        return wanted ||
+               (published_ < samples && (published_ == 0 || samples >= limit ||
+                                         now() - looked_ > std::max(kLookEvery, cost_ * (1 - share) / share)));
     }
     bool none() const { return published_ == 0; }
     bool newer(int samples) const { return published_ < samples; }
@@ -124,6 +127,7 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
             say("rendering");
             if (!progress.picture) return true;
             const int samples = progress.samples_done;
+            count(job.request.region ? 0 : samples);
             if (job.request.region ? looks.none() : looks.due(samples, limit())) {
                 const double before = now();
                 Picture picture{.request = job.number,

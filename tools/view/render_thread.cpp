@@ -101,6 +101,17 @@ void RenderThread::say(std::string activity) {
     options_.changed();
 }
 
+void RenderThread::count(int samples) {
+    constexpr double kEvery = 0.25;  // seconds between two changes that the window shows
+    {
+        const std::lock_guard lock(mutex_);
+        status_.samples = samples;
+    }
+    if (samples == 0 || now() - counted_ < kEvery) return;
+    counted_ = now();
+    options_.changed();
+}
+
 void RenderThread::fail(std::uint64_t number, std::string error, bool for_good) {
     {
         const std::lock_guard lock(mutex_);
@@ -256,6 +267,7 @@ void RenderThread::run(ColorConfig colors) {
 
 void RenderThread::serve(RendererCache& renderers, const Job& job) {
     const Request& request = job.request;
+    count(0);
     if (renderers.needs_scene(request)) say("preparing the scene");
     renderers.prepare(request);
     say("rendering");

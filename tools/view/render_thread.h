@@ -58,6 +58,7 @@ class RenderThread {
     struct Status {
         std::string device;         // name of the context's renderer; empty until the context exists
         std::string activity;       // description of the current work; empty: idle
+        int samples = 0;            // samples of the whole picture that is being made; 0: none, or those of a region
         std::string error;          // reason why request `failed` has no picture
         std::uint64_t failed = 0;   // number of the failed request; 0: none failed since the last picture
         std::string shader_error;   // reason why changed shaders are not used; empty: all are used
@@ -90,6 +91,7 @@ class RenderThread {
     void refine_region(RendererCache& renderers, const Job& job, StandingPicture& standing);
     void publish(Picture picture);
     void say(std::string activity);
+    void count(int samples);  // Sets Status::samples.
     void fail(std::uint64_t number, std::string error, bool for_good);
     /// Waits for the next job or work and returns it; none: the thread has to end.
     std::optional<std::variant<Job, Work>> next(RendererCache& renderers, std::uint64_t done, bool again);
@@ -118,9 +120,10 @@ class RenderThread {
     void wait(RendererCache& renderers, std::unique_lock<std::mutex>& lock, const F& done);
 
     const Options options_;
-    gpu::ShaderWatch shaders_;      // used by the thread only, like the next two members
+    gpu::ShaderWatch shaders_;      // used by the thread only, like the next three members
     bool compiled_ = false;         // programs have been compiled since the picture was begun
     double shaders_looked_at_ = 0;  // time of the last check of shader files, seconds
+    double counted_ = 0;            // time of the last call of Options::changed() by count(), seconds
     mutable std::mutex mutex_;      // guards all members below
     std::condition_variable wake_;
     Request wanted_;

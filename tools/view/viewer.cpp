@@ -245,7 +245,7 @@ Progress Viewer::progress() const {
     const bool current = newest && newest->view == thread_.view();
     const bool whole = current && newest->divisor == 1;
     return {.activity = status.activity,
-            .samples = whole ? newest->samples() : 0,
+            .samples = whole ? std::max(newest->samples(), status.samples) : 0,
             .limit = sample_limit(),
             .divisor = current  ? newest->divisor
                        : newest ? 1

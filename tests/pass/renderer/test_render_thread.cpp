@@ -34,6 +34,7 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     thread->limit(7);
     ASSERT_TRUE(thread.until_samples(number, 7));
     expect_includes(thread.pictures.back()->result, expected(r, 7));
+    EXPECT_EQ(thread->status().samples, 7);
     for (const auto& picture : thread.pictures) {
         EXPECT_EQ(picture->request, number);
         EXPECT_LE(picture->result.stats.samples, 7);
