@@ -18,6 +18,7 @@
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
+#include "engine/io/temporary_name.h"
 
 namespace halflight {
 namespace {
@@ -139,11 +140,17 @@ int open_locked(const std::filesystem::path& path, bool makes) {
     }
 }
 
-/// Returns the files of bands in a folder.
+/// Returns the files of bands in a locked folder. Files that another process was writing when it was killed are
+/// removed.
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
-    std::vector<std::filesystem::path> files;
+    std::vector<std::filesystem::path> files, unfinished;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().extension() == kSuffix && entry.is_regular_file()) files.push_back(entry.path());
+        if (entry.is_regular_file() && is_temporary(entry.path()))
+            unfinished.push_back(entry.path());
+        else if (entry.is_regular_file() && entry.path().extension() == kSuffix)
+            files.push_back(entry.path());
+    std::error_code read_only;
+    for (const auto& file : unfinished) std::filesystem::remove(file, read_only);
     return files;
 }
 

@@ -60,6 +60,8 @@ struct Temporary {
     Descriptor lock;
 };
 
+constexpr std::string_view kTemporary = ".halflight-";  // begin of the names of temporaries
+
 /// Reads bytes [offset, offset + to.size()) of a file.
 void read_at(int file, std::uint64_t offset, std::span<char> to, const std::string& subject) {
     for (std::size_t done = 0; done < to.size();) {
@@ -171,7 +173,11 @@ fs::path follow_links(const fs::path& path) {
 }
 
 std::string temporary_prefix(const fs::path& target) {
-    return fmt::format(".halflight-{:016x}-", hash_of(target.filename().string()));
+    return fmt::format("{}{:016x}-", kTemporary, hash_of(target.filename().string()));
+}
+
+bool is_temporary(const fs::path& file) {
+    return file.filename().string().starts_with(kTemporary);
 }
 
 void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {

@@ -13,4 +13,7 @@ std::filesystem::path follow_links(const std::filesystem::path& path);
 /// remove_abandoned() removes those that no process has locked.
 std::string temporary_prefix(const std::filesystem::path& target);
 
+/// Returns whether a file has the name of a temporary, of any target.
+bool is_temporary(const std::filesystem::path& file);
+
 }  // namespace halflight

@@ -198,7 +198,10 @@ TEST_F(CheckpointTest, DamagedFilesAreRefused) {
         EXPECT_NE(message(bad), "") << at;
     }
     write_text(band("00000"), good);
+    const std::filesystem::path unfinished = path() / ".halflight-0123456789abcdef-1-2-34567890.sums";
+    write_text(unfinished, "");
     expect_same(render(settings()), whole(settings()));
+    EXPECT_FALSE(std::filesystem::exists(unfinished)) << "a killed process has left it";
 }
 
 }  // namespace
