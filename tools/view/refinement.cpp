@@ -14,9 +14,9 @@
 namespace halflight::view {
 namespace {
 
-constexpr double kLookEvery = 0.1;   // minimum time between whole pictures, seconds
-constexpr double kLookShare = 0.2;   // maximum share of time for making pictures of samples
-constexpr double kEarlyShare = 0.5;  // this share as long as each picture has twice the samples of the last one
+constexpr double kLookEvery = 0.1;    // minimum time between whole pictures, seconds
+constexpr double kLookShare = 0.2;    // maximum share of time for making pictures of samples
+constexpr double kEarlyShare = 0.35;  // this share as long as each picture has twice the samples of the last one
 
 /// Returns `aovs` and those of `more` that are missing in it. Mattes are left out.
 std::vector<std::string> with(std::vector<std::string> aovs, const std::vector<std::string>& more) {
