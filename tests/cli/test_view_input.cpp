@@ -42,10 +42,10 @@ TEST_F(ViewInput, SavesInAnotherFile) {
     if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
     write_text(folder / "kept.json", "kept");
     input_state(fmt::format(R"(
-        xdotool mousemove 100 200 key h key ctrl+shift+s sleep 0.5 key ctrl+a type {0}
-        xdotool key Return sleep 0.5
+        xdotool mousemove 100 200 key h key ctrl+shift+s sleep 1.5 key ctrl+a type {0}
+        xdotool key Return sleep 1.5
         cp {0} {1}
-        xdotool key Return sleep 0.5 key bracketright key ctrl+s)",
+        xdotool key Return sleep 1.5 key bracketright key ctrl+s)",
                             file("kept.json"), file("asked.json")),
                 "wait samples 1");
     EXPECT_EQ(read_text(file("asked.json")), "kept") << "it was replaced before the user agreed";
