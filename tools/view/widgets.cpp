@@ -109,16 +109,20 @@ std::string shortened(const std::string& text, float width) {
 
 void tooltip(const char* help) {
     if (*help == 0 || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    const ImVec2 padding = ImGui::GetStyle().WindowPadding;
     const float wrap = 24 * ImGui::GetFontSize();
-    const float width = ImGui::CalcTextSize(help, nullptr, false, wrap).x + 2 * ImGui::GetStyle().WindowPadding.x;
+    const ImVec2 text = ImGui::CalcTextSize(help, nullptr, false, wrap);
+    const float width = text.x + 2 * padding.x;
     const float left = ImGui::GetWindowPos().x, right = left + ImGui::GetWindowWidth();
     const float top = ImGui::GetItemRectMin().y;
     if (right + width <= ImGui::GetIO().DisplaySize.x)
         ImGui::SetNextWindowPos({right, top});
     else if (width <= left)
         ImGui::SetNextWindowPos({left, top}, ImGuiCond_Always, {1, 0});
+    // Without a size, the tooltip has that of the last one in its first frame.
+    ImGui::SetNextWindowSize({width, text.y + 2 * padding.y});
     ImGui::BeginTooltip();
-    ImGui::PushTextWrapPos(wrap);
+    ImGui::PushTextWrapPos(padding.x + wrap);
     ImGui::TextUnformatted(help);
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();
