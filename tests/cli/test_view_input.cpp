@@ -10,6 +10,20 @@ namespace {
 
 class ViewInput : public ViewTest {
   protected:
+    /// Returns the exposure in a file of the command `state`.
+    double exposure(const char* state) const {
+        return nlohmann::json::parse(read_text(file(state)))["exposure"].get<double>();
+    }
+};
+
+class RealInput : public ViewInput {
+  protected:
+    void SetUp() override {
+        ViewInput::SetUp();
+        if (!IsSkipped() && run({"sh", "-c", "command -v xdotool"}).status != 0)
+            GTEST_SKIP() << "Debian's package xdotool is missing";
+    }
+
     /// Runs the viewer with real input by a shell script, which starts once there is a picture. Returns the state after
     /// the input and a further command.
     nlohmann::json input_state(const std::string& shell, const std::string& then) {
@@ -23,8 +37,7 @@ class ViewInput : public ViewTest {
     }
 };
 
-TEST_F(ViewInput, NoInputIsLost) {
-    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+TEST_F(RealInput, NoInputIsLost) {
     const auto state = input_state(R"(
         xdotool mousemove 100 200
         for i in $(seq 50); do xdotool key --delay 1 bracketright; done
@@ -38,8 +51,7 @@ TEST_F(ViewInput, NoInputIsLost) {
         << "a change of exposure has discarded samples, or Ctrl-S has moved the camera";
 }
 
-TEST_F(ViewInput, SavesInAnotherFile) {
-    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+TEST_F(RealInput, SavesInAnotherFile) {
     write_text(folder / "kept.json", "kept");
     input_state(fmt::format(R"(
         xdotool mousemove 100 200 key h key ctrl+shift+s sleep 1.5 key ctrl+a type {0}
@@ -53,8 +65,7 @@ TEST_F(ViewInput, SavesInAnotherFile) {
     EXPECT_EQ(saved["exposure"], 0.25) << "later saves go to the same file";
 }
 
-TEST_F(ViewInput, ChosenSizesStayInOtherWindows) {
-    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+TEST_F(RealInput, ChosenSizesStayInOtherWindows) {
     input_state("xdotool search --name halflight windowsize 500 400 sleep 1", "wait samples 1\nscreenshot @kept.png");
     const Image kept = png("kept.png");
     EXPECT_EQ(ivec2(kept.width, kept.height), ivec2(320, 240));
@@ -84,9 +95,6 @@ TEST_F(ViewInput, OtherEnvironmentsAreMetered) {
         wait samples 1
         window @d.png
         state @chosen.json)"));
-    const auto exposure = [&](const char* name) {
-        return nlohmann::json::parse(read_text(file(name)))["exposure"].get<double>();
-    };
     EXPECT_EQ(exposure("first.json"), 0);
     EXPECT_NEAR(exposure("bright.json"), -std::log2(5000), 3);
     EXPECT_EQ(exposure("undone.json"), 0);
@@ -105,9 +113,6 @@ TEST_F(ViewInput, PicturesAreMeteredOnRequest) {
         key M
         window @metered.png
         state @metered.json)"));
-    const auto exposure = [&](const char* name) {
-        return nlohmann::json::parse(read_text(file(name)))["exposure"].get<double>();
-    };
     EXPECT_EQ(exposure("first.json"), 0);
     EXPECT_EQ(exposure("bright.json"), 0) << "an edit of the light is not metered";
     EXPECT_NEAR(exposure("metered.json"), -std::log2(10000), 3);
@@ -209,8 +214,7 @@ TEST_F(ViewInput, RegionsTakeSamplesAndKeepThem) {
     EXPECT_EQ(view("region on\n").err, fmt::format("halflight: {}1: 'region' takes X0 Y0 X1 Y1 or off\n", at));
 }
 
-TEST_F(ViewInput, RegionsAreDrawnWithTheMouse) {
-    if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";
+TEST_F(RealInput, RegionsAreDrawnWithTheMouse) {
     const auto state = input_state(R"(
         xdotool key ctrl+b
         xdotool mousemove 140 120 mousedown 1
