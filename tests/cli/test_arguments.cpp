@@ -323,12 +323,16 @@ TEST_F(Refusal, LimitOfFileSize) {
             .wrapper = {"prlimit", "--fsize=" + std::to_string(kTooFewBytes)}});
 }
 
+/// Mounts a disk of this size at a folder that it makes; returns whether it may.
+bool mount_disk(const std::string& disk, int bytes) {
+    std::filesystem::create_directory(disk);
+    const std::string size = "size=" + std::to_string(bytes);
+    return mount("tmpfs", disk.c_str(), "tmpfs", 0, size.c_str()) == 0;
+}
+
 TEST_F(Refusal, DiskIsFull) {
     const std::string disk = folder / "disk";
-    std::filesystem::create_directory(disk);
-    const std::string size = "size=" + std::to_string(kTooFewBytes);
-    if (mount("tmpfs", disk.c_str(), "tmpfs", 0, size.c_str()) != 0)
-        GTEST_SKIP() << "needs the right to mount a small disk";
+    if (!mount_disk(disk, kTooFewBytes)) GTEST_SKIP() << "needs the right to mount a small disk";
     const Outcome outcome = run_program({"render", scene, disk + "/out.exr", "--width", "64", "--height", "64",
                                          "--samples", "1", "--aov", "all", "--quiet"});
     const bool empty = std::filesystem::is_empty(disk);
@@ -341,9 +345,7 @@ TEST_F(Refusal, DiskIsFull) {
 
 TEST_F(Refusal, PicturesAreNamedWhereStatisticsFail) {
     const std::string disk = folder / "disk";
-    std::filesystem::create_directory(disk);
-    if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=4096") != 0)
-        GTEST_SKIP() << "needs the right to mount a small disk";
+    if (!mount_disk(disk, 4096)) GTEST_SKIP() << "needs the right to mount a small disk";
     const Outcome outcome = run_program({"render", scene, folder / "out.exr", "--width", "16", "--height", "16",
                                          "--samples", "1", "--stats", disk + "/stats.json"});
     umount(disk.c_str());
