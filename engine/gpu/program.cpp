@@ -132,7 +132,8 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
 /// Expands a compute shader, for pieces where dispatches are limited in time.
 ExpandedSource expand_compute(const ShaderSource& source, const Defines& defines) {
     ExpandedSource expanded = expand(source, defines);
-    return run_limits().dispatch_seconds > 0 ? with_pieces(std::move(expanded)) : expanded;
+    if (run_limits().dispatch_seconds > 0) return with_pieces(std::move(expanded));
+    return expanded;
 }
 
 /// Returns Program::text() of a program with these stages.

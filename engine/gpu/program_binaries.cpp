@@ -18,16 +18,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Start of each file, before the key and the bytes.
+/// Start of each file, before the driver, the key and the bytes.
 struct Header {
     char magic[8];
-    std::uint64_t key_bytes;
     std::uint64_t binary_bytes;
     std::uint64_t format;
     std::uint64_t checksum;  // checksum of bytes and format
 };
 constexpr std::string_view kExtension = ".program";
-constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
+constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '2'};
 
 /// A file of the folder. Symbolic links are not followed, as they would lead to files of others.
 class CacheFile {
@@ -92,12 +91,10 @@ fs::path temporary_name(const fs::path& file) {
 ProgramBinaries::ProgramBinaries(fs::path folder, std::string driver, std::uint64_t max_bytes)
     : folder_(std::move(folder)), driver_(std::move(driver)), max_bytes_(max_bytes) {}
 
-std::string ProgramBinaries::full_key(std::string_view key) const {
-    return fmt::format("{}\n{}", driver_, key);
-}
-
 fs::path ProgramBinaries::file(std::string_view key) const {
-    return folder_ / fmt::format("{:016x}{}", hash_of(full_key(key)), kExtension);
+    Hash hash;
+    for (const std::string_view part : {std::string_view(driver_), key}) hash.add_bytes(part.data(), part.size());
+    return folder_ / fmt::format("{:016x}{}", hash.value(), kExtension);
 }
 
 std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
@@ -106,35 +103,31 @@ std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
     Header header;
     if (!content || content->size() < sizeof header) return std::nullopt;
     std::memcpy(&header, content->data(), sizeof header);
-    const std::string wanted = full_key(key);
-    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.key_bytes != wanted.size()) return std::nullopt;
-    if (content->size() - sizeof header < wanted.size()) return std::nullopt;
-    const std::string_view rest = std::string_view(*content).substr(sizeof header);
-    const std::string_view bytes = rest.substr(wanted.size());
-    if (rest.substr(0, wanted.size()) != wanted || bytes.size() != header.binary_bytes ||
-        (hash_of(bytes) ^ header.format) != header.checksum) {
-        return std::nullopt;
+    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) return std::nullopt;
+    std::string_view bytes = std::string_view(*content).substr(sizeof header);
+    for (const std::string_view part : {std::string_view(driver_), key}) {
+        if (!bytes.starts_with(part)) return std::nullopt;
+        bytes.remove_prefix(part.size());
     }
+    if (bytes.size() != header.binary_bytes || (hash_of(bytes) ^ header.format) != header.checksum) return std::nullopt;
     file_of_key.touch();
     return ProgramBinary{static_cast<std::uint32_t>(header.format), {bytes.begin(), bytes.end()}};
 }
 
 void ProgramBinaries::store(std::string_view key, const ProgramBinary& binary) const {
-    const std::string full = full_key(key);
     Header header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);
-    header.key_bytes = full.size();
     header.binary_bytes = binary.bytes.size();
     header.format = binary.format;
     header.checksum = hash_of({binary.bytes.data(), binary.bytes.size()}) ^ header.format;
-    if (sizeof header + full.size() + binary.bytes.size() > max_bytes_) return;
+    if (sizeof header + driver_.size() + key.size() + binary.bytes.size() > max_bytes_) return;
 
     std::error_code error;
     fs::create_directories(folder_, error);
     const fs::path path = file(key);
     const auto write_to = [&](const CacheFile& to) {
-        return to.write({reinterpret_cast<const char*>(&header), sizeof header}) && to.write(full) &&
-               to.write({binary.bytes.data(), binary.bytes.size()});
+        return to.write({reinterpret_cast<const char*>(&header), sizeof header}) && to.write(driver_) &&
+               to.write(key) && to.write({binary.bytes.data(), binary.bytes.size()});
     };
     // A killed process leaves nothing of a file without a name. Some file systems have no such files.
     if (const CacheFile unnamed(folder_ / ".", O_TMPFILE | O_WRONLY); unnamed.is_open()) {

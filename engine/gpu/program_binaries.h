@@ -33,8 +33,6 @@ class ProgramBinaries {
     std::filesystem::path file(std::string_view key) const;
 
   private:
-    std::string full_key(std::string_view key) const;
-
     std::filesystem::path folder_;
     std::string driver_;
     std::uint64_t max_bytes_;

@@ -58,23 +58,29 @@ class Expander {
 
     void add(const std::string& name, std::string_view text) {
         const std::size_t file = number_of(name);
-        open_.push_back(file);
+        there_[file].push_back(branch_);
         for (std::size_t number = 1; !text.empty(); ++number) {
             const std::size_t end = std::min(text.find('\n'), text.size());
             const std::string_view line = text.substr(0, end);
             text.remove_prefix(std::min(end + 1, text.size()));
-            if (directive(line, "version")) continue;
+            const std::string_view code = trimmed(line);
+            if ((code.empty() || code.starts_with("//")) && !out_.text.ends_with("\\\n")) continue;
+            if (directive(line, "version") || directive(line, "pragma once")) continue;
             if (const auto target = included(line)) {
                 include(*target, name, number);
                 continue;
             }
-            conditions_ += directive(line, "if") ? 1 : directive(line, "endif") ? -1 : 0;
+            if (directive(line, "if")) branch_.push_back(++last_branch_);
+            if (directive(line, "el") && !branch_.empty()) branch_.back() = ++last_branch_;  // #else, #elif
+            if (directive(line, "endif") && !branch_.empty()) branch_.pop_back();
             put(line, {file, number});
         }
-        open_.pop_back();
     }
 
   private:
+    /// Branches of conditions around a line, outermost first. Each number stands for one branch of one condition.
+    using Branch = std::vector<std::size_t>;
+
     /// Includes of other folders ("engine/...") are under #ifdef __cplusplus; the compiler skips them or reports an
     /// error.
     static std::optional<std::string> included(std::string_view line) {
@@ -85,29 +91,44 @@ class Expander {
         return std::string(target);
     }
 
-    /// Adds an included file. Only the compiler can evaluate conditions, so a file included under a condition has an
-    /// include guard macro, and is added again by later includes.
+    /// Returns whether the compiler has met the file whenever it meets the present line.
+    bool is_there(std::size_t file) const {
+        return std::ranges::any_of(there_[file], [&](const Branch& branch) {
+            return branch.size() <= branch_.size() && std::equal(branch.begin(), branch.end(), branch_.begin());
+        });
+    }
+
+    /// Adds an included file, unless it is there. Only the compiler can evaluate conditions: where it may have met the file
+    /// in another branch, a macro tells.
     void include(const std::string& target, const std::string& from, std::size_t line) {
         const std::size_t file = number_of(target);
-        if (there_[file] || std::ranges::find(open_, file) != open_.end()) return;
+        if (is_there(file)) return;
         const auto text = load(target);
         if (!text) throw Error(fmt::format("{}:{}", from, line), "there is no shader file \"{}\"", target);
-        there_[file] = conditions_ == 0;
-        if (there_[file] && !maybe_there_[file]) return add(target, *text);
-        maybe_there_[file] = true;
         const ExpandedSource::Line place{number_of(from), line};
-        put(fmt::format("#ifndef HALFLIGHT_INCLUDED_{0}\n#define HALFLIGHT_INCLUDED_{0}", file), place);
-        out_.lines.push_back(place);
+        const std::string macro = fmt::format("HALFLIGHT_INCLUDED_{}", file);
+        const bool maybe_there = !there_[file].empty();
+        if (maybe_there) {
+            put("#ifndef " + macro, place);
+            branch_.push_back(++last_branch_);
+        }
+        if (!branch_.empty()) put("#define " + macro, place);
         add(target, *text);
-        put("#endif", place);
+        if (maybe_there) {
+            put("#endif", place);
+            // What the file includes is there as well, whichever include has added the file.
+            for (std::vector<Branch>& branches : there_)
+                if (std::ranges::find(branches, branch_) != branches.end())
+                    branches.emplace_back(branch_.begin(), branch_.end() - 1);
+            branch_.pop_back();
+        }
     }
 
     std::size_t number_of(const std::string& name) {
         const auto found = std::ranges::find(out_.files, name);
         if (found != out_.files.end()) return static_cast<std::size_t>(found - out_.files.begin());
         out_.files.push_back(name);
-        there_.push_back(false);
-        maybe_there_.push_back(false);
+        there_.emplace_back();
         return out_.files.size() - 1;
     }
 
@@ -117,10 +138,9 @@ class Expander {
     }
 
     ExpandedSource& out_;
-    std::vector<bool> there_;        // whether each file is included unconditionally
-    std::vector<bool> maybe_there_;  // whether each file is included under a condition
-    std::vector<std::size_t> open_;  // files being expanded
-    int conditions_ = 0;             // nesting depth of conditions
+    std::vector<std::vector<Branch>> there_;  // branches in which each file was added
+    Branch branch_;                           // that of the present line
+    std::size_t last_branch_ = 0;
 };
 
 }  // namespace

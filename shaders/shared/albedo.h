@@ -1,6 +1,5 @@
 // Coordinates in the directional albedo table (engine/tables/albedo.h).
-#ifndef HALFLIGHT_SHARED_ALBEDO_H
-#define HALFLIGHT_SHARED_ALBEDO_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -100,5 +99,3 @@ inline
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,7 +1,6 @@
 // Data layers per pixel, by path index. A layer that needs a new value at the pixel's centre adds a field to AovRecord
 // and fills it in aov_record(); its row in engine/settings/layers.cpp reads it.
-#ifndef HALFLIGHT_SHARED_AOV_H
-#define HALFLIGHT_SHARED_AOV_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -65,5 +64,3 @@ struct DebugRecord {
 HALFLIGHT_SHARED_SIZE(DebugRecord, 20)
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,7 +1,6 @@
 // Texture units of the scene tables, one place for C++ and GLSL: every kernel shares them. A kernel's own blocks,
 // images and textures have no number in the code; they are bound by name (engine/gpu/program_slots.h).
-#ifndef HALFLIGHT_SHARED_BINDINGS_H
-#define HALFLIGHT_SHARED_BINDINGS_H
+#pragma once
 
 // The textures are texture buffers unless said otherwise. Unit 0 stays free: samplers without a layout unit read it.
 #define UNIT_NODES 1               // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
@@ -27,5 +26,3 @@
 #define UNIT_TILE_SLOTS 25         // R32UI: slot of each tile of textures
 #define UNIT_LIGHT_GROUPS 26       // R32UI: light group of each light
 #define UNIT_FREE 27               // first unit for a kernel's own textures
-
-#endif

@@ -34,8 +34,7 @@
 //          triangle. Ids have kBvhPageAlpha set where the triangle needs the alpha test.
 // Distances and corners do not depend on the slot. References to nodes and pairs are their texels; those to leaves also
 // have the number of pairs, shifted by kBvhPageCountShift.
-#ifndef HALFLIGHT_SHARED_BVH_H
-#define HALFLIGHT_SHARED_BVH_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -85,5 +84,3 @@ HALFLIGHT_SHARED_CONST uint kBvhPageAlpha = 0x40000000u;
 HALFLIGHT_SHARED_CONST float kGridCells = 65535.0f;
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,7 +1,6 @@
 // Moving vertices by joints (glTF 2.0, section 3.7.3.3), one copy for C++ and GLSL. It uses doubles, step by step and
 // without contractions, so that both compute the same bits for a vertex, wherever joints are.
-#ifndef HALFLIGHT_SHARED_DEFORM_H
-#define HALFLIGHT_SHARED_DEFORM_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -80,5 +79,3 @@ HALFLIGHT_SHARED_FUNCTION dvec3 joint_normal(JointNormals m, dvec3 n) {
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

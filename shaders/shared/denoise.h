@@ -1,6 +1,5 @@
 // Constants of the denoiser and of the filter of previews (passes/picture/denoiser.h).
-#ifndef HALFLIGHT_SHARED_DENOISE_H
-#define HALFLIGHT_SHARED_DENOISE_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -25,5 +24,3 @@ HALFLIGHT_SHARED_CONST float kLeastLight = 1e-20f;
 HALFLIGHT_SHARED_CONST float kMostSquared = 1e15f;
 
 HALFLIGHT_SHARED_END
-
-#endif

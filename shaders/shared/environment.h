@@ -19,8 +19,7 @@
 //
 // Blocks are the children of the last level that lobes have. A lobe belongs to a cell of kEnvironmentLobes^2 in an
 // octahedral map of receivers' normals (Meyer et al. 2010); the last lobe belongs to receivers without a normal.
-#ifndef HALFLIGHT_SHARED_ENVIRONMENT_H
-#define HALFLIGHT_SHARED_ENVIRONMENT_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -36,5 +35,3 @@ HALFLIGHT_SHARED_FUNCTION int environment_lobe_texels(int levels) {
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,6 +1,5 @@
 // Constants of one sample of one band. Uniform block FrameBlock; the layout is the same in std140 and std430.
-#ifndef HALFLIGHT_SHARED_FRAME_H
-#define HALFLIGHT_SHARED_FRAME_H
+#pragma once
 
 #include "shaders/shared/optics.h"
 #include "shaders/shared/portable.h"
@@ -45,5 +44,3 @@ struct Frame {
 HALFLIGHT_SHARED_SIZE(Frame, 336)
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,7 +1,6 @@
 // Block instance rows (UNIT_INSTANCES, RGBA32F; instance_rows()): kInstanceStride texels per BlockInstance. A matrix
 // row holds the three coefficients and, in w, the translation.
-#ifndef HALFLIGHT_SHARED_INSTANCES_H
-#define HALFLIGHT_SHARED_INSTANCES_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -13,5 +12,3 @@ HALFLIGHT_SHARED_CONST int kInstanceWorldToBlock = 3;  // rows of world_to_block
 HALFLIGHT_SHARED_CONST int kInstanceMoved = 6;         // x: 0 where the matrix is exactly 1, else 1
 
 HALFLIGHT_SHARED_END
-
-#endif

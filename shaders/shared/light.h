@@ -21,8 +21,7 @@
 // Light of a triangle (UNIT_LIGHT_OF_TRIANGLE, R32UI): entry t of the first triangle_count is the rank of triangle t
 // among the emissive triangles of its block, or kNoLight. With HALFLIGHT_INSTANCES, entry triangle_count + i is the
 // first light of block instance i, and the light is the sum of both.
-#ifndef HALFLIGHT_SHARED_LIGHT_H
-#define HALFLIGHT_SHARED_LIGHT_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -58,5 +57,3 @@ struct Receiver {
 HALFLIGHT_SHARED_SIZE(Receiver, 32)
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -24,8 +24,7 @@
 // The tree and the environment make `share` of the selections, the alias table makes the rest. A light's trail is its
 // path: bits 2 d and 2 d + 1 are the child taken after d steps, and the bit above those of a pair selects one of its
 // lights. No trail has more than kLightTreeDepth bits.
-#ifndef HALFLIGHT_SHARED_LIGHT_TREE_H
-#define HALFLIGHT_SHARED_LIGHT_TREE_H
+#pragma once
 
 #include "shaders/shared/light.h"
 #include "shaders/shared/portable.h"
@@ -154,5 +153,3 @@ HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, 
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,6 +1,5 @@
 // Constants of material rows. shaders/lib/material_properties.glsl lists the rows.
-#ifndef HALFLIGHT_SHARED_MATERIAL_H
-#define HALFLIGHT_SHARED_MATERIAL_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -9,5 +8,3 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST float kAlphaBlend = -1.0f;  // alpha cutoff of materials that blend; 0: opaque
 
 HALFLIGHT_SHARED_END
-
-#endif

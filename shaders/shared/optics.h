@@ -1,7 +1,6 @@
 // Projections that no rasterizer draws, and pictures of two eyes: the direction of a camera ray, and its inverse
 // (SHADING.md, Projections and eyes). Camera coordinates have x to the right, y up and z backwards.
-#ifndef HALFLIGHT_SHARED_OPTICS_H
-#define HALFLIGHT_SHARED_OPTICS_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -131,5 +130,3 @@ HALFLIGHT_SHARED_FUNCTION vec2 way_of_plane(Optics o, bool second, vec2 before, 
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,6 +1,5 @@
 // State of a path between kernels, at its path index.
-#ifndef HALFLIGHT_SHARED_PATH_H
-#define HALFLIGHT_SHARED_PATH_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -45,5 +44,3 @@ HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // radiances and albedos only; n
 HALFLIGHT_SHARED_CONST uint kBadKinds = 3u;
 
 HALFLIGHT_SHARED_END
-
-#endif

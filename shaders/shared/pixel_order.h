@@ -1,8 +1,7 @@
 // Mapping between path index and pixel of a band. 256 consecutive paths are one 16x16 block in Morton order, so 64 are
 // one 8x8 tile. Block rows are interleaved, even ones first. Software drivers give the first half of the work groups to
 // one thread and the second half to another. Top and bottom of a picture seldom have equal costs.
-#ifndef HALFLIGHT_SHARED_PIXEL_ORDER_H
-#define HALFLIGHT_SHARED_PIXEL_ORDER_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -42,5 +41,3 @@ HALFLIGHT_SHARED_FUNCTION uint path_of_pixel(uvec2 pixel, uvec2 tiles) {
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

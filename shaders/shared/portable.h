@@ -1,6 +1,5 @@
 // Macros that let one header serve C++ (GLM types, sizes asserted) and GLSL 4.50 (std430).
-#ifndef HALFLIGHT_SHARED_PORTABLE_H
-#define HALFLIGHT_SHARED_PORTABLE_H
+#pragma once
 
 #ifdef __cplusplus
 #include "engine/core/math.h"
@@ -19,6 +18,4 @@
 #define HALFLIGHT_SHARED_CONST const
 #define HALFLIGHT_SHARED_FUNCTION
 #define HALFLIGHT_SHARED_PRECISE precise
-#endif
-
 #endif

@@ -1,6 +1,5 @@
 // Constants shared by the preview modes: their ends, and the meaning of texels at borders.
-#ifndef HALFLIGHT_SHARED_PREVIEW_H
-#define HALFLIGHT_SHARED_PREVIEW_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -20,5 +19,3 @@ HALFLIGHT_SHARED_CONST uint kRefusedInfinite = 1u;
 HALFLIGHT_SHARED_CONST uint kRefusedKinds = 2u;
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,7 +1,6 @@
 // World-space radiance cache of the preview: light at the second vertices of paths. All vertices in one cell of a hash
 // grid share it (passes/light/radiance_cache.h).
-#ifndef HALFLIGHT_SHARED_RADIANCE_CACHE_H
-#define HALFLIGHT_SHARED_RADIANCE_CACHE_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -71,5 +70,3 @@ struct CacheCounts {
 HALFLIGHT_SHARED_SIZE(CacheCounts, 4)
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -3,8 +3,7 @@
 // A box (`boxes`, RGBA32F) is two texels: lower end, upper end. For boxes of leaves, w holds the node and the set of
 // its children, as words (shaders/shared/word.h). An entry of a tile's list is a node and a set of its children. From
 // bit kRasterSlotShift on, it has a bit for each child that rays of the tile can meet.
-#ifndef HALFLIGHT_SHARED_RASTER_H
-#define HALFLIGHT_SHARED_RASTER_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -15,5 +14,3 @@ HALFLIGHT_SHARED_CONST uint kRasterList = 32u;        // entries of a tile's lis
 HALFLIGHT_SHARED_CONST int kRasterSlotShift = 25;
 
 HALFLIGHT_SHARED_END
-
-#endif

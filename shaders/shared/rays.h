@@ -1,6 +1,5 @@
 // Ray, Hit and list structs: one copy for C++ and GLSL.
-#ifndef HALFLIGHT_SHARED_RAYS_H
-#define HALFLIGHT_SHARED_RAYS_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -41,5 +40,3 @@ HALFLIGHT_SHARED_CONST uint kOccluded = 1u;
 HALFLIGHT_SHARED_CONST uint kUnfinished = 2u;
 
 HALFLIGHT_SHARED_END
-
-#endif

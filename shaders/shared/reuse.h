@@ -1,7 +1,6 @@
 // Path reuse across pixels: the second vertex of a path, for the other paths of its group (shaders/SHADING.md, Path
 // reuse).
-#ifndef HALFLIGHT_SHARED_REUSE_H
-#define HALFLIGHT_SHARED_REUSE_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -49,5 +48,3 @@ HALFLIGHT_SHARED_SIZE(ReusePoint, 80)
 HALFLIGHT_SHARED_CONST int kReusePointTexels = 5;  // number of texels of four floats without layers
 
 HALFLIGHT_SHARED_END
-
-#endif

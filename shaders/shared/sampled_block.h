@@ -1,6 +1,5 @@
 // Blocks of pixels that an adaptive run samples.
-#ifndef HALFLIGHT_SHARED_SAMPLED_BLOCK_H
-#define HALFLIGHT_SHARED_SAMPLED_BLOCK_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -20,5 +19,3 @@ struct SampledBlock {
 HALFLIGHT_SHARED_SIZE(SampledBlock, 16)
 
 HALFLIGHT_SHARED_END
-
-#endif

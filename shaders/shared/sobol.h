@@ -1,8 +1,7 @@
 // Owen-scrambled Sobol points, one copy for C++ and GLSL: padded pairs of the first two Sobol dimensions with shuffled
 // indices (Burley 2020, Practical Hash-based Owen Scrambling, JCGT 9(4)). The Laine-Karras hash has the constants of
 // Vegdahl 2021, "Building a Better LK Hash". All arithmetic is on 32-bit integers, so the bits are equal everywhere.
-#ifndef HALFLIGHT_SHARED_SOBOL_H
-#define HALFLIGHT_SHARED_SOBOL_H
+#pragma once
 
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/portable.h"
@@ -145,5 +144,3 @@ HALFLIGHT_SHARED_FUNCTION vec2 sample_2d(Sampler s, uint dimension) {
 }
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -1,6 +1,5 @@
 // Specular chains: the vertices of a path from the camera over mirrors and clear glass to the first other surface.
-#ifndef HALFLIGHT_SHARED_SPECULAR_CHAIN_H
-#define HALFLIGHT_SHARED_SPECULAR_CHAIN_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -43,5 +42,3 @@ struct ChainPlace {
 HALFLIGHT_SHARED_SIZE(ChainPlace, 96)
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -9,8 +9,7 @@
 //   row 4   diffuse albedo; probability of transmission
 //   with HALFLIGHT_GLOSSY and others: pack_bsdf() in shaders/lib/bsdf_record.glsl
 // The names are those of struct Bsdf. record_rows() in engine/scene/material_properties.h returns the number of rows.
-#ifndef HALFLIGHT_SHARED_SURFACE_H
-#define HALFLIGHT_SHARED_SURFACE_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -20,5 +19,3 @@ HALFLIGHT_SHARED_CONST int kBsdfRow = 2;           // first row of pack_bsdf()
 HALFLIGHT_SHARED_CONST int kLeastSurfaceRows = 5;  // rows of every record
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -14,8 +14,7 @@
 // HALFLIGHT_TILED_TEXTURES: textures are cut into tiles, of which some are in the slots of one pool with two views
 // (engine/paging/tile_pool.h). Component x of texel 0 is then the texture's first tile. Its tiles follow each other row
 // by row. A table has the slot of each tile. Tiles of colour and of data take as many bytes, so data tiles are wider.
-#ifndef HALFLIGHT_SHARED_TEXTURE_H
-#define HALFLIGHT_SHARED_TEXTURE_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -45,5 +44,3 @@ HALFLIGHT_SHARED_CONST uint kTextureUvSet1 = 32u;
 HALFLIGHT_SHARED_CONST uint kTextureLastLevelShift = 8u;  // bits 8-12: number of the last mip level
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -15,8 +15,7 @@
 // Entries have two more boxes with instances. Entries inside an instance add the instance's own box with its index,
 // and the box in the units of its block with the block's head. Their first box surrounds the latter, in the tile list's
 // units. Other entries add their box again, with kNoInstance or the instance that they are, and any third box.
-#ifndef HALFLIGHT_SHARED_TILE_LIST_H
-#define HALFLIGHT_SHARED_TILE_LIST_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 #include "shaders/shared/rays.h"
@@ -65,5 +64,3 @@ struct BatchCounts {
 HALFLIGHT_SHARED_SIZE(BatchCounts, 20)
 
 HALFLIGHT_SHARED_END
-
-#endif

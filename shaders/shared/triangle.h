@@ -1,6 +1,5 @@
 // Flags of triangles that kernels read: bits of the word w of TraceTables::triangles, above the material.
-#ifndef HALFLIGHT_SHARED_TRIANGLE_H
-#define HALFLIGHT_SHARED_TRIANGLE_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -9,5 +8,3 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST uint kTriangleCatcher = 0x40000000u;  // part of a shadow catcher
 
 HALFLIGHT_SHARED_END
-
-#endif

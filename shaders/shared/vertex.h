@@ -8,8 +8,7 @@
 // Merged meshes are in world space, shared ones in block space. Normals are transformed by the inverse transpose, and
 // tangents by the matrix. Neither is normalized, only scaled by one factor per mesh, because SHADING.md interpolates
 // first. The handedness includes the sign of a merged instance's determinant.
-#ifndef HALFLIGHT_SHARED_VERTEX_H
-#define HALFLIGHT_SHARED_VERTEX_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -20,5 +19,3 @@ HALFLIGHT_SHARED_CONST int kVertexUvTexel = 1;
 HALFLIGHT_SHARED_CONST int kVertexTangentTexel = 2;
 
 HALFLIGHT_SHARED_END
-
-#endif

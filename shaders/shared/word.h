@@ -1,6 +1,5 @@
 // Whole numbers below 2^29 in rows of floats: as bits of a normal float, which no texture unit flushes or quiets.
-#ifndef HALFLIGHT_SHARED_WORD_H
-#define HALFLIGHT_SHARED_WORD_H
+#pragma once
 
 #include "shaders/shared/portable.h"
 
@@ -33,5 +32,3 @@ uvec4 words_of_floats(vec4 values) {
 #endif
 
 HALFLIGHT_SHARED_END
-
-#endif

@@ -74,6 +74,35 @@ TEST(ShaderSource, IncludesOnceAndKnowsWhereLinesComeFrom) {
     EXPECT_EQ(out.lines[3].number, 3u);
 }
 
+TEST(ShaderSource, LeavesOutCommentsAndEmptyLines) {
+    const ExpandedSource out = expand({"own", "// a\n\nint a;  // b\n  // c\n#define B \\\n\nint b;"});
+    EXPECT_EQ(out.text, "#version 450 core\nint a;  // b\n#define B \\\n\nint b;\n");
+    EXPECT_EQ(out.lines.back().number, 7u);
+}
+
+TEST(ShaderSource, IncludesAgainOnlyWhereAConditionMayHaveLeftOutAFile) {
+    const ShaderFolder folder;
+    folder.add("lib/a.glsl", "int a;\n");
+    folder.add("lib/b.glsl", "#pragma once\n#include \"shaders/lib/a.glsl\"\nint b;\n");
+    const std::string a = "#include \"shaders/lib/a.glsl\"\n", b = "#include \"shaders/lib/b.glsl\"\n";
+    const auto times = [](const std::string& text, std::string_view what) {
+        std::size_t count = 0;
+        for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+        return count;
+    };
+    // In the same branch and those inside it, the file is there.
+    const std::string inside = expand({"own", "#ifdef X\n" + b + a + "#if Y\n" + a + "#endif\n#endif\n"}).text;
+    EXPECT_EQ(times(inside, "int a;"), 1u);
+    // In another branch, and after both, it may not be there. What it includes comes with it.
+    const std::string beside =
+        expand({"own", "#ifdef X\n" + b + "#else\n" + a + "#endif\n" + b + a + b + "#ifdef Z\n" + a + "#endif\n"}).text;
+    EXPECT_EQ(times(beside, "int a;"), 3u);
+    EXPECT_EQ(times(beside, "int b;"), 2u);
+    // A file that includes itself ends.
+    folder.add("lib/loop.glsl", "#include \"shaders/lib/loop.glsl\"\nint loop;\n");
+    EXPECT_EQ(times(expand("shaders/lib/loop.glsl").text, "int loop;"), 1u);
+}
+
 TEST(ShaderSource, MissingFilesAreNamedWithTheirLine) {
     EXPECT_EQ(error_message([] { expand("shaders/nowhere.comp"); }),
               "shaders/nowhere.comp: there is no such shader file");
