@@ -109,6 +109,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
     if (settings.denoise) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
     executor.measure(settings.measure);
+    executor.compile_ahead(!page_rows && !needs().tiles);  // else, passes replace tables that kernels bind
     places.resize(1);
     compiled(0);
     std::size_t bytes = 0;

@@ -39,7 +39,7 @@ uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 #include "shaders/lib/hit_texels.glsl"
 #include "shaders/lib/ray_texels.glsl"
 #else
-uniform usampler2D visibility;
+layout(rg32ui) readonly uniform uimage2D visibility;
 #ifdef HALFLIGHT_STORE_RAYS
 layout(std430) writeonly buffer Rays { Ray rays[]; };
 #endif

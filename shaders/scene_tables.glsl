@@ -11,13 +11,13 @@ layout(binding = UNIT_DATA_TEXELS) uniform samplerBuffer data_texels;
 layout(binding = UNIT_LIGHTS) uniform samplerBuffer scene_lights;
 layout(binding = UNIT_LIGHT_ALIAS) uniform samplerBuffer light_alias;
 layout(binding = UNIT_LIGHT_OF_TRIANGLE) uniform usamplerBuffer light_of_triangle;
-layout(binding = UNIT_ENVIRONMENT) uniform sampler2D environment_map;
+layout(binding = UNIT_ENVIRONMENT) uniform samplerBuffer environment_map;
 layout(binding = UNIT_ENVIRONMENT_WARP) uniform samplerBuffer environment_warp;
 layout(binding = UNIT_LIGHT_TREE) uniform usamplerBuffer light_tree;
 #ifdef HALFLIGHT_LIGHT_GROUPS
 layout(binding = UNIT_LIGHT_GROUPS) uniform usamplerBuffer light_groups;
 #endif
-layout(binding = UNIT_ALBEDO) uniform sampler2D albedo_table;
+layout(binding = UNIT_ALBEDO) uniform samplerBuffer albedo_table;
 #ifdef HALFLIGHT_TILED_TEXTURES
 layout(binding = UNIT_TILE_SLOTS) uniform usamplerBuffer tile_slots;
 #endif

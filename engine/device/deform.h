@@ -11,7 +11,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/scene/deformer.h"
 
 namespace halflight {

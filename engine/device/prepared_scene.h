@@ -10,7 +10,7 @@
 
 #include "engine/device/scene_buffers.h"
 #include "engine/gpu/context.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/paging/moving_pages.h"
 #include "engine/paging/page_pool.h"
 #include "engine/rays/hierarchies.h"

@@ -14,17 +14,6 @@
 namespace halflight {
 namespace {
 
-gpu::Texture table_texture(const char* name, const Image& image, GLenum format) {
-    gpu::TextureDesc desc;
-    desc.width = std::max(image.width, 1);
-    desc.height = std::max(image.height, 1);
-    desc.format = format;
-    gpu::Texture texture(name, desc);
-    if (!image.pixels.empty()) texture.upload(std::span<const float>(image.pixels));
-    texture.set_filter(GL_LINEAR);
-    return texture;
-}
-
 /// Returns the logarithm of the texels that a texture buffer can have, rounded down.
 unsigned texture_buffer_shift() {
     GLint texels = 0;
@@ -48,10 +37,6 @@ std::vector<std::uint32_t> instances_by_block(const TraceTables& trace) {
     return order;
 }
 
-bool same_image(const Image& a, const Image& b) {
-    return a.width == b.width && a.height == b.height && a.channels == b.channels && a.pixels == b.pixels;
-}
-
 }  // namespace
 
 SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift,
@@ -61,9 +46,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
       positions_("positions", 0),
       indices_("triangle indices", 0),
       instance_rows_("block instances", 0),
-      instances_("instances by block", 0),
-      environment_(table_texture("environment", shading.environment, GL_RGB32F)),
-      albedo_(table_texture("directional albedo", shading.albedo, GL_RG32F)) {
+      instances_("instances by block", 0) {
     const auto add = [&](GLuint unit, GLenum format, const char* name) { view(unit, format, name); };
     add(UNIT_TRIANGLES, GL_RGBA32UI, "triangles");
     add(UNIT_VERTICES, GL_RGBA32F, "vertex attributes");
@@ -75,7 +58,9 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table");
     add(UNIT_LIGHT_TREE, GL_RGBA32UI, "light tree");
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
+    add(UNIT_ENVIRONMENT, GL_RGB32F, "environment");
     add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, "environment warp");
+    add(UNIT_ALBEDO, GL_RG32F, "directional albedo");
     add(UNIT_LIGHT_GROUPS, GL_R32UI, "light groups");
     update_tables(trace, shading, nullptr);
 }
@@ -109,10 +94,6 @@ void SceneBuffers::bring_pool(const char* name, GLuint unit, GLuint more_units, 
 }
 
 void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
-    if (!last || !same_image(last->shading.environment, shading.environment))
-        environment_ = table_texture("environment", shading.environment, GL_RGB32F);
-    if (!last || !same_image(last->shading.albedo, shading.albedo))
-        albedo_ = table_texture("directional albedo", shading.albedo, GL_RG32F);
     update_tables(trace, shading, last);
 }
 
@@ -155,6 +136,8 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
     bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
     bring(UNIT_LIGHT_GROUPS, shading.light_groups, shaded ? &shaded->light_groups : nullptr);
+    bring(UNIT_ENVIRONMENT, shading.environment.pixels, shaded ? &shaded->environment.pixels : nullptr);
+    bring(UNIT_ALBEDO, shading.albedo.pixels, shaded ? &shaded->albedo.pixels : nullptr);
     bring(UNIT_ENVIRONMENT_WARP, shading.environment_warp, shaded ? &shaded->environment_warp : nullptr);
     bind();  // bind() reports tables beyond the driver's limits
     set_draws(trace);
@@ -191,8 +174,7 @@ std::size_t SceneBuffers::widest_record_bytes() const {
 }
 
 std::size_t SceneBuffers::bytes() const {
-    std::size_t total = positions_.bytes() + indices_.bytes() + instance_rows_.bytes() + instances_.bytes() +
-                        gpu::texture_bytes(environment_.desc()) + gpu::texture_bytes(albedo_.desc());
+    std::size_t total = positions_.bytes() + indices_.bytes() + instance_rows_.bytes() + instances_.bytes();
     for (const View& v : views_) total += v.buffer.bytes();
     if (tiles_) total += tiles_->bytes();
     return total;
@@ -202,8 +184,6 @@ void SceneBuffers::bind() const {
     for (const View& v : views_) v.buffer.bind_texture(v.unit, v.format);
     positions_.bind_texture(UNIT_POSITIONS, GL_RGB32F);
     instance_rows_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
-    environment_.bind(UNIT_ENVIRONMENT);
-    albedo_.bind(UNIT_ALBEDO);
     if (tiles_) tiles_->bind();
 }
 

@@ -84,8 +84,6 @@ class SceneBuffers {
     gpu::Buffer indices_;  // three indices per triangle, for the rasterizer
     gpu::Buffer instance_rows_;
     gpu::Buffer instances_;  // block instances, sorted by block
-    gpu::Texture environment_;
-    gpu::Texture albedo_;
     gpu::Object<gpu::delete_vertex_array> vertex_array_;
 };
 

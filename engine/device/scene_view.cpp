@@ -1,11 +1,20 @@
 #include "engine/device/scene_view.h"
 
+#include "engine/paging/row_gather.h"
+
 namespace halflight {
 
 gpu::Defines SceneView::camera_defines(gpu::Defines others) const {
     if (lens) others.set("HALFLIGHT_LENS");
     if (optics) others.set("HALFLIGHT_OPTICS");
     return others;
+}
+
+std::function<void(graph::Resources&, const gpu::Program&)> SceneView::bind_scene() const {
+    return [&scene = scene, rows = rows](graph::Resources&, const gpu::Program&) {
+        scene.bind();
+        if (rows) rows->bind();
+    };
 }
 
 void SceneView::read_frame(graph::Pass& pass) const {

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "engine/device/scene_buffers.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/tracer.h"
 
@@ -52,6 +52,8 @@ struct SceneView {
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
     bool optics = false;                      // camera rays follow shaders/shared/optics.h
 
+    /// Returns the binding of the scene's tables, for Pass::kernel().
+    std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;
     /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, or light groups.

@@ -1,6 +1,7 @@
 #include "engine/gpu/buffer.h"
 
 #include <bit>
+#include <mutex>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -84,6 +85,9 @@ void Buffer::bind_uniform(GLuint index) const {
 }
 
 GLuint Buffer::texture(GLenum format) const {
+    // Programs that are compiled ahead get their textures on another thread (program_cache.h).
+    static std::mutex mutex;
+    const std::lock_guard lock(mutex);
     for (const auto& [view_format, view] : views_) {
         if (view_format == format) return view.id();
     }

@@ -89,6 +89,10 @@ std::vector<Device> egl_devices(const char* client_extensions) {
     return devices;
 }
 
+[[noreturn]] void fail(std::string_view what) {
+    throw Error("", "{} ({})", what, error_name(eglGetError()));
+}
+
 /// The displays that contexts of the process have initialised.
 class Displays {
   public:
@@ -125,14 +129,22 @@ std::vector<Device> enumerate_devices() {
 }
 
 EglContext::EglContext(const Device& device, bool debug) {
-    const auto fail = [](std::string_view what) { throw Error("", "{} ({})", what, error_name(eglGetError())); };
     const auto get_display = function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
     void* native = device.native != nullptr ? device.native : EGL_DEFAULT_DISPLAY;
     display_ = get_display ? get_display(device.platform, native, nullptr) : EGL_NO_DISPLAY;
     // Displays are shared by the whole process and cannot be distinguished from another user's, so they stay
     // initialised until release_driver().
+    if (display_ == EGL_NO_DISPLAY) fail("no display");
+    create(debug, EGL_NO_CONTEXT);
+}
+
+EglContext::EglContext(EGLDisplay display, EGLContext other) : display_(display) {
+    create(false, other);
+}
+
+void EglContext::create(bool debug, EGLContext shared) {
     EGLint major = 0, minor = 0;
-    if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, &major, &minor)) fail("no display");
+    if (!eglInitialize(display_, &major, &minor)) fail("no display");
     displays().add(display_);
     const char* extensions = eglQueryString(display_, EGL_EXTENSIONS);
     if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) throw Error("", "needs a surface");
@@ -159,7 +171,7 @@ EglContext::EglContext(const Device& device, bool debug) {
         if (extras > 0) all.insert(all.end(), reset.begin(), reset.end());
         if (extras > 1) all.insert(all.end(), robust.begin(), robust.end());
         all.push_back(EGL_NONE);
-        context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, all.data());
+        context_ = eglCreateContext(display_, config, shared, all.data());
         if (context_ != EGL_NO_CONTEXT) break;
     }
     if (context_ == EGL_NO_CONTEXT) fail("no OpenGL 4.5 core context");

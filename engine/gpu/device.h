@@ -29,6 +29,8 @@ class EglContext {
   public:
     /// Throws Error with the reason if the device provides no such context.
     EglContext(const Device& device, bool debug);
+    /// Creates a context that shares objects with `other`, a context of EGL that may be current on another thread.
+    EglContext(EGLDisplay display, EGLContext other);
     EglContext(EglContext&& other) noexcept
         : display_(other.display_), context_(std::exchange(other.context_, EGL_NO_CONTEXT)) {}
     EglContext& operator=(EglContext&&) = delete;
@@ -36,6 +38,8 @@ class EglContext {
     void make_current() const;
 
   private:
+    void create(bool debug, EGLContext shared);
+
     EGLDisplay display_;
     EGLContext context_ = EGL_NO_CONTEXT;
 };

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "engine/core/error.h"
-#include "engine/core/steps.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/kept_sources.h"
 #include "engine/gpu/program_limits.h"
@@ -136,29 +135,6 @@ ExpandedSource expand_compute(const ShaderSource& source, const Defines& defines
     return expanded;
 }
 
-/// Returns Program::text() of a program with these stages.
-std::string text_of(const std::vector<ShaderSource>& stages, const Defines& defines) {
-    if (stages.size() == 1) return expand_compute(stages[0], defines).text;
-    std::string text;
-    for (const ShaderSource& stage : stages) {
-        if (!text.empty()) text += '\0';
-        text += expand(stage, defines).text;
-    }
-    return text;
-}
-
-/// Adds a source with its own text, if any, so that generated text is part of the key.
-void add_to_key(std::string& key, const ShaderSource& source) {
-    ((key += source.name) += '\0') += source.text;
-    key += '\0';
-}
-
-void add_to_key(std::string& key, const Defines& defines) {
-    for (const auto& [name, value] : defines.values()) {
-        (((key += name) += '=') += value) += '\0';
-    }
-}
-
 std::uint64_t next_serial() {
     static std::atomic<std::uint64_t> last = 0;
     return ++last;
@@ -179,6 +155,16 @@ void check_size(std::string_view program, const Slot& slot, const Buffer& buffer
 }
 
 }  // namespace
+
+std::string program_text(const std::vector<ShaderSource>& stages, const Defines& defines) {
+    if (stages.size() == 1) return expand_compute(stages[0], defines).text;
+    std::string text;
+    for (const ShaderSource& stage : stages) {
+        if (!text.empty()) text += '\0';
+        text += expand(stage, defines).text;
+    }
+    return text;
+}
 
 Program::Program(std::string name, std::string text, GLuint id)
     : name_(std::move(name)),
@@ -373,47 +359,6 @@ void Program::dispatch_indirect(const Buffer& arguments, std::size_t offset) con
 void Program::draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances) const {
     bind();
     glDrawArraysInstanced(mode, 0, static_cast<GLsizei>(vertices), static_cast<GLsizei>(instances));
-}
-
-Program ProgramCache::made(const Entry& entry) {
-    begin_step("compiling shaders");
-    std::optional<Program> program;
-    seconds_ += timed([&] {
-        program.emplace(entry.stages.size() == 1
-                            ? Program::compute(entry.stages[0], entry.defines, binaries_)
-                            : Program::graphics(entry.stages[0], entry.stages[1], entry.defines, binaries_));
-    });
-    end_step();
-    return std::move(*program);
-}
-
-template <class... Stages>
-const Program& ProgramCache::get(const Defines& defines, const Stages&... stages) {
-    std::string key;
-    (add_to_key(key, stages), ...);
-    add_to_key(key, defines);
-    if (const auto found = entries_.find(key); found != entries_.end()) return *found->second.program;
-    Entry entry{{stages...}, defines, nullptr};
-    entry.program = std::make_unique<Program>(made(entry));
-    return *entries_.emplace(std::move(key), std::move(entry)).first->second.program;
-}
-
-const Program& ProgramCache::compute(const ShaderSource& source, const Defines& defines) {
-    return get(defines, source);
-}
-
-const Program& ProgramCache::graphics(const ShaderSource& vertex, const ShaderSource& fragment,
-                                      const Defines& defines) {
-    return get(defines, vertex, fragment);
-}
-
-std::size_t ProgramCache::reload() {
-    std::vector<std::pair<Program*, Program>> changed;
-    for (const auto& [key, entry] : entries_)
-        if (text_of(entry.stages, entry.defines) != entry.program->text())
-            changed.emplace_back(entry.program.get(), made(entry));
-    for (auto& [old, program] : changed) *old = std::move(program);
-    return changed.size();
 }
 
 }  // namespace halflight::gpu

@@ -7,7 +7,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "engine/core/math.h"
@@ -100,36 +99,7 @@ class Program {
     mutable std::uint64_t last_groups_ = ~std::uint64_t{0};  // workgroups of the last indirect dispatch that were read
 };
 
-/// Owner of every variant of a program, each compiled once. References stay valid as long as the cache; reload()
-/// replaces the programs that they refer to.
-class ProgramCache {
-  public:
-    /// Creates a cache. `binaries` is as for Program and must outlive the cache.
-    explicit ProgramCache(const ProgramBinaries* binaries = nullptr) : binaries_(binaries) {}
-
-    const Program& compute(const ShaderSource& source, const Defines& defines = {});
-    const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
-
-    /// Recompiles the programs whose shaders have changed (HALFLIGHT_SHADERS), and returns their number. They lose the
-    /// values of their uniforms. Throws what Program throws for the first program that fails; then all programs stay as
-    /// they were.
-    std::size_t reload();
-
-    std::size_t count() const { return entries_.size(); }
-    double seconds() const { return seconds_; }  ///< Returns the CPU time of compiling and linking, seconds.
-
-  private:
-    struct Entry {
-        std::vector<ShaderSource> stages;  // a compute shader, or a vertex and a fragment shader
-        Defines defines;
-        std::unique_ptr<Program> program;
-    };
-    template <class... Stages>
-    const Program& get(const Defines& defines, const Stages&... stages);
-    Program made(const Entry& entry);
-    std::unordered_map<std::string, Entry> entries_;
-    const ProgramBinaries* binaries_;
-    double seconds_ = 0;
-};
+/// Returns Program::text() of a program with these stages: a compute shader, or a vertex and a fragment shader.
+std::string program_text(const std::vector<ShaderSource>& stages, const Defines& defines);
 
 }  // namespace halflight::gpu

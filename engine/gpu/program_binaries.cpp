@@ -97,6 +97,11 @@ fs::path ProgramBinaries::file(std::string_view key) const {
     return folder_ / fmt::format("{:016x}{}", hash.value(), kExtension);
 }
 
+bool ProgramBinaries::has(std::string_view key) const {
+    std::error_code none;
+    return fs::exists(file(key), none);
+}
+
 std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
     const CacheFile file_of_key(file(key), O_RDONLY | O_NONBLOCK);  // a pipe without a writer would block
     const std::optional<std::string> content = file_of_key.read(max_bytes_);

@@ -26,6 +26,8 @@ class ProgramBinaries {
 
     /// Returns the program stored under the key; nothing where the file is missing, damaged, or belongs to another key.
     std::optional<ProgramBinary> load(std::string_view key) const;
+    /// Returns whether there is a file for the key.
+    bool has(std::string_view key) const;
     /// Writes a file that gets its name once it is complete. Removes the least recently used files where all exceed
     /// max_bytes.
     void store(std::string_view key, const ProgramBinary& binary) const;

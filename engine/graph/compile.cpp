@@ -185,6 +185,8 @@ GLbitfield barrier_bits(Access access, bool is_texture) {
             return GL_UNIFORM_BARRIER_BIT;
         case Access::indirect_read:
             return GL_COMMAND_BARRIER_BIT;
+        case Access::image_read:
+            return GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
         case Access::image_write:
             return GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | transfer;
         case Access::color_attachment:
@@ -243,7 +245,7 @@ CompiledGraph compile(const Graph& graph, const CompileOptions& options) {
     for (std::uint32_t p = 0; p < graph.passes().size(); ++p) {
         const PassNode& pass = graph.passes()[p];
         if (live[p]) {
-            plan.passes.push_back({pass.name, pass.uses, 0, {}, pass.execute});
+            plan.passes.push_back({pass.name, pass.uses, 0, {}, pass.kernel, pass.execute});
         } else {
             plan.culled.push_back({pass.name, cull_reason(graph, p), pass.uses});
         }

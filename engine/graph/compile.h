@@ -1,6 +1,7 @@
 // Compilation of a declared graph to a plan: running passes, memory of resources, barriers.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ struct PlannedPass {
     std::vector<Use> uses;
     GLbitfield barriers = 0;           // bits for glMemoryBarrier() before the pass; 0: none
     std::vector<std::uint32_t> fresh;  // transients written by the pass whose contents are undefined at its start
-    std::function<void(Resources&)> execute;
+    std::optional<Kernel> kernel{};
+    std::function<void(Resources&)> execute{};
 };
 
 struct CulledPass {

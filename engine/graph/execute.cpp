@@ -97,6 +97,7 @@ const gpu::Program& Resources::bound(const gpu::Program& program) const {
             case Access::texture_read:
                 texture ? program.bind_texture(name, *texture) : program.bind_texture(name, *buffer, format);
                 break;
+            case Access::image_read:
             case Access::image_write:
                 program.bind_image(name, *texture);
                 break;
@@ -114,6 +115,16 @@ const gpu::Program& Resources::compute(const gpu::ShaderSource& source, const gp
 const gpu::Program& Resources::graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
                                         const gpu::Defines& defines) {
     return bound(executor_.programs_.graphics(vertex, fragment, defines));
+}
+
+const gpu::Program& Resources::bound_kernel(const gpu::Program& program) {
+    if (pass_.kernel->bind) pass_.kernel->bind(*this, program);
+    return bound(program);
+}
+
+const gpu::Program& Resources::kernel() {
+    if (!pass_.kernel) throw Error("pass '" + pass_.name + "'", "has declared no kernel");
+    return bound_kernel(executor_.programs_.compute(pass_.kernel->source, pass_.kernel->defines));
 }
 
 gpu::ProgramCache& Resources::programs() {
@@ -260,8 +271,24 @@ void Executor::run_pass(const CompiledGraph& graph, const PlannedPass& pass) {
     time->seconds += seconds;
 }
 
+void Executor::start_ahead(const CompiledGraph& graph) {
+    std::vector<gpu::ExpectedProgram> programs;
+    for (const PlannedPass& pass : graph.passes)
+        if (pass.kernel)
+            programs.push_back({pass.kernel->source, pass.kernel->defines, [&](const gpu::Program& program) {
+                                    Resources(*this, graph, pass).bound_kernel(program);
+                                }});
+    programs_.compile_ahead(std::move(programs));
+}
+
 void Executor::run(const CompiledGraph& graph) {
+    const bool is_new = serial_ != graph.serial;
     place(graph);
+    struct EndAhead {
+        gpu::ProgramCache& programs;
+        ~EndAhead() { programs.end_ahead(); }
+    } const end{programs_};
+    if (ahead_ && is_new) start_ahead(graph);
     WorkParts parts(graph.passes.size());
     for (const PlannedPass& pass : graph.passes) {
         parts.begin_next();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/gpu/framebuffer.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/graph/compile.h"
 
 namespace halflight::graph {
@@ -28,6 +28,8 @@ class Resources {
     const gpu::Program& compute(const gpu::ShaderSource& source, const gpu::Defines& defines = {});
     const gpu::Program& graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
                                  const gpu::Defines& defines = {});
+    /// Returns the program that the pass declared by Pass::kernel(), with its resources bound as by compute().
+    const gpu::Program& kernel();
     gpu::ProgramCache& programs();  ///< Serves passes that bind their resources themselves.
 
   private:
@@ -36,6 +38,7 @@ class Resources {
         : executor_(executor), graph_(graph), pass_(pass) {}
     std::uint32_t checked(std::uint32_t graph, std::uint32_t resource) const;
     const gpu::Program& bound(const gpu::Program& program) const;
+    const gpu::Program& bound_kernel(const gpu::Program& program);
     Executor& executor_;
     const CompiledGraph& graph_;
     const PlannedPass& pass_;
@@ -101,6 +104,10 @@ class Executor {
     const std::vector<PassTime>& times() const { return times_; }  ///< Returns times in order of first run.
     void reset_times() { times_.clear(); }
 
+    /// Switches compiling of kernels ahead of their passes (ProgramCache::compile_ahead()), off by default. Resources
+    /// that kernels bind by themselves must not be replaced during a run.
+    void compile_ahead(bool on) { ahead_ = on; }
+
     /// Switches poisoning, for tests. Undefined content is filled with 0xff (NaN) before a pass writes it. Results that
     /// depend on it then show NaN.
     void poison(bool on) { poison_ = on; }
@@ -113,6 +120,7 @@ class Executor {
         bool fits(const Slot& slot) const;
     };
     void allocate(const CompiledGraph& graph);
+    void start_ahead(const CompiledGraph& graph);
     void run_pass(const CompiledGraph& graph, const PlannedPass& pass);
     std::uint32_t output_index(std::uint32_t graph, std::uint32_t resource) const;
 
@@ -126,6 +134,7 @@ class Executor {
     std::map<std::vector<std::uint64_t>, gpu::Framebuffer> framebuffers_;
     std::vector<PassTime> times_;
     bool measure_ = false;
+    bool ahead_ = false;
     bool poison_ = false;
 };
 

@@ -18,6 +18,7 @@ bool fits(Access access, bool is_texture) {
         case Access::uniform_read:
         case Access::indirect_read:
             return !is_texture;
+        case Access::image_read:
         case Access::image_write:
         case Access::color_attachment:
         case Access::depth_attachment:
@@ -38,6 +39,7 @@ bool has_shader_name(Access access) {
         case Access::storage_read_write:
         case Access::texture_read:
         case Access::uniform_read:
+        case Access::image_read:
         case Access::image_write:
             return true;
         default:
@@ -79,6 +81,8 @@ const char* name(Access access) {
             return "uniform_read";
         case Access::indirect_read:
             return "indirect_read";
+        case Access::image_read:
+            return "image_read";
         case Access::image_write:
             return "image_write";
         case Access::color_attachment:
@@ -158,6 +162,9 @@ TextureHandle Pass::write(TextureHandle handle, Access access, const ShaderName&
 }
 void Pass::keep() {
     graph_->passes_[index_].kept = true;
+}
+void Pass::kernel(Kernel kernel) {
+    graph_->passes_[index_].kernel = std::move(kernel);
 }
 void Pass::execute(std::function<void(Resources&)> function) {
     graph_->passes_[index_].execute = std::move(function);

@@ -24,11 +24,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/gpu/buffer.h"
+#include "engine/gpu/shader_source.h"
 #include "engine/gpu/texture.h"
+
+namespace halflight::gpu {
+class Program;
+}
 
 namespace halflight::graph {
 
@@ -40,6 +46,7 @@ enum class Access : std::uint8_t {
     texture_read,        // sampler, samplerBuffer
     uniform_read,        // uniform block
     indirect_read,       // indirect dispatch or draw arguments
+    image_read,          // imageLoad
     image_write,         // imageStore; old content is kept
     color_attachment,    // rendered to; old content is kept
     depth_attachment,    // depth tested and written; old content is kept
@@ -119,11 +126,20 @@ struct Use {
 class Graph;
 class Resources;
 
+/// The kernel of a pass.
+struct Kernel {
+    gpu::ShaderSource source;
+    gpu::Defines defines;
+    /// Binds the resources that Resources::kernel() does not bind by itself; may be empty.
+    std::function<void(Resources&, const gpu::Program&)> bind;
+};
+
 struct PassNode {
     std::string name;
     std::vector<Use> uses;  // uses in order of declaration
     bool kept = false;
-    std::function<void(Resources&)> execute;
+    std::optional<Kernel> kernel{};
+    std::function<void(Resources&)> execute{};
 };
 
 /// A pass under construction. It is cheap to copy, and valid as long as its graph is not moved.
@@ -139,6 +155,8 @@ class Pass {
     [[nodiscard]] TextureHandle write(TextureHandle handle, Access access, const ShaderName& shader_name = {});
     /// Keeps the pass although nothing reads its outputs, for passes that report to the outside.
     void keep();
+    /// Declares the compute program that the pass runs (Resources::kernel()), which can then be compiled ahead of time.
+    void kernel(Kernel kernel);
     void execute(std::function<void(Resources&)> function);
 
   private:

@@ -36,10 +36,8 @@ std::size_t result_bytes(bool any_hit) {
 /// Traces listed paths of a batch by the plain kernel, in a pass that has declared the batch.
 void trace_paths(graph::Resources& r, const TraceScene& scene, const RayBatch& batch,
                  const std::vector<std::uint32_t>& paths, const gpu::Buffer& results, bool any_hit) {
-    gpu::Defines defines = batch_defines(scene, batch);
-    if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
-    defines.set("HALFLIGHT_LIST");
-    const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
+    const graph::Kernel kernel = plain_kernel(scene, batch, any_hit, true);
+    const gpu::Program& program = r.programs().compute(kernel.source, kernel.defines);
     RayBatch whole = batch;
     whole.list = whole.list_header = {};
     bind_batch(r, program, scene, whole);
@@ -221,6 +219,7 @@ graph::BufferHandle NativeServer::add(graph::Graph& graph, const TraceScene& sce
         graph.add_pass(fmt::format("{} rays: {}, native", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     read_batch(pass, scene, batch);
     results = write_results(pass, batch, results);
+    if (!parts_->compared[any_hit ? 1 : 0]) pass.kernel(plain_kernel(scene, batch, any_hit, true));
     pass.execute([=, this, &scene](graph::Resources& r) { trace(r, scene, batch, results, any_hit); });
     return results;
 }

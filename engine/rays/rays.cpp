@@ -34,6 +34,7 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     read_batch(pass, scene, batch);
     results = write_results(pass, batch, results);
+    pass.kernel(plain_kernel(scene, batch, any_hit, static_cast<bool>(batch.list)));
     pass.execute([=, &scene](graph::Resources& r) { trace_plain(r, scene, batch, results, any_hit); });
     return results;
 }
@@ -198,14 +199,23 @@ graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const 
     return trace(graph, scene, batch, occluded, true);
 }
 
+graph::Kernel plain_kernel(const TraceScene& scene, const RayBatch& batch, bool any_hit, bool listed) {
+    gpu::Defines defines = batch_defines(scene, batch);
+    if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
+    if (listed) defines.set("HALFLIGHT_LIST");
+    if (batch.catchers_only) defines.set("HALFLIGHT_CATCHERS_ONLY");
+    return {"shaders/trace.comp", defines, [&scene, batch, listed](graph::Resources& r, const gpu::Program& program) {
+                RayBatch bound = batch;
+                if (!listed) bound.list = bound.list_header = {};
+                bind_batch(r, program, scene, bound);
+            }};
+}
+
 void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
                  bool any_hit) {
     interruption_point();
-    gpu::Defines defines = batch_defines(scene, batch);
-    if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
-    if (batch.list) defines.set("HALFLIGHT_LIST");
-    if (batch.catchers_only) defines.set("HALFLIGHT_CATCHERS_ONLY");
-    const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
+    const graph::Kernel kernel = plain_kernel(scene, batch, any_hit, static_cast<bool>(batch.list));
+    const gpu::Program& program = r.programs().compute(kernel.source, kernel.defines);
     bind_batch(r, program, scene, batch);
     program.bind_storage(any_hit ? "Occluded" : "Hits", r.buffer(results));
     if (batch.list) {

@@ -138,6 +138,7 @@ EnvironmentCells environment_cells(const Image& map, int max_cells) {
     EnvironmentCells cells;
     cells.columns = static_cast<int>(columns);
     cells.rows = static_cast<int>(rows);
+    cells.texels = {map.width, map.height};
     cells.weights.assign(static_cast<std::size_t>(columns * rows), 0);
     for (std::int64_t r = 0; r < rows; ++r) {
         cells.solid_angles.push_back(band(double(r) / double(rows), double(r + 1) / double(rows)) / double(columns));
@@ -175,7 +176,7 @@ std::vector<vec4> environment_warp(const EnvironmentCells& cells, double probabi
 
     const auto per_sine = 4 * kPi / cells.columns * std::sin(0.5 * kPi / cells.rows);
     std::vector<vec4> table{vec4(cells.columns, cells.rows, probability, top), vec4(per_sine, 0, 0, 0),
-                            vec4(lobe_levels, 0, 0, 0)};
+                            vec4(lobe_levels, cells.texels, 0)};
     for (int k = top; k > 0; --k) {
         const Level& level = levels[static_cast<std::size_t>(k)];
         if (k == top - lobe_levels) table[1].z = static_cast<float>(table.size());

@@ -15,6 +15,7 @@ namespace halflight {
 struct EnvironmentCells {
     int columns = 0;
     int rows = 0;
+    ivec2 texels{0};                   // columns and rows of the map
     std::vector<double> weights;       // weight of each cell, row-major from the top
     std::vector<double> solid_angles;  // solid angle of a cell of each row, sr
     double integral = 0;               // integral of the luminance over the sphere, nit sr

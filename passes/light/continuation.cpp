@@ -83,9 +83,9 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     }
     if (takes) defines.set("HALFLIGHT_CACHE_TAKEN");
     if (paths.points) defines.set(reuse ? "HALFLIGHT_REUSE" : "HALFLIGHT_RADIANCE_CACHE");
+    pass.kernel({"shaders/continuation.comp", defines, view.bind_scene()});
     pass.execute([=, header = arriving.header](graph::Resources& r) {
-        view.scene.bind();
-        const gpu::Program& program = r.compute("shaders/continuation.comp", defines);
+        const gpu::Program& program = r.kernel();
         program.set("depth", static_cast<std::uint32_t>(depth));
         program.dispatch_indirect(r.buffer(header));
     });

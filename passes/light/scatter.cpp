@@ -79,11 +79,10 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     if (options.last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (options.reuse_points) defines.set("HALFLIGHT_REUSE_POINTS");
     if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
+    pass.kernel({"shaders/resolve.comp", defines, view.bind_scene()});
     pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
         if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
-        view.scene.bind();
-        if (view.rows) view.rows->bind();
-        const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
+        const gpu::Program& program = r.kernel();
         view.shade(program, [&] { program.dispatch_indirect(r.buffer(header)); });
     });
     return surfaces;
@@ -104,12 +103,10 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     if (paths.media) paths.media = pass.write(paths.media, partial_write(paths.media), "Media");
     list.list = pass.write(list.list, Access::storage_read_write, "List");
     list.header = pass.write(list.header, Access::storage_read_write, "Header");
-    pass.execute([=](graph::Resources& r) {
-        view.scene.bind();
-        gpu::Defines defines = view.path_defines();
-        if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
-        r.compute(what.kernel, defines).dispatch(view.band.paths() / 64);
-    });
+    gpu::Defines defines = view.path_defines();
+    if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
+    pass.kernel({what.kernel, defines, view.bind_scene()});
+    pass.execute([=](graph::Resources& r) { r.kernel().dispatch(view.band.paths() / 64); });
     const rays::RayBatch batch = ray_batch(view, what.kind, paths.rays, list, 0);
     paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);
     return list;

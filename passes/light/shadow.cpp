@@ -26,13 +26,11 @@ rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBu
         pass.write(graph.create_buffer(sun ? "sun rays" : "shadow rays", {count * sizeof(shared::Ray)}),
                    Access::storage_write, "ShadowRays");
     light = pass.write(light, partial_write(light), "Light");
-    pass.execute([=](graph::Resources& r) {
-        view.scene.bind();
-        gpu::Defines defines = view.path_defines();
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
-        if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
-        r.compute("shaders/shadow.comp", defines).dispatch(count / 64);
-    });
+    gpu::Defines defines = view.path_defines();
+    defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+    if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
+    pass.kernel({"shaders/shadow.comp", defines, view.bind_scene()});
+    pass.execute([=](graph::Resources& r) { r.kernel().dispatch(count / 64); });
 
     // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
     rays::RayBatch batch = ray_batch(view, kind, shadow_rays, {}, 0);

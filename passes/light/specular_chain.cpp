@@ -59,9 +59,9 @@ SpecularChains add_specular_chains(graph::Graph& graph, const SceneView& view, c
             leaving.list = pass.write(leaving.list, Access::storage_read_write, "Leaving");
             leaving.header = pass.write(leaving.header, Access::storage_read_write, "LeavingHeader");
         }
+        pass.kernel({"shaders/specular_chain.comp", defines, view.bind_scene()});
         pass.execute([=, header = arriving.header](graph::Resources& r) {
-            view.scene.bind();
-            const gpu::Program& program = r.compute("shaders/specular_chain.comp", defines);
+            const gpu::Program& program = r.kernel();
             program.set("depth", static_cast<std::uint32_t>(depth));
             if (begins)
                 program.dispatch(view.band.paths() / 64);

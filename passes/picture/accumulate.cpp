@@ -87,9 +87,9 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     }
     out.bad_values = pass.write(graph.import_buffer("bad values", bad_values), Access::storage_read_write, "Counts");
 
+    pass.kernel({"shaders/accumulate.comp", defines, view.bind_scene()});  // tables of lights, for groups
     pass.execute([=](graph::Resources& r) {
-        if (view.light_groups > 0) view.scene.bind();  // tables of lights
-        const gpu::Program& program = r.compute("shaders/accumulate.comp", defines);
+        const gpu::Program& program = r.kernel();
         if (clamped) program.set("most_luminance", *options.clamp);
         program.dispatch(view.band.paths() / 64);
     });

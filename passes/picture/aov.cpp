@@ -15,11 +15,10 @@ graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GB
     const graph::BufferHandle records =
         pass.write(graph.create_buffer("aov records", {view.band.paths() * sizeof(shared::AovRecord)}),
                    Access::storage_write, "Records");
-    pass.execute([=](graph::Resources& r) {
-        gpu::Defines defines = view.camera_defines(view.scene.defines());
-        if (motion) defines.set("HALFLIGHT_MOTION");
-        r.compute("shaders/aov.comp", defines).dispatch(view.band.paths() / 64);
-    });
+    gpu::Defines defines = view.camera_defines(view.scene.defines());
+    if (motion) defines.set("HALFLIGHT_MOTION");
+    pass.kernel({"shaders/aov.comp", defines, {}});
+    pass.execute([=](graph::Resources& r) { r.kernel().dispatch(view.band.paths() / 64); });
     return records;
 }
 

@@ -72,10 +72,9 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
         pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write, "Rays");
     gpu::Defines defines = view.camera_defines();
     if (view.sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
-    pass.execute([view, paths, defines](graph::Resources& r) {
-        view.scene.bind();  // tables of the tracer's alpha tests; another scene may be bound
-        r.compute("shaders/camera_rays.comp", defines).dispatch(paths / 64);
-    });
+    // The tracer's alpha tests need tables of the scene; another scene may be bound.
+    pass.kernel({"shaders/camera_rays.comp", defines, view.bind_scene()});
+    pass.execute([=](graph::Resources& r) { r.kernel().dispatch(paths / 64); });
     const rays::RayBatch batch{.kind = rays::RayKind::primary,
                                .depth = number,
                                .place = view.place,
@@ -103,7 +102,7 @@ GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility pr
 /// Declares that a pass of resolve.comp reads the results of visible().
 void read_hits(graph::Pass& pass, const SceneView& view, const GBuffer& g, gpu::Defines& defines) {
     if (g.visibility) {
-        pass.read(g.visibility, Access::texture_read, "visibility");
+        pass.read(g.visibility, Access::image_read, "visibility");
         return;
     }
     pass.read(g.rays, Access::texture_read, {"rays", GL_RGBA32F});
@@ -112,11 +111,9 @@ void read_hits(graph::Pass& pass, const SceneView& view, const GBuffer& g, gpu::
     if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
 }
 
-/// Binds the scene, with the rows of the hits if its geometry is not in memory.
-void bind_scene(const SceneView& view, const GBuffer& g, graph::Resources& r) {
+/// Loads the rows of the hits if the scene's geometry is not in memory.
+void gather_rows(const SceneView& view, const GBuffer& g, graph::Resources& r) {
     if (view.rows) view.rows->gather(r.buffer(g.hits), view.band.paths());
-    view.scene.bind();
-    if (view.rows) view.rows->bind();
 }
 
 void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
@@ -138,9 +135,10 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     }
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write, "Surfaces");
-    pass.execute([view, g, paths, defines](graph::Resources& r) {
-        bind_scene(view, g, r);
-        const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
+    pass.kernel({"shaders/resolve.comp", defines, view.bind_scene()});
+    pass.execute([view, g, paths](graph::Resources& r) {
+        gather_rows(view, g, r);
+        const gpu::Program& program = r.kernel();
         view.shade(program, [&] { program.dispatch(static_cast<std::uint32_t>(paths / 64)); });
     });
 }
@@ -172,9 +170,10 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         read_hits(pass, view, g, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());
+        pass.kernel({"shaders/resolve.comp", defines, view.bind_scene()});
         pass.execute([=](graph::Resources& r) {
-            bind_scene(view, g, r);
-            const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
+            gather_rows(view, g, r);
+            const gpu::Program& program = r.kernel();
             program.set("weight", weight);
             program.set("begins", first);
             view.shade(program, [&] { program.dispatch(static_cast<std::uint32_t>(paths / 64)); });

@@ -10,8 +10,12 @@ vec2 environment_uv(vec3 d) {
     return vec2(around > 0.0 ? atan(d.z, d.x) * 0.159154943092 + 0.5 : 0.5, atan(around, d.y) * 0.318309886184);
 }
 
+#ifdef HALFLIGHT_ENVIRONMENT_MAP
+ivec2 environment_size() { return ivec2(texelFetch(environment_warp, 2).yz); }
+vec3 environment_texel(int x, int y, ivec2 size) { return texelFetch(environment_map, y * size.x + x).rgb; }
+
 vec3 environment_texel_blend(vec2 uv) {
-    ivec2 size = textureSize(environment_map, 0);
+    ivec2 size = environment_size();
     vec2 x = uv * vec2(size) - 0.5;
     vec2 cell = floor(x);
     vec2 f = x - cell;
@@ -21,12 +25,13 @@ vec3 environment_texel_blend(vec2 uv) {
     left = min(left, size.x - 1);  // u = 1
     int top = clamp(c.y, 0, size.y - 1);
     int bottom = clamp(c.y + 1, 0, size.y - 1);
-    vec3 a = texelFetch(environment_map, ivec2(left, top), 0).rgb;
-    vec3 b = texelFetch(environment_map, ivec2(right, top), 0).rgb;
-    vec3 d = texelFetch(environment_map, ivec2(left, bottom), 0).rgb;
-    vec3 e = texelFetch(environment_map, ivec2(right, bottom), 0).rgb;
+    vec3 a = environment_texel(left, top, size);
+    vec3 b = environment_texel(right, top, size);
+    vec3 d = environment_texel(left, bottom, size);
+    vec3 e = environment_texel(right, bottom, size);
     return mix(mix(a, b, f.x), mix(d, e, f.x), f.y);
 }
+#endif
 
 // Returns the radiance from direction d, of unit length.
 vec3 environment_radiance(vec3 d) {
@@ -84,17 +89,17 @@ bool selects_second(inout float x, float first, float second) {
 }
 
 // Returns whether cells are texels. Directions within a cell then follow the bilinear luminance.
-bool cells_are_texels(EnvironmentLayout l) { return ivec2(l.cells) == textureSize(environment_map, 0); }
+bool cells_are_texels(EnvironmentLayout l) { return ivec2(l.cells) == environment_size(); }
 
 // Returns the luminances of a texel's row and of the rows above and below it, each with both neighbours, as columns.
 mat3 luminances_around(ivec2 texel) {
-    ivec2 size = textureSize(environment_map, 0);
+    ivec2 size = environment_size();
     mat3 found;
     for (int j = 0; j < 3; ++j) {
         for (int i = 0; i < 3; ++i) {
             ivec2 at = texel + ivec2(i, j) - 1;
             at.x = at.x < 0 ? size.x - 1 : (at.x >= size.x ? 0 : at.x);
-            found[j][i] = luminance_of(texelFetch(environment_map, ivec2(at.x, clamp(at.y, 0, size.y - 1)), 0).rgb);
+            found[j][i] = luminance_of(environment_texel(at.x, clamp(at.y, 0, size.y - 1), size));
         }
     }
     return found;

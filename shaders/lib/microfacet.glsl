@@ -67,15 +67,17 @@ vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 xi) {
     return normalize(vec3(alpha * h.xy, max(h.z, 1e-20)));
 }
 
+vec2 albedo_texel(ivec2 at) { return texelFetch(albedo_table, at.y * kAlbedoTableSize + at.x).rg; }
+
 // Returns an entry of the part of the albedo table that starts at a row. engine/tables/albedo.h describes the table.
 vec2 albedo_entry(vec2 coordinates, int first_row) {
     vec2 at = coordinates * float(kAlbedoTableSize - 1);
     vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
     vec2 f = at - cell;
     ivec2 c = ivec2(cell) + ivec2(0, first_row);
-    vec2 low = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
+    vec2 low = mix(albedo_texel(c), albedo_texel(c + ivec2(1, 0)), f.x);
     ++c.y;
-    vec2 high = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
+    vec2 high = mix(albedo_texel(c), albedo_texel(c + ivec2(1, 0)), f.x);
     return mix(low, high, f.y);
 }
 
@@ -127,7 +129,7 @@ vec2 ggx_albedo(vec3 wo, vec2 alpha) {
         ivec4 step = (ivec4(corner) >> ivec4(0, 1, 2, 3)) & 1;
         vec4 weight = mix(1.0 - f, f, vec4(step));
         ivec2 texel = anisotropy_texel(ivec4(cell) + step) + ivec2(0, kAnisotropyRow);
-        entry += weight.x * weight.y * weight.z * weight.w * texelFetch(albedo_table, texel, 0).rg;
+        entry += weight.x * weight.y * weight.z * weight.w * albedo_texel(texel);
     }
     float edge = entry.x * clamp(pow5(1.0 - clamp(wo.z, 0.0, 1.0)) + entry.y, 0.0, 1.0);
     return vec2(entry.x - edge, edge);
@@ -256,7 +258,7 @@ float solid_albedo(float cosine, float alpha, float eta, float strength) {
         vec3 weight = mix(1.0 - f, f, vec3(step));
         ivec2 texel = node.xy + kSolidTableSize * ivec2(node.z % kSolidTableColumns, node.z / kSolidTableColumns);
         texel.y += kSolidTableRow;
-        found += weight.x * weight.y * weight.z * texelFetch(albedo_table, texel, 0).xy;
+        found += weight.x * weight.y * weight.z * albedo_texel(texel);
     }
     return strength < 1.0 ? mix(found.y, found.x, strength) : found.x;
 }

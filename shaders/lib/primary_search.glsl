@@ -1,5 +1,5 @@
 // Finds the hit of a camera ray among the triangles rasterized at its pixel and at the neighbouring pixels. Needs the
-// texture `visibility` and shaders/scene_tables.glsl.
+// image `visibility` and shaders/scene_tables.glsl.
 //
 // Rasterizers snap corners to 1/256 pixel, and depths by as much of their slope. Beside an edge they may show another
 // triangle than the one that the pixel's ray hits. A neighbouring pixel shows that one, unless it is smaller than a
@@ -13,7 +13,7 @@
 // Returns triangle + 1 (0: none) and instance at a pixel of the image, or at its edge for pixels beyond.
 uvec2 seen_at(Frame frame, ivec2 pixel) {
     ivec2 inside = clamp(pixel, ivec2(0), frame.size - 1);
-    return texelFetch(visibility, inside - ivec2(0, frame.window_y), 0).xy;
+    return imageLoad(visibility, inside - ivec2(0, frame.window_y)).xy;
 }
 
 // Returns pixel i: 0 is the pixel itself, 1 to 4 share an edge with it.

@@ -2,7 +2,8 @@
 // images and textures have no number in the code; they are bound by name (engine/gpu/program_slots.h).
 #pragma once
 
-// The textures are texture buffers unless said otherwise. Unit 0 stays free: samplers without a layout unit read it.
+// The textures are texture buffers. Mesa keeps the filters of other textures in the slots of texture buffers, and makes
+// them a part of the keys of compiled programs (engine/gpu/program_cache.h). Unit 0 stays free: samplers without a layout unit read it.
 #define UNIT_NODES 1               // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
 #define UNIT_TRIANGLE_VERTICES 2   // RGBA32F: pairs of triangles in leaf order; RGB32F: vertices of pages
 #define UNIT_BLOCK_HEADS 3         // R32UI: node index of the head of each instance's block
@@ -17,9 +18,9 @@
 #define UNIT_LIGHTS 12             // RGBA32F: light rows
 #define UNIT_LIGHT_ALIAS 13        // RG32F: alias table over lights
 #define UNIT_LIGHT_OF_TRIANGLE 14  // R32UI: light of an emissive triangle
-#define UNIT_ENVIRONMENT 15        // 2D RGB32F: environment map
+#define UNIT_ENVIRONMENT 15        // RGB32F: texels of the environment map, row-major from the top
 #define UNIT_ENVIRONMENT_WARP 16   // RGBA32F: hierarchy of environment cells
-#define UNIT_ALBEDO 17             // 2D RG32F: directional albedo (E_A, E_B)
+#define UNIT_ALBEDO 17             // RG32F: directional albedo (E_A, E_B), row-major
 #define UNIT_LIGHT_TREE 18         // RGBA32F: light tree
 #define UNIT_COLOR_BANKS 19        // RGBA16F: banks 1 to 3 of the colour texels
 #define UNIT_DATA_BANKS 22         // RGBA8: banks 1 to 3 of the data texels

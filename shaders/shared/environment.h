@@ -1,4 +1,4 @@
-// Environment: UNIT_ENVIRONMENT holds the map times its colour (1x1: constant). UNIT_ENVIRONMENT_WARP (RGBA32F) holds
+// Environment: UNIT_ENVIRONMENT holds the map times its colour. UNIT_ENVIRONMENT_WARP (RGBA32F) holds
 // the hierarchy that maps random numbers to directions (Clarberg et al. 2005, Wavelet Importance Sampling):
 //
 //   texel 0     columns and rows of cells (0: constant environment), probability of the environment in the alias table,
@@ -6,7 +6,7 @@
 //   texel 1     constant environment: its colour, and the illuminance of a surface in lux. Maps: the solid angle of a
 //               cell over the sine of its middle's polar angle; first texels of the last level, of the level below the
 //               blocks, and of the lobes
-//   texel 2     number of levels above the blocks, 0, 0, 0
+//   texel 2     number of levels above the blocks, columns and rows of the map, 0
 //   from 3 on   per level, from one node down, and per node, row-major from the top: the weights of its children at the
 //               upper left, upper right, lower left and lower right. All weights of a level add up to 1.
 //   after that  per lobe: a texel with the illuminance of a surface in lux, then the levels above the blocks, with

@@ -7,7 +7,7 @@
 
 #include "engine/color/color.h"
 #include "engine/gpu/framebuffer.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/window_layout.h"
 

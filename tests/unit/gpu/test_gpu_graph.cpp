@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "engine/core/error.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/graph/execute.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"

@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "engine/gpu/framebuffer.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/gpu/program_limits.h"
 #include "shaders/shared/rays.h"
 #include "tests/support/error_message.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/gpu/context.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/tables/tables.h"
 #include "tools/measure/bench/ray_set.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/gpu/context.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/paging/page_schedule.h"
 #include "engine/paging/pages.h"
 #include "engine/rays/tiles.h"

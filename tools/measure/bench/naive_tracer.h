@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "engine/gpu/buffer.h"
-#include "engine/gpu/program.h"
+#include "engine/gpu/program_cache.h"
 #include "engine/rays/batch_server.h"
 #include "engine/tables/tables.h"
 
