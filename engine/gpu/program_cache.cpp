@@ -16,7 +16,6 @@
 #include "engine/core/steps.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/device.h"
-#include "engine/gpu/mapping.h"
 
 namespace halflight::gpu {
 namespace {
@@ -48,7 +47,9 @@ bool is(const char* variable, std::string_view value) {
 
 /// Returns whether another thread and context can do the driver's work.
 bool can_work_ahead() {
-    return renders_on_processor() && eglGetCurrentContext() != EGL_NO_CONTEXT &&
+    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    return renderer != nullptr && std::string_view(renderer).starts_with("llvmpipe") &&
+           eglGetCurrentContext() != EGL_NO_CONTEXT &&
            std::thread::hardware_concurrency() > 1 && !is("LP_NUM_THREADS", "1") &&
            !is("MESA_SHADER_CACHE_DISABLE", "true");
 }

@@ -4,8 +4,9 @@
 //   Pass p = g.add_pass("diffuse");                            // setup runs now
 //   BufferHandle rays = p.write(g.create_buffer("diffuse rays", {bytes}), Access::storage_write, "Rays");
 //   p.read(surfaces, Access::storage_read, "Surfaces");        // bound to `buffer Surfaces { ... };` of the kernel
+//   p.kernel({"shaders/diffuse.comp", defines});               // may be compiled before the pass runs
 //   p.execute([=](Resources& r) {                              // runs later, maybe many times, maybe never
-//       r.compute("shaders/diffuse.comp").dispatch(groups);
+//       r.kernel().dispatch(groups);
 //   });
 //   g.output(rays);                                            // passes that no output needs are culled
 //   CompiledGraph c = compile(g);                              // compile.h; pure: no OpenGL
@@ -129,9 +130,9 @@ class Resources;
 /// The kernel of a pass.
 struct Kernel {
     gpu::ShaderSource source;
-    gpu::Defines defines;
+    gpu::Defines defines{};
     /// Binds the resources that Resources::kernel() does not bind by itself; may be empty.
-    std::function<void(Resources&, const gpu::Program&)> bind;
+    std::function<void(Resources&, const gpu::Program&)> bind{};
 };
 
 struct PassNode {

@@ -17,7 +17,7 @@ graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GB
                    Access::storage_write, "Records");
     gpu::Defines defines = view.camera_defines(view.scene.defines());
     if (motion) defines.set("HALFLIGHT_MOTION");
-    pass.kernel({"shaders/aov.comp", defines, {}});
+    pass.kernel({"shaders/aov.comp", defines});
     pass.execute([=](graph::Resources& r) { r.kernel().dispatch(view.band.paths() / 64); });
     return records;
 }
