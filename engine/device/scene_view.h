@@ -52,7 +52,7 @@ struct SceneView {
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
     bool optics = false;                      // camera rays follow shaders/shared/optics.h
 
-    /// Returns the binding of the scene's tables, for Pass::kernel().
+    /// Returns a function for Pass::kernel() that binds the scene's tables, and the rows of hits if there are any.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;

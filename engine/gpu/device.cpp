@@ -136,6 +136,7 @@ EglContext::EglContext(const Device& device, bool debug) {
     // initialised until release_driver().
     if (display_ == EGL_NO_DISPLAY) fail("no display");
     create(debug, EGL_NO_CONTEXT);
+    displays().add(display_);
 }
 
 EglContext::EglContext(EGLDisplay display, EGLContext other) : display_(display) {
@@ -145,7 +146,6 @@ EglContext::EglContext(EGLDisplay display, EGLContext other) : display_(display)
 void EglContext::create(bool debug, EGLContext shared) {
     EGLint major = 0, minor = 0;
     if (!eglInitialize(display_, &major, &minor)) fail("no display");
-    displays().add(display_);
     const char* extensions = eglQueryString(display_, EGL_EXTENSIONS);
     if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) throw Error("", "needs a surface");
     if (!eglBindAPI(EGL_OPENGL_API)) fail("no OpenGL");

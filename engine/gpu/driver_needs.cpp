@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
@@ -76,6 +77,16 @@ void secure_shader_cache() {
 }
 
 }  // namespace
+
+bool mesa_keeps_code() {
+    const auto is_set = [](const char* variable) {
+        const char* const value = std::getenv(variable);
+        return value != nullptr && std::strchr("1tTyY", *value) != nullptr && *value != '\0';
+    };
+    const fs::path folder = mesa_cache();
+    return !is_set("MESA_SHADER_CACHE_DISABLE") && !is_set("MESA_GLSL_CACHE_DISABLE") && !folder.empty() &&
+           access((folder / "index").c_str(), W_OK) == 0;
+}
 
 void prepare_for_drivers() {
     static std::once_flag once;

@@ -10,4 +10,7 @@ namespace halflight::gpu {
 /// - Sets ZINK_INLINE_UNIFORMS to 0 in the environment unless it is set.
 void prepare_for_drivers();
 
+/// Returns whether Mesa keeps machine code of its software driver on disk, once a context has been created.
+bool mesa_keeps_code();
+
 }  // namespace halflight::gpu

@@ -7,15 +7,17 @@
 #include <condition_variable>
 #include <cstdint>
 #include <cstdlib>
+#include <exception>
 #include <mutex>
 #include <string_view>
+#include <system_error>
 #include <thread>
 #include <utility>
 
-#include "engine/core/error.h"
 #include "engine/core/steps.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/device.h"
+#include "engine/gpu/driver_needs.h"
 
 namespace halflight::gpu {
 namespace {
@@ -40,21 +42,19 @@ std::string key_of(const Defines& defines, const Stages&... stages) {
     return key;
 }
 
-bool is(const char* variable, std::string_view value) {
-    const char* const found = std::getenv(variable);
-    return found != nullptr && found == value;
-}
-
-/// Returns whether another thread and context can do the driver's work.
-bool can_work_ahead() {
-    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    return renderer != nullptr && std::string_view(renderer).starts_with("llvmpipe") &&
-           eglGetCurrentContext() != EGL_NO_CONTEXT &&
-           std::thread::hardware_concurrency() > 1 && !is("LP_NUM_THREADS", "1") &&
-           !is("MESA_SHADER_CACHE_DISABLE", "true");
+/// Returns whether the driver may use one thread only.
+bool has_one_thread() {
+    const char* const asked = std::getenv("LP_NUM_THREADS");
+    return std::thread::hardware_concurrency() < 2 || (asked != nullptr && std::string_view(asked) == "1");
 }
 
 }  // namespace
+
+bool can_compile_ahead() {
+    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    return renderer != nullptr && std::string_view(renderer).starts_with("llvmpipe") &&
+           eglGetCurrentContext() != EGL_NO_CONTEXT && !has_one_thread() && mesa_keeps_code();
+}
 
 /// Programs that a second thread compiles.
 class ProgramCache::Ahead {
@@ -67,24 +67,25 @@ class ProgramCache::Ahead {
     ~Ahead() {
         {
             const std::lock_guard lock(mutex_);
-            for (Item& item : items_)
-                if (item.state == State::waiting) item.state = State::taken;
+            ends_ = true;
         }
+        changed_.notify_all();
         thread_.join();
     }
 
     /// Returns the program of the key. Returns null where the caller has to compile it, and from then on.
     std::unique_ptr<Program> take(const std::string& key) {
-        // Mesa writes machine code to disk on a thread of its own, a few milliseconds after the dispatch.
-        constexpr std::chrono::milliseconds kWriting{15};
         std::unique_lock lock(mutex_);
         const auto item = std::ranges::find(items_, key, &Item::key);
         if (item == items_.end()) return nullptr;
-        const bool waits = item->state == State::running;
         changed_.wait(lock, [&] { return item->state != State::running; });
         item->state = State::taken;
-        if (waits && item->program) std::this_thread::sleep_for(kWriting);
-        return std::move(item->program);
+        std::unique_ptr<Program> program = std::move(item->program);
+        lock.unlock();
+        // Mesa writes machine code to disk on a thread of its own, a few milliseconds after the dispatch.
+        constexpr std::chrono::milliseconds kWriting{15};
+        if (program) std::this_thread::sleep_until(item->finished + kWriting);
+        return program;
     }
 
   private:
@@ -94,18 +95,35 @@ class ProgramCache::Ahead {
         ExpectedProgram wanted;
         State state = State::waiting;
         std::unique_ptr<Program> program = nullptr;
+        std::chrono::steady_clock::time_point finished{};
     };
 
-    /// Returns whether the item waits no more because this thread compiles it now.
+    /// Returns whether this thread is to compile the item.
     bool claim(Item& item) {
         const std::lock_guard lock(mutex_);
-        return item.state == State::waiting && (item.state = State::running, true);
+        if (ends_ || item.state != State::waiting) return false;
+        item.state = State::running;
+        return true;
     }
+    /// `program` is null where it could not be made.
     void finish(Item& item, std::unique_ptr<Program> program) {
         const std::lock_guard lock(mutex_);
         item.program = std::move(program);
+        item.finished = std::chrono::steady_clock::now();
         item.state = State::done;
         changed_.notify_all();
+    }
+    /// Compiles a program. Returns null where that fails: the caller then meets the error as well.
+    std::unique_ptr<Program> compiled(const ExpectedProgram& wanted) const {
+        try {
+            auto program = std::make_unique<Program>(Program::compute(wanted.source, wanted.defines, &binaries_));
+            wanted.bind(*program);
+            glUseProgram(program->id());
+            glDispatchComputeIndirect(0);
+            return program;
+        } catch (const std::exception&) {
+            return nullptr;
+        }
     }
 
     void run() {
@@ -115,22 +133,13 @@ class ProgramCache::Ahead {
             const EglContext context(display_, context_);
             const Buffer no_groups = Buffer::from("no groups", std::vector<std::uint32_t>(3, 0));
             glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, no_groups.id());
-            for (Item& item : items_) {
-                if (!claim(item)) continue;
-                std::unique_ptr<Program> program;
-                try {
-                    program = std::make_unique<Program>(
-                        Program::compute(item.wanted.source, item.wanted.defines, &binaries_));
-                    item.wanted.bind(*program);
-                    glUseProgram(program->id());
-                    glDispatchComputeIndirect(0);
-                } catch (const Error&) {
-                    program = nullptr;  // the caller meets the error as well
-                }
-                finish(item, std::move(program));
-            }
+            for (Item& item : items_)
+                if (claim(item)) finish(item, compiled(item.wanted));
             gpu::finish();
-        } catch (const Error&) {
+            // The end of a context removes its code from all programs, which other threads must not use meanwhile.
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [&] { return ends_; });
+        } catch (const std::exception&) {
             // Without another context, the caller compiles all.
         }
     }
@@ -139,7 +148,8 @@ class ProgramCache::Ahead {
     EGLContext context_;
     const ProgramBinaries& binaries_;
     std::vector<Item> items_;
-    std::mutex mutex_;  // guards states and programs of items
+    std::mutex mutex_;  // guards items' states and programs, and ends_
+    bool ends_ = false;
     std::condition_variable changed_;
     std::thread thread_;
 };
@@ -181,19 +191,22 @@ const Program& ProgramCache::graphics(const ShaderSource& vertex, const ShaderSo
 
 void ProgramCache::compile_ahead(std::vector<ExpectedProgram> programs) {
     end_ahead();
-    if (binaries_ == nullptr || !can_work_ahead()) return;
+    if (binaries_ == nullptr || !can_compile_ahead()) return;
     std::vector<std::pair<std::string, ExpectedProgram>> fresh;
     for (ExpectedProgram& program : programs) {
         std::string key = key_of(program.defines, program.source);
-        const bool known = entries_.contains(key) ||
-                           std::ranges::find(fresh, key, &std::pair<std::string, ExpectedProgram>::first) != fresh.end();
-        if (!known) fresh.emplace_back(std::move(key), std::move(program));
+        if (!entries_.contains(key) && tried_.insert(key).second)
+            fresh.emplace_back(std::move(key), std::move(program));
     }
     if (fresh.size() < 2) return;
     // Programs with the most defines take the longest, and are the least likely to be stored.
     std::ranges::stable_sort(fresh, std::ranges::greater{},
                              [](const auto& each) { return each.second.defines.values().size(); });
-    ahead_ = std::make_unique<Ahead>(std::move(fresh), *binaries_);
+    try {
+        ahead_ = std::make_unique<Ahead>(std::move(fresh), *binaries_);
+    } catch (const std::system_error&) {
+        // Without another thread, the caller compiles all.
+    }
 }
 
 void ProgramCache::end_ahead() {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "engine/gpu/program.h"
@@ -16,9 +17,13 @@ namespace halflight::gpu {
 struct ExpectedProgram {
     ShaderSource source;
     Defines defines;
-    /// Binds the textures that the program will have. It is called on another thread, with another context.
+    /// Binds the textures that the program will have. It is not empty, and is called on another thread, with another
+    /// context.
     std::function<void(const Program&)> bind;
 };
+/// Returns whether programs can be compiled ahead: the driver of the current context is llvmpipe, it may use two
+/// threads, and Mesa keeps its machine code on disk.
+bool can_compile_ahead();
 
 /// Owner of every variant of a program. References stay valid as long as the cache; reload() replaces the programs that
 /// they refer to.
@@ -32,11 +37,12 @@ class ProgramCache {
     const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
 
     /// Compiles programs on a second thread until end_ahead(), those with the most defines first, while the caller uses
-    /// others. Mesa's software driver translates a program at its first dispatch, into machine code for the formats of
-    /// the bound textures, and keeps the code on disk; so programs are dispatched, too, without workgroups. Nothing
-    /// happens with other drivers, without a store of binaries, and where that store has the first program, as it then
-    /// has the others. What `programs` refers to must stay valid, and their textures must not be replaced, until
-    /// end_ahead().
+    /// others. llvmpipe translates a program at its first dispatch, into machine code for the formats of the bound
+    /// textures, and keeps the code on disk. Programs are therefore dispatched, too, without workgroups. Until
+    /// end_ahead(), what `programs` refers to must stay valid, and their textures must not be replaced.
+    ///
+    /// Each program is tried once. Nothing happens if can_compile_ahead() is false, if there is no store of binaries,
+    /// or if the store has the first program: then it has the others as well.
     void compile_ahead(std::vector<ExpectedProgram> programs);
     /// Waits for the program that is being compiled. Those that were not asked for are dropped.
     void end_ahead();
@@ -47,7 +53,8 @@ class ProgramCache {
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }
-    double seconds() const { return seconds_; }  ///< Returns the CPU time of compiling and linking, seconds.
+    /// Returns the seconds that callers waited for compiling and linking.
+    double seconds() const { return seconds_; }
 
   private:
     struct Entry {
@@ -62,6 +69,7 @@ class ProgramCache {
     std::unordered_map<std::string, Entry> entries_;
     const ProgramBinaries* binaries_;
     double seconds_ = 0;
+    std::unordered_set<std::string> tried_;  // keys of programs that were compiled ahead
     std::unique_ptr<Ahead> ahead_;
 };
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <optional>
 #include <regex>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/gpu/embedded_shaders.h"
@@ -59,12 +60,15 @@ class Expander {
     void add(const std::string& name, std::string_view text) {
         const std::size_t file = number_of(name);
         there_[file].push_back(branch_);
+        bool continued = false;  // the line continues the one before
         for (std::size_t number = 1; !text.empty(); ++number) {
             const std::size_t end = std::min(text.find('\n'), text.size());
             const std::string_view line = text.substr(0, end);
             text.remove_prefix(std::min(end + 1, text.size()));
             const std::string_view code = trimmed(line);
-            if ((code.empty() || code.starts_with("//")) && !out_.text.ends_with("\\\n")) continue;
+            const bool continues = code.ends_with('\\');
+            const bool is_code = std::exchange(continued, continues) || continues;
+            if (!is_code && (code.empty() || code.starts_with("//"))) continue;
             if (directive(line, "version") || directive(line, "pragma once")) continue;
             if (const auto target = included(line)) {
                 include(*target, name, number);
@@ -98,8 +102,8 @@ class Expander {
         });
     }
 
-    /// Adds an included file, unless it is there. Only the compiler can evaluate conditions: where it may have met the file
-    /// in another branch, a macro tells.
+    /// Adds an included file, unless it is there. Only the compiler can evaluate conditions. If another branch may have
+    /// added the file, a macro guards it.
     void include(const std::string& target, const std::string& from, std::size_t line) {
         const std::size_t file = number_of(target);
         if (is_there(file)) return;

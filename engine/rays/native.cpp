@@ -38,9 +38,7 @@ void trace_paths(graph::Resources& r, const TraceScene& scene, const RayBatch& b
                  const std::vector<std::uint32_t>& paths, const gpu::Buffer& results, bool any_hit) {
     const graph::Kernel kernel = plain_kernel(scene, batch, any_hit, true);
     const gpu::Program& program = r.programs().compute(kernel.source, kernel.defines);
-    RayBatch whole = batch;
-    whole.list = whole.list_header = {};
-    bind_batch(r, program, scene, whole);
+    kernel.bind(r, program);
     const auto count = static_cast<std::uint32_t>(paths.size());
     const shared::ListHeader head{(count + 63) / 64, 1, 1, count};
     const gpu::Buffer list = gpu::Buffer::from("list of rays", paths), header("header", sizeof(head), &head);

@@ -216,7 +216,7 @@ void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     interruption_point();
     const graph::Kernel kernel = plain_kernel(scene, batch, any_hit, static_cast<bool>(batch.list));
     const gpu::Program& program = r.programs().compute(kernel.source, kernel.defines);
-    bind_batch(r, program, scene, batch);
+    kernel.bind(r, program);
     program.bind_storage(any_hit ? "Occluded" : "Hits", r.buffer(results));
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));

@@ -165,7 +165,7 @@ graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const 
 
 /// Throws Error naming `rays` where the driver does not start this number of work groups at once.
 void check_groups(std::uint32_t groups, std::uint32_t rays);
-/// Returns the plain kernel for the rays of a batch; `listed`: for those of a list.
+/// Returns the plain kernel of a batch. `listed`: the kernel reads path indices from a list, which the batch may lack.
 graph::Kernel plain_kernel(const TraceScene& scene, const RayBatch& batch, bool any_hit, bool listed);
 /// Traces a batch in a pass that has declared the batch (read_batch()) and the results (write_results()).
 void trace_plain(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,

@@ -2,8 +2,8 @@
 // images and textures have no number in the code; they are bound by name (engine/gpu/program_slots.h).
 #pragma once
 
-// The textures are texture buffers. Mesa keeps the filters of other textures in the slots of texture buffers, and makes
-// them a part of the keys of compiled programs (engine/gpu/program_cache.h). Unit 0 stays free: samplers without a layout unit read it.
+// The textures are texture buffers, for a reason that docs/measuring.md gives (start-up on llvmpipe). Unit 0 stays free:
+// samplers without a layout unit read it.
 #define UNIT_NODES 1               // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
 #define UNIT_TRIANGLE_VERTICES 2   // RGBA32F: pairs of triangles in leaf order; RGB32F: vertices of pages
 #define UNIT_BLOCK_HEADS 3         // R32UI: node index of the head of each instance's block

@@ -409,6 +409,22 @@ TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
     EXPECT_EQ(count(), kept) << "replaced";
 }
 
+/// Machine code that the second thread makes serves the first one, or there would be more of it.
+TEST_F(Output, TwoThreadsCompileTheProgramsOfOne) {
+    const auto code_made_by = [&](const std::string& threads) {
+        const std::filesystem::path cache = folder / ("cache of " + threads);
+        const RunOptions cold{
+            .environment = {"XDG_CACHE_HOME=" + cache.string(), "MESA_SHADER_CACHE_DIR=" + cache.string()}};
+        render({file(threads + ".exr"), "--threads", threads}, cold);
+        std::size_t files = 0;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(cache / "mesa_shader_cache"))
+            files += entry.is_regular_file() ? 1 : 0;
+        return files;
+    };
+    EXPECT_EQ(code_made_by("2"), code_made_by("1"));
+    EXPECT_TRUE(same_pixels(file("1.exr"), file("2.exr")));
+}
+
 TEST_F(Output, TakesNamesInAnyOrder) {
     render({file("a.exr")});
     const Strings size = {"--width", "32", "--height", "32", "--spp", "1"};

@@ -10,6 +10,7 @@
 #include "engine/graph/execute.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::graph {
 namespace {
@@ -26,6 +27,13 @@ layout(std430) writeonly buffer Out { uint target[]; };
 uniform uint step;
 void main() { target[gl_GlobalInvocationID.x] = source[gl_GlobalInvocationID.x] + step; }
 )");
+
+constexpr const char* kAdd = R"(
+layout(local_size_x = 64) in;
+uniform usamplerBuffer from;
+layout(std430) writeonly buffer To { uint target[]; };
+void main() { target[gl_GlobalInvocationID.x] = texelFetch(from, int(gl_GlobalInvocationID.x)).x + ADDED; }
+)";
 
 class GraphTest : public GpuTest {
   protected:
@@ -83,6 +91,45 @@ TEST_F(GraphTest, AChainOfKernelsIsTheSameWithAndWithoutAliasing) {
         end.resize(kCount);
         EXPECT_EQ(end, ramp_from(66)) << alias;
     }
+}
+
+TEST_F(GraphTest, DeclaredKernelsRunWithAndWithoutCompilingAhead) {
+    const TemporaryFolder folder;
+    const gpu::ProgramBinaries binaries(folder / "programs", "driver");
+    gpu::Buffer source = ramp();
+    for (const bool ahead : {true, false}) {
+        gpu::ProgramCache cache(&binaries);
+        Executor both(cache);
+        both.compile_ahead(ahead);
+        Graph graph;
+        BufferHandle last = graph.import_buffer("ramp", source);
+        bool stops = true;
+        for (std::uint32_t i = 1; i <= 3; ++i) {
+            Pass pass = graph.add_pass("add");
+            pass.read(last, texture_read, {"from", GL_R32UI});
+            last = pass.write(fresh(graph, std::to_string(i)), storage_write, "To");
+            pass.kernel({{"add", kAdd}, {{"ADDED", std::to_string(i) + "u"}}, {}});
+            pass.execute([&stops, i](Resources& r) {
+                if (i == 2 && stops) throw Error("test", "is stopped");
+                r.kernel().dispatch(kCount / 64);
+            });
+        }
+        graph.output(last);
+        const CompiledGraph plan = compile(graph);
+        EXPECT_EQ(error_message([&] { both.run(plan); }), "test: is stopped");
+        stops = false;
+        both.run(plan);
+        EXPECT_EQ(both.read<std::uint32_t>(last), ramp_from(6)) << ahead;
+    }
+}
+
+TEST_F(GraphTest, PassesWithoutAKernelAreNamed) {
+    Graph graph;
+    Pass pass = graph.add_pass("bare");
+    const BufferHandle out = pass.write(fresh(graph, "out"), storage_write);
+    pass.execute([](Resources& r) { r.kernel(); });
+    graph.output(out);
+    EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }), "pass 'bare': has declared no kernel");
 }
 
 TEST_F(GraphTest, OneCompiledGraphRunsManyTimes) {

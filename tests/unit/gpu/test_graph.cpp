@@ -359,6 +359,8 @@ TEST(GraphBarriers, FollowFromTheLaterAccess) {
     EXPECT_EQ(buffer(transfer_write, storage_read), 0u);
     const auto texture = barrier_between<TextureHandle>;
     EXPECT_EQ(texture(image_write, texture_read), GL_TEXTURE_FETCH_BARRIER_BIT);
+    EXPECT_EQ(texture(image_write, image_read), GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    EXPECT_EQ(texture(color_attachment, image_read), 0u);
     EXPECT_EQ(texture(image_write, color_attachment), GL_FRAMEBUFFER_BARRIER_BIT);
     EXPECT_EQ(texture(image_write, transfer_read), GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
     EXPECT_EQ(texture(color_attachment, texture_read), 0u);

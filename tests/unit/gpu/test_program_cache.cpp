@@ -43,13 +43,10 @@ class ProgramCacheTest : public GpuTest {
         program.dispatch(1);
         return out.read<std::uint32_t>().front();
     }
-    bool compiles_ahead() const {
-        return context.renderer().starts_with("llvmpipe") && std::thread::hardware_concurrency() > 1;
-    }
     /// Waits until the second thread has compiled a program; fails where it has not within a minute.
     void wait_for(const std::string& value) const {
         const std::string text = program_text({{"add", kAdd}}, {{"VALUE", value + "u"}});
-        for (int i = 0; compiles_ahead() && !binaries_.has(text); ++i) {
+        for (int i = 0; can_compile_ahead() && !binaries_.has(text); ++i) {
             ASSERT_LT(i, 6000);
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
@@ -70,14 +67,14 @@ TEST_F(ProgramCacheTest, ProgramsCompiledAheadGiveTheSameResults) {
     EXPECT_EQ(run(cache, "7"), 108u) << "was not expected";
     cache.end_ahead();
     EXPECT_EQ(run(cache, "2"), 103u) << "was compiled and dropped, or never";
-    EXPECT_EQ(bound, compiles_ahead() ? 3 : 0);
+    EXPECT_EQ(bound, can_compile_ahead() ? 3 : 0);
     EXPECT_EQ(cache.count(), 3u);
 
     // A store that has the first program is taken for full.
     ProgramCache later(&binaries_);
     later.compile_ahead({expected("2", bound), expected("9", bound)});
     later.end_ahead();
-    EXPECT_EQ(bound, compiles_ahead() ? 3 : 0);
+    EXPECT_EQ(bound, can_compile_ahead() ? 3 : 0);
     EXPECT_EQ(run(later, "9"), 110u);
 }
 
@@ -86,7 +83,9 @@ TEST_F(ProgramCacheTest, ErrorsReachTheCaller) {
     std::atomic<int> bound{0};
     cache.compile_ahead({expected("2", bound, "nonsense"), expected("3", bound)});
     wait_for("3");
-    EXPECT_NE(error_message([&] { cache.compute({"add", "nonsense"}, {{"VALUE", "2u"}}); }).find("add:1"),
+    EXPECT_NE(error_message([&] {
+                  cache.compute({"add", "nonsense"}, {{"VALUE", "2u"}});
+              }).find("add:1"),
               std::string::npos);
     EXPECT_EQ(run(cache, "3"), 104u);
 }
