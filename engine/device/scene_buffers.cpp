@@ -62,7 +62,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, "environment warp");
     add(UNIT_ALBEDO, GL_RG32F, "directional albedo");
     add(UNIT_LIGHT_GROUPS, GL_R32UI, "light groups");
-    update_tables(trace, shading, nullptr);
+    update(trace, shading, nullptr);
 }
 
 gpu::Buffer& SceneBuffers::view(GLuint unit, GLenum format, const char* name) {
@@ -94,10 +94,6 @@ void SceneBuffers::bring_pool(const char* name, GLuint unit, GLuint more_units, 
 }
 
 void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
-    update_tables(trace, shading, last);
-}
-
-void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
     needs_ = shading.needs;
     defines_ = {};
     for (const auto& [name, value] : shader_defines(needs_)) defines_.set(name, value);

@@ -61,7 +61,6 @@ class SceneBuffers {
         GLenum format;
         gpu::Buffer buffer;
     };
-    void update_tables(const TraceTables& trace, const ShadingTables& shading, const Content* last);
     void set_draws(const TraceTables& trace);
     gpu::Buffer& view(GLuint unit, GLenum format, const char* name);
     /// Uploads a texel pool: its first bank to `unit`, others from `more_units` on.

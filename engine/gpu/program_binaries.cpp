@@ -89,7 +89,7 @@ fs::path temporary_name(const fs::path& file) {
 }  // namespace
 
 ProgramBinaries::ProgramBinaries(fs::path folder, std::string driver, std::uint64_t max_bytes)
-    : folder_(std::move(folder)), driver_(std::move(driver)), max_bytes_(max_bytes) {}
+    : folder_(std::move(folder)), driver_(std::move(driver) + '\n'), max_bytes_(max_bytes) {}
 
 fs::path ProgramBinaries::file(std::string_view key) const {
     Hash hash;

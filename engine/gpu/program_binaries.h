@@ -36,7 +36,7 @@ class ProgramBinaries {
 
   private:
     std::filesystem::path folder_;
-    std::string driver_;
+    std::string driver_;  // ends with a newline
     std::uint64_t max_bytes_;
 };
 
