@@ -143,7 +143,7 @@ class Expander {
 
     ExpandedSource& out_;
     std::vector<std::vector<Branch>> there_;  // branches in which each file was added
-    Branch branch_;                           // that of the present line
+    Branch branch_;                           // branches around the present line
     std::size_t last_branch_ = 0;
 };
 
