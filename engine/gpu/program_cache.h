@@ -37,12 +37,12 @@ class ProgramCache {
     const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
 
     /// Compiles programs on a second thread until end_ahead(), those with the most defines first, while the caller uses
-    /// others. llvmpipe translates a program at its first dispatch, into machine code for the formats of the bound
+    /// others. The driver translates a program at its first dispatch, into machine code for the formats of the bound
     /// textures, and keeps the code on disk. Programs are therefore dispatched, too, without workgroups. Until
     /// end_ahead(), what `programs` refers to must stay valid, and their textures must not be replaced.
     ///
-    /// Each program is tried once. Nothing happens if can_compile_ahead() is false, if there is no store of binaries,
-    /// or if the store has the first program: then it has the others as well.
+    /// Each program is compiled ahead at most once. Nothing happens if can_compile_ahead() is false, if there is no
+    /// store of binaries, or if the store has the first program, as it then has the others.
     void compile_ahead(std::vector<ExpectedProgram> programs);
     /// Waits for the program that is being compiled. Those that were not asked for are dropped.
     void end_ahead();
