@@ -11,6 +11,10 @@ gpu::Defines SceneView::camera_defines(gpu::Defines others) const {
 }
 
 std::function<void(graph::Resources&, const gpu::Program&)> SceneView::bind_scene() const {
+    return [&scene = scene](graph::Resources&, const gpu::Program&) { scene.bind(); };
+}
+
+std::function<void(graph::Resources&, const gpu::Program&)> SceneView::bind_hits() const {
     return [&scene = scene, rows = rows](graph::Resources&, const gpu::Program&) {
         scene.bind();
         if (rows) rows->bind();

@@ -52,8 +52,11 @@ struct SceneView {
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
     bool optics = false;                      // camera rays follow shaders/shared/optics.h
 
-    /// Returns a function for Pass::kernel() that binds the scene's tables, and the rows of hits if there are any.
+    /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
+    /// where geometry is loaded in pages.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
+    /// Returns one that binds the tables of triangles that were hit instead.
+    std::function<void(graph::Resources&, const gpu::Program&)> bind_hits() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;
     /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, or light groups.

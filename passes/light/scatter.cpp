@@ -79,7 +79,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     if (options.last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (options.reuse_points) defines.set("HALFLIGHT_REUSE_POINTS");
     if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
-    pass.kernel({"shaders/resolve.comp", defines, view.bind_scene()});
+    pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
     pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
         if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
         const gpu::Program& program = r.kernel();

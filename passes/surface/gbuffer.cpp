@@ -135,7 +135,7 @@ void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, g
     }
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write, "Surfaces");
-    pass.kernel({"shaders/resolve.comp", defines, view.bind_scene()});
+    pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
     pass.execute([view, g, paths](graph::Resources& r) {
         gather_rows(view, g, r);
         const gpu::Program& program = r.kernel();
@@ -170,7 +170,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         read_hits(pass, view, g, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());
-        pass.kernel({"shaders/resolve.comp", defines, view.bind_scene()});
+        pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
         pass.execute([=](graph::Resources& r) {
             gather_rows(view, g, r);
             const gpu::Program& program = r.kernel();

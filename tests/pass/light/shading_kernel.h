@@ -37,8 +37,8 @@ class ShadingScene {
         add(UNIT_LIGHT_TREE, GL_RGBA32UI, tables.light_tree);
         add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, tables.light_of_triangle);
         add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, tables.environment_warp);
-        add(UNIT_ENVIRONMENT, GL_RGB32F, tables.environment);
-        add(UNIT_ALBEDO, GL_RG32F, tables.albedo);
+        add(UNIT_ENVIRONMENT, GL_RGB32F, tables.environment.pixels);
+        add(UNIT_ALBEDO, GL_RG32F, tables.albedo.pixels);
     }
 
     /// Runs a kernel for each i in [0, count); returns `rows` vec4 per i, which `main_body` writes to
@@ -71,7 +71,6 @@ class ShadingScene {
 
     void bind() const {
         for (const View& view : views_) view.buffer.bind_texture(view.unit, view.format);
-        for (const auto& [unit, texture] : textures_) texture.bind(unit);
     }
 
     TraceTables trace;
@@ -89,14 +88,7 @@ class ShadingScene {
     void add(GLuint unit, GLenum format, const std::vector<T>& values) {
         views_.push_back({unit, format, gpu::Buffer::from("table", values)});
     }
-    void add(GLuint unit, GLenum format, const Image& image) {
-        if (image.pixels.empty()) return;
-        gpu::Texture texture("table", {.width = image.width, .height = image.height, .format = format});
-        texture.upload(image.pixels);
-        textures_.emplace_back(unit, std::move(texture));
-    }
     std::vector<View> views_;
-    std::vector<std::pair<GLuint, gpu::Texture>> textures_;
 };
 
 /// Returns one triangle (0,0,0), (1,0,0), (0,1,0) with normal +z and the given material.
