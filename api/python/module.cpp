@@ -1,4 +1,8 @@
 // The native module halflight._native, which api/python/halflight/__init__.py wraps.
+#include <pybind11/numpy.h>
+
+#include <vector>
+
 #include "api/python/bindings.h"
 #include "engine/core/memory_ledger.h"
 
@@ -50,6 +54,9 @@ void Callback::rethrow() {
 PYBIND11_MODULE(_native, module) {
     namespace py = pybind11;
     module.doc() = "Native part of the package halflight.";
+    // pybind11 loads NumPy at the first array, under a guard of C++, and may give up the interpreter's lock meanwhile.
+    // Two threads with their first arrays would then wait for each other.
+    py::array(py::dtype("f4"), std::vector<py::ssize_t>{0});
     py::register_exception<halflight::Error>(module, "Error", PyExc_RuntimeError).doc() =
         "Error of the library; its text is one line that names file and element.";
     module.def("limit_memory", [](const std::string& size) {

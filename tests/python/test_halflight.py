@@ -306,6 +306,17 @@ class Callbacks(InFolder):
             hl.render_sequence(scene, self.folder / "a.#.exr", [1], **settings)
         self.assertLess(time.monotonic() - start, 0.6 * pilot)
 
+    def test_threads_may_read_their_first_arrays_at_once(self):
+        script = ("import sys, threading\nimport halflight as hl\n"
+                  "def paint():\n"
+                  "    picture = hl.render(hl.load(sys.argv[1]), width=32, height=32, samples=1, layers=[], device=sys.argv[2])\n"
+                  "    assert picture['beauty'].shape == (32, 32, 3)\n"
+                  "threads = [threading.Thread(target=paint) for _ in range(2)]\n"
+                  "for thread in threads: thread.start()\n"
+                  "for thread in threads: thread.join()\n")
+        for _ in range(4):  # a deadlock shows in most runs
+            subprocess.run([sys.executable, "-c", script, str(CORNELL), DEVICE], check=True, timeout=120)
+
     def test_a_scene_at_work_is_refused(self):
         def nested(progress):
             self.renderer.scene.edit_emission(2)
