@@ -120,7 +120,7 @@ class Expander {
         add(target, *text);
         if (maybe_there) {
             put("#endif", place);
-            // What the file includes is there as well, whichever include has added the file.
+            // Files that this one includes are there as well, whichever include has added it.
             for (std::vector<Branch>& branches : there_)
                 if (std::ranges::find(branches, branch_) != branches.end())
                     branches.emplace_back(branch_.begin(), branch_.end() - 1);
