@@ -64,7 +64,7 @@ TEST_F(Refusal, Lenses) {
         expect_render({"--fstop", "2", "--focus", "2", "--blades", value}, 2, "--blades: expects 0 or a whole .*");
     expect_render({"--focus", "2", "--aperture", "-1"}, 2, "--aperture: expects 0 or a number .*");
     expect_render({"--fstop", "2"}, 2,
-                  "--fstop: needs an output through the view transform, such as a .png, a movie or --focus");
+                  "--fstop: needs --focus, or an output through the view transform such as a .png or a movie");
     expect_render({"--focus", "2"}, 1, "focus: needs an f-number \\(--fstop\\) or an aperture \\(--aperture\\)");
     expect_render({"--aperture", "5"}, 1, "aperture: blurs nothing without a focus \\(--focus\\)");
     expect_render({"--fstop", "2", "--focus", "2", "--primary", "raster", "--quiet"}, 1,

@@ -282,7 +282,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
         if (given(option) && !wants_view(a))
             throw UsageError(option, "needs an output through the view transform, such as a .png, or a movie");
     if (given("--fstop") && !given("--focus") && !wants_view(a))
-        throw UsageError("--fstop", "needs an output through the view transform, such as a .png, a movie or --focus");
+        throw UsageError("--fstop", "needs --focus, or an output through the view transform such as a .png or a movie");
 }
 
 }  // namespace

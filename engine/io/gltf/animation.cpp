@@ -200,6 +200,8 @@ class Reader {
         else
             keys.values = flat(accessors_.read<vec3>(output, 0, expected, purpose, true));
         check_keyframes(keys, fmt::format("{}: {}", document_.file, element));
+        if (keys.times[0] < 0)
+            document_.warnings.add(fmt::format("its first key is at {} s, before 0", keys.times[0]), element);
         return keys;
     }
 

@@ -304,6 +304,11 @@ TEST_F(GltfAnimation, HarmlessViolationsGiveWarnings) {
            sampler + "has a byteStride in bufferViews[2], as only vertices may");
     warned(
         [](GltfBuilder& b) {
+            b.json["animations"][0]["samplers"][0]["input"] = b.floats("SCALAR", {-1, 1});
+        },
+        sampler + "its first key is at -1 s, before 0");
+    warned(
+        [](GltfBuilder& b) {
             Json& channels = b.json["animations"][0]["channels"];
             channels.push_back(Json(channels[0]));
         },
