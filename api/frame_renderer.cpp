@@ -31,6 +31,20 @@
 
 namespace halflight {
 
+namespace {
+
+/// Returns a callback after which the context of the work is current again.
+template <class Progress>
+std::function<bool(Progress)> keeping_context(const std::function<bool(Progress)>& progress) {
+    if (!progress) return nullptr;
+    return [&progress](Progress p) {
+        const gpu::KeepCurrent keep;
+        return progress(p);
+    };
+}
+
+}  // namespace
+
 int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples) {
     constexpr int kDefaultTimes = 8;
     if (shutter.open == 0) return 1;
@@ -462,6 +476,9 @@ FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, Render
     const Shutter& shutter = state_->shutter;
     if (!(shutter.open >= 0 && shutter.open <= 1))
         throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
+    if (shutter.open > 0 && shutter.times && (*shutter.times < 1 || *shutter.times > state_->settings.samples))
+        throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}",
+                    state_->settings.samples, *shutter.times);
     state_->set_frame(state_->settings.frame);
     if (state_->settings.parts > 1) state_->check_apart("sample-parts");
     if (!options.merged.empty()) state_->open_merged(options.merged);
@@ -475,8 +492,10 @@ FrameRenderer& FrameRenderer::operator=(FrameRenderer&& other) noexcept {
 }
 FrameRenderer::~FrameRenderer() {
     if (!state_) return;
+    const gpu::KeepCurrent keep;  // another renderer's callback may delete this one
     try {
         state_->context->make_current();
+        state_.reset();
     } catch (const Error&) {
         // The context is current on another thread. OpenGL names of its objects must not be deleted in the context of
         // this thread, so the renderer is leaked instead.
@@ -484,7 +503,8 @@ FrameRenderer::~FrameRenderer() {
     }
 }
 
-std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(double)>& progress) {
+std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(double)>& asked) {
+    const auto progress = keeping_context(asked);
     State& s = *state_;
     if (!leaves_open(s.settings.estimator)) return s.settings.estimator;
     if (s.found) return s.found;
@@ -497,7 +517,8 @@ std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(
     return s.found;
 }
 
-std::optional<float> FrameRenderer::find_exposure(const std::function<bool(double)>& progress) {
+std::optional<float> FrameRenderer::find_exposure(const std::function<bool(double)>& asked) {
+    const auto progress = keeping_context(asked);
     State& s = *state_;
     if (!s.settings.want_view || !s.settings.view.metered()) return s.settings.view.stops();
     s.begin();
@@ -508,7 +529,8 @@ std::optional<float> FrameRenderer::find_exposure(const std::function<bool(doubl
     return stops;
 }
 
-RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
+RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& asked) {
+    const ProgressCallback progress = keeping_context(asked);
     State& s = *state_;
     find_exposure();
     s.begin();

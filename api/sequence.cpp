@@ -59,14 +59,24 @@ std::string main_name(const SequenceOptions& o) {
     return (o.outputs.empty() ? *o.movie : o.outputs[0]).string();
 }
 
+/// A callback has stopped the look at the frames that are there.
+struct StoppedBefore {
+    std::uint32_t frame;
+    std::size_t kept;  // number of whole frames before it
+};
+
 /// Returns the frames to make, in order. They include frames that the movie cannot show because they have no .png.
-/// Throws Error for files that must not be replaced. `frames`: frames of the part.
+/// Throws Error for files that must not be replaced, and StoppedBefore. `frames`: frames of the part.
 std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
-                                          bool temporal, const std::string& sequence, const Log& log) {
+                                          bool temporal, const std::string& sequence, const SequenceEvents& events,
+                                          const Log& log) {
     std::vector<std::uint32_t> todo, damaged;
     const bool shown = !o.movie || wants(o, "png");
     std::size_t not_shown = 0;  // number of complete frames without a .png
+    std::size_t seen = 0;
     for (const std::uint32_t frame : frames) {
+        if (events.go_on && !events.go_on()) throw StoppedBefore{frame, seen - todo.size()};
+        ++seen;
         const std::string fingerprint = frame_fingerprint(sequence, frame);
         bool whole = true;
         for (const auto& path : files_of(o, frame)) {
@@ -103,9 +113,14 @@ void append_line(const std::filesystem::path& path, const std::string& line) {
     char last = '\n';
     if (size > 0 && pread(file, &last, 1, size - 1) != 1) last = '\n';
     const std::string text = fmt::format("{}{}{}", last == '\n' ? "" : "\n", line, line.empty() ? "" : "\n");
-    const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+    std::string_view rest = text;  // a disk that fills takes a part, and the next call has the error
+    ssize_t count = 0;
+    while (!rest.empty() && ((count = write(file, rest.data(), rest.size())) >= 0 || errno == EINTR))
+        rest.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    const int error = errno;
     const bool closed = close(file) == 0;
-    check(written && closed);
+    if (!rest.empty()) errno = error;
+    check(rest.empty() && closed);
 }
 
 /// Returns JSON as one line. Bytes of file names that are not UTF-8 are replaced.
@@ -342,10 +357,11 @@ void check_outputs(const SequenceOptions& o) {
 
 std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
                                              const Shutter& shutter, const ColorConfig& colors,
-                                             const SequenceOptions& o) {
+                                             const SequenceOptions& o, const std::function<void()>& look) {
     const std::string fingerprint = fingerprint_of(scene, of_sequence(settings, scene), shutter, colors, o);
     std::vector<std::uint32_t> bad;
     for (const std::uint32_t frame : part_of(o.frames, o.part)) {
+        look();
         if (!is_whole(o, frame, fingerprint)) bad.push_back(frame);
     }
     return bad;
@@ -366,7 +382,12 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     const std::string display = settings.want_view ? options.colors->view(settings.view).display() : "";
     const std::vector<std::uint32_t> frames = part_of(o.frames, o.part);
     const std::string fingerprint = fingerprint_of(scene, settings, options.shutter, *options.colors, o);
-    const std::vector<std::uint32_t> todo = frames_to_make(o, frames, settings.preview.temporal, fingerprint, log);
+    std::vector<std::uint32_t> todo;
+    try {
+        todo = frames_to_make(o, frames, settings.preview.temporal, fingerprint, events, log);
+    } catch (const StoppedBefore& stopped) {
+        return {.frames = frames.size(), .kept = stopped.kept, .stopped_in = stopped.frame};
+    }
     settings.pictures = static_cast<int>(todo.size()) * (1 + 2 * neighbour_frames(settings));
     if (o.stats) append_line(*o.stats, "");
 

@@ -54,9 +54,10 @@ struct SequenceTally {
 void check_outputs(const SequenceOptions& options);
 
 /// Returns frames of the part with a file that is missing, damaged, or made from another scene or with other settings.
-std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
-                                             const Shutter& shutter, const ColorConfig& colors,
-                                             const SequenceOptions& options);
+/// `look` is called before each frame, and may throw to stop.
+std::vector<std::uint32_t> incomplete_frames(
+    const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter, const ColorConfig& colors,
+    const SequenceOptions& options, const std::function<void()>& look = [] {});
 
 /// Renders the missing frames of the part, and writes their files and the movie. Each frame is a function of scene,
 /// frame number and settings, whichever run made it. Preview mode `temporal` is an exception and makes all frames

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "api/halflight/halflight.h"
@@ -20,8 +21,16 @@ namespace py = pybind11;
 /// A scene that renderers and edits use in turn.
 struct PyScene {
     LoadedScene scene;
-    SavedSettings saved{};  // settings file that the scene was loaded with
-    bool busy = false;      // a renderer uses the scene without the GIL
+    SavedSettings saved{};   // settings file that the scene was loaded with
+    bool busy = false;       // a renderer uses the scene without the GIL
+    std::thread::id user{};  // thread of that renderer
+
+    /// Returns the scene for reading. Throws Error where a renderer on another thread may be posing it.
+    const LoadedScene& readable() const {
+        if (busy && user != std::this_thread::get_id())
+            throw Error("scene", "is in use by a renderer on another thread");
+        return scene;
+    }
 };
 
 /// Marks a scene as busy during its lifetime. Throws Error where it is busy already: a callback or another thread must
@@ -31,6 +40,7 @@ class Busy {
     explicit Busy(PyScene& scene) : scene_(scene) {
         if (scene.busy) throw Error("scene", "is in use by a renderer");
         scene.busy = true;
+        scene.user = std::this_thread::get_id();
     }
     Busy(const Busy&) = delete;
     Busy& operator=(const Busy&) = delete;

@@ -5,6 +5,7 @@
 
 #include "api/python/bindings.h"
 #include "engine/core/memory_ledger.h"
+#include "engine/gpu/context.h"
 
 namespace halflight::python {
 
@@ -29,6 +30,7 @@ bool Callback::operator()(const std::function<py::object()>& make) {
         if (watch_.seconds() - looked_ < 0.05) return !error_;
         looked_ = watch_.seconds();
     }
+    const gpu::KeepCurrent keep;  // the function may render, and garbage collection may delete renderers
     const py::gil_scoped_acquire gil;
     if (error_) return false;
     try {

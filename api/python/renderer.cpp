@@ -1,6 +1,7 @@
 // Python classes and functions for renderers, sequences and settings.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -43,9 +44,19 @@ RenderSettings settings_of(const SettingTexts& texts, const Camera& chosen) {
     return settings;
 }
 
+/// Throws Error in a process that was forked from one that has had a context. It lacks the threads of the driver, and
+/// would wait for them without end.
+void check_not_forked() {
+    static const pid_t owner = getpid();  // process of the first call, which comes before the first context
+    if (owner != getpid())
+        throw Error("GPU",
+                    "this process was forked from one that renders; multiprocessing has the start method 'spawn'");
+}
+
 /// Returns the context that all renderers of a thread share: making one takes as long as many small pictures. The
 /// context lives until the process ends.
 std::shared_ptr<gpu::Context> shared_context(const std::string& device, bool shader_cache) {
+    check_not_forked();
     using Contexts = std::map<std::pair<std::string, bool>, std::shared_ptr<gpu::Context>>;
     thread_local Contexts& contexts = *new Contexts;  // drivers cannot be closed safely while a process exits
     std::shared_ptr<gpu::Context>& context = contexts[{device, shader_cache}];
@@ -84,6 +95,7 @@ struct PyRenderer {
     }
 
     std::shared_ptr<PyPicture> render(std::optional<std::uint32_t> frame, py::object function, const Log& log) {
+        check_not_forked();
         const Busy busy(*scene);
         Callback progress(std::move(function));
         auto picture = std::make_shared<PyPicture>();

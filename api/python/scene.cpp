@@ -33,7 +33,8 @@ std::optional<dvec3> vec(const std::optional<Triple>& t) {
 }
 
 EnvironmentChoice environment_of(const Environment3& e) {
-    if (const auto* color = std::get_if<Triple>(&e)) return vec3(vec(*color));
+    if (const auto* color = std::get_if<Triple>(&e))
+        return parse_environment("environment", fmt::format("{},{},{}", (*color)[0], (*color)[1], (*color)[2]));
     if (const auto* name = std::get_if<std::string>(&e)) return parse_environment("environment", *name);
     if (const auto* map = std::get_if<std::filesystem::path>(&e)) return *map;
     return std::monostate();
@@ -157,8 +158,8 @@ Texts file_settings(const PyScene& s) {
 }
 
 void save_settings(const PyScene& s, const std::filesystem::path& path) {
-    const SceneChoice& choice = s.scene.choice();
-    const CameraChoice& camera = s.scene.camera_choice();
+    const SceneChoice& choice = s.readable().choice();
+    const CameraChoice& camera = s.readable().camera_choice();
     SavedSettings saved = s.saved;
     saved.camera = std::monostate();
     if (camera.camera) saved.camera = *camera.camera;
@@ -177,7 +178,7 @@ void save_settings(const PyScene& s, const std::filesystem::path& path) {
 }
 
 py::dict material(const PyScene& s, std::size_t index) {
-    const Scene& scene = s.scene.scene();
+    const Scene& scene = s.readable().scene();
     if (index >= scene.materials.size())
         throw Error(scene.name, "there is no material {}; the scene has {}, numbered from 0", index,
                     scene.materials.size());
@@ -203,7 +204,7 @@ py::dict light(const PunctualLight& l) {
 }
 
 Matrix transform(const PyScene& s, std::size_t index) {
-    const Scene& scene = s.scene.scene();
+    const Scene& scene = s.readable().scene();
     if (index >= scene.instances.size())
         throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index,
                     scene.instances.size());
@@ -250,24 +251,24 @@ void set_camera(PyScene& s, const std::optional<std::string>& name, const std::o
 void bind_scene(py::module_& module) {
     module.def("load", &load);
     py::class_<PyScene, std::shared_ptr<PyScene>>(module, "Scene")
-        .def_property_readonly("file", [](const PyScene& s) { return s.scene.choice().scene; })
-        .def_property_readonly("variants", [](const PyScene& s) { return s.scene.variants(); })
-        .def_property_readonly("cameras", [](const PyScene& s) { return names_of(s.scene.scene().cameras); })
-        .def_property_readonly("materials", [](const PyScene& s) { return names_of(s.scene.scene().materials); })
-        .def_property_readonly("instances", [](const PyScene& s) { return names_of(s.scene.scene().instances); })
+        .def_property_readonly("file", [](const PyScene& s) { return s.readable().choice().scene; })
+        .def_property_readonly("variants", [](const PyScene& s) { return s.readable().variants(); })
+        .def_property_readonly("cameras", [](const PyScene& s) { return names_of(s.readable().scene().cameras); })
+        .def_property_readonly("materials", [](const PyScene& s) { return names_of(s.readable().scene().materials); })
+        .def_property_readonly("instances", [](const PyScene& s) { return names_of(s.readable().scene().instances); })
         .def_property_readonly("lights",
                                [](const PyScene& s) {
                                    py::list all;
-                                   for (const PunctualLight& l : s.scene.scene().lights) all.append(light(l));
+                                   for (const PunctualLight& l : s.readable().scene().lights) all.append(light(l));
                                    return all;
                                })
         .def_property_readonly("bounds",
                                [](const PyScene& s) {
-                                   const WorldBounds box = world_bounds(s.scene.scene());
+                                   const WorldBounds box = world_bounds(s.readable().scene());
                                    return std::make_pair(triple(box.lower), triple(box.upper));
                                })
-        .def_property_readonly("frame_rate", [](const PyScene& s) { return text(s.scene.frame_rate()); })
-        .def_property_readonly("camera", [](const PyScene& s) { return s.scene.chosen_camera().camera.name; })
+        .def_property_readonly("frame_rate", [](const PyScene& s) { return text(s.readable().frame_rate()); })
+        .def_property_readonly("camera", [](const PyScene& s) { return s.readable().chosen_camera().camera.name; })
         .def("set_camera", &set_camera)
         .def("material", &material)
         .def("transform", &transform)
@@ -280,23 +281,23 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("shadow_catchers",
                                [](const PyScene& s) {
                                    std::vector<std::string> names;
-                                   for (const ObjectName& c : s.scene.edits().catchers) names.push_back(c.name);
+                                   for (const ObjectName& c : s.readable().edits().catchers) names.push_back(c.name);
                                    return names;
                                })
         .def("set_light_groups", &set_light_groups)
-        .def_property_readonly("light_groups", [](const PyScene& s) { return s.scene.scene().light_groups; })
+        .def_property_readonly("light_groups", [](const PyScene& s) { return s.readable().scene().light_groups; })
         .def_property_readonly("hidden",
                                [](const PyScene& s) {
                                    std::vector<std::string> names;
-                                   for (const ObjectName& h : s.scene.edits().hidden) names.push_back(h.name);
+                                   for (const ObjectName& h : s.readable().edits().hidden) names.push_back(h.name);
                                    return names;
                                })
-        .def_property_readonly("nodes", [](const PyScene& s) { return names_of(s.scene.tree().nodes); })
+        .def_property_readonly("nodes", [](const PyScene& s) { return names_of(s.readable().tree().nodes); })
         .def_property_readonly("settings", &file_settings)
         .def("save_settings", &save_settings)
         .def("edit_options",
              [](const PyScene& s) {
-                 return option_lines(name_facts(s.scene.scene(), s.scene.tree(), s.scene.variants()));
+                 return option_lines(name_facts(s.readable().scene(), s.scene.tree(), s.scene.variants()));
              })
         .def("edit_transform", &edit_transform)
         .def("edit_environment", &edit_environment)

@@ -26,6 +26,9 @@ struct ConfigFile {
 /// Reads a config. Throws ocio::Exception where it or a file that it names is not a regular file.
 ConfigFile read_config(const std::filesystem::path& path);
 
+/// Throws ocio::Exception where the aliases of a config's YAML text stand for too much, or for themselves.
+void check_aliases(const std::string& text);
+
 /// Throws ocio::Exception that names the objects where colour spaces, looks or transforms refer to themselves, directly
 /// or through others, or are nested too deep.
 void check_references(const ocio::Config& config);

@@ -65,9 +65,11 @@ class FileGuard {
         } catch (const ocio::Exception&) {
             return;  // a missing LUT is reported when something needs it
         }
-        if (!fs::is_regular_file(path))
+        std::error_code error;
+        if (!fs::is_regular_file(path, error))
             throw ocio::Exception(fmt::format("LUT {}: not a regular file", path.string()).c_str());
-        const auto size = fs::file_size(path);
+        const auto size = fs::file_size(path, error);
+        if (error) throw ocio::Exception(fmt::format("LUT {}: {}", path.string(), error.message()).c_str());
         if (size > kMaxLutBytes)
             throw ocio::Exception(
                 fmt::format("LUT {}: {} bytes are more than the limit of {}", path.string(), size, kMaxLutBytes)
@@ -84,7 +86,10 @@ std::string read(const fs::path& path) {
     try {
         return read_file(path, kMaxConfigBytes);
     } catch (const Error& e) {
-        throw ocio::Exception(e.what() + path.string().size() + 2);
+        const std::string_view message = e.what();
+        // A very long path is shortened in the message, and stays there.
+        const std::string subject = path.string() + ": ";
+        throw ocio::Exception(message.starts_with(subject) ? message.data() + subject.size() : message.data());
     }
 }
 
@@ -93,6 +98,7 @@ std::string read(const fs::path& path) {
 ConfigFile read_config(const fs::path& path) {
     const std::string bytes = read(path);
     if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");
+    check_aliases(bytes);
     std::istringstream text(bytes);
     const ocio::ConfigRcPtr config = ocio::Config::CreateFromStream(text)->createEditableCopy();
     config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // base of relative file names

@@ -61,7 +61,11 @@ Process::Process(const std::vector<std::string>& arguments, const ProcessOptions
     }
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
-    if (own_group_) posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    sigset_t usual;  // signals that this process may ignore, and the other one expects
+    sigemptyset(&usual);
+    for (const int signal : {SIGPIPE, SIGXFSZ}) sigaddset(&usual, signal);
+    posix_spawnattr_setsigdefault(&attributes, &usual);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | (own_group_ ? POSIX_SPAWN_SETPGROUP : 0));
     const std::vector<std::string> environment = changed_environment(options.environment);
     const int error = posix_spawnp(&id_, name_.c_str(), &files, &attributes, pointers(arguments).data(),
                                    pointers(environment).data());

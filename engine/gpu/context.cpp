@@ -1,5 +1,6 @@
 #include "engine/gpu/context.h"
 
+#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -269,6 +270,17 @@ void Context::check(std::string_view subject) {
     const std::uint64_t more = std::exchange(state_->unseen, 0) - 1;
     const std::string others = more == 0 ? "" : fmt::format(" (and {} more)", more);
     throw Error(subject, "{}{}", std::exchange(state_->first, {}), others);
+}
+
+KeepCurrent::KeepCurrent()
+    : display_(eglGetCurrentDisplay()),
+      draw_(eglGetCurrentSurface(EGL_DRAW)),
+      read_(eglGetCurrentSurface(EGL_READ)),
+      context_(eglGetCurrentContext()) {}
+
+KeepCurrent::~KeepCurrent() {
+    if (context_ != EGL_NO_CONTEXT && eglGetCurrentContext() != context_)
+        eglMakeCurrent(display_, draw_, read_, context_);
 }
 
 ContextLost::ContextLost(std::string_view subject)

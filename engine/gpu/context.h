@@ -77,6 +77,22 @@ class Context {
     std::unique_ptr<State> state_;
 };
 
+/// Makes the context that is current on this thread at construction current again at destruction, whatever others did
+/// meanwhile. Does nothing where there was none.
+class KeepCurrent {
+  public:
+    KeepCurrent();
+    KeepCurrent(const KeepCurrent&) = delete;
+    KeepCurrent& operator=(const KeepCurrent&) = delete;
+    ~KeepCurrent();
+
+  private:
+    void* display_;  // objects of EGL
+    void* draw_;
+    void* read_;
+    void* context_;
+};
+
 /// The driver has reset the device. Nothing can be rendered by contexts that were there before.
 class ContextLost final : public Error {
   public:

@@ -78,10 +78,12 @@ class HeaderGuard {
     }
 
     void check_channels(std::size_t end) {
+        constexpr std::size_t kMostChannels = 4096;
         constexpr std::size_t kChannel = 16;  // bytes that follow the name: type, linearity, sampling
         while (peek() != '\0') {
             read_name();
             position_ += kChannel;
+            if (++channels_ > kMostChannels) throw Error(subject_, "has more than {} channels", kMostChannels);
         }
         if (position_ + 1 != end) fail();
     }
@@ -126,6 +128,7 @@ class HeaderGuard {
     const std::string& subject_;
     std::string_view bytes_;
     const ExrLimits& limits_;
+    std::size_t channels_ = 0;  // number of channels of all parts so far
     std::size_t position_ = 0;
 };
 

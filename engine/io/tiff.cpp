@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/core/one_line.h"
 
 namespace halflight {
@@ -194,6 +195,7 @@ TiffFile read_tiff(const std::string& subject, std::string_view bytes, int max_s
     // A Deflate stream is at most 1032 times smaller than its data.
     if (count * height / 1032 > bytes.size())
         throw Error(subject, "is truncated: {} bytes cannot hold {} x {} pixels", bytes.size(), width, height);
+    MemoryLedger::process().check(sizeof(float) * count * height, subject, "pixels");
     result.image = Image(static_cast<int>(width), static_cast<int>(height), channels);
     std::vector<std::uint8_t> row(count * bits / 8);
     for (std::uint32_t y = 0; y < height; ++y) {

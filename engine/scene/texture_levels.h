@@ -11,6 +11,7 @@ struct LevelUses {
     bool data = false;
     bool normal = false;  // some data lookup reads normals, so its levels are averages of normals
     LevelUses& operator|=(const LevelUses& other);
+    bool operator==(const LevelUses&) const = default;
 };
 
 /// Returns the number of levels of an image of this size, level 0 included. The last level has one texel.

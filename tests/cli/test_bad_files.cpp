@@ -371,6 +371,18 @@ TEST_F(BadFiles, ConfigsWhoseReferencesNeverEnd) {
     const auto with_film = [&](const std::string& transform, const std::string& rest = "") {
         return start + "    from_scene_reference: " + transform + "\n" + rest;
     };
+    std::string many = space("a0", "&a0 !<CDLTransform> {slope: [1, 1, 1]}"), deep = many;
+    for (int i = 1; i < 100; ++i) {
+        std::string ten;
+        for (int k = 0; k < 10; ++k) ten += fmt::format("*a{}, ", i - 1);
+        if (i < 10)
+            many += space(fmt::format("a{}", i), fmt::format("&a{} !<GroupTransform> {{children: [{}]}}", i, ten));
+        deep += space(fmt::format("a{}", i), fmt::format("&a{} !<GroupTransform> {{children: [*a{}]}}", i, i - 1));
+    }
+    config_refused("aliases of 10^9 transforms", with_film(to("lin_rec709"), many), {"aliases stand for more than"});
+    config_refused("aliases of 100 levels", with_film(to("lin_rec709"), deep), {"aliases nest more than 64 levels"});
+    config_refused("alias of itself", with_film("&film !<GroupTransform> {children: [*film]}"),
+                   {"an alias is part of what it stands for"});
     config_refused("space of itself", with_film(to("film")), {"colour space \"film\" refers to itself"});
     config_refused("space of itself, in a group", with_film("!<GroupTransform> {children: [" + to("film") + "]}"),
                    {"colour space \"film\" refers to itself"});

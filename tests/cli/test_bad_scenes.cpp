@@ -62,6 +62,51 @@ TEST_F(BadScenes, SizesBeyondTheFile) {
                 {"buffers[0]"});
 }
 
+/// Lists that are long and refer to each other. Time must not grow with the product of their lengths.
+TEST_F(BadScenes, LongLists) {
+    const auto loaded_with = [&](const std::string& name, const auto& change) {
+        GltfBuilder b;
+        b.add_triangle();
+        change(b);
+        loaded(name, b.glb());
+    };
+    loaded_with("25000 unreadable images, each the fallback of the one before", [](GltfBuilder& b) {
+        constexpr int kImages = 25000;
+        b.json["extensionsUsed"] = {"EXT_texture_webp"};
+        const Json none = {{"bufferView", b.view(std::vector<char>(4, 'x'))}, {"mimeType", "image/webp"}};
+        for (int i = 0; i < kImages; ++i) {
+            b.json["images"].push_back(none);
+            Json texture = {{"extensions", {{"EXT_texture_webp", {{"source", i}}}}}};
+            if (i + 1 < kImages) texture["source"] = i + 1;
+            b.json["textures"].push_back(texture);
+            b.json["materials"].push_back({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", i}}}}}});
+        }
+    });
+    loaded_with("40000 animations with a warning each", [](GltfBuilder& b) {
+        const int times = b.floats("SCALAR", {0, 1}), values = b.floats("VEC3", {0, 0, 0, 1, 1, 1});
+        for (int i = 0; i < 40000; ++i)
+            b.json["animations"].push_back(
+                {{"samplers", {{{"input", times}, {"output", values}}}},
+                 {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", fmt::format("path {}", i)}}}}}}});
+    });
+    loaded_with("30000 nodes that share a skin of 30000 joints", [](GltfBuilder& b) {
+        constexpr int kNodes = 30000;
+        Json joints = Json::array();
+        b.json["nodes"][0]["skin"] = 0;
+        b.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] =
+            b.accessor("VEC4", kU16, std::vector<std::uint16_t>(12, 0));
+        b.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] =
+            b.floats("VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+        for (int i = 0; i < kNodes; ++i) {
+            joints.push_back(i);
+            if (i > 0) b.json["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
+        }
+        // Without data, all matrices are zero, and nothing is left to draw.
+        const int zero = b.push("accessors", {{"componentType", kF32}, {"type", "MAT4"}, {"count", kNodes}});
+        b.json["skins"] = {{{"joints", joints}, {"inverseBindMatrices", zero}}};
+    });
+}
+
 TEST_F(BadScenes, ClaimsOfAFewBytes) {
     const auto u32 = [](std::uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
     const std::string json = kAsset + "}  ";

@@ -1,5 +1,7 @@
-// Tests the program where the system has little to give: a full disk of the driver's cache, and little address space.
+// Tests the program where the system has little to give: a full disk of the driver's cache, little address space, and
+// files that are pipes, devices or links.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <string>
 #include <vector>
@@ -63,6 +65,69 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
             << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
     }
+}
+
+TEST(AwkwardFiles, LogsThatCannotBeWrittenAreNamed) {
+    const TemporaryFolder folder;
+    const std::string fifo = folder / "fifo";
+    ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+    for (const std::string& log : {std::string("/dev/full"), fifo}) {
+        const Outcome outcome = run_program(picture(folder / "a.exr", {"--log", log}), {.most_seconds = 60});
+        EXPECT_EQ(outcome.status, 1) << log;
+        EXPECT_NE(outcome.err.find(log + ": cannot write: "), std::string::npos) << outcome.err;
+    }
+}
+
+TEST(AwkwardFiles, AReaderThatEndsDoesNotEndARender) {
+    const TemporaryFolder folder;
+    const std::string command = "exec 3>&2 2> >(head -c 1 >&3); exec \"$@\"";
+    const Outcome outcome = run_program(picture(folder / "a.exr", {"--frames", "1", "--progress", "json"}));
+    EXPECT_EQ(outcome.status, 2) << "a sequence needs a placeholder";
+    std::vector<std::string> sequence = picture(folder / "a.#.exr", {"--frames", "1-3", "--progress", "json"});
+    EXPECT_EQ(run_program(sequence, {.wrapper = {"bash", "-c", command, "sh"}}).status, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "a.3.exr"));
+}
+
+/// A user may place checkpoints on another disk by a link.
+TEST(AwkwardFiles, LinksToFoldersOfCheckpointsStay) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "scratch");
+    std::filesystem::create_directories(folder / "a.exr.parts");
+    std::filesystem::create_directory_symlink("../scratch", folder / "a.exr.parts/1-of-2");
+    const std::vector<std::string> whole = {kScene, folder / "a.exr", "--width", "8", "--height",
+                                            "8",    "--samples",      "2"};
+    const auto with = [&](std::vector<std::string> command, const std::vector<std::string>& more) {
+        command.insert(command.end(), whole.begin(), whole.end());
+        command.insert(command.end(), more.begin(), more.end());
+        return run_program(command);
+    };
+    for (const char* part : {"1/2", "2/2"}) EXPECT_EQ(with({"render"}, {"--part", part}).status, 0);
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "a.exr.parts/1-of-2"));
+    const Outcome merged = with({"merge"}, {"--sample-parts", "2"});
+    EXPECT_EQ(merged.status, 0) << merged.err;
+}
+
+TEST(AwkwardFiles, FilesOfTheSceneAreNotOverwritten) {
+    const TemporaryFolder folder;
+    const std::string image = folder / "wood.png";
+    ASSERT_EQ(run_program(picture(image)).status, 0);
+    const std::string before = read_text(image);
+    write_text(folder / "s.gltf",
+               R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}], "images": [{"uri": "wood.png"}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]},
+                      {"componentType": 5126, "count": 3, "type": "VEC2"}]})");
+    const Outcome outcome =
+        run_program({"render", folder / "s.gltf", image, "--width", "8", "--height", "8", "--samples", "1"});
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("wood.png: is both input and output"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(read_text(image) == before);
+    std::filesystem::copy(image, folder / "still.camera.exr");
+    const Outcome named =
+        run_program(picture(folder / "still.exr", {"--camera", "all", "--env", folder / "still.camera.exr"}));
+    EXPECT_EQ(named.status, 2) << named.err;
 }
 
 }  // namespace

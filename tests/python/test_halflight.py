@@ -310,7 +310,7 @@ class Callbacks(InFolder):
         script = ("import sys, threading\nimport halflight as hl\n"
                   "def paint():\n"
                   "    picture = hl.render(hl.load(sys.argv[1]), width=32, height=32, samples=1, layers=[], device=sys.argv[2])\n"
-                  "    assert picture['beauty'].shape == (32, 32, 3)\n"
+                  "    assert picture['beauty'].shape == (32, 32, 4)\n"
                   "threads = [threading.Thread(target=paint) for _ in range(2)]\n"
                   "for thread in threads: thread.start()\n"
                   "for thread in threads: thread.join()\n")
@@ -323,6 +323,44 @@ class Callbacks(InFolder):
         with self.assertRaisesRegex(hl.Error, "in use by a renderer"):
             self.renderer.render(progress=nested)
 
+    def test_callbacks_may_render_and_delete_renderers_of_other_contexts(self):
+        plain = hl.render(hl.load(CORNELL), layers=[], **SMALL)
+        others = [hl.Renderer(hl.load(CORNELL), layers=[], shader_cache=False, **SMALL)]
+
+        def nested(progress):
+            if others:
+                others.pop().render()
+        picture = hl.render(hl.load(CORNELL), layers=[], progress=nested, **SMALL)
+        np.testing.assert_array_equal(picture["beauty"], plain["beauty"])
+
+    def test_other_threads_do_not_read_a_scene_at_work(self):
+        found = []
+
+        def ask():
+            try:
+                self.renderer.scene.lights
+            except hl.Error as error:
+                found.append(str(error))
+
+        def look(progress):
+            self.renderer.scene.lights  # this thread may
+            thread = threading.Thread(target=ask)
+            thread.start()
+            thread.join()
+            return False
+        self.renderer.render(progress=look)
+        self.assertRegex(found[0], "in use by a renderer on another thread")
+
+    def test_forked_processes_are_told(self):
+        self.renderer.render(progress=lambda p: False)
+        if (child := os.fork()) == 0:
+            try:
+                hl.render(self.renderer.scene, layers=[], **SMALL)
+            except hl.Error as error:
+                os._exit(7 if "forked" in str(error) else 8)
+            os._exit(9)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 7)
+
 
 class Errors(InFolder):
     def test_name_what_is_wrong(self):
@@ -332,9 +370,13 @@ class Errors(InFolder):
         for settings, text in [(dict(bounce=1), "there is no setting 'bounce'"), (dict(samples=0), "samples"),
                                (dict(layers=["colour"]), "colour"), (dict(device="no such device"), "device"),
                                (dict(shutter=0, estimator="best"), "estimator"),
+                               (dict(shutter=0.5, shutter_times=0), "shutter times"),
+                               (dict(shutter=0.5, shutter_times=3), "shutter times"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
                 hl.render(scene, **{**SMALL, **settings})
+        with self.assertRaisesRegex(hl.Error, "environment"):
+            hl.load(CORNELL, environment=(float("nan"), 0, 0))
         with self.assertRaisesRegex(hl.Error, "a.bmp"):
             hl.render(scene, layers=[], **SMALL).save(self.folder / "a.bmp")
 

@@ -21,8 +21,8 @@ inline gpu::Context test_context() {
     }
 }
 
-/// Ends zink when it is destroyed. Mesa 22.3 frees the batches of a context that ends, and may keep a buffer that refers
-/// to one for the next context, which then waits for it without end.
+/// Ends zink when it is destroyed. Mesa 22.3 frees the batches of a context that ends. A later context of the process
+/// has been seen to wait without end, in batch_usage_wait(), for a batch that was freed.
 struct ZinkRelease {
     ZinkRelease() = default;
     ZinkRelease(const ZinkRelease&) = delete;

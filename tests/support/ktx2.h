@@ -26,7 +26,7 @@ struct Ktx2 {
 };
 
 inline void put(std::string& bytes, std::uint64_t value, int count) {
-    for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> 8 * i & 255);
+    for (int i = 0; i < count; ++i) bytes += static_cast<char>(i < 8 ? value >> 8 * i & 255 : 0);
 }
 
 inline std::string encode(const Ktx2& k) {

@@ -24,15 +24,18 @@ struct Close {
 };
 std::mutex log_mutex;
 std::unique_ptr<std::FILE, Close> log_file;
+std::string log_name;
+int log_error = 0;  // errno of the first message that was not written
 
 /// Appends a message to the log file, if there is one.
 void write_log(LogLevel level, std::string_view line) {
     const std::lock_guard lock(log_mutex);
     if (!log_file) return;
     const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-    put(log_file.get(), fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {}: {}\n", fmt::gmtime(now),
-                                    kLevels[static_cast<std::size_t>(level)], one_line(line)));
-    std::fflush(log_file.get());
+    const std::string text = fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {}: {}\n", fmt::gmtime(now),
+                                         kLevels[static_cast<std::size_t>(level)], one_line(line));
+    const bool whole = std::fwrite(text.data(), 1, text.size(), log_file.get()) == text.size();
+    if ((!whole || std::fflush(log_file.get()) != 0) && log_error == 0) log_error = errno;
 }
 
 LogLevel level_of(Log::Kind kind) {
@@ -67,10 +70,17 @@ int fail(int status, std::string_view what) {
 
 void open_log(const std::filesystem::path& file) {
     make_folder_of(file);
-    std::unique_ptr<std::FILE, Close> opened(std::fopen(file.c_str(), "ae"));
+    // Without O_NONBLOCK, the call would wait for a reader of a named pipe.
+    const int descriptor = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0666);
+    std::unique_ptr<std::FILE, Close> opened(descriptor >= 0 ? fdopen(descriptor, "a") : nullptr);
     if (!opened) throw Error(file.string(), "cannot write: {}", std::generic_category().message(errno));
     const std::lock_guard lock(log_mutex);
-    log_file = std::move(opened);
+    log_file = std::move(opened), log_name = file.string();
+}
+
+void check_log() {
+    const std::lock_guard lock(log_mutex);
+    if (log_error != 0) throw Error(log_name, "cannot write: {}", std::generic_category().message(log_error));
 }
 
 void hold_standard_streams() {

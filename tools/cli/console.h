@@ -29,6 +29,8 @@ int fail(int status, std::string_view what);
 /// Opens the log file of the process. Messages of all levels are appended to it, each with date and time (UTC). Throws
 /// Error if it cannot be opened.
 void open_log(const std::filesystem::path& file);
+/// Throws Error if a message could not be written to the log file.
+void check_log();
 
 /// Opens /dev/null, read-only, for closed standard streams. Otherwise the first opened file would get the stream's
 /// number, and with it the stream's output. Writing to such a stream still fails.

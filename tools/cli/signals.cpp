@@ -27,6 +27,7 @@ void handle_signals() {
         sigaction(signal, nullptr, &old);
         if (old.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // keeps signals ignored, as nohup wants
     }
+    std::signal(SIGPIPE, SIG_IGN);  // a reader of messages that ends must not end a render
     std::signal(SIGXFSZ, SIG_IGN);  // beyond the limit of file sizes write() fails, and that is reported
 }
 

@@ -4,7 +4,7 @@
 namespace halflight {
 
 /// Installs the handlers: the first SIGINT, SIGTERM or SIGHUP is remembered, and a second one ends the program at once.
-/// A write beyond the limit of file sizes becomes an error instead of SIGXFSZ.
+/// A write beyond the limit of file sizes, or to a pipe without a reader, becomes an error instead of a signal.
 void handle_signals();
 
 /// Returns the signal that asks to stop; 0: none.

@@ -7,6 +7,7 @@
 
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/parts.h"
+#include "tools/halflight/render_options.h"
 
 namespace halflight {
 namespace {
@@ -59,6 +60,7 @@ std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
         for (std::filesystem::path& output : one.outputs) take(output);
         for (auto* file : {&one.movie, &one.stats, &one.graph})
             if (*file) take(**file);
+        check_render_files(one);
     }
     return each;
 }

@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -47,8 +49,7 @@ class ReportFolder {
 
   private:
     void remove() const {
-        std::error_code not_empty;
-        for (const std::filesystem::path& folder : missing_) std::filesystem::remove(folder, not_empty);
+        for (const std::filesystem::path& folder : missing_) rmdir(folder.c_str());  // fails where it is not empty
     }
     std::filesystem::path path_;
     std::vector<std::filesystem::path> missing_;  // created folders, from path_ upwards

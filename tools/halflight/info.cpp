@@ -252,7 +252,7 @@ void run_info(const InfoArguments& a) {
     }
     if (a.needs) facts["left_out"] = left_out_facts(a, scene, tables);
     all.update(facts);
-    if (a.json) fmt::print("{}\n", all.dump(2));
+    if (a.json) fmt::print("{}\n", all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace halflight

@@ -1,3 +1,5 @@
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -37,7 +39,11 @@ int run(int argc, char** argv) {
         if (const auto* bench = std::get_if<BenchArguments>(&arguments)) run_bench(*bench);
         if (const auto* pair = std::get_if<CompareArguments>(&arguments))
             status = static_cast<int>(compare::run(*pair));
-        if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw Error("standard output", "cannot write");
+        check_log();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+            if (errno == EPIPE) return 128 + SIGPIPE;  // the reader, such as head, has enough
+            throw Error("standard output", "cannot write");
+        }
         return status;
     } catch (const UsageError& error) {
         return fail(comparing ? kCannotCompare : kUsage, error.what());

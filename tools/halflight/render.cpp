@@ -9,6 +9,7 @@
 #include "engine/core/interruption.h"
 #include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/io/files.h"
 #include "tools/cli/console.h"
 #include "tools/cli/pass_groups.h"
@@ -16,6 +17,7 @@
 #include "tools/halflight/all_cameras.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/progress.h"
+#include "tools/halflight/render_options.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/sequence.h"
 
@@ -105,11 +107,13 @@ void render_picture(const RenderArguments& a) {
     const ColorConfig config = ColorConfig::load(a.ocio);
     check_color(config, a);
 
+    gpu::prepare_for_drivers();  // sets variables of the environment, before another thread reads some
     // Another thread reads the scene while this thread, which will own the context, loads the driver.
     auto reading = std::async(std::launch::async, [&] { return load_scene(a, console); });
     const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
     times.context = clock.lap();
     LoadedScene scene = reading.get();
+    check_render_files(a, scene.files());
     PoseWarnings warnings(scene);
     const ChosenCamera chosen = scene.camera(scene.frame_rate().seconds(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),

@@ -160,18 +160,6 @@ void take_scene_among_outputs(RenderArguments& a) {
     a.outputs.insert(a.outputs.begin(), std::exchange(a.scene, found));
 }
 
-void check_render_files(const RenderArguments& a) {
-    Paths read = {a.scene}, written = output_files(a);
-    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
-    if (a.ocio) read.push_back(*a.ocio);
-    if (a.settings_file) read.push_back(*a.settings_file);
-    if (a.movie) written.push_back(*a.movie);
-    if (a.stats) written.push_back(*a.stats);
-    if (a.graph) written.push_back(*a.graph);
-    if (a.log) written.push_back(*a.log);
-    check_files(read, written);
-}
-
 /// Throws UsageError where options of denoising and of adaptive samples do not fit together.
 void check_filter_options(const CLI::App& app, const RenderArguments& a) {
     const RenderSettings& s = a.settings;
@@ -295,6 +283,19 @@ void check_files(const Paths& read, const Paths& written) {
         if (!outputs.insert(at).second) throw UsageError(path.string(), "is given twice as output");
         if (inputs.contains(at)) throw UsageError(path.string(), "is both input and output");
     }
+}
+
+void check_render_files(const RenderArguments& a, const Paths& scene_files) {
+    Paths read = scene_files, written = output_files(a);
+    read.push_back(a.scene);
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
+    if (a.ocio) read.push_back(*a.ocio);
+    if (a.settings_file) read.push_back(*a.settings_file);
+    if (a.movie) written.push_back(*a.movie);
+    if (a.stats) written.push_back(*a.stats);
+    if (a.graph) written.push_back(*a.graph);
+    if (a.log) written.push_back(*a.log);
+    check_files(read, written);
 }
 
 void add_light_options(Options& options, ViewArguments& a) {

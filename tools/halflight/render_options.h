@@ -14,6 +14,10 @@ using Paths = std::vector<std::filesystem::path>;
 /// Throws UsageError where a file is written twice, or read and written.
 void check_files(const Paths& read, const Paths& written);
 
+/// Throws UsageError where a file that a picture writes is written twice, or read. scene_files: files that the scene
+/// has beside its main one, once they are known.
+void check_render_files(const RenderArguments& arguments, const Paths& scene_files = {});
+
 /// Declares the options of the scene's light.
 void add_light_options(Options& options, ViewArguments& arguments);
 

@@ -7,6 +7,7 @@
 #include "tools/cli/console.h"
 #include "tools/cli/signals.h"
 #include "tools/halflight/progress.h"
+#include "tools/halflight/render_options.h"
 #include "tools/halflight/render_parts.h"
 
 namespace halflight {
@@ -36,9 +37,12 @@ void run_sequence(const RenderArguments& a) {
     RendererOptions renderer{.device = device_options(a), .colors = ColorConfig::load(a.ocio), .shutter = a.shutter};
     check_color(*renderer.colors, a);
     LoadedScene scene = load_scene(a, console);
+    check_render_files(a, scene.files());
     const RenderSettings settings = make_settings(a, scene.chosen_camera().camera);
     if (a.check) {
-        const auto bad = incomplete_frames(scene, settings, a.shutter, *renderer.colors, options);
+        const auto bad = incomplete_frames(scene, settings, a.shutter, *renderer.colors, options, [&] {
+            if (stop_signal() != 0) throw Interrupted(stop_signal(), a.outputs[0].string(), "interrupted");
+        });
         if (!bad.empty())
             throw Error(a.outputs[0].string(), "{}: missing, damaged, or of another scene or other settings",
                         frames_of_all(bad, a.frames.size(), a.part));

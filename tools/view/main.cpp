@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
         if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) {
             if (preview->log) open_log(*preview->log);
             view::Viewer(*preview).run();
+            check_log();
         }
         if (const int signal = stop_signal()) return 128 + signal;
         return 0;

@@ -147,6 +147,11 @@ void Viewer::run() {
     if (scripted() && !quit_ && stop_signal() == 0 && next_command_ < script_.size())
         throw Error(fmt::format("{}:{}", arguments_.script->string(), script_[next_command_].line),
                     "the window was closed");
+    writer_.finish();
+    for (const FileWriter::Result& result : writer_.results())
+        if (!result.error.empty()) throw Error("", result.error);
+    if (!waiting_pictures_.empty())
+        throw Error("picture", "not saved: the viewer was closed before the picture had full resolution");
 }
 
 /// Displays the latest picture that has the layers of the current view. While samples are made, that may be an older

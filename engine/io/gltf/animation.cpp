@@ -225,11 +225,12 @@ std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Ent
     Reader reader(document, memory);
     for (std::size_t i = 0; i < document.animations.size(); ++i) {
         const std::size_t bytes = memory.bytes();
-        const GltfWarnings warnings = document.warnings;
-        Json from = document.animations[i];  // checks change it, and it may be read again
+        GltfWarnings warnings = std::exchange(document.warnings, {});  // warnings of a damaged animation are dropped
+        Json from = document.animations[i];                            // checks change it, and it may be read again
         try {
             check_gltf_animation(from, i, document.model.accessors.size(), document.model.nodes.size(), document.file);
             animations.push_back(reader.read(from, i));
+            warnings.add(document.warnings);
         } catch (const BudgetError&) {
             throw;
         } catch (const Error& error) {
@@ -237,8 +238,8 @@ std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Ent
             if (from.is_object() && from.contains("name") && from["name"].is_string()) damaged.name = from["name"];
             damaged.damage = error;
             memory = {MemoryLedger::process(), MemoryPart::scene, bytes};
-            document.warnings = warnings;
         }
+        document.warnings = std::move(warnings);
     }
     return animations;
 }

@@ -100,11 +100,9 @@ std::map<int, LevelUses> level_uses(const GltfDocument& document, const std::vec
     std::map<int, LevelUses> uses;
     std::set<int> without;
     if (!document.options.mip_levels) return uses;
+    // Calls f(image) for an image and its fallbacks until it returns false. Fallbacks may form a ring.
     const auto for_chain = [&](int image, auto f) {
-        for (std::size_t i = 0; i < document.images.size() && image != kNone; ++i) {  // fallbacks may form a ring
-            f(image);
-            image = document.images[static_cast<std::size_t>(image)].fallback;
-        }
+        while (image != kNone && f(image)) image = document.images[static_cast<std::size_t>(image)].fallback;
     };
     for (const GltfMaterial& m : materials) {
         for (const MaterialTexture& texture : material_textures()) {
@@ -115,8 +113,13 @@ std::map<int, LevelUses> level_uses(const GltfDocument& document, const std::vec
             const bool fixed =
                 texture.field == &Material::emission_texture ||
                 (texture.field == &Material::base_color_texture && m.material.alpha_mode != AlphaMode::opaque);
-            for_chain(t.image, [&](int image) { uses[image] |= use; });
-            if (fixed) for_chain(t.image, [&](int image) { without.insert(image); });
+            for_chain(t.image, [&](int image) {
+                LevelUses& all = uses[image];
+                const LevelUses before = all;
+                all |= use;
+                return all != before;
+            });
+            if (fixed) for_chain(t.image, [&](int image) { return without.insert(image).second; });
         }
     }
     for (const int image : without) uses[image].color = false;
@@ -193,23 +196,33 @@ DecodedImages decode_all(GltfDocument& document, std::set<int> wanted, const std
     return decoded;
 }
 
-/// Returns the image, or the first of its fallbacks that has been read; kNone: none.
-int first_readable(const GltfDocument& document, const DecodedImages& decoded, int image) {
-    for (std::size_t i = 0; i < document.images.size() && image != kNone; ++i) {  // fallbacks may form a ring
-        if (decoded.at(image).error.empty()) return image;
-        image = document.images[static_cast<std::size_t>(image)].fallback;
+/// Returns for each image itself, or the first of its fallbacks that has been read; kNone: none.
+std::map<int, int> readable_images(const GltfDocument& document, const DecodedImages& decoded) {
+    std::map<int, int> readable;
+    for (const auto& [first, result] : decoded) {
+        std::vector<int> passed;
+        int image = first;
+        for (; image != kNone && !readable.contains(image);
+             image = document.images[static_cast<std::size_t>(image)].fallback) {
+            const bool read = decoded.at(image).error.empty();
+            readable[image] = read ? image : kNone;  // kNone also ends a ring of fallbacks
+            if (read) break;
+            passed.push_back(image);
+        }
+        for (const int other : passed) readable[other] = image == kNone ? kNone : readable.at(image);
     }
-    return kNone;
+    return readable;
 }
 
-void warn_of_unreadable(const GltfDocument& document, const DecodedImages& decoded, GltfWarnings& warnings) {
+void warn_of_unreadable(const GltfDocument& document, const DecodedImages& decoded, const std::map<int, int>& readable,
+                        GltfWarnings& warnings) {
     for (const auto& [image, result] : decoded) {
         if (result.error.empty()) continue;
         const std::string element = element_name(document, static_cast<std::size_t>(image));
         std::string_view reason = result.error;
         for (const std::string& prefix : {document.file + ": ", element + ": "})
             if (reason.starts_with(prefix)) reason.remove_prefix(prefix.size());
-        const int other = first_readable(document, decoded, image);
+        const int other = readable.at(image);
         warnings.add(other == kNone ? fmt::format("{}; textures do without it (--strict: an error)", reason)
                                     : fmt::format("{}; textures use {} instead", reason,
                                                   element_name(document, static_cast<std::size_t>(other))),
@@ -307,7 +320,8 @@ std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMa
         });
     }
     DecodedImages decoded = decode_all(document, std::move(used), level_uses(document, materials));
-    warn_of_unreadable(document, decoded, warnings);
+    const std::map<int, int> readable = readable_images(document, decoded);
+    warn_of_unreadable(document, decoded, readable, warnings);
 
     std::vector<TextureImage> images;
     std::map<int, int> place;  // index into `images`, by glTF image
@@ -315,7 +329,7 @@ std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMa
         for (const MaterialTexture& texture : material_textures()) {
             TextureRef& t = m.material.*texture.field;
             if (!t) continue;
-            const int image = first_readable(document, decoded, t.image);
+            const int image = readable.at(t.image);
             if (image == kNone) {
                 t = {};
                 continue;

@@ -32,7 +32,7 @@ class Instances {
         if (from.mesh == kNone) return;
         if (from.skin != kNone) {
             // Joints alone place a skinned mesh (glTF 2.0, section 3.7.3.3).
-            return add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
+            return add(node, dmat4(1), {{}, true});
         }
         const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
         const nlohmann::json* instancing = gltf::find_extension(from.extensions, "EXT_mesh_gpu_instancing");
@@ -102,10 +102,11 @@ class Instances {
                                        element);
     }
 
-    /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes.
+    /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes. The joints of a skin
+    /// are added to its pose where they are needed.
     void add(int node, const dmat4& object_to_world, GltfPose pose) {
         // The joints of a pose include the node's transform.
-        const bool moves = pose.joints.empty() && kept_.animated.move(node);
+        const bool moves = !pose.skin && pose.joints.empty() && kept_.animated.move(node);
         const int request = find_request(node, std::move(pose));
         requests_[static_cast<std::size_t>(request)].moves |= moves;
         scene_.instances.push_back({node_of(node).name, request, object_to_world, node, moves});
@@ -123,13 +124,21 @@ class Instances {
         if (kept_.still_in_pages &&
             animated.turn_tangents(document_.model.meshes[static_cast<std::size_t>(node_of(node).mesh)]))
             return true;
-        if (pose.joints.empty()) return false;
+        if (!pose.skin && pose.joints.empty()) return false;
         return pose.skin ? animated.bend(document_.model.skins[static_cast<std::size_t>(node_of(node).skin)])
                          : animated.move(node);
     }
 
     /// Returns the index of a request; equal requests share one.
     int find_request(int node, GltfPose pose) {
+        const bool solid = !pose.skin && pose.joints.empty();
+        if (solid && node == solid_node_) return solid_request_;  // a key holds all weights of the node
+        const int request = find_by_key(node, std::move(pose));
+        if (solid) solid_node_ = node, solid_request_ = request;
+        return request;
+    }
+
+    int find_by_key(int node, GltfPose pose) {
         const gltf::Node& from = node_of(node);
         const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
         const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
@@ -142,6 +151,7 @@ class Instances {
             requests_[static_cast<std::size_t>(known->second)].deforms |= deforms;
             return known->second;
         }
+        if (pose.skin) pose.joints = skin_joints(static_cast<std::size_t>(from.skin));
         // Each flattened instance of a node has a mesh of its own.
         requests_.push_back({key, std::move(pose), deforms, flattened});
         return static_cast<int>(requests_.size()) - 1;
@@ -223,6 +233,7 @@ class Instances {
     std::vector<MeshRequest> requests_;
     // Index of the request of each key; those that deform are apart from others where those are in pages.
     std::map<std::pair<GltfMeshKey, bool>, int> found_;
+    int solid_node_ = kNone, solid_request_ = kNone;  // last node that was neither skinned nor flattened
     bool used_default_material_ = false;
 };
 
@@ -232,19 +243,23 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
     const gltf::Model& model = document.model;
     const std::vector<bool> none(model.nodes.size(), false);
     GltfAnimatedObjects animated{none, none, std::vector<bool>(document.materials.size(), false)};
+    std::vector<bool> weighted(model.meshes.size(), false);  // meshes whose default weights are driven
     std::vector<int> todo;
     for (const AnimationChannel& channel : channels) {
         const auto target = static_cast<std::size_t>(channel.target);
         if (channel.property == AnimatedProperty::weights)
             animated.weights[target] = true;
         else if (channel.property == AnimatedProperty::mesh_weights)
-            for (std::size_t i = 0; i < model.nodes.size(); ++i)
-                animated.weights[i] =
-                    animated.weights[i] || (model.nodes[i].mesh == channel.target && model.nodes[i].weights.empty());
+            weighted[target] = true;
         else if (channel.property == AnimatedProperty::normal_map)
             animated.normal_maps[target] = true;
         else if (of_node(channel.property))
             todo.push_back(channel.target);
+    }
+    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+        const gltf::Node& node = model.nodes[i];
+        if (node.mesh != kNone && node.weights.empty() && weighted[static_cast<std::size_t>(node.mesh)])
+            animated.weights[i] = true;
     }
     while (!todo.empty()) {
         const auto node = static_cast<std::size_t>(todo.back());

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <new>
 
 #include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/jpeg.h"
@@ -99,7 +101,7 @@ const Layer* PictureFile::find(const std::string& layer) const {
     return found == layers.end() ? nullptr : &*found;
 }
 
-PictureFile read_picture(const std::filesystem::path& path) {
+PictureFile read_picture(const std::filesystem::path& path) try {
     const ExrLimits limits;
     PictureFile file;
     file.name = path.string();
@@ -113,10 +115,17 @@ PictureFile read_picture(const std::filesystem::path& path) {
         return file;
     }
     Image image;
+    // Decoded values, and floats for them.
+    const auto check = [&](const ImageHeader& header) {
+        MemoryLedger::process().check(4 * (sizeof(std::uint16_t) + sizeof(float)) * header.width * header.height,
+                                      file.name, "pixels");
+    };
     if (is_png(bytes)) {
+        check(read_png_header(file.name, bytes, bytes.size(), limits.max_side));
         image = read_png(file.name, bytes, limits.max_side);
         file.encoded = true;
     } else if (is_jpeg(bytes)) {
+        check(read_jpeg_header(file.name, bytes, bytes.size(), limits.max_side));
         TextureImage decoded;
         read_jpeg(file.name, bytes, limits.max_side, decoded);
         image = Image(decoded.width, decoded.height, 3);
@@ -135,6 +144,8 @@ PictureFile read_picture(const std::filesystem::path& path) {
     file.width = image.width, file.height = image.height;
     file.layers = layers_of(image);
     return file;
+} catch (const std::bad_alloc&) {
+    throw Error(path.string(), "has more pixels than memory holds");
 }
 
 }  // namespace halflight::compare
