@@ -30,7 +30,7 @@ std::optional<SavedBand> Renderer::State::restore(const Checkpoint& from, const 
     const auto take = [&](std::size_t i, const Checkpoint::Bytes& bytes) {
         if (i < buffers.size()) {
             if (bytes.size() != (buffers[i] ? buffers[i]->bytes() : 0))
-                throw Error("checkpoint", "sums of {} bytes do not fit the picture", bytes.size());
+                throw Error(from.folder().string(), "sums of {} bytes do not fit the picture", bytes.size());
             if (buffers[i]) buffers[i]->write(0, bytes.size(), bytes.data());
         } else {
             std::vector<IdCoverage::Count> counts(bytes.size() / sizeof(IdCoverage::Count));
@@ -42,7 +42,8 @@ std::optional<SavedBand> Renderer::State::restore(const Checkpoint& from, const 
         from.load(where.y, where.rows, buffers.size() + with.mattes->layers().size(), take);
     if (!saved) return saved;
     if (saved->bad_values.size() != kBadValueCounts)
-        throw Error("checkpoint", "has {} counts of bad values, not {}", saved->bad_values.size(), kBadValueCounts);
+        throw Error(from.folder().string(), "has {} counts of bad values, not {}", saved->bad_values.size(),
+                    kBadValueCounts);
     in_flight->set_counted(std::span<const std::uint64_t, kBadValueCounts>(saved->bad_values));
     with.sample.sums = sums_of(with.sample, saved->first_half);
     return saved;

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
@@ -17,6 +18,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/temporary_name.h"
 
@@ -60,9 +62,14 @@ class Reader {
             const auto json = nlohmann::json::parse(text.substr(kMagic.size(), end - kMagic.size()));
             SavedBand& b = head.band;
             json.at("fingerprint").get_to(head.fingerprint);
-            json.at("y").get_to(b.y), json.at("rows").get_to(b.rows), json.at("samples").get_to(b.samples);
-            json.at("first_half").get_to(b.first_half), json.at("complete").get_to(b.complete);
-            json.at("seconds").get_to(b.seconds), json.at("bad_values").get_to(b.bad_values);
+            b.y = whole(json.at("y"), 0), b.rows = whole(json.at("rows"), 1);
+            b.samples = whole(json.at("samples"), 1), b.first_half = whole(json.at("first_half"), 0);
+            json.at("complete").get_to(b.complete), json.at("seconds").get_to(b.seconds);
+            for (const auto& count : json.at("bad_values")) {
+                if (!count.is_number_unsigned()) fail();
+                b.bad_values.push_back(count);
+            }
+            if (b.first_half > b.samples) fail();
         } catch (const nlohmann::json::exception&) {
             fail();
         }
@@ -70,6 +77,7 @@ class Reader {
     }
     std::string_view array() {
         const auto size = number();
+        MemoryLedger::process().check(std::min(size, source_.size()), path_.string(), "sums");
         return next(size);
     }
     /// Throws Error unless the hash follows, and then the end.
@@ -81,6 +89,13 @@ class Reader {
     Head head;
 
   private:
+    /// Returns a whole number of the head, which is at least `least`.
+    int whole(const nlohmann::json& value, std::int64_t least) const {
+        if (!value.is_number_integer()) fail();
+        const auto number = value.get<std::int64_t>();
+        if (number < least || number > std::numeric_limits<int>::max()) fail();
+        return static_cast<int>(number);
+    }
     std::uint64_t number() {
         std::uint64_t value = 0;
         std::memcpy(&value, next(sizeof(value)).data(), sizeof(value));

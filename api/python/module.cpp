@@ -20,7 +20,9 @@ Log log_to(py::object sink) {
         try {
             (*shared)(kind == Log::Kind::warning, py::str(line.data(), line.size()));
         } catch (py::error_already_set& error) {
+            const bool interrupts = error.matches(PyExc_KeyboardInterrupt);
             error.discard_as_unraisable("halflight log");
+            if (interrupts) PyErr_SetInterrupt();  // the next look for signals raises it again
         }
     });
 }

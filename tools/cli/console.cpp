@@ -72,6 +72,7 @@ void open_log(const std::filesystem::path& file) {
     make_folder_of(file);
     // Without O_NONBLOCK, the call would wait for a reader of a named pipe.
     const int descriptor = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0666);
+    if (descriptor >= 0) fcntl(descriptor, F_SETFL, O_APPEND);  // a slow reader is waited for
     std::unique_ptr<std::FILE, Close> opened(descriptor >= 0 ? fdopen(descriptor, "a") : nullptr);
     if (!opened) throw Error(file.string(), "cannot write: {}", std::generic_category().message(errno));
     const std::lock_guard lock(log_mutex);

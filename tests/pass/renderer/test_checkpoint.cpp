@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "engine/core/error.h"
+#include "engine/core/hash.h"
 #include "engine/core/interruption.h"
 #include "renderer/checkpoint.h"
 #include "tests/pass/renders.h"
@@ -73,6 +74,29 @@ TEST_F(CheckpointTest, StoppedPicturesGoOnToTheSameBits) {
         expect_same(render(s, 1), expected);
         Checkpoint(path(), "cornell", 1).remove();
         EXPECT_FALSE(std::filesystem::exists(path()));
+    }
+}
+
+/// The hash of a file tells of damage, and not of a head that another program has written.
+TEST_F(CheckpointTest, HeadsWithImpossibleNumbersAreRefused) {
+    save(*std::make_unique<Checkpoint>(path(), "cornell", 1), 0);
+    const std::string text = read_text(band("00000"));
+    for (const auto& [from, to] : {std::pair("\"samples\":4", "\"samples\":-4"),
+                                   {"\"samples\":4", "\"samples\":0"},
+                                   {"\"samples\":4", "\"samples\":1e9"},
+                                   {"\"first_half\":0", "\"first_half\":5"},
+                                   {"\"first_half\":0", "\"first_half\":-1"},
+                                   {"\"rows\":16", "\"rows\":0"},
+                                   {"\"rows\":16", "\"rows\":4294967312"},
+                                   {"\"y\":0", "\"y\":1e300"},
+                                   {"\"bad_values\":[]", "\"bad_values\":[-1]"}}) {
+        std::string forged = text.substr(0, text.size() - sizeof(std::uint64_t));
+        ASSERT_NE(forged.find(from), std::string::npos) << from;
+        forged.replace(forged.find(from), std::string_view(from).size(), to);
+        const std::uint64_t hash = hash_of(forged);
+        write_text(band("00000"), forged + std::string(reinterpret_cast<const char*>(&hash), sizeof hash));
+        const std::string message = error_message([&] { Checkpoint(path(), "cornell", 1); });
+        EXPECT_NE(message.find("rows-00000.sums: is no complete checkpoint"), std::string::npos) << to << message;
     }
 }
 
