@@ -321,7 +321,8 @@ void add_light_group(SceneEdits& edits, const std::string& source, const std::st
         throw Error(source, "expects NAME=LIGHT,... or each, not '{}'", text);
     edits.each_light = false;
     const auto known = std::ranges::find(edits.light_groups, name, &LightGroup::name);
-    LightGroup& group = known == edits.light_groups.end() ? edits.light_groups.emplace_back(name) : *known;
+    LightGroup& group =
+        known == edits.light_groups.end() ? edits.light_groups.emplace_back(LightGroup{name, {}, {}}) : *known;
     group.lights.insert(group.lights.end(), lights.begin(), lights.end());
     group.source = source;
 }

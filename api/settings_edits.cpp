@@ -165,7 +165,7 @@ void read_edits(const Element& file, SceneEdits& edits) {
             return;
         }
         for (const auto& [key, one] : v.members()) {
-            LightGroup& group = edits.light_groups.emplace_back(key, std::vector<std::string>(), v.where());
+            LightGroup& group = edits.light_groups.emplace_back(LightGroup{key, {}, v.where()});
             for (const Element& light : one.items()) group.lights.push_back(light.text());
         }
     });

@@ -21,7 +21,7 @@ std::size_t mistakes(std::string_view a, std::string_view b) {
     rows.fill(std::vector<std::size_t>(b.size() + 1));
     std::iota(rows[2].begin(), rows[2].end(), std::size_t{0});
     for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::ranges::rotate(rows, rows.begin() + 1);
+        std::rotate(rows.begin(), rows.begin() + 1, rows.end());  // clang 14 cannot compile std::ranges::rotate
         auto& [before, above, row] = rows;
         row[0] = i;
         for (std::size_t j = 1; j <= b.size(); ++j) {

@@ -67,7 +67,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
 
 gpu::Buffer& SceneBuffers::view(GLuint unit, GLenum format, const char* name) {
     const auto known = std::ranges::find(views_, unit, &View::unit);
-    return known != views_.end() ? known->buffer : views_.emplace_back(unit, format, gpu::Buffer(name, 0)).buffer;
+    return known != views_.end() ? known->buffer : views_.emplace_back(View{unit, format, gpu::Buffer(name, 0)}).buffer;
 }
 
 template <class Channel>

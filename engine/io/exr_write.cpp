@@ -313,7 +313,8 @@ void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayer
         // Parts of integers come last: Blender 3.4 reads nothing of what follows them.
         std::vector<const ExrLayerView*> in_order;
         for (const ExrLayerView& layer : layers) in_order.push_back(&layer);
-        std::ranges::stable_partition(in_order, [](const ExrLayerView* l) { return l->type != ExrType::uint32; });
+        std::stable_partition(in_order.begin(), in_order.end(),  // clang 14 cannot compile std::ranges::stable_partition
+                              [](const ExrLayerView* l) { return l->type != ExrType::uint32; });
         std::vector<Part> parts;
         for (const ExrLayerView* const each : in_order) {
             const ExrLayerView& layer = *each;
