@@ -451,7 +451,7 @@ struct GltfMeshSource::State {
         const SceneReport known = counts;
         GltfWarnings warnings = again ? std::exchange(document.warnings, {}) : GltfWarnings();
         Mesh mesh = stream.read(index);
-        free_views(document, {});
+        document.decoded->free_unused();
         if (again) counts = known, document.warnings = std::move(warnings);
         read_once[index] = true;
         try {
