@@ -79,9 +79,7 @@ void check_aliases(const std::string& text) {
     try {
         std::istringstream stream(text);
         Counter counter;
-        YAML::Parser parser(stream);
-        while (parser.HandleNextDocument(counter)) {
-        }
+        YAML::Parser(stream).HandleNextDocument(counter);  // OpenColorIO reads no others
     } catch (const YAML::Exception&) {  // OpenColorIO reports it
     }
 }
