@@ -7,26 +7,16 @@
 
 #include "api/fingerprint.h"
 #include "api/near_frames.h"
+#include "api/scene_renderer.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
-#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/core/suggestion.h"
-#include "engine/device/deform.h"
-#include "engine/device/prepared_scene.h"
 #include "engine/gpu/program_binaries.h"
-#include "engine/rays/batch_server.h"
 #include "engine/scene/material_lobes.h"
-#include "engine/scene/motion.h"
-#include "passes/light/radiance_cache.h"
 #include "renderer/film.h"
 #include "renderer/held_out.h"
-#include "renderer/memory.h"
-#include "renderer/metering.h"
 #include "renderer/noisy_frame.h"
-#include "renderer/pilot.h"
-#include "renderer/preview_picture.h"
-#include "renderer/render.h"
 #include "renderer/shutter.h"
 
 namespace halflight {
@@ -79,76 +69,35 @@ void note_exposure(const ViewTransform& requested, const RenderSettings& used, c
         log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)", stops);
 }
 
-namespace {
-
-/// Returns whether textures are loaded in tiles.
-bool in_tiles(const Scene& scene) {
-    return std::ranges::any_of(scene.images, [](const TextureImage& image) { return image.tiles != nullptr; });
-}
-
-}  // namespace
-
 struct FrameRenderer::State {
     LoadedScene& scene;
     RenderSettings settings;
     Shutter shutter;
-    int exr_tile;  // RendererOptions::exr_tile
-    RayServerFactory ray_server;
-    bool frees_scene;
-    ColorConfig colors;
-    std::shared_ptr<gpu::Context> context;
-    std::optional<GpuDeformer> deformer;  // deformer on the device; none where no mesh deforms
+    SceneRenderer pictures;
     std::optional<DeformCounts> deformed;
-    // The uploaded scene and the objects that render it; without them the next picture makes new ones.
-    std::unique_ptr<PreparedScene> prepared;
-    std::shared_ptr<rays::BatchServer> server;
-    std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
-    std::optional<Renderer> renderer;
-    MemoryLedger::Entry tables_memory, pages_memory, pool_memory, textures_memory, picture_memory, bands_memory,
-        visibility_memory;
-    std::size_t pool_size = 0;                // memory for pages, bytes; 0: not chosen yet
-    std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
-    std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
-    std::optional<Estimator> found;           // result of the pilot
-    PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     NearFrames near_frames;                   // noisy frames near the one rendered last
+    std::uint64_t near_frames_drops = 0;      // SceneRenderer::drops() when they were rendered
     std::optional<Checkpoint> checkpoint;
     int only_part = 0;  // CheckpointOptions::part
     std::list<Checkpoint> merged;
     std::vector<const Checkpoint*> merged_in_order;
     std::uint32_t checkpoint_frame = 0;
     double load_seconds = 0;
-    double reference_seconds = 0;  // time to prepare the reference pose, counted with the next picture
-    bool at_reference = false;     // `prepared` holds the reference pose
 
     State(LoadedScene& s, RenderSettings r, RendererOptions o)
-        : scene(s),
-          settings(std::move(r)),
-          shutter(o.shutter),
-          exr_tile(o.exr_tile),
-          ray_server(std::move(o.ray_server)),
-          frees_scene(o.frees_scene && !s.surfaces_move()),
-          colors(o.colors ? std::move(*o.colors) : ColorConfig::load()),
-          context(o.context ? std::move(o.context) : std::make_shared<gpu::Context>(gpu::Context::create(o.device))) {
+        : scene(s), settings(std::move(r)), shutter(o.shutter), pictures(scene, settings, o) {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
                                                ? "texture-lod needs a scene that was loaded with mip levels"
                                                : "the scene was loaded with mip levels, which need texture-lod");
-        context->make_current();
         if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
         take_lens();
         for (const std::string& layer : light_group_layers(settings)) check_light_group(layer);
         request_light_groups(settings, scene.scene());
-        if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
-        if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
-            deformer.emplace(*context);
     }
     State(const State&) = delete;
     State& operator=(const State&) = delete;
-    ~State() {
-        if (deformer && scene.deformer() == &*deformer) scene.deform_by(nullptr);
-    }
 
     /// Throws Error unless the scene has the light group of a layer.
     void check_light_group(const std::string& layer) const {
@@ -158,31 +107,12 @@ struct FrameRenderer::State {
             throw Error("render settings", "aov: there is no light group '{}' (--light-group){}", name,
                         did_you_mean(name, groups));
     }
-    /// Makes this renderer's context and deformer current; others may have used the scene or the thread.
+    /// SceneRenderer::begin(), and takes up light groups that edits have changed.
     void begin() {
-        context->make_current();
-        if (scene.surfaces_move()) scene.deform_by(deformer ? &*deformer : nullptr);
+        pictures.begin();
         const std::vector<std::string> layers = settings.aovs;
-        request_light_groups(settings, scene.scene());  // edits may have changed them
-        if (transforms != scene.transform_revision() || settings.aovs != layers) drop();
-        transforms = scene.transform_revision();
-    }
-    void drop() {
-        renderer.reset();
-        server.reset();
-        prepared.reset();
-        history.forget();
-        near_frames.clear();
-    }
-    /// Calls f(); where that throws, the next picture prepares the scene anew.
-    template <class F>
-    auto guarded(F f) {
-        try {
-            return f();
-        } catch (...) {
-            drop();  // an exception leaves the state undefined
-            throw;
-        }
+        request_light_groups(settings, scene.scene());
+        if (settings.aovs != layers) pictures.drop();
     }
     /// Takes the lens of the scene's camera where the settings leave the focus open. An f-number then sets the blur,
     /// not the exposure.
@@ -191,178 +121,25 @@ struct FrameRenderer::State {
         const Camera& camera = scene.chosen_camera().camera;
         if (lens.focus.kind == Focus::Kind::open && camera.lens.blurs()) lens = with_lens(camera, lens).lens;
     }
-    /// Returns a camera with lens and optics of the settings.
-    Camera equipped(const ChosenCamera& chosen) const {
-        return with_optics(with_lens(chosen.camera, settings.view.camera.lens), settings.optics);
-    }
     /// Returns the camera at a frame, whole or not.
-    Camera camera_at(double frame) const { return equipped(scene.camera(scene.frame_rate().seconds(frame))); }
-    RenderSettings renderer_settings(const FrameSettings& frame) const {
-        RenderSettings s = settings;
-        static_cast<FrameSettings&>(s) = frame;
-        s.camera = equipped(scene.chosen_camera());  // camera of the pilot's pictures
-        s.previous_surfaces = nullptr;               // the pointer is valid for one picture
-        s.history = nullptr;
-        s.checkpoint = nullptr;
-        s.radiance_cache = cache;
-        s.want_view = s.want_view && shutter.open == 0;  // with motion blur, the view is made from the mean
-        return s;
-    }
-    /// Prepares the scene at 0 s, the reference pose on which hierarchies of all poses depend.
-    void prepare() {
-        if (prepared) return;
-        Stopwatch clock;
-        scene.check_surfaces();
-        scene.pose(0);
-        load_seconds += clock.lap();
-        PrepareOptions options{row_of(settings.culling).needs_cull_tree, settings.kept, settings.estimator};
-        if (frees_scene) {
-            options.single_pose = true;
-            options.scene_read = [this] { scene.free_surfaces(); };
-        }
-        MemoryLedger& ledger = MemoryLedger::process();
-        tables_memory = {ledger, MemoryPart::tables, scene_bytes(scene.size()) - scene.size().contents()};
-        if (scene.pages()) {
-            options.pages = scene.pages();
-            const paging::PageIndex& index = scene.pages()->index();
-            const std::size_t reading = paging::PagePool::reading_bytes(index);
-            const std::size_t lamps = index.geometry.emitters.size() * paging::kEmitterBytes;
-            const std::size_t fixed = paging::PagePool::fixed_bytes(index);
-            ledger.check(reading + lamps + fixed, scene.choice().scene.string() + ": pages",
-                         fmt::format("pages that are read {}, emissive triangles {}, their hierarchy {}",
-                                     text_of_bytes(reading), text_of_bytes(lamps), text_of_bytes(fixed)));
-            pages_memory = {ledger, MemoryPart::pages, reading + lamps + fixed};
-            options.pool_bytes = [&](const SceneNeeds& needs) {
-                if (pool_size > 0) return pool_size;  // pools of later poses
-                // Pages take what the picture leaves. Bands become smaller where it would take more than half.
-                const std::size_t free = ledger.free();
-                RenderSettings s = settings;
-                std::size_t picture = fit_into_memory(needs, scene.size(), s, picture_use(), free / 2).picture();
-                if (scene.size().moves) picture += picture / 4;  // lights and lobes of other poses
-                const std::size_t most = std::max(free / 2, free - std::min(free, picture));
-                pool_size = settings.pool_bytes > 0 ? settings.pool_bytes : most;
-                if (!scene.size().moves)
-                    pool_size = std::min(
-                        pool_size, std::max<std::size_t>(index.pages.size(), 1) * paging::PagePool::slot_bytes(index));
-                if (settings.pool_bytes > 0) ledger.check(pool_size, "page pool", "--page-pool");
-                pool_memory = {ledger, MemoryPart::pages, pool_size};
-                return pool_size;
-            };
-        }
-        if (in_tiles(scene.scene())) {
-            const std::size_t batch = paging::TilePool::bytes_of_batch(
-                std::min(settings.band_pixels, std::size_t(settings.width) * std::size_t(settings.height)));
-            ledger.check(batch, "hits that wait for textures", text_of_bytes(batch));
-            textures_memory = {ledger, MemoryPart::textures, batch};
-            options.tile_bytes =
-                settings.tile_bytes > 0 ? settings.tile_bytes : ledger.free() / (scene.pages() ? 4 : 2);
-        }
-        guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
-        if (found) prepared->settle(*found, 0);
-        uploaded = scene.revision();
-        at_reference = true;
-        reference_seconds = clock.lap();
-    }
-    void make_renderer(const FrameSettings& frame) {
-        if (ray_server && !server) server = ray_server(prepared->trace());
-        RenderSettings s = renderer_settings(frame);
-        take_memory(s);
-        renderer.emplace(*prepared, colors, s, server.get());
-    }
-    PictureUse picture_use() const {
-        return {.png = settings.want_view, .shutter = shutter.open > 0, .exr_tile = exr_tile};
-    }
-    /// Chooses bands that fit into the memory budget, and enters the picture into the ledger.
-    void take_memory(RenderSettings& s) {
-        for (MemoryLedger::Entry* entry : {&picture_memory, &bands_memory, &visibility_memory}) *entry = {};
-        MemoryLedger& ledger = MemoryLedger::process();
-        const MemoryEstimate m =
-            fit_into_memory(prepared->buffers().needs(), scene.size(), s, picture_use(), ledger.free());
-        const std::size_t whole = m.film + m.preview + m.shutter + m.writing;
-        const std::string near = neighbour_frames(s) > 0
-                                     ? fmt::format(" with {} frames before and after", neighbour_frames(s))
-                                     : std::string();
-        ledger.check(m.picture(), "render settings",
-                     fmt::format("{} x {} pixels: picture{} {}, the smallest bands {}", s.width, s.height, near,
-                                 text_of_bytes(whole), text_of_bytes(m.picture() - whole)));
-        picture_memory = {ledger, MemoryPart::picture, whole};
-        bands_memory = {ledger, MemoryPart::bands, m.band + m.reading};
-        visibility_memory = {ledger, MemoryPart::visibility, m.visibility};
-    }
-    /// Poses the scene at a time, and updates the renderer.
-    void pose(double seconds, const FrameSettings& frame) {
-        Stopwatch clock;
-        prepare();
-        if (!renderer) {
-            clock.lap();
-            guarded([&] { make_renderer(frame); });
-            reference_seconds += clock.lap();
-        }
-        scene.pose(seconds);
-        if (scene.revision() == uploaded) {
-            if (at_reference) reference_seconds = 0;  // RenderStats::prepare_seconds is that of the reference
-            return;
-        }
-        scene.check_surfaces();
-        load_seconds += clock.lap();
-        at_reference = false;
-        guarded([&] {
-            if (prepared->update(scene.scene())) {
-                renderer->follow_scene();
-            } else {
-                renderer.reset();
-                server.reset();
-                make_renderer(frame);
-            }
-        });
-        uploaded = scene.revision();
-    }
-    RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
-        pose(seconds, frame);
-        if (cache) cache->clear();  // makes frames independent of earlier ones
-        const std::uint64_t before = interruptions();
-        RenderResult result;
-        try {
-            result = renderer->render(frame, progress);
-        } catch (...) {
-            history.forget();                       // the picture may be in it
-            if (interruptions() == before) drop();  // the state is undefined
-            throw;
-        }
-        result.stats.prepare_seconds += std::exchange(reference_seconds, 0);
-        return result;
-    }
-    /// Renders a frame at its own time, with the motion of surfaces where a layer needs it.
-    RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, const ProgressCallback& progress) {
-        const double seconds = scene.frame_rate().seconds(frame);
-        const bool motion =
-            settings.preview.temporal || std::ranges::find(settings.aovs, "motion") != settings.aovs.end();
-        if (!scene.surfaces_move() || !motion) return picture(seconds, frame_settings, progress);
-        Stopwatch clock;
-        Scene before = scene.posed(scene.frame_rate().seconds(static_cast<double>(frame) - 1));
-        load_seconds += clock.lap();
-        pose(seconds, frame_settings);
-        const PreviousSurfaces surfaces(scene.scene(), std::move(before));
-        FrameSettings moving = frame_settings;
-        moving.previous_surfaces = &surfaces;
-        return picture(seconds, moving, progress);
-    }
+    Camera camera_at(double frame) const { return equipped(scene.camera(scene.frame_rate().seconds(frame)), settings); }
     /// Renders a frame and those near it that are not held yet, and denoises it with them.
     RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
         const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
             set_frame(n);
             FrameSettings own = settings;
             own.noisy = &noisy;
-            return still(n, own, of_all);
+            return pictures.still(n, own, of_all);
         };
         const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
             set_frame(frame);
-            guarded([&] { renderer->denoise(noisy, others, result); });
+            pictures.denoise(noisy, others, result);
         };
         const auto render = [&] {
             return near_frames.render(scene, frame, neighbour_frames(settings),
                                       {render_noisy, denoise, [&](std::uint32_t n) { return camera_at(n); }}, progress);
         };
+        if (std::exchange(near_frames_drops, pictures.drops()) != pictures.drops()) near_frames.clear();
         try {
             RenderResult result = render();
             set_frame(frame);  // a stop may come while a neighbour is rendered
@@ -379,7 +156,7 @@ struct FrameRenderer::State {
         const auto render = [&](const FrameSettings& held_out, const ProgressCallback& of_all) {
             FrameSettings whole = held_out;
             whole.parts = 1;
-            return picture(scene.frame_rate().seconds(frame), whole, of_all);
+            return pictures.picture(scene.frame_rate().seconds(frame), whole, of_all);
         };
         estimate_denoised_error(settings, result, render, progress);
     }
@@ -391,7 +168,7 @@ struct FrameRenderer::State {
         for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
             const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
             FrameSettings part = own;
-            part.camera = equipped(scene.camera(seconds));
+            part.camera = equipped(scene.camera(seconds), settings);
             part.first_sample = time.first_sample;
             part.samples = time.samples;
             part.of_samples = own.samples;
@@ -401,8 +178,8 @@ struct FrameRenderer::State {
                 p.seconds = clock.seconds();
                 return !progress || progress(p);
             };
-            const bool was_prepared = renderer && !scene.surfaces_move();
-            RenderResult result = picture(seconds, part, of_all);
+            const bool was_prepared = pictures.has_picture() && !scene.surfaces_move();
+            RenderResult result = pictures.picture(seconds, part, of_all);
             if (result.stats.interrupted) return result;
             if (was_prepared) result.stats.prepare_seconds = 0;  // the time counts for an earlier picture
             mean.add(result);
@@ -411,12 +188,13 @@ struct FrameRenderer::State {
         if (mean.wants_still()) {
             FrameSettings one = own;
             one.samples = 1;
-            own_time = still(frame, one, {});
+            own_time = pictures.still(frame, one, {});
         }
         RenderResult result = mean.take(std::move(own_time));
         if (settings.want_view)
-            result.view =
-                colors.view(settings.view).apply(settings.transparent ? straight(result.beauty) : result.beauty);
+            result.view = pictures.colors()
+                              .view(settings.view)
+                              .apply(settings.transparent ? straight(result.beauty) : result.beauty);
         return result;
     }
     void check_apart(const char* what) const {
@@ -458,7 +236,7 @@ struct FrameRenderer::State {
             if (only_part > 0) own = settings_of_part(own, only_part);
             if (only_part > 0) own.stays_noisy = true;
         }
-        return still(frame, own, progress);
+        return pictures.still(frame, own, progress);
     }
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
@@ -494,7 +272,7 @@ FrameRenderer::~FrameRenderer() {
     if (!state_) return;
     const gpu::KeepCurrent keep;  // another renderer's callback may delete this one
     try {
-        state_->context->make_current();
+        state_->pictures.context().make_current();
         state_.reset();
     } catch (const Error&) {
         // The context is current on another thread. OpenGL names of its objects must not be deleted in the context of
@@ -507,14 +285,8 @@ std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(
     const auto progress = keeping_context(asked);
     State& s = *state_;
     if (!leaves_open(s.settings.estimator)) return s.settings.estimator;
-    if (s.found) return s.found;
     s.begin();
-    s.prepare();
-    const bool settled = s.guarded(
-        [&] { return halflight::find_estimator(*s.prepared, s.colors, s.renderer_settings(s.settings), progress); });
-    if (!settled) return std::nullopt;
-    s.found = s.prepared->estimator();
-    return s.found;
+    return s.pictures.find_estimator(progress);
 }
 
 std::optional<float> FrameRenderer::find_exposure(const std::function<bool(double)>& asked) {
@@ -522,9 +294,7 @@ std::optional<float> FrameRenderer::find_exposure(const std::function<bool(doubl
     State& s = *state_;
     if (!s.settings.want_view || !s.settings.view.metered()) return s.settings.view.stops();
     s.begin();
-    s.prepare();
-    const std::optional<float> stops = s.guarded(
-        [&] { return halflight::find_exposure(*s.prepared, s.colors, s.renderer_settings(s.settings), progress); });
+    const std::optional<float> stops = s.pictures.find_exposure(progress);
     if (stops) s.settings.view.exposure = *stops;
     return stops;
 }
@@ -535,21 +305,24 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     find_exposure();
     s.begin();
     s.load_seconds = 0;
-    if (s.deformer) s.deformer->take_statistics();  // discards the counts of a frame that has failed
+    GpuDeformer* const deformer = s.pictures.deformer();
+    (void)s.pictures.take_load_seconds();       // discards the time of other calls,
+    if (deformer) deformer->take_statistics();  // and the counts of a frame that has failed
     s.set_frame(frame);
     // The history is valid only if the last picture showed the frame before this one.
-    if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.history.forget();
+    if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.pictures.history().forget();
     s.last_frame.reset();  // set again when this frame is complete
-    s.settings.history = &s.history;
+    s.settings.history = &s.pictures.history();
     RenderResult result = s.shutter.open > 0                 ? s.blurred(frame, progress)
                           : neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
                                                              : s.from_checkpoint(frame, progress);
     if (s.settings.denoise_error > 0 && s.only_part == 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
-    if (s.deformer) {
-        const DeformStatistics d = s.deformer->take_statistics();
+    s.load_seconds += s.pictures.take_load_seconds();
+    if (deformer) {
+        const DeformStatistics d = deformer->take_statistics();
         s.deformed = DeformCounts{d.vertices, d.vertices_on_cpu, d.seconds};
-        result.stats.gpu_bytes += s.deformer->bytes();
+        result.stats.gpu_bytes += deformer->bytes();
     }
     return result;
 }
@@ -574,11 +347,11 @@ const Shutter& FrameRenderer::shutter() const {
 }
 
 const ColorConfig& FrameRenderer::colors() const {
-    return state_->colors;
+    return state_->pictures.colors();
 }
 
 gpu::Context& FrameRenderer::context() const {
-    return *state_->context;
+    return state_->pictures.context();
 }
 
 Checkpoint* FrameRenderer::checkpoint() const {
@@ -594,8 +367,8 @@ const std::optional<DeformCounts>& FrameRenderer::deformed() const {
 }
 
 std::string FrameRenderer::graph_dot() const {
-    if (!state_->renderer) throw Error("frame graph", "there is none before the first picture");
-    return state_->renderer->graph_dot();
+    if (!state_->pictures.has_picture()) throw Error("frame graph", "there is none before the first picture");
+    return state_->pictures.graph_dot();
 }
 
 }  // namespace halflight

@@ -1,0 +1,252 @@
+#include "api/scene_renderer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/core/interruption.h"
+#include "engine/core/stopwatch.h"
+#include "engine/rays/batch_server.h"
+#include "engine/scene/motion.h"
+#include "renderer/metering.h"
+#include "renderer/pilot.h"
+
+namespace halflight {
+namespace {
+
+/// Returns whether textures are loaded in tiles.
+bool in_tiles(const Scene& scene) {
+    return std::ranges::any_of(scene.images, [](const TextureImage& image) { return image.tiles != nullptr; });
+}
+
+}  // namespace
+
+Camera equipped(const ChosenCamera& chosen, const RenderSettings& settings) {
+    return with_optics(with_lens(chosen.camera, settings.view.camera.lens), settings.optics);
+}
+
+SceneRenderer::SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options)
+    : scene_(scene),
+      settings_(settings),
+      blurs_(options.shutter.open > 0),
+      exr_tile_(options.exr_tile),
+      ray_server_(std::move(options.ray_server)),
+      frees_scene_(options.frees_scene && !scene.surfaces_move()),
+      colors_(options.colors ? std::move(*options.colors) : ColorConfig::load()),
+      context_(options.context ? std::move(options.context)
+                               : std::make_shared<gpu::Context>(gpu::Context::create(options.device))) {
+    context_->make_current();
+    if (settings.preview.cache) cache_ = std::make_shared<RadianceCache>();
+    if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
+        deformer_.emplace(*context_);
+}
+
+SceneRenderer::~SceneRenderer() {
+    if (deformer_ && scene_.deformer() == &*deformer_) scene_.deform_by(nullptr);
+}
+
+void SceneRenderer::begin() {
+    context_->make_current();
+    if (scene_.surfaces_move()) scene_.deform_by(deformer());
+    if (transforms_ != scene_.transform_revision()) drop();
+    transforms_ = scene_.transform_revision();
+}
+
+void SceneRenderer::drop() {
+    renderer_.reset();
+    server_.reset();
+    prepared_.reset();
+    history_.forget();
+    ++drops_;
+}
+
+/// Calls f(); where that throws, the next picture prepares the scene anew.
+template <class F>
+auto SceneRenderer::guarded(F f) {
+    try {
+        return f();
+    } catch (...) {
+        drop();  // an exception leaves the state undefined
+        throw;
+    }
+}
+
+std::optional<Estimator> SceneRenderer::find_estimator(const std::function<bool(double)>& progress) {
+    if (found_) return found_;
+    prepare();
+    const bool settled =
+        guarded([&] { return halflight::find_estimator(*prepared_, colors_, renderer_settings(settings_), progress); });
+    if (!settled) return std::nullopt;
+    return found_ = prepared_->estimator();
+}
+
+std::optional<float> SceneRenderer::find_exposure(const std::function<bool(double)>& progress) {
+    prepare();
+    return guarded(
+        [&] { return halflight::find_exposure(*prepared_, colors_, renderer_settings(settings_), progress); });
+}
+
+RenderSettings SceneRenderer::renderer_settings(const FrameSettings& frame) const {
+    RenderSettings s = settings_;
+    static_cast<FrameSettings&>(s) = frame;
+    s.camera = equipped(scene_.chosen_camera(), settings_);  // camera of the pilot's pictures
+    s.previous_surfaces = nullptr;                           // the pointer is valid for one picture
+    s.history = nullptr;
+    s.checkpoint = nullptr;
+    s.radiance_cache = cache_;
+    s.want_view = s.want_view && !blurs_;  // with motion blur, the view is made from the mean
+    return s;
+}
+
+PictureUse SceneRenderer::picture_use() const {
+    return {.png = settings_.want_view, .shutter = blurs_, .exr_tile = exr_tile_};
+}
+
+/// Prepares the scene at 0 s, the reference pose on which hierarchies of all poses depend.
+void SceneRenderer::prepare() {
+    if (prepared_) return;
+    Stopwatch clock;
+    scene_.check_surfaces();
+    scene_.pose(0);
+    load_seconds_ += clock.lap();
+    PrepareOptions options{row_of(settings_.culling).needs_cull_tree, settings_.kept, settings_.estimator};
+    if (frees_scene_) {
+        options.single_pose = true;
+        options.scene_read = [this] { scene_.free_surfaces(); };
+    }
+    MemoryLedger& ledger = MemoryLedger::process();
+    tables_memory_ = {ledger, MemoryPart::tables, scene_bytes(scene_.size()) - scene_.size().contents()};
+    if (scene_.pages()) {
+        options.pages = scene_.pages();
+        const paging::PageIndex& index = scene_.pages()->index();
+        const std::size_t reading = paging::PagePool::reading_bytes(index);
+        const std::size_t lamps = index.geometry.emitters.size() * paging::kEmitterBytes;
+        const std::size_t fixed = paging::PagePool::fixed_bytes(index);
+        ledger.check(reading + lamps + fixed, scene_.choice().scene.string() + ": pages",
+                     fmt::format("pages that are read {}, emissive triangles {}, their hierarchy {}",
+                                 text_of_bytes(reading), text_of_bytes(lamps), text_of_bytes(fixed)));
+        pages_memory_ = {ledger, MemoryPart::pages, reading + lamps + fixed};
+        options.pool_bytes = [&](const SceneNeeds& needs) { return choose_pool(index, needs); };
+    }
+    if (in_tiles(scene_.scene())) {
+        const std::size_t batch = paging::TilePool::bytes_of_batch(
+            std::min(settings_.band_pixels, std::size_t(settings_.width) * std::size_t(settings_.height)));
+        ledger.check(batch, "hits that wait for textures", text_of_bytes(batch));
+        textures_memory_ = {ledger, MemoryPart::textures, batch};
+        options.tile_bytes = settings_.tile_bytes > 0 ? settings_.tile_bytes : ledger.free() / (scene_.pages() ? 4 : 2);
+    }
+    guarded([&] { prepared_ = std::make_unique<PreparedScene>(*context_, scene_.scene(), options); });
+    if (found_) prepared_->settle(*found_, 0);
+    uploaded_ = scene_.revision();
+    at_reference_ = true;
+    reference_seconds_ = clock.lap();
+}
+
+/// Chooses the memory for pages, bytes, before the first pose.
+std::size_t SceneRenderer::choose_pool(const paging::PageIndex& index, const SceneNeeds& needs) {
+    if (pool_size_ > 0) return pool_size_;  // pools of later poses
+    MemoryLedger& ledger = MemoryLedger::process();
+    // Pages take what the picture leaves. Bands become smaller where it would take more than half.
+    const std::size_t free = ledger.free();
+    RenderSettings s = settings_;
+    std::size_t picture = fit_into_memory(needs, scene_.size(), s, picture_use(), free / 2).picture();
+    if (scene_.size().moves) picture += picture / 4;  // lights and lobes of other poses
+    const std::size_t most = std::max(free / 2, free - std::min(free, picture));
+    pool_size_ = settings_.pool_bytes > 0 ? settings_.pool_bytes : most;
+    if (!scene_.size().moves)
+        pool_size_ =
+            std::min(pool_size_, std::max<std::size_t>(index.pages.size(), 1) * paging::PagePool::slot_bytes(index));
+    if (settings_.pool_bytes > 0) ledger.check(pool_size_, "page pool", "--page-pool");
+    pool_memory_ = {ledger, MemoryPart::pages, pool_size_};
+    return pool_size_;
+}
+
+void SceneRenderer::make_renderer(const FrameSettings& frame) {
+    if (ray_server_ && !server_) server_ = ray_server_(prepared_->trace());
+    RenderSettings s = renderer_settings(frame);
+    take_memory(s);
+    renderer_.emplace(*prepared_, colors_, s, server_.get());
+}
+
+/// Chooses bands that fit into the memory budget, and enters the picture into the ledger.
+void SceneRenderer::take_memory(RenderSettings& s) {
+    for (MemoryLedger::Entry* entry : {&picture_memory_, &bands_memory_, &visibility_memory_}) *entry = {};
+    MemoryLedger& ledger = MemoryLedger::process();
+    const MemoryEstimate m =
+        fit_into_memory(prepared_->buffers().needs(), scene_.size(), s, picture_use(), ledger.free());
+    const std::size_t whole = m.film + m.preview + m.shutter + m.writing;
+    const std::string near =
+        neighbour_frames(s) > 0 ? fmt::format(" with {} frames before and after", neighbour_frames(s)) : std::string();
+    ledger.check(m.picture(), "render settings",
+                 fmt::format("{} x {} pixels: picture{} {}, the smallest bands {}", s.width, s.height, near,
+                             text_of_bytes(whole), text_of_bytes(m.picture() - whole)));
+    picture_memory_ = {ledger, MemoryPart::picture, whole};
+    bands_memory_ = {ledger, MemoryPart::bands, m.band + m.reading};
+    visibility_memory_ = {ledger, MemoryPart::visibility, m.visibility};
+}
+
+/// Poses the scene at a time, and updates the renderer.
+void SceneRenderer::pose(double seconds, const FrameSettings& frame) {
+    Stopwatch clock;
+    prepare();
+    if (!renderer_) {
+        clock.lap();
+        guarded([&] { make_renderer(frame); });
+        reference_seconds_ += clock.lap();
+    }
+    scene_.pose(seconds);
+    if (scene_.revision() == uploaded_) {
+        if (at_reference_) reference_seconds_ = 0;  // RenderStats::prepare_seconds is that of the reference
+        return;
+    }
+    scene_.check_surfaces();
+    load_seconds_ += clock.lap();
+    at_reference_ = false;
+    guarded([&] {
+        if (prepared_->update(scene_.scene())) {
+            renderer_->follow_scene();
+        } else {
+            renderer_.reset();
+            server_.reset();
+            make_renderer(frame);
+        }
+    });
+    uploaded_ = scene_.revision();
+}
+
+RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+    pose(seconds, frame);
+    if (cache_) cache_->clear();  // makes frames independent of earlier ones
+    const std::uint64_t before = interruptions();
+    RenderResult result;
+    try {
+        result = renderer_->render(frame, progress);
+    } catch (...) {
+        history_.forget();                      // the picture may be in it
+        if (interruptions() == before) drop();  // the state is undefined
+        throw;
+    }
+    result.stats.prepare_seconds += std::exchange(reference_seconds_, 0);
+    return result;
+}
+
+RenderResult SceneRenderer::still(std::uint32_t frame, const FrameSettings& frame_settings,
+                                  const ProgressCallback& progress) {
+    const double seconds = scene_.frame_rate().seconds(frame);
+    const bool motion =
+        settings_.preview.temporal || std::ranges::find(settings_.aovs, "motion") != settings_.aovs.end();
+    if (!scene_.surfaces_move() || !motion) return picture(seconds, frame_settings, progress);
+    Stopwatch clock;
+    Scene before = scene_.posed(scene_.frame_rate().seconds(static_cast<double>(frame) - 1));
+    load_seconds_ += clock.lap();
+    pose(seconds, frame_settings);
+    const PreviousSurfaces surfaces(scene_.scene(), std::move(before));
+    FrameSettings moving = frame_settings;
+    moving.previous_surfaces = &surfaces;
+    return picture(seconds, moving, progress);
+}
+
+void SceneRenderer::denoise(NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
+    guarded([&] { renderer_->denoise(noisy, others, result); });
+}
+
+}  // namespace halflight
