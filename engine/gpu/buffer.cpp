@@ -1,5 +1,8 @@
 #include "engine/gpu/buffer.h"
 
+#include <epoxy/egl.h>
+
+#include <algorithm>
 #include <bit>
 #include <mutex>
 
@@ -85,12 +88,15 @@ void Buffer::bind_uniform(GLuint index) const {
 }
 
 GLuint Buffer::texture(GLenum format) const {
-    // Programs that are compiled ahead get their textures on another thread (program_cache.h).
+    // Programs that are compiled ahead get their textures on another thread (program_cache.h). Mesa 22.3 counts the
+    // references to a buffer texture without a lock, and may lose one where another context uses the texture for the
+    // first time. It then frees memory that is in use.
     static std::mutex mutex;
     const std::lock_guard lock(mutex);
-    for (const auto& [view_format, view] : views_) {
-        if (view_format == format) return view.id();
-    }
+    void* const context = eglGetCurrentContext();
+    const auto known =
+        std::ranges::find_if(views_, [&](const View& v) { return v.format == format && v.context == context; });
+    if (known != views_.end()) return known->texture.id();
     // Drivers silently clip texture buffers at the limit.
     const std::size_t texels = bytes_ / static_cast<std::size_t>(format_info(format).texel_bytes);
     GLint limit = 0;
@@ -100,7 +106,7 @@ GLuint Buffer::texture(GLenum format) const {
     }
     GLuint view = 0;
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &view);
-    views_.emplace_back(format, Object<delete_texture>(view));
+    views_.push_back({format, context, Object<delete_texture>(view)});
     label(GL_TEXTURE, view, name_);
     if (from_data_ || bytes_ == 0) {  // the view has the exact size, for textureSize()
         glTextureBufferRange(view, format, id(), 0, static_cast<GLsizeiptr>(bytes_ == 0 ? kRounding : bytes_));

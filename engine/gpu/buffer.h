@@ -62,7 +62,8 @@ class Buffer {
     void bind_uniform(GLuint index) const;  ///< Binds a uniform block.
     /// Binds a view as a texture buffer ("samplerBuffer") with a sized format: GL_RGBA32F, GL_R32UI, ...
     void bind_texture(GLuint unit, GLenum format) const;
-    /// Returns the texture of bind_texture(), which is created on first use and owned by the buffer. Throws Error where
+    /// Returns the texture of bind_texture(), which is created on first use and owned by the buffer. Each context that
+    /// shares the buffer has a texture of its own (ProgramCache::compile_ahead()). Throws Error where
     /// it has more texels than the driver can address. textureSize() is exact for buffers created from data or empty.
     /// Views of other buffers have some more texels, which are zero.
     GLuint texture(GLenum format) const;
@@ -72,7 +73,12 @@ class Buffer {
     std::size_t bytes_ = 0;
     bool from_data_ = false;  // created from data; views then have its exact size
     Object<delete_buffer> object_;
-    mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
+    struct View {
+        GLenum format;
+        void* context;  // EGLContext
+        Object<delete_texture> texture;
+    };
+    mutable std::vector<View> views_;
 };
 
 /// Replaces the contents of a buffer. If `last` holds the current contents, writes only the range from the first to the

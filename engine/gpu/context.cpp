@@ -279,8 +279,11 @@ KeepCurrent::KeepCurrent()
       context_(eglGetCurrentContext()) {}
 
 KeepCurrent::~KeepCurrent() {
-    if (context_ != EGL_NO_CONTEXT && eglGetCurrentContext() != context_)
+    if (eglGetCurrentContext() == context_) return;
+    if (context_ != EGL_NO_CONTEXT)
         eglMakeCurrent(display_, draw_, read_, context_);
+    else  // a context that stays current on this thread cannot be used on others
+        eglMakeCurrent(eglGetCurrentDisplay(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
 
 ContextLost::ContextLost(std::string_view subject)

@@ -77,8 +77,8 @@ class Context {
     std::unique_ptr<State> state_;
 };
 
-/// Makes the context that is current on this thread at construction current again at destruction, whatever others did
-/// meanwhile. Does nothing where there was none.
+/// Makes the context that is current on this thread at construction, or none, current again at destruction, whatever
+/// others did meanwhile.
 class KeepCurrent {
   public:
     KeepCurrent();

@@ -128,8 +128,6 @@ class ProgramCache::Ahead {
 
     void run() {
         try {
-            const ExpectedProgram& first = items_.front().wanted;
-            if (binaries_.has(program_text({first.source}, first.defines))) return;
             const EglContext context(display_, context_);
             const Buffer no_groups = Buffer::from("no groups", std::vector<std::uint32_t>(3, 0));
             glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, no_groups.id());
@@ -202,6 +200,8 @@ void ProgramCache::compile_ahead(std::vector<ExpectedProgram> programs) {
     // Programs with the most defines take the longest, and are the least likely to be stored.
     std::ranges::stable_sort(fresh, std::ranges::greater{},
                              [](const auto& each) { return each.second.defines.values().size(); });
+    // The text depends on limits of the current context, so this thread looks.
+    if (binaries_->has(program_text({fresh[0].second.source}, fresh[0].second.defines))) return;
     try {
         ahead_ = std::make_unique<Ahead>(std::move(fresh), *binaries_);
     } catch (const std::system_error&) {

@@ -30,6 +30,7 @@ class ProgramCacheTest : public GpuTest {
         return {{"add", text}, {{"VALUE", value + "u"}}, [&](const Program& program) {
                     EXPECT_NE(std::this_thread::get_id(), main_);
                     program.bind_texture("one", one_, GL_R32UI);
+                    texture_ahead_ = one_.texture(GL_R32UI);
                     ++bound;
                 }};
     }
@@ -54,6 +55,7 @@ class ProgramCacheTest : public GpuTest {
 
     TemporaryFolder folder_;
     ProgramBinaries binaries_{folder_ / "programs", "driver"};
+    mutable std::atomic<GLuint> texture_ahead_{0};  // texture of one_ on the other thread
     Buffer one_ = Buffer::from("one", std::vector<std::uint32_t>{1});
     std::thread::id main_ = std::this_thread::get_id();
 };
@@ -69,10 +71,12 @@ TEST_F(ProgramCacheTest, ProgramsCompiledAheadGiveTheSameResults) {
     EXPECT_EQ(run(cache, "2"), 103u) << "was compiled and dropped, or never";
     EXPECT_EQ(bound, can_compile_ahead() ? 3 : 0);
     EXPECT_EQ(cache.count(), 3u);
+    EXPECT_NE(texture_ahead_, one_.texture(GL_R32UI)) << "Mesa does not count the references of two contexts";
 
     // A store that has the first program is taken for full.
     ProgramCache later(&binaries_);
     later.compile_ahead({expected("2", bound), expected("9", bound)});
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // in which the thread would compile
     later.end_ahead();
     EXPECT_EQ(bound, can_compile_ahead() ? 3 : 0);
     EXPECT_EQ(run(later, "9"), 110u);
