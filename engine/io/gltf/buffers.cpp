@@ -98,10 +98,7 @@ ByteSource GltfDocument::view_bytes(int buffer_view) const {
         return buffers[static_cast<std::size_t>(view.buffer)].part(view.byteOffset, size);
     }
     const std::scoped_lock lock(decoded->mutex);
-    if (const auto known = decoded->views.find(buffer_view); known != decoded->views.end()) {
-        known->second.used = true;
-        return known->second.bytes;
-    }
+    if (const auto known = decoded->views.find(buffer_view); known != decoded->views.end()) return known->second.bytes;
     const GltfMeshoptView& view = found->second;
     MemoryLedger::process().check(size + view.length, file, name(buffer_view));
     std::string buffer;
@@ -110,11 +107,6 @@ ByteSource GltfDocument::view_bytes(int buffer_view) const {
     const ByteSource bytes(view.decode(compressed, file + ": " + name(buffer_view)));
     decoded->views[buffer_view] = {bytes, {MemoryLedger::process(), MemoryPart::scene, size}};
     return bytes;
-}
-
-void GltfDecodedViews::free_unused() {
-    std::erase_if(views, [](const auto& view) { return !view.second.used; });
-    for (auto& [index, view] : views) view.used = false;
 }
 
 }  // namespace halflight

@@ -55,14 +55,9 @@ struct GltfDecodedViews {
     struct View {
         ByteSource bytes;
         MemoryLedger::Entry memory;
-        bool used = true;  // since the last call of free_unused()
     };
     std::mutex mutex;  // held by view_bytes()
     std::map<int, View> views;
-
-    /// Frees the views that view_bytes() has not returned since the last call. Meshes that are read one after the other
-    /// often share views, and each would decompress them again.
-    void free_unused();
 };
 
 /// A parsed file. All indices are in range or kNone (schema.h). Buffers and images stay where they

@@ -98,19 +98,25 @@ Material with_images_of(const Material& known, const GltfMaterial& from) {
     return material;
 }
 
-/// Frees decompressed buffer views, except those of primitives that are read again for the next pose.
-void free_views(GltfDocument& document, const GltfPrimitives& kept) {
-    if (document.decoded->views.empty()) return;
-    std::set<int> again;
+/// Adds the buffer views of a primitive's attributes and morph targets.
+void add_views(const gltf::Model& model, const gltf::Primitive& primitive, std::set<int>& views) {
     const auto add = [&](const std::map<std::string, int>& attributes) {
-        for (const auto& [name, accessor] : attributes) again.merge(views_of(document.model, accessor));
+        for (const auto& [name, accessor] : attributes) views.merge(views_of(model, accessor));
     };
-    for (const auto& [key, primitive] : kept) {
-        const gltf::Primitive& from = document.model.meshes[key.mesh].primitives[key.primitive];
-        add(from.attributes);
-        for (const auto& target : from.targets) add(target);
-    }
+    add(primitive.attributes);
+    for (const auto& target : primitive.targets) add(target);
+}
+
+/// Frees decompressed buffer views, except those that are read again.
+void free_views(GltfDocument& document, const std::set<int>& again) {
     std::erase_if(document.decoded->views, [&](const auto& view) { return !again.contains(view.first); });
+}
+/// Frees all but those of primitives that are read again for the next pose.
+void free_views(GltfDocument& document, const GltfPrimitives& kept) {
+    std::set<int> again;
+    for (const auto& [key, primitive] : kept)
+        add_views(document.model, document.model.meshes[key.mesh].primitives[key.primitive], again);
+    free_views(document, again);
 }
 
 /// Converts the document. `material_set` is a cache of what images decide, filled by the first call, or null. `images`
@@ -450,8 +456,10 @@ struct GltfMeshSource::State {
         const bool again = read_once[index];  // the report already includes the mesh
         const SceneReport known = counts;
         GltfWarnings warnings = again ? std::exchange(document.warnings, {}) : GltfWarnings();
+        free_views(document, views_of_mesh(index));
         Mesh mesh = stream.read(index);
-        document.decoded->free_unused();
+        // Meshes that are read one after the other often share views, and each would decompress them again.
+        free_views(document, views_of_mesh(index + 1));
         if (again) counts = known, document.warnings = std::move(warnings);
         read_once[index] = true;
         try {
@@ -460,6 +468,17 @@ struct GltfMeshSource::State {
             throw Error(path.string(), e.what());
         }
         return mesh;
+    }
+
+    /// Returns the buffer views of a mesh; none where there is no such mesh, or where no view is compressed.
+    std::set<int> views_of_mesh(std::size_t index) const {
+        std::set<int> views;
+        if (index >= stream.meshes() || document.compressed_views.empty()) return views;
+        for (const gltf::Primitive& primitive : document.model.meshes[stream.file_mesh(index)].primitives) {
+            add_views(document.model, primitive, views);
+            if (primitive.indices != kNone) views.merge(views_of(document.model, primitive.indices));
+        }
+        return views;
     }
 
     std::filesystem::path path;

@@ -80,9 +80,8 @@ class Instances {
         made.deforms = deforms(mesh);
         return made;
     }
-    std::string mesh_name(std::size_t mesh) const {
-        return meshes_.name(static_cast<std::size_t>(std::get<0>(requests_[mesh].key)));
-    }
+    std::size_t file_mesh(std::size_t mesh) const { return static_cast<std::size_t>(std::get<0>(requests_[mesh].key)); }
+    std::string mesh_name(std::size_t mesh) const { return meshes_.name(file_mesh(mesh)); }
 
   private:
     const gltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
@@ -343,6 +342,10 @@ std::size_t GltfMeshStream::meshes() const {
 
 std::string GltfMeshStream::name(std::size_t mesh) const {
     return state_->instances.mesh_name(mesh);
+}
+
+std::size_t GltfMeshStream::file_mesh(std::size_t mesh) const {
+    return state_->instances.file_mesh(mesh);
 }
 
 bool GltfMeshStream::deforms(std::size_t mesh) const {

@@ -95,7 +95,8 @@ class GltfMeshStream {
     ~GltfMeshStream();
     std::size_t meshes() const;  ///< Returns the number of meshes.
     std::string name(std::size_t mesh) const;
-    bool deforms(std::size_t mesh) const;  ///< Returns Mesh::deforms.
+    std::size_t file_mesh(std::size_t mesh) const;  ///< Returns the index of the file's mesh that it is made of.
+    bool deforms(std::size_t mesh) const;           ///< Returns Mesh::deforms.
     /// Reads a mesh; it has no triangles where add_instances() leaves it out.
     Mesh read(std::size_t mesh);
 
