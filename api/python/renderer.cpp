@@ -129,6 +129,7 @@ struct PyRenderer {
     }
 
     std::optional<std::string> find_estimator(py::object function) {
+        check_not_forked();
         const Busy busy(*scene);
         Callback progress(std::move(function));
         std::optional<Estimator> found;

@@ -91,7 +91,7 @@ def main():
             environment["PYTHONPATH"] = str(package)
             code = smaller("\n".join(programs))
             print(code, flush=True)
-            if subprocess.run([environment.get("HALFLIGHT_PYTHON", "python3"), "-c", code], cwd=folder, env=environment).returncode:
+            if subprocess.run([*environment.get("HALFLIGHT_PYTHON", "python3").split(), "-c", code], cwd=folder, env=environment).returncode:
                 sys.exit(f"{document.name}: its python blocks fail")
             count += 1
         print(count, "commands and programs")

@@ -127,6 +127,8 @@ class Pictures(InFolder):
         self.assertEqual(list(pictures), [0, 3])
         self.assertFalse(np.array_equal(pictures[0]["beauty"], pictures[3]["beauty"]))
         np.testing.assert_array_equal(renderer.render(0)["beauty"], pictures[0]["beauty"])
+        with self.assertRaisesRegex(hl.Error, "shutter times"):
+            renderer.change(samples=1)
         told = []
         arguments = dict(layers=["normal"], progress=lambda frame, progress: told.append((frame, progress)), **SMALL)
         made = hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", "1-2", **arguments)
