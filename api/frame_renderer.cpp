@@ -77,7 +77,6 @@ struct FrameRenderer::State {
     std::optional<DeformCounts> deformed;
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     NearFrames near_frames;                   // noisy frames near the one rendered last
-    std::uint64_t near_frames_drops = 0;      // SceneRenderer::drops() when they were rendered
     std::optional<Checkpoint> checkpoint;
     int only_part = 0;  // CheckpointOptions::part
     std::list<Checkpoint> merged;
@@ -86,7 +85,10 @@ struct FrameRenderer::State {
     double load_seconds = 0;
 
     State(LoadedScene& s, RenderSettings r, RendererOptions o)
-        : scene(s), settings(std::move(r)), shutter(o.shutter), pictures(scene, settings, o) {
+        : scene(s),
+          settings(std::move(r)),
+          shutter(o.shutter),
+          pictures(scene, settings, o, [this] { near_frames.clear(); }) {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
                                                ? "texture-lod needs a scene that was loaded with mip levels"
@@ -139,7 +141,6 @@ struct FrameRenderer::State {
             return near_frames.render(scene, frame, neighbour_frames(settings),
                                       {render_noisy, denoise, [&](std::uint32_t n) { return camera_at(n); }}, progress);
         };
-        if (std::exchange(near_frames_drops, pictures.drops()) != pictures.drops()) near_frames.clear();
         try {
             RenderResult result = render();
             set_frame(frame);  // a stop may come while a neighbour is rendered
@@ -197,6 +198,13 @@ struct FrameRenderer::State {
                               .apply(settings.transparent ? straight(result.beauty) : result.beauty);
         return result;
     }
+    void check_shutter(int samples) const {
+        if (!(shutter.open >= 0 && shutter.open <= 1))
+            throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
+        if (shutter.open > 0 && shutter.times && (*shutter.times < 1 || *shutter.times > samples))
+            throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", samples,
+                        *shutter.times);
+    }
     void check_apart(const char* what) const {
         if (shutter.open > 0 || neighbour_frames(settings) > 0)
             throw Error(what, "cannot be combined with motion blur, or with neighbouring frames");
@@ -251,12 +259,7 @@ struct FrameRenderer::State {
 
 FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
     : state_(std::make_unique<State>(scene, std::move(settings), options)) {
-    const Shutter& shutter = state_->shutter;
-    if (!(shutter.open >= 0 && shutter.open <= 1))
-        throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
-    if (shutter.open > 0 && shutter.times && (*shutter.times < 1 || *shutter.times > state_->settings.samples))
-        throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}",
-                    state_->settings.samples, *shutter.times);
+    state_->check_shutter(state_->settings.samples);
     state_->set_frame(state_->settings.frame);
     if (state_->settings.parts > 1) state_->check_apart("sample-parts");
     if (!options.merged.empty()) state_->open_merged(options.merged);
@@ -285,6 +288,7 @@ std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(
     const auto progress = keeping_context(asked);
     State& s = *state_;
     if (!leaves_open(s.settings.estimator)) return s.settings.estimator;
+    if (s.pictures.found()) return s.pictures.found();
     s.begin();
     return s.pictures.find_estimator(progress);
 }
@@ -332,8 +336,11 @@ const RenderSettings& FrameRenderer::settings() const {
 }
 
 void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
+    state_->check_shutter(settings.samples);
     const std::uint32_t frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
+    const gpu::KeepCurrent keep;
+    state_->pictures.context().make_current();  // which has the textures of the frames
     state_->near_frames.clear();
     state_->set_frame(frame);
 }

@@ -24,13 +24,15 @@ Camera equipped(const ChosenCamera& chosen, const RenderSettings& settings) {
     return with_optics(with_lens(chosen.camera, settings.view.camera.lens), settings.optics);
 }
 
-SceneRenderer::SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options)
+SceneRenderer::SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options,
+                             std::function<void()> dropped)
     : scene_(scene),
       settings_(settings),
       blurs_(options.shutter.open > 0),
       exr_tile_(options.exr_tile),
       ray_server_(std::move(options.ray_server)),
       frees_scene_(options.frees_scene && !scene.surfaces_move()),
+      dropped_(std::move(dropped)),
       colors_(options.colors ? std::move(*options.colors) : ColorConfig::load()),
       context_(options.context ? std::move(options.context)
                                : std::make_shared<gpu::Context>(gpu::Context::create(options.device))) {
@@ -56,7 +58,7 @@ void SceneRenderer::drop() {
     server_.reset();
     prepared_.reset();
     history_.forget();
-    ++drops_;
+    dropped_();
 }
 
 /// Calls f(); where that throws, the next picture prepares the scene anew.
@@ -71,7 +73,6 @@ auto SceneRenderer::guarded(F f) {
 }
 
 std::optional<Estimator> SceneRenderer::find_estimator(const std::function<bool(double)>& progress) {
-    if (found_) return found_;
     prepare();
     const bool settled =
         guarded([&] { return halflight::find_estimator(*prepared_, colors_, renderer_settings(settings_), progress); });

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "api/halflight/frame_renderer.h"
 #include "engine/core/memory_ledger.h"
@@ -29,8 +30,10 @@ Camera equipped(const ChosenCamera& chosen, const RenderSettings& settings);
 class SceneRenderer {
   public:
     /// Takes device, colours and ray server of `options`. The owner may change `settings` between pictures as
-    /// FrameRenderer does. Scene and settings must outlive the object. Throws Error where there is no such device.
-    SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options);
+    /// FrameRenderer does. Scene and settings must outlive the object. `dropped` is called after each drop(). Throws
+    /// Error where there is no such device.
+    SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options,
+                  std::function<void()> dropped);
     SceneRenderer(const SceneRenderer&) = delete;
     SceneRenderer& operator=(const SceneRenderer&) = delete;
     ~SceneRenderer();  ///< Precondition: the context is current.
@@ -40,9 +43,9 @@ class SceneRenderer {
     void begin();
     /// Drops the prepared scene; the next picture prepares it anew.
     void drop();
-    /// Returns the number of calls of drop(). What was computed from an earlier prepared scene is not valid.
-    std::uint64_t drops() const { return drops_; }
 
+    /// Returns the estimator that find_estimator() has found.
+    const std::optional<Estimator>& found() const { return found_; }
     /// Settles an open estimator as FrameRenderer::find_estimator() does.
     std::optional<Estimator> find_estimator(const std::function<bool(double)>& progress);
     /// Returns the exposure that metering finds, stops; none where `progress` has cancelled.
@@ -52,7 +55,7 @@ class SceneRenderer {
     RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress);
     /// Renders a frame at its own time, with the motion of surfaces where a layer needs it.
     RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, const ProgressCallback& progress);
-    /// Denoises a noisy picture of the pose with frames near it (Renderer::denoise()).
+    /// Denoises a noisy picture of the pose with frames near it (Renderer::denoise()). Precondition: has_picture().
     void denoise(NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result);
 
     const ColorConfig& colors() const { return colors_; }
@@ -83,20 +86,20 @@ class SceneRenderer {
     int exr_tile_;  // RendererOptions::exr_tile
     RayServerFactory ray_server_;
     bool frees_scene_;
+    std::function<void()> dropped_;
     ColorConfig colors_;
     std::shared_ptr<gpu::Context> context_;
     std::optional<GpuDeformer> deformer_;
-    // The uploaded scene and the objects that render it; without them the next picture makes new ones.
+    // The uploaded scene and the objects that render it. The next picture makes them anew where they are null.
     std::unique_ptr<PreparedScene> prepared_;
     std::shared_ptr<rays::BatchServer> server_;
     std::shared_ptr<RadianceCache> cache_;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer_;
     MemoryLedger::Entry tables_memory_, pages_memory_, pool_memory_, textures_memory_, picture_memory_, bands_memory_,
         visibility_memory_;
-    std::size_t pool_size_ = 0;     // memory for pages, bytes; 0: not chosen yet
-    std::uint64_t uploaded_ = 0;    // LoadedScene::revision() of the uploaded scene
-    std::uint64_t transforms_ = 0;  // LoadedScene::transform_revision() of the uploaded scene
-    std::uint64_t drops_ = 0;
+    std::size_t pool_size_ = 0;       // memory for pages, bytes; 0: not chosen yet
+    std::uint64_t uploaded_ = 0;      // LoadedScene::revision() of the uploaded scene
+    std::uint64_t transforms_ = 0;    // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found_;  // result of the pilot
     PictureHistory history_;          // light and geometry of the last frame, for RenderSettings::preview
     double load_seconds_ = 0;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "engine/core/error.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
@@ -97,7 +98,7 @@ bool ShutterMean::wants_still() const {
 }
 
 void ShutterMean::add(const RenderResult& picture) {
-    assert(picture.aovs.size() == layers_.size());
+    if (picture.aovs.size() != layers_.size()) throw Error("shutter", "a picture has other layers than the others");
     const int samples = picture.stats.samples;
     add_weighted(beauty_, picture.beauty.pixels, double(samples) / samples_);
     for (std::size_t i = 0; i < layers_.size(); ++i) add_layer(layers_[i], picture.aovs[i].image, samples);
