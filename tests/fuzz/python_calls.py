@@ -150,6 +150,12 @@ class Calls:
     def call_set_clay(self, dice):
         self.scene.set_clay(value(dice))
 
+    def call_set_shadow_catchers(self, dice):
+        self.scene.set_shadow_catchers(*dice.choice([[], ["floor"], ["*"], [value(dice), value(dice)]]))
+
+    def call_set_light_groups(self, dice):
+        self.scene.set_light_groups(dice.choice([{}, {"ceiling": ["*"]}, {"a": [], "b": value(dice)}, value(dice)]))
+
     def call_transform(self, dice):
         self.scene.transform(value(dice))
 
