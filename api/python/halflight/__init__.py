@@ -249,7 +249,7 @@ class Scene:
         A light is the name or pattern of lights, emissive materials, or nodes with everything below them, or
         "environment"; "light:NAME", "material:NAME" and "node:NAME" select a kind. "light_rest" has all other lights.
         "each" makes a group of each light; None removes the groups."""
-        each = groups == "each"
+        each = isinstance(groups, str) and groups == "each"
         if not each and not isinstance(groups, (dict, type(None))):
             raise TypeError(f"light groups are a dict of lists of names, \"each\" or None, not {groups!r:.100}")
         lists = [] if each else [(name, _names(lights)) for name, lights in (groups or {}).items()]
