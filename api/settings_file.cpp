@@ -88,7 +88,7 @@ void read_setting(const Element& e, const Setting& setting, SavedSettings& s) {
     else
         text = e.text();
     if (const std::string problem = setting.set(s.settings, text); !problem.empty()) e.fail("{}", problem);
-    s.given.insert(setting.name);
+    if (!setting.get(s.settings).empty()) s.given.insert(setting.name);  // an empty text leaves the setting open
 }
 
 void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
