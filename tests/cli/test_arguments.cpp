@@ -48,6 +48,8 @@ TEST_F(Refusal, InvalidCommands) {
     expect({"render"}, 2, "SCENE: is missing; see halflight render --help");
     expect({"render", scene}, 2, "OUTPUT: is missing; see halflight render --help");
     expect({"info"}, 2, "SCENE: is missing.*");
+    for (const char* command : {"info", "render", "view"})
+        expect({command, ""}, 2, "SCENE: expects the name of a file");
     expect({"info", scene, scene}, 2, ".*: is not expected; .*");
     expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
     expect({"render", scene, folder / "out.bmp"}, 2, ".*out.bmp: an output is an .exr, .png, .jpg or .tif");
@@ -193,6 +195,7 @@ TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"--spp", "1", "-s", "2"}, 2, "--samples: can be given only once");
     expect_render({"-o", "x.jpeg2000"}, 2, "x.jpeg2000: an output is .*");
     expect_render({"-o", ""}, 2, "--output: expects the name of a file");
+    expect_render({""}, 2, "OUTPUT: expects the name of a file");
     expect_render({"-o", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
     for (const char* value : {"0", "1025", "all", "1.5"})
         expect_render({"--threads", value}, 2, "--threads: expects a whole number from 1 to 1024, not '.*'");

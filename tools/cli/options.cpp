@@ -305,6 +305,9 @@ void check_optics_options(const CLI::App& app, const ViewArguments& a) {
 }
 
 void check_leftovers(const CLI::App& app, const std::string& command) {
+    for (const CLI::Option* option : app.get_options())
+        if (option->get_positional() && std::ranges::find(option->results(), "") != option->results().end())
+            throw UsageError(option->get_name(true), "expects the name of a file");
     const auto extras = app.remaining();
     if (extras.empty()) return;
     const std::string& word = extras.front();

@@ -156,7 +156,8 @@ void check_optics_options(const CLI::App& app, const ViewArguments& arguments);
 /// Checks the options of `halflight view` after parsing, and reads its settings file.
 void finish_preview_options(const CLI::App& app, PreviewArguments& arguments);
 
-/// Throws UsageError for words on the command line that no option takes; `command` is named in it.
+/// Throws UsageError for words on the command line that no option takes, and for names of files that are empty;
+/// `command` is named in it.
 void check_leftovers(const CLI::App& app, const std::string& command);
 /// Returns a parse error as a UsageError that names the option.
 UsageError usage_error(const CLI::ParseError& error, const std::string& command);
