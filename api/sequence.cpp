@@ -393,7 +393,10 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
 
     SequenceTally tally{.frames = frames.size(), .kept = frames.size() - todo.size()};
     if (tally.kept > 0) log.note("{} of {} frames are there already", tally.kept, frames.size());
-    if (todo.empty() && !o.movie) return tally;
+    if (todo.empty() && !o.movie) {
+        const FileClaims abandoned(o.outputs[0]);  // a process may have been killed after the last frame
+        return tally;
+    }
     if (events.started) events.started(todo.size());
     const auto make = [&](Movie* movie) {
         std::optional<FrameMaker> maker;

@@ -17,6 +17,7 @@ FileClaims::FileClaims(const std::filesystem::path& pattern)
     : subject_(pattern.string()), name_(pattern.parent_path() / (temporary_prefix(pattern) + "claims")) {}
 
 FileClaims::~FileClaims() {
+    if (file_ < 0) file_ = open(name_.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC);  // killed processes have left it
     if (file_ < 0) return;
     release();
     if (lock(F_WRLCK, 0, 0) && is_named()) unlink(name_.c_str());

@@ -2,6 +2,8 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <chrono>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
@@ -198,6 +200,38 @@ TEST_F(Sequence, FramesOfAKilledProcessAreMadeByOthers) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(contents("out") == contents("alone"));
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out"), {}), 1);
+}
+
+/// The empty file by which processes share frames goes with the last of them, also where all frames are there already.
+TEST_F(Sequence, FilesOfKilledProcessesAreRemoved) {
+    fs::create_directory(folder / "out");
+    std::optional<std::thread> killer;
+    fs::path left;
+    RunOptions killed;
+    killed.watch = [&](pid_t child, const std::string&) {
+        if (killer) return;
+        killer.emplace([&, child] {
+            for (int i = 0; i < 6000 && fs::is_empty(folder / "out"); ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            if (!fs::is_empty(folder / "out")) left = fs::directory_iterator(folder / "out")->path();
+            kill(child, SIGKILL);
+        });
+    };
+    // The process is stopped by its kill alone: so many samples take hours.
+    const Outcome first = run_program({"render", scene, folder / "out/f.####.exr", "--frames", "1", "--width", "16",
+                                       "--height", "16", "--samples", "16777216", "--reproducible"},
+                                      killed);
+    ASSERT_TRUE(killer) << first.err;
+    killer->join();
+    EXPECT_EQ(first.status, 128 + SIGKILL);
+    ASSERT_TRUE(fs::exists(left)) << first.err;
+    for (const bool all_are_there : {false, true}) {
+        if (all_are_there) std::ofstream(left).flush();
+        const Outcome next = run("out", "1");
+        EXPECT_EQ(next.status, 0) << next.err;
+        EXPECT_EQ(next.err.find("are there already") != std::string::npos, all_are_there) << next.err;
+        EXPECT_FALSE(fs::exists(left)) << all_are_there;
+    }
 }
 
 }  // namespace
