@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <deque>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
@@ -323,6 +324,23 @@ class FrameQueue {
     bool noted_ = false;
 };
 
+/// Throws Error where the sequence would write a file that the scene reads.
+void check_scene_files(const LoadedScene& scene, const SequenceOptions& o) {
+    std::map<std::filesystem::path, Paths> read;  // by name, since a sequence may have a million files
+    for (const auto& file : scene.files()) read[file.filename()].push_back(file);
+    const auto check = [&](const std::filesystem::path& path) {
+        const auto known = read.find(path.filename());
+        if (known == read.end()) return;
+        std::error_code none;  // files that are missing are not equivalent
+        for (const auto& file : known->second)
+            if (std::filesystem::equivalent(file, path, none)) throw Error(path.string(), "is a file of the scene");
+    };
+    for (const std::uint32_t frame : part_of(o.frames, o.part))
+        for (const auto& path : files_of(o, frame)) check(path);
+    if (o.movie) check(*o.movie);
+    if (o.stats) check(*o.stats);
+}
+
 }  // namespace
 
 void check_outputs(const SequenceOptions& o) {
@@ -370,6 +388,7 @@ std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const Ren
 SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, const RendererOptions& renderer,
                               const SequenceOptions& o, const SequenceEvents& events, const Log& log) {
     check_outputs(o);
+    check_scene_files(scene, o);
     RendererOptions options = renderer;
     options.exr_tile = o.output.exr.tile;
     if (!options.colors) options.colors = ColorConfig::load();

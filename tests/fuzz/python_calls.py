@@ -11,6 +11,7 @@ import argparse
 import os
 import pathlib
 import random
+import shutil
 import sys
 import tempfile
 import time
@@ -20,7 +21,7 @@ import numpy
 import halflight as hl
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-SCENE = ROOT / "scenes/cornell.glb"
+SCENE = pathlib.Path(tempfile.mkdtemp()) / "cornell.glb"  # a copy, which calls may write to
 ALLOWED = (hl.Error, TypeError, ValueError, KeyError, IndexError, OverflowError)
 
 
@@ -235,6 +236,7 @@ def main():
     note = os.open(arguments.note, os.O_WRONLY | os.O_CREAT | os.O_TRUNC) if arguments.note else None
     done, finding = 0, None
     with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(ROOT / "scenes/cornell.glb", SCENE)
         os.chdir(folder)  # relative names among the random values lead here
         calls = Calls(pathlib.Path(folder))
         while done < arguments.calls and time.monotonic() < end and not finding:
@@ -244,6 +246,7 @@ def main():
             finding = judge(calls, seed)
             done += 1
         os.chdir("/")
+    shutil.rmtree(SCENE.parent)
     if finding:
         print(f"finding, seed {seed}: {finding}")
     elif note is not None:

@@ -129,6 +129,11 @@ class Pictures(InFolder):
         np.testing.assert_array_equal(renderer.render(0)["beauty"], pictures[0]["beauty"])
         with self.assertRaisesRegex(hl.Error, "shutter times"):
             renderer.change(samples=1)
+        own = self.folder / "own.glb"
+        own.write_bytes(CORNELL.read_bytes())
+        with self.assertRaisesRegex(hl.Error, "own.glb: is a file of the scene"):
+            hl.render_sequence(hl.load(own), self.folder / "a.##.exr", "1", stats=own, **SMALL)
+        self.assertEqual(own.read_bytes(), CORNELL.read_bytes())
         told = []
         arguments = dict(layers=["normal"], progress=lambda frame, progress: told.append((frame, progress)), **SMALL)
         made = hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", "1-2", **arguments)
