@@ -211,9 +211,11 @@ TEST_F(Sequence, FilesOfKilledProcessesAreRemoved) {
     killed.watch = [&](pid_t child, const std::string&) {
         if (killer) return;
         killer.emplace([&, child] {
-            for (int i = 0; i < 6000 && fs::is_empty(folder / "out"); ++i)
+            for (int i = 0; i < 6000 && left.empty(); ++i) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(10));
-            if (!fs::is_empty(folder / "out")) left = fs::directory_iterator(folder / "out")->path();
+                for (const auto& entry : fs::directory_iterator(folder / "out"))
+                    if (entry.path().filename().string().ends_with("-claims")) left = entry.path();
+            }
             kill(child, SIGKILL);
         });
     };
