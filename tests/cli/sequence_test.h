@@ -30,6 +30,12 @@ class Sequence : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return run_program(arguments, options);
     }
+    /// Renders frame 1 into "out" with so many samples that the run takes hours; `options` has to end it.
+    Outcome run_for_hours(const RunOptions& options) {
+        return run_program({"render", scene, folder / "out/f.####.exr", "--frames", "1", "--width", "16", "--height",
+                            "16", "--samples", "16777216", "--reproducible"},
+                           options);
+    }
     Outcome make(const std::string& into, const std::string& frames, const Strings& more = {},
                  const RunOptions& options = {}) {
         Outcome outcome = run(into, frames, more, options);

@@ -190,10 +190,7 @@ TEST_F(Sequence, FramesOfAKilledProcessAreMadeByOthers) {
             outcome = run("out", "1", {}, waits);
         });
     };
-    // The first process is stopped by its kill alone: so many samples take hours.
-    const Outcome first = run_program({"render", scene, folder / "out/f.####.exr", "--frames", "1", "--width", "16",
-                                       "--height", "16", "--samples", "16777216", "--reproducible"},
-                                      killed);
+    const Outcome first = run_for_hours(killed);
     ASSERT_TRUE(second) << first.err;
     second->join();
     EXPECT_EQ(first.status, 128 + SIGKILL);
@@ -219,10 +216,7 @@ TEST_F(Sequence, FilesOfKilledProcessesAreRemoved) {
             kill(child, SIGKILL);
         });
     };
-    // The process is stopped by its kill alone: so many samples take hours.
-    const Outcome first = run_program({"render", scene, folder / "out/f.####.exr", "--frames", "1", "--width", "16",
-                                       "--height", "16", "--samples", "16777216", "--reproducible"},
-                                      killed);
+    const Outcome first = run_for_hours(killed);
     ASSERT_TRUE(killer) << first.err;
     killer->join();
     EXPECT_EQ(first.status, 128 + SIGKILL);
