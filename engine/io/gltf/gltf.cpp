@@ -113,6 +113,7 @@ void free_views(GltfDocument& document, const std::set<int>& again) {
 }
 /// Frees all but those of primitives that are read again for the next pose.
 void free_views(GltfDocument& document, const GltfPrimitives& kept) {
+    if (document.decoded->views.empty()) return;
     std::set<int> again;
     for (const auto& [key, primitive] : kept)
         add_views(document.model, document.model.meshes[key.mesh].primitives[key.primitive], again);
