@@ -70,7 +70,11 @@ class Builder {
             used[triangle.w & kTriangleMaterialMask] = true;
             if (triangle.w & kTriangleAlpha) tested[triangle.w & kTriangleMaterialMask] = true;
         }
-        if (trace_.absent) used = trace_.absent->used_materials;
+        if (trace_.absent) {  // most triangles have no rows here, and any of them may need the test
+            used = trace_.absent->used_materials;
+            for (std::size_t i = 0; i < used.size(); ++i)
+                tested[i] = used[i] && trace_.alpha_tested && scene_.materials[i].alpha_mode != AlphaMode::opaque;
+        }
         SceneNeeds& needs = tables_.needs;
         for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
         needs.alpha = trace_.alpha_tested;
@@ -115,9 +119,9 @@ class Builder {
     }
 
     /// Returns whether kernels other than shaders/resolve.comp look the texture up.
-    bool is_pinned(const MaterialTexture& texture, bool alpha_tested) const {
-        if (texture.field == &Material::base_color_texture) return alpha_tested;
-        return texture.field == &Material::emission_texture && !trace_.absent;  // geometry in pages gives no lights
+    static bool is_pinned(const MaterialTexture& texture, bool alpha_tested) {
+        return texture.field == &Material::emission_texture ||
+               (texture.field == &Material::base_color_texture && alpha_tested);
     }
 
     // --- Vertices -------------------------------------------------------------------------------------------------

@@ -72,7 +72,7 @@ class Pack : public testing::Test {
         write_text(file("field.glb"), b.glb());
         return file("field.glb");
     }
-    /// Writes a floor below a transparent canopy and textured lamps, and returns its name.
+    /// Writes a floor below a canopy with transparent texels and textured lamps, and returns its name.
     std::string scene_with_lamps() const {
         constexpr int kSide = 60;
         GltfBuilder b;
@@ -101,7 +101,8 @@ class Pack : public testing::Test {
             {{"name", "canopy"},
              {"alphaMode", "BLEND"},
              {"doubleSided", true},
-             {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}}}},
+             {"pbrMetallicRoughness",
+              {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}, {"baseColorTexture", {{"index", 0}}}}}},
             {{"name", "lamps"}, {"emissiveFactor", {1, 0.8, 0.5}}, {"emissiveTexture", {{"index", 0}}}}};
         const Json attributes = {{"POSITION", b.floats("VEC3", positions)},
                                  {"NORMAL", b.floats("VEC3", normals)},
@@ -245,10 +246,15 @@ TEST_F(Pack, LampsAndTransparentSurfacesArePaged) {
         ASSERT_EQ(render("core.exr", {"--estimator", std::string("lights=") + choice}).status, 0);
         const std::string core = read_text(file("core.exr"));
         for (const char* pool : {"1M", "64M"}) {
-            const Outcome paged = render("paged.exr", {"--estimator", std::string("lights=") + choice, "--pages",
-                                                       file("a.pages"), "--page-pool", pool});
-            ASSERT_EQ(paged.status, 0) << paged.err;
-            EXPECT_TRUE(read_text(file("paged.exr")) == core) << choice << ", " << pool;
+            Strings pages = {"--estimator", std::string("lights=") + choice, "--pages", file("a.pages"), "--page-pool",
+                             pool};
+            for (const char* textures : {"in memory", "in tiles"}) {
+                const Outcome paged = render("paged.exr", pages);
+                ASSERT_EQ(paged.status, 0) << paged.err;
+                EXPECT_TRUE(read_text(file("paged.exr")) == core)
+                    << choice << ", " << pool << ", textures " << textures;
+                pages.insert(pages.end(), {"--texture-pool", "1"});
+            }
         }
     }
     const Outcome small = render("no.exr", {"--pages", file("a.pages"), "--memory", "170M"});
