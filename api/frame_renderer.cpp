@@ -198,12 +198,26 @@ struct FrameRenderer::State {
                               .apply(settings.transparent ? straight(result.beauty) : result.beauty);
         return result;
     }
-    void check_shutter(int samples) const {
+    void check_shutter(const FrameSettings& s) const {
         if (!(shutter.open >= 0 && shutter.open <= 1))
             throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
-        if (shutter.open > 0 && shutter.times && (*shutter.times < 1 || *shutter.times > samples))
-            throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", samples,
+        if (shutter.open == 0) return;
+        if (shutter.times && (*shutter.times < 1 || *shutter.times > s.samples))
+            throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", s.samples,
                         *shutter.times);
+        const int times = shutter_count(shutter, settings.aovs, s.samples);
+        if (std::ranges::find(settings.aovs, "variance") != settings.aovs.end() && times > 1 && s.samples / times < 2)
+            throw Error("shutter times",
+                        "the layer variance takes two samples at each time: {} are too few for {} times", s.samples,
+                        times);
+        // The weights of the times follow from their numbers of samples, which have to be known before.
+        const std::pair<bool, const char*> others[] = {{s.time_limit > 0, "a time limit"},
+                                                       {s.error.has_value(), "an error target"},
+                                                       {settings.adaptive, "adaptive sampling"},
+                                                       {settings.denoise, "denoising"},
+                                                       {settings.preview.any(), "preview modes"}};
+        for (const auto& [set, name] : others)
+            if (set) throw Error("shutter", "motion blur cannot be combined with {}", name);
     }
     void check_apart(const char* what) const {
         if (shutter.open > 0 || neighbour_frames(settings) > 0)
@@ -259,7 +273,7 @@ struct FrameRenderer::State {
 
 FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
     : state_(std::make_unique<State>(scene, std::move(settings), options)) {
-    state_->check_shutter(state_->settings.samples);
+    state_->check_shutter(state_->settings);
     state_->set_frame(state_->settings.frame);
     if (state_->settings.parts > 1) state_->check_apart("sample-parts");
     if (!options.merged.empty()) state_->open_merged(options.merged);
@@ -336,7 +350,7 @@ const RenderSettings& FrameRenderer::settings() const {
 }
 
 void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
-    state_->check_shutter(settings.samples);
+    state_->check_shutter(settings);
     const std::uint32_t frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
     const gpu::KeepCurrent keep;

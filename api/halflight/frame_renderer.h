@@ -25,7 +25,8 @@ class BatchServer;
 class TraceScene;
 }  // namespace rays
 
-/// Motion blur: the shutter is open for a part of each frame, centred at the frame's time.
+/// Motion blur: the shutter is open for a part of each frame, centred at the frame's time. It cannot be combined with
+/// time limits, error targets, adaptive sampling, denoising or preview modes.
 struct Shutter {
     double open = 0;             // share of a frame's duration, [0,1]; 0: no motion blur
     std::optional<int> times{};  // number of poses in the opening time, >= 1; none: 8, or fewer where samples are few

@@ -379,6 +379,11 @@ class Errors(InFolder):
                                (dict(shutter=0, estimator="best"), "estimator"),
                                (dict(shutter=0.5, shutter_times=0), "shutter times"),
                                (dict(shutter=0.5, shutter_times=3), "shutter times"),
+                               (dict(shutter=0.5, samples=4, shutter_times=4, layers=["variance"]), "variance"),
+                               (dict(shutter=0.5, time=1), "shutter: .* a time limit"),
+                               (dict(shutter=0.5, error=0.1), "shutter: .* an error target"),
+                               (dict(shutter=0.5, adaptive=True), "shutter: .* adaptive"),
+                               (dict(shutter=0.5, denoise=True), "shutter: .* denoising"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
                 hl.render(scene, **{**SMALL, **settings})
