@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
@@ -38,7 +39,8 @@ void add_variance(const Band& band, Image& to, const Film::Sums& sums, int sampl
         for (std::size_t c = 0; c < 3; ++c) {
             const double sum = sums.beauty(path, c);
             const double of_samples = std::max(sums.squares[path * 3 + c] - sum * sum / samples, 0.0) / (samples - 1);
-            to.at(x, y)[c] = static_cast<float>(of_samples / samples);
+            constexpr double kMost = std::numeric_limits<float>::max();
+            to.at(x, y)[c] = static_cast<float>(std::min(of_samples / samples, kMost));
         }
     });
 }

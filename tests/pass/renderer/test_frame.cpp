@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "engine/core/statistics.h"
@@ -249,6 +250,18 @@ TEST_F(FrameTest, PicturesOfAnySize) {
         for (const float v : layer(r, "variance.R").pixels) EXPECT_EQ(v, 0) << "a single sample has no variance";
         EXPECT_EQ(r.stats.paths, std::uint64_t(size.x) * std::uint64_t(size.y));
     }
+}
+
+TEST_F(FrameTest, VarianceBeyondFloatsStaysFinite) {
+    Scene scene = shiny_cornell();
+    for (Material& material : scene.materials) material.emission *= 1e24f;
+    const RenderResult r = render(context, scene, all_settings(scene, 20, 20, 4));
+    float most = 0;
+    for (const float v : layer(r, "variance.R").pixels) {
+        EXPECT_TRUE(std::isfinite(v));
+        most = std::max(most, v);
+    }
+    EXPECT_EQ(most, std::numeric_limits<float>::max());
 }
 
 TEST_F(FrameTest, EmptyScene) {
