@@ -49,13 +49,18 @@ inside() {
     printf '#!/bin/sh\necho 1\n' >fake/sbatch
     chmod +x fake/sbatch
     told() {
-        PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" walk.glb none/x.####.exr --frames 1-2 "$@" |
+        PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" walk.glb none/x.####.exr "$@" --frames 1-2 |
             sed -n 's/.* tasks of \([0-9]*\) MiB$/\1/p'
     }
-    local small large
+    local small large name
     small=$(told --width 64 --height 36)
     large=$(told --width=3840 --height 2160 --aov all --half)
     [ "$small" -gt 100 ] && [ "$large" -gt $((small + 2000)) ] || { echo "memory: $small, $large MiB"; return 1; }
+    small=$(told --width 3840 --height 2160)
+    for name in png jpg tif; do
+        large=$(told "none/x.####.$name" --width 3840 --height 2160)
+        [ "$large" -gt $((small + 100)) ] || { echo "memory with .$name: $small, $large MiB"; return 1; }
+    done
     # sbatch prints NUMBER;CLUSTER where there are several clusters, and the check depends on the number.
     printf '#!/bin/sh\necho "$*" >>"%s/asked"\necho "7;north"\n' "$folder" >fake/sbatch
     PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" --logs logs "${render[@]}" >said
