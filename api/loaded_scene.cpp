@@ -84,7 +84,7 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
     return store;
 }
 
-void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log) {
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, bool lit_elsewhere) {
     std::erase_if(scene.lights, &PunctualLight::of_environment);
     const auto take = [&](Sky sky) {
         scene.environment = std::move(sky.environment);
@@ -108,7 +108,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         }
         scene.environment = load_environment(*file, scene.report, limits);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
-    } else {
+    } else if (!lit_elsewhere) {
         DefaultLight light = default_light(scene);
         const bool lit = has_light(scene);
         if (light.sky) {
@@ -210,14 +210,13 @@ std::size_t bytes_of(const SceneTree& tree) {
 
 LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
     : choice_(std::move(choice)), camera_choice_(camera) {
-    bool lit_later = false;
     load_whole_or_paged(
-        choice_, [&] { lit_later = load_whole(log); }, [&] { lit_later = load_pages(log); });
+        choice_, [&] { lit_elsewhere_ = load_whole(log); }, [&] { lit_elsewhere_ = load_pages(log); });
     for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
     if (scene_.instances.empty()) log.warn("the scene has no surfaces to show");
-    const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
-    if (pages_) lit_later = lit_later || has_light(scene_) || emits(pages_->index(), scene_);
-    if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
+    if (pages_) lit_elsewhere_ = lit_elsewhere_ || has_light(scene_) || emits(pages_->index(), scene_);
+    own_environment_ = std::make_shared<const Environment>(scene_.environment);
+    set_environment(scene_, choice_.environment, log, lit_elsewhere_);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;

@@ -72,8 +72,9 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
                                             bool always = false);
 
 /// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene whose own light is
-/// negligible for what its cameras see gets a neutral sky, which the log notes.
-void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log);
+/// negligible for what its cameras see gets a neutral sky, which the log notes, unless it is lit elsewhere: by light
+/// that is in pages, or that an animation brings later.
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, bool lit_elsewhere = false);
 /// Appends the sun of the environment, which `from` has, to a pose of the same file.
 void take_sun(Scene& pose, const Scene& from);
 
@@ -186,6 +187,9 @@ class LoadedScene {
     /// Returns the page file; null where the geometry is in memory.
     const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
     const SceneSize& size() const { return size_; }  ///< Returns the size at 0 s.
+    /// Returns the environment of the file, which a choice or a neutral sky may have replaced in scene().
+    const std::shared_ptr<const Environment>& own_environment() const { return own_environment_; }
+    bool lit_elsewhere() const { return lit_elsewhere_; }  ///< Returns whether it is, as in set_environment().
 
   private:
     struct Unedited;
@@ -216,6 +220,8 @@ class LoadedScene {
     std::unique_ptr<SeparateLights> separate_;  // groups of SceneEdits::each_light; null: not asked for
     std::unique_ptr<Unedited> unedited_;        // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
+    std::shared_ptr<const Environment> own_environment_;
+    bool lit_elsewhere_ = false;
     std::vector<PunctualLight> suns_;  // sun of the environment before edits; empty: none
     bool surfaces_move_ = false;
     bool freed_ = false;  // free_surfaces() was called

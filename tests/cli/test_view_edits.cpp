@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/view_test.h"
+#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight::test {
 namespace {
@@ -81,6 +82,44 @@ TEST_F(ViewEdit, EditsAreUndoneAndRedone) {
     EXPECT_TRUE(same_bits(exr("redone.exr"), exr("edited.exr")));
     EXPECT_TRUE(same_bits(exr("redone.exr"), render({"--settings", scene + ".halflight.json"})));
     EXPECT_NE(view("undo\n").err.find("there is no edit"), std::string::npos);
+}
+
+/// Light in pages, and light that an animation brings later, is light of the scene, which needs no sky.
+TEST_F(ViewEdit, ScenesLitElsewhereGetNoSkyByUndo) {
+    GltfBuilder b;
+    b.add_mesh({{"POSITION", b.floats("VEC3", {-2, 0, -2, 0, 0, 2, 2, 0, -2})}});
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 0}}};
+    b.push("nodes", {{"translation", {0, 1, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    b.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_animation_pointer"};
+    const Json pointer = {{"pointer", "/extensions/KHR_lights_punctual/lights/0/intensity"}};
+    const Json target = {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", pointer}}}};
+    const Json sampler = {{"input", b.floats("SCALAR", {0, 1})}, {"output", b.floats("SCALAR", {0, 30})}};
+    b.push("animations", {{"channels", {{{"sampler", 0}, {"target", target}}}}, {"samplers", {sampler}}});
+    write_text(file("dawn.glb"), b.glb());
+    const std::string cornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
+    ASSERT_EQ(run_program({"pack", cornell, file("a.pages"), "--quiet"}).status, 0);
+    const std::pair<std::string, std::vector<std::string>> lit[] = {
+        {cornell, {"--pages", file("a.pages")}},
+        {file("dawn.glb"), {"--animation", "all", "--frame", "12"}},
+    };
+    for (const auto& [name, more] : lit) {
+        scene = name;
+        const Outcome outcome = view(R"(
+            wait samples 2
+            screenshot @plain.exr
+            environment studio
+            wait samples 2
+            screenshot @studio.exr
+            undo
+            wait samples 2
+            screenshot @undone.exr
+        )",
+                                     more);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err.find("neutral sky"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(same_bits(exr("undone.exr"), exr("plain.exr"))) << name;
+        EXPECT_FALSE(same_bits(exr("studio.exr"), exr("plain.exr"))) << name;
+    }
 }
 
 TEST_F(ViewEdit, KeysUndoAndRedo) {

@@ -39,11 +39,12 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     Timeline& t = o.timeline;
     Scene scene = t.file->at(0, images.images);
     o.own_environment = std::make_shared<const Environment>(scene.environment);
+    o.lit_elsewhere = t.file->drives_light();
     const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
     if (chosen && o.reference)
         scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
-    else if (chosen || !t.file->drives_light())
-        set_environment(scene, o.arguments.environment, console);
+    else
+        set_environment(scene, o.arguments.environment, console, o.lit_elsewhere);
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
     check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
@@ -97,7 +98,8 @@ void load_pages(Session::Opened& opened, const Console& console) {
     check_edits(opened.arguments.edits, loaded.scene(), *opened.tree, opened.arguments.edits_source);
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
     opened.pages = loaded.pages();
-    opened.own_environment = std::make_shared<const Environment>();
+    opened.own_environment = loaded.own_environment();
+    opened.lit_elsewhere = loaded.lit_elsewhere();
     opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
     opened.timeline = {};
     opened.timeline.cameras = opened.reference->cameras;
@@ -194,7 +196,7 @@ std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& envi
     return [opened, console = console_]() mutable {
         Scene other = *opened.reference;
         other.environment = *opened.own_environment;
-        set_environment(other, opened.arguments.environment, console);
+        set_environment(other, opened.arguments.environment, console, opened.lit_elsewhere);
         opened.reference = std::make_shared<const Scene>(std::move(other));
         take_frame(opened, opened.timeline.frame);
         return opened;
@@ -232,8 +234,8 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
 }
 
 Session::Opened Session::now() const {
-    return {arguments_, reference_, scene_,    reference_tree_, tree_,     own_environment_,
-            variants_,  pages_,     timeline_, picker_,         diagonal_, {}};
+    return {arguments_, reference_, scene_,  reference_tree_, tree_, own_environment_, lit_elsewhere_, variants_,
+            pages_,     timeline_,  picker_, diagonal_,       {}};
 }
 
 void Session::open(Opened opened) {
@@ -243,6 +245,7 @@ void Session::open(Opened opened) {
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
     reference_tree_ = std::move(opened.reference_tree), tree_ = std::move(opened.tree);
     own_environment_ = std::move(opened.own_environment);
+    lit_elsewhere_ = opened.lit_elsewhere;
     variants_ = std::move(opened.variants);
     edited_picker_.reset();
     pages_ = std::move(opened.pages);

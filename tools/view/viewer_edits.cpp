@@ -75,6 +75,8 @@ void Viewer::ask_about_edits() {
     const UnsavedPrompt::Answer answer = unsaved_prompt_.declare();
     if (answer == UnsavedPrompt::Answer::save)
         attempt([&] {
+            writer_.finish();  // a file of earlier settings must not replace these
+            saving_.reset();
             write_settings(session_.settings_file(), session_.saved(picture_size_));
             edit_history_.mark_saved(session_.document());
             unsaved_prompt_.proceed();
