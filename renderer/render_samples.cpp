@@ -2,6 +2,7 @@
 
 #include "engine/core/interruption.h"
 #include "renderer/render_state.h"
+#include "renderer/sample_pace.h"
 
 namespace halflight {
 
@@ -54,6 +55,9 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
 int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, int first,
                                  double time_limit, const AfterSample& after_sample) {
     const Stopwatch watch;
+    const std::size_t compiled_before = scene.programs().compiled();
+    const int least = settings.denoise ? 2 : 1;  // samples that the filter needs
+    SamplePace pace;
     int saved = first;  // number of samples of the last save
     for (int done = first + 1;; ++done) {
         const std::uint64_t interrupted = interruptions();
@@ -66,9 +70,8 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
             throw;
         }
         const bool go_on = after_sample(done, frame.samples);
-        const int added = done - first;
-        // Another sample like the earlier ones may end too late.
-        const bool time_is_up = time_limit > 0 && watch.seconds() * (added + 1) / added > time_limit;
+        pace.add(watch.seconds(), scene.programs().compiled() > compiled_before);
+        const bool time_is_up = time_limit > 0 && done >= least && !pace.another_fits(time_limit);
         const bool complete = done == frame.samples || (go_on && time_is_up);
         if (frame.checkpoint && (!go_on || complete || frame.checkpoint->due()))
             save(*frame.checkpoint, where, with, saved = done, complete);
@@ -80,6 +83,8 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
                                           double time_limit, const AfterSample& after_sample,
                                           PictureError& picture_error) {
     const Stopwatch watch;
+    const std::size_t compiled_before = scene.programs().compiled();
+    SamplePace pace;
     const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
     BandReplicates replicates(where);
     int done = 0;
@@ -90,6 +95,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
             for (int i = each; i < next; ++i) {
                 add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
                 if (!after_sample(++done, next * kReplicates)) return done;
+                pace.add(watch.seconds(), scene.programs().compiled() > compiled_before);
             }
             replicates.add(r, light(with.sample.sums));
         }
@@ -98,7 +104,10 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
         const ErrorEstimate estimate = error.judge(frame.error->error, chances);
         if (estimate.bound <= frame.error->error) break;
         next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
-        if (time_limit > 0) next = static_cast<int>(std::min<double>(next, each * time_limit / watch.seconds()));
+        if (time_limit > 0) {
+            const double left = (time_limit - pace.overhead()) / std::max(watch.seconds() - pace.overhead(), 1e-9);
+            next = static_cast<int>(std::min<double>(next, each * left));
+        }
     }
     picture_error.add(error);
     return done;
@@ -107,6 +116,9 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
 void Renderer::State::render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                                       const std::function<bool()>& after_sample) {
     const Stopwatch watch;
+    const std::size_t compiled_before = scene.programs().compiled();
+    const int least = settings.denoise ? 2 : 1;  // samples that the filter needs
+    SamplePace pace;
     for (int b = 0; b < bands; ++b) compiled(b).mattes->clear();
     for (int i = 0; i < frame.samples; ++i) {
         for (int b = 0; b < bands; ++b) {
@@ -114,7 +126,8 @@ void Renderer::State::render_in_turns(const FrameSettings& frame, double time_li
             done[std::size_t(b)] = i + 1;
             if (!after_sample()) return;
         }
-        if (time_limit > 0 && watch.seconds() * (i + 2) / (i + 1) > time_limit) return;
+        pace.add(watch.seconds(), scene.programs().compiled() > compiled_before);
+        if (time_limit > 0 && i + 1 >= least && !pace.another_fits(time_limit)) return;
     }
 }
 

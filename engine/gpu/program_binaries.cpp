@@ -103,6 +103,12 @@ bool ProgramBinaries::has(std::string_view key) const {
 }
 
 std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
+    std::optional<ProgramBinary> found = read(key);
+    if (!found) ++misses_;
+    return found;
+}
+
+std::optional<ProgramBinary> ProgramBinaries::read(std::string_view key) const {
     const CacheFile file_of_key(file(key), O_RDONLY | O_NONBLOCK);  // a pipe without a writer would block
     const std::optional<std::string> content = file_of_key.read(max_bytes_);
     Header header;

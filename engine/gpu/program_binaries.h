@@ -1,6 +1,8 @@
 // Linked programs on disk, which save compilation in later runs.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -26,6 +28,8 @@ class ProgramBinaries {
 
     /// Returns the program stored under the key; nothing where the file is missing, damaged, or belongs to another key.
     std::optional<ProgramBinary> load(std::string_view key) const;
+    /// Returns how often load() found nothing, on any thread. Such programs are compiled.
+    std::size_t misses() const { return misses_; }
     /// Returns whether there is a file for the key.
     bool has(std::string_view key) const;
     /// Writes a file that gets its name once it is complete. Removes the least recently used files where all exceed
@@ -35,9 +39,12 @@ class ProgramBinaries {
     std::filesystem::path file(std::string_view key) const;
 
   private:
+    std::optional<ProgramBinary> read(std::string_view key) const;
+
     std::filesystem::path folder_;
     std::string driver_;  // ends with a newline
     std::uint64_t max_bytes_;
+    mutable std::atomic<std::size_t> misses_ = 0;
 };
 
 /// Returns $XDG_CACHE_HOME/halflight/programs, else ~/.cache/halflight/programs (XDG Base Directory Specification 0.8);

@@ -53,6 +53,8 @@ class ProgramCache {
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }
+    /// Returns a number that grows with each program that is compiled, and not loaded from the store.
+    std::size_t compiled() const { return binaries_ ? binaries_->misses() : count(); }
     /// Returns the seconds that callers waited for compiling and linking.
     double seconds() const { return seconds_; }
 

@@ -52,9 +52,10 @@ struct FrameSettings : SceneSettings {
     // Number of parts of equal length in which samples are summed; the sums of the parts are added in order. Parts can
     // be rendered apart and merged, to the same bits. 1 to `samples`.
     int parts = 1;
-    int of_samples = 0;      // length of the frame's sequence where the picture is a part of it; 0: unknown
-    PixelFilter filter{};    // reconstruction filter of radiance; layers at pixel centres are not filtered
-    double time_limit = 0;   // seconds; > 0: samples are added until this time, at least one; 0: no limit
+    int of_samples = 0;    // length of the frame's sequence where the picture is a part of it; 0: unknown
+    PixelFilter filter{};  // reconstruction filter of radiance; layers at pixel centres are not filtered
+    double time_limit =
+        0;  // seconds; > 0: samples are added until this time, at least one, or two to denoise; 0: no limit
     std::uint32_t seed = 0;  // seed of the noise; different seeds give independent noise
     /// Samples are added until the error is below the target at kConfidence (engine/core/statistics.h). The number of
     /// samples is then a multiple of kReplicates, and at least twice as many (renderer/replicates.h).
