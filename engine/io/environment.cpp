@@ -1,6 +1,7 @@
 #include "engine/io/environment.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "engine/core/chromaticities.h"
@@ -11,19 +12,39 @@
 namespace halflight {
 namespace {
 
-/// Returns the channels to read as R, G, B: channels of these names, bare or of the first layer that has them, else
-/// luminance.
-std::vector<std::string> colour_channels(const std::string& subject, const ExrFile& file) {
-    std::vector<std::string> others;
-    if (file.find("R") && file.find("G") && file.find("B")) return {"R", "G", "B"};
+bool contains(std::string_view text, std::string_view lower) {
+    const auto same = [](unsigned char a, unsigned char b) { return std::tolower(a) == b; };
+    return !std::ranges::search(text, lower, same).empty();
+}
+
+/// Returns the names of layers with channels R, G and B, without Cryptomattes, whose values are no colours. A layer
+/// that other programs name as the picture comes first.
+std::vector<std::string> colour_layers(const ExrFile& file) {
+    std::vector<std::string> layers;
     for (const ExrChannel& channel : file.channels) {
-        const std::string& name = channel.name;
-        if (name.ends_with(".R")) {
-            const std::string layer = name.substr(0, name.size() - 1);
-            if (file.find(layer + "G") && file.find(layer + "B")) return {name, layer + "G", layer + "B"};
-        }
-        if (name != "A" && !name.ends_with(".A")) others.push_back(name);
+        if (!channel.name.ends_with(".R")) continue;
+        const std::string layer = channel.name.substr(0, channel.name.size() - 2);
+        if (file.find(layer + ".G") && file.find(layer + ".B") && !contains(layer, "crypto")) layers.push_back(layer);
     }
+    std::ranges::stable_partition(layers, [](const std::string& layer) {
+        return contains(layer, "combined") || contains(layer, "beauty") || contains(layer, "rgba");
+    });
+    return layers;
+}
+
+/// Returns the channels to read as R, G, B: channels of these names, bare or of a layer, else luminance. The report
+/// names a layer that was chosen among others.
+std::vector<std::string> colour_channels(const std::string& subject, const ExrFile& file, SceneReport& report) {
+    if (file.find("R") && file.find("G") && file.find("B")) return {"R", "G", "B"};
+    if (const std::vector<std::string> layers = colour_layers(file); !layers.empty()) {
+        if (layers.size() > 1)
+            report.warnings.push_back(
+                fmt::format("{}: has no plain R, G, B; its layer '{}' is the environment", subject, layers[0]));
+        return {layers[0] + ".R", layers[0] + ".G", layers[0] + ".B"};
+    }
+    std::vector<std::string> others;
+    for (const ExrChannel& channel : file.channels)
+        if (channel.name != "A" && !channel.name.ends_with(".A")) others.push_back(channel.name);
     if (file.find("Y")) return {"Y", "Y", "Y"};
     if (others.size() == 1) return {others[0], others[0], others[0]};
     throw Error(subject, "has no colour among its channels: {}",
@@ -89,7 +110,7 @@ Environment load_environment(const std::filesystem::path& path, SceneReport& rep
         bytes.clear();
         bytes.shrink_to_fit();
         const ExrFile file = read_exr(path, limits);
-        environment.map = file.image(colour_channels(subject, file));
+        environment.map = file.image(colour_channels(subject, file, report));
         primaries = file.attributes.chromaticities;
     } else {
         throw Error(subject, "is neither an OpenEXR nor a Radiance file");

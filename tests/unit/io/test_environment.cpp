@@ -123,6 +123,27 @@ TEST_F(EnvironmentMap, OpenExrKeepsValuesAndOrientation) {
     EXPECT_TRUE(report_.warnings.empty());
     const Environment layered = load_exr({{{"sky.R", "sky.G", "sky.B"}, image}, {{"sky.A"}, Image(8, 4, 1)}});
     EXPECT_EQ(layered.map.pixels, image.pixels);
+    EXPECT_TRUE(report_.warnings.empty());
+}
+
+TEST_F(EnvironmentMap, PicturesAreFoundAmongLayers) {
+    const Image ids(4, 2, 3);
+    Image light(4, 2, 3);
+    for (float& v : light.pixels) v = 2;
+    const auto channels = [](const std::string& layer) {
+        return std::vector<std::string>{layer + ".R", layer + ".G", layer + ".B"};
+    };
+    const std::string picture = "ViewLayer.Combined";
+    const Environment named =
+        load_exr({{channels("ViewLayer.AlbedoColor"), ids}, {channels(picture), light}, {channels("crypto00"), ids}});
+    EXPECT_EQ(named.map.pixels, light.pixels);
+    ASSERT_EQ(report_.warnings.size(), 1u);
+    EXPECT_NE(report_.warnings[0].find("its layer '" + picture + "' is the environment"), std::string::npos);
+    const Environment alone = load_exr({{channels("CryptoObject00"), ids}, {channels("sky"), light}});
+    EXPECT_EQ(alone.map.pixels, light.pixels);
+    EXPECT_EQ(report_.warnings.size(), 1u);
+    const std::string error = error_message([&] { load_exr({{channels("CryptoObject00"), ids}}); });
+    EXPECT_NE(error.find("has no colour among its channels"), std::string::npos) << error;
 }
 
 TEST_F(EnvironmentMap, LuminanceAndOddChannels) {
