@@ -122,9 +122,27 @@ void get_row(const std::vector<std::uint8_t>& row, std::size_t count, TiffType t
     if (type == TiffType::float32) std::memcpy(values, row.data(), count * sizeof(float));
 }
 
+/// Writes the tags of a colour space unless they cannot hold it. Returns false where the file takes no tags.
+bool put_primaries(TIFF* file, const Chromaticities& c) {
+    const std::array<float, 2> white{float(c.white.x), float(c.white.y)};
+    const std::array<float, 6> colors{float(c.red.x),   float(c.red.y),  float(c.green.x),
+                                      float(c.green.y), float(c.blue.x), float(c.blue.y)};
+    if (std::ranges::any_of(colors, [](float v) { return v < 0; })) return true;
+    return TIFFSetField(file, TIFFTAG_WHITEPOINT, white.data()) == 1 &&
+           TIFFSetField(file, TIFFTAG_PRIMARYCHROMATICITIES, colors.data()) == 1;
+}
+
+std::optional<Chromaticities> get_primaries(TIFF* file) {
+    const float *white = nullptr, *colors = nullptr;
+    if (TIFFGetField(file, TIFFTAG_WHITEPOINT, &white) != 1 || !white) return std::nullopt;
+    if (TIFFGetField(file, TIFFTAG_PRIMARYCHROMATICITIES, &colors) != 1 || !colors) return std::nullopt;
+    return Chromaticities{{colors[0], colors[1]}, {colors[2], colors[3]}, {colors[4], colors[5]}, {white[0], white[1]}};
+}
+
 }  // namespace
 
-std::string encode_tiff(const std::string& subject, const Image& image, TiffType type, const std::string& description) {
+std::string encode_tiff(const std::string& subject, const Image& image, TiffType type, const std::string& description,
+                        const std::optional<Chromaticities>& primaries) {
     if (image.width < 1 || image.height < 1) throw Error(subject, "no pixels to write");
     if (image.channels < 1 || image.channels > 4) throw Error(subject, "cannot have {} channels", image.channels);
     Stream stream;
@@ -144,6 +162,7 @@ std::string encode_tiff(const std::string& subject, const Image& image, TiffType
         const std::uint16_t kind = floats ? EXTRASAMPLE_ASSOCALPHA : EXTRASAMPLE_UNASSALPHA;
         if (alpha) done = done && TIFFSetField(f, TIFFTAG_EXTRASAMPLES, 1, &kind) == 1;
         if (!description.empty()) done = done && set(TIFFTAG_IMAGEDESCRIPTION, description.c_str());
+        if (primaries) done = done && put_primaries(f, *primaries);
         std::vector<std::uint8_t> row;
         const std::size_t count = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
         for (int y = 0; done && y < image.height; ++y) {
@@ -192,6 +211,7 @@ TiffFile read_tiff(const std::string& subject, std::string_view bytes, int max_s
         throw Error(subject, "has rows of {} bytes instead of {}", TIFFScanlineSize(f), count * bits / 8);
     if (const char* text = nullptr; TIFFGetField(f, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text)
         result.description = text;
+    result.primaries = get_primaries(f);
     // A Deflate stream is at most 1032 times smaller than its data.
     if (count * height / 1032 > bytes.size())
         throw Error(subject, "is truncated: {} bytes cannot hold {} x {} pixels", bytes.size(), width, height);

@@ -186,6 +186,10 @@ TEST_F(PictureOptions, JpegAndTiffHoldTheView) {
     const Image beauty = read_exr(file("b.exr")).image({"R", "G", "B", "A"});
     for (std::size_t i = 0; i < beauty.pixels.size(); ++i)
         EXPECT_NEAR(linear.image.pixels[i], beauty.pixels[i], 1e-6f * std::abs(beauty.pixels[i]));
+    ASSERT_TRUE(linear.primaries);
+    EXPECT_NEAR(linear.primaries->green.x, kAp1.green.x, 1e-6);
+    EXPECT_NEAR(linear.primaries->white.y, kAp1.white.y, 1e-6);
+    EXPECT_FALSE(tiff.primaries) << "those of the view are unknown";
     render({file("c.tiff"), "--tiff-type", "8", "--width", "1", "--height", "1"});
     EXPECT_EQ(read_tiff("c.tiff", read_text(file("c.tiff")), 4096).type, TiffType::uint8);
     // The files of sequences are kept.

@@ -83,6 +83,15 @@ TEST_F(Settings, HaveSizeAndBiases) {
     EXPECT_FALSE(bias(picture("c.exr", {"--settings", s, "--preview", "none", "--clamp", "0"})));
     // Options for an error target or a shutter take precedence over modes of the file that exclude them.
     EXPECT_FALSE(bias(picture("d.exr", {"--settings", s, "--clamp", "0", "--error", "1e9", "--samples", "16"})));
+    const std::vector<std::string> finals[] = {{"--denoise"},           {"--crop", "0,0,16,16"},
+                                               {"--overscan", "2"},     {"--adaptive", "--samples", "16"},
+                                               {"--sample-parts", "2"}, {"--checkpoint", "60"}};
+    for (std::vector<std::string> more : finals) {
+        more.insert(more.end(), {"--settings", s, "--clamp", "0"});
+        ExrFile made = picture("f.exr", more);
+        EXPECT_EQ(made.attributes.extra["bias"].find("preview"), std::string::npos) << more[0];
+    }
+    EXPECT_EQ(run("p.exr", {"--settings", s, "--part", "1/2"}).status, 0);
     EXPECT_EQ(run("e.#.exr", {"--settings", s, "--frames", "1-2", "--shutter", "0.5", "--shutter-times", "2"}).status,
               0);
     const Outcome part = run("f.#.exr", {"--settings", s, "--frames", "1-2", "--part", "1/2"});

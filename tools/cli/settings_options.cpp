@@ -42,9 +42,11 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},           {"samples", "--time"},
-                                   {"samples", "--error"}, {"preview", "--error"},          {"preview", "--shutter"},
-                                   {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}};
+constexpr Override kOverrides[] = {
+    {"display", "--view"},  {"view", "--display"},           {"samples", "--time"},         {"samples", "--error"},
+    {"preview", "--error"}, {"preview", "--shutter"},        {"preview", "--denoise"},      {"preview", "--adaptive"},
+    {"preview", "--crop"},  {"preview", "--overscan"},       {"preview", "--sample-parts"}, {"preview", "--checkpoint"},
+    {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}};
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>
@@ -147,6 +149,8 @@ void take_size_options(const CLI::App& app, ViewArguments& a) {
 void use_settings(const CLI::App& app, RenderArguments& a) {
     const auto given = given_to(app);
     SavedSettings saved = read_settings(*a.settings_file);
+    const bool part_of_samples = given("--part") && a.frames.empty();
+    if (part_of_samples && !given("--preview")) saved.settings.preview = {};
     bool& temporal = saved.settings.preview.temporal;
     if (temporal && !given("--preview")) {
         if (!a.frames.empty() && given("--part"))

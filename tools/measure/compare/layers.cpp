@@ -136,6 +136,7 @@ PictureFile read_picture(const std::filesystem::path& path) try {
         TiffFile tiff = read_tiff(file.name, bytes, limits.max_side);
         image = std::move(tiff.image);
         file.encoded = tiff.type != TiffType::float32;
+        if (!file.encoded) file.primaries = tiff.primaries.value_or(kRec709);
     } else if (is_radiance(bytes)) {
         image = read_radiance(file.name, bytes, limits).image;
     } else {
