@@ -178,6 +178,10 @@ std::string fingerprint_text(const std::string& fingerprint) {
     return fingerprint.empty() ? "" : fmt::format("{}: {}", kFingerprintName, fingerprint);
 }
 
+std::string fingerprint_of_exr(const std::string& fingerprint, int width, int height, std::size_t channels) {
+    return fmt::format("{}, {} x {} x {}", fingerprint, width, height, channels);
+}
+
 FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
     std::error_code none;
     if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
@@ -190,6 +194,8 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
         if (is_exr(bytes)) {
             ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
             found = exr.attributes.extra[kFingerprintName];
+            if (found == fingerprint_of_exr(fingerprint, exr.width, exr.height, exr.channels.size()))
+                found = fingerprint;
         } else if (is_png(bytes)) {
             read_png(path.string(), bytes, kMaxSide);
             found = text_of_png(bytes, kFingerprintName);

@@ -33,6 +33,10 @@ inline constexpr const char* kFingerprintName = "halflightFingerprint";
 /// Returns the comment of a .jpg, and description of a .tif, that holds a fingerprint. It is empty for an empty one.
 std::string fingerprint_text(const std::string& fingerprint);
 
+/// Returns the attribute of an .exr that holds a fingerprint. It counts pixels and channels, because other programs
+/// keep attributes when they resize pictures or remove layers.
+std::string fingerprint_of_exr(const std::string& fingerprint, int width, int height, std::size_t channels);
+
 enum class FrameFile {
     missing,     // there is no such file
     whole,       // complete file with the expected fingerprint

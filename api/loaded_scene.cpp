@@ -88,7 +88,11 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
     std::erase_if(scene.lights, &PunctualLight::of_environment);
     const auto take = [&](Sky sky) {
         scene.environment = std::move(sky.environment);
-        if (sky.sun) scene.lights.push_back(*sky.sun);
+        if (!sky.sun) return;
+        // Edits by name go on to mean the light of the file.
+        while (std::ranges::find(scene.lights, sky.sun->name, &PunctualLight::name) != scene.lights.end())
+            sky.sun->name.insert(0, "sky ");
+        scene.lights.push_back(*sky.sun);
     };
     if (const auto* color = std::get_if<vec3>(&choice)) {
         scene.environment = {"constant", *color, {}};

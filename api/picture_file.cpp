@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <list>
+#include <optional>
 
 #include "api/fingerprint.h"
 #include "api/halflight/camera.h"
@@ -74,7 +76,12 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     attributes.frame_rate = info.frame_rate;
     if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
     attributes.extra = result.attributes;
-    if (!info.fingerprint.empty()) attributes.extra[kFingerprintName] = info.fingerprint;
+    if (!info.fingerprint.empty()) {
+        std::size_t channels = 0;
+        for (const ExrLayerView& layer : layers) channels += layer.channels.size();
+        const Image& image = layers[0].image;
+        attributes.extra[kFingerprintName] = fingerprint_of_exr(info.fingerprint, image.width, image.height, channels);
+    }
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
     const std::pair<const char*, const std::string&> extra[] = {
@@ -86,6 +93,23 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     attributes.numbers = info.numbers;
     if (info.samples > 0) attributes.counts["samples"] = info.samples;
     write_exr_views(path, layers, attributes, info.exr);
+}
+
+/// Logs how many values of colours a file of half floats cannot hold.
+void warn_beyond_half(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info,
+                      const Log& log) {
+    constexpr float kMost = 65504;
+    std::size_t beyond = 0;
+    const auto count = [&](const Image& image) {
+        beyond += static_cast<std::size_t>(
+            std::ranges::count_if(image.pixels, [](float v) { return std::isfinite(v) && std::abs(v) > kMost; }));
+    };
+    if (info.half) count(result.beauty);
+    for (const ExrLayer& aov : result.aovs)
+        if (aov.type == ExrType::half) count(aov.image);
+    if (beyond > 0)
+        log.warn("{}: {} values are beyond {}, the largest half float, which is stored in their place", path.string(),
+                 beyond, kMost);
 }
 
 /// Returns the picture through the view transform, with alpha where it is transparent.
@@ -111,9 +135,11 @@ std::string jpeg_of(const std::filesystem::path& path, const RenderResult& resul
 
 std::string tiff_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     Image picture;
+    std::optional<Chromaticities> primaries;  // the display config does not tell those of the view
     if (holds_view(path, info.tiff)) {
         picture = view_of(path, result, info);
     } else {
+        primaries = info.working_space.chromaticities;
         picture = result.beauty;
         for (std::size_t i = 0; i + 4 <= picture.pixels.size(); i += 4) {
             const vec3 color =
@@ -121,7 +147,7 @@ std::string tiff_of(const std::filesystem::path& path, const RenderResult& resul
             for (int c = 0; c < 3; ++c) picture.pixels[i + static_cast<std::size_t>(c)] = color[c];
         }
     }
-    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint));
+    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint), primaries);
 }
 
 /// A format of picture files.
@@ -205,6 +231,21 @@ void write_picture(const std::filesystem::path& path, const RenderResult& result
         std::ranges::find_if(kFormats, [&](const Format& f) { return f.encode && has_extension(path, f.extension); });
     if (format == std::end(kFormats)) throw Error(path.string(), "a picture is an {}", picture_extensions());
     write_file(path, format->encode(path, result, info));
+}
+
+void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
+                    const PictureInfo& info, const Log& log) {
+    std::optional<Error> first;
+    for (const auto& path : paths) {
+        try {
+            write_picture(path, result, info);
+            if (has_extension(path, "exr")) warn_beyond_half(path, result, info, log);
+        } catch (const Error& error) {
+            if (first) log.warn("{}", error.what());
+            if (!first) first = error;
+        }
+    }
+    if (first) throw *first;
 }
 
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,

@@ -210,7 +210,7 @@ class FrameMaker {
             info.frame_rate = renderer_.scene().frame_rate();
             info.frame = frame;
             info.fingerprint = frame_fingerprint(fingerprint_, frame);
-            for (const auto& path : outputs) write_picture(path, result, info);
+            write_pictures(outputs, result, info, log_);
             times.write = clock.lap();
             times.total = clock.seconds();
             if (!options_.stats) return;

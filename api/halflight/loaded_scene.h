@@ -72,8 +72,8 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
                                             bool always = false);
 
 /// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene whose own light is
-/// negligible for what its cameras see gets a neutral sky, which the log notes, unless it is lit elsewhere: by light
-/// that is in pages, or that an animation brings later.
+/// negligible for what its cameras see gets a neutral sky, which the log notes. `lit_elsewhere` prevents that: the scene
+/// has light in pages, or an animation brings it later.
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, bool lit_elsewhere = false);
 /// Appends the sun of the environment, which `from` has, to a pose of the same file.
 void take_sun(Scene& pose, const Scene& from);

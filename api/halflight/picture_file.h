@@ -78,6 +78,11 @@ LinearSpace working_space(const ColorConfig& config, const std::string& name);
 /// with floats scene-linear. The extension decides. The file is written completely or not at all. Throws Error.
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
+/// Writes a picture to several files. A file that cannot be written does not prevent the others: the Error of the first
+/// one is thrown after all, and those of others are warnings. Warns of values that half floats cannot hold.
+void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
+                    const PictureInfo& info, const Log& log);
+
 /// Returns the metadata of the picture that `renderer` made last. `error`: result of judge().
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
                          const std::string& error);

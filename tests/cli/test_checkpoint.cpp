@@ -126,6 +126,9 @@ TEST_F(CheckpointOption, OptionsThatKeepNoneAreRefused) {
         EXPECT_EQ(outcome.status, 2);
         EXPECT_NE(outcome.err.find("--checkpoint"), std::string::npos) << outcome.err;
     }
+    const Outcome part = run_program({"render", scene, file("a.exr"), "--part", "1/2", "--stats", file("s.json")});
+    EXPECT_EQ(part.status, 2);
+    EXPECT_NE(part.err.find("--part: cannot be given together with --stats"), std::string::npos) << part.err;
     const Outcome alone = run_program({"render", scene, file("a.exr"), "--overwrite"});
     EXPECT_EQ(alone.err, "halflight: --overwrite: needs --frames, --checkpoint or --part\n");
 }

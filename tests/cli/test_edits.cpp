@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 
@@ -147,6 +148,36 @@ TEST_F(Edits, AllCamerasMakeAPictureEach) {
     EXPECT_TRUE(std::filesystem::exists(file("front/shot.2.exr")));
     EXPECT_TRUE(std::filesystem::exists(file("above/shot.1.exr")));
     EXPECT_FALSE(std::filesystem::exists(file("{camera}")));
+
+    // One camera fails, and the other one does not.
+    std::filesystem::create_directory(file("g.front.exr"));
+    const Outcome failed = run("g.exr", {"--camera", "all"});
+    EXPECT_EQ(failed.status, 1);
+    EXPECT_NE(failed.err.find("g.front.exr: "), std::string::npos) << failed.err;
+    EXPECT_NE(failed.err.find("--camera all: 1 of 2 cameras failed"), std::string::npos) << failed.err;
+    EXPECT_TRUE(std::filesystem::exists(file("g.above.exr")));
+}
+
+TEST_F(Edits, NamesHoldThatOfTheCamera) {
+    ASSERT_EQ(run("{camera}.exr", {}).status, 0);
+    ASSERT_EQ(run("{camera}.exr", {"--camera", "above"}).status, 0);
+    ASSERT_EQ(run("{camera}.#.exr", {"--camera", "1", "--frames", "1"}).status, 0);
+    for (const char* name : {"front.exr", "above.exr", "above.1.exr"})
+        EXPECT_TRUE(std::filesystem::exists(file(name))) << name;
+    EXPECT_FALSE(std::filesystem::exists(file("{camera}.exr")));
+    const Outcome free = run("{camera}.exr", {"--look-from", "1,1,1", "--look-at", "0,0,0"});
+    EXPECT_EQ(free.status, 1);
+    EXPECT_NE(free.err.find("{camera} stands for a camera of the scene"), std::string::npos) << free.err;
+}
+
+TEST_F(Edits, TheSunOfTheSkyLeavesNamesToTheScene) {
+    auto json = nlohmann::json::parse(read_text(scene));
+    json["extensionsUsed"].push_back("KHR_lights_punctual");
+    json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"name", "sun"}, {"type", "directional"}}};
+    json["scenes"][0]["nodes"].push_back(json["nodes"].size());
+    json["nodes"].push_back({{"name", "sun"}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    write_text(scene, json.dump());
+    EXPECT_EQ(run("a.exr", {"--sky", "40,120", "--light", "sun=0.5", "--light", "sky sun=0.5"}).status, 0);
 }
 
 }  // namespace

@@ -256,6 +256,28 @@ TEST_F(Output, FoldersAreMade) {
     EXPECT_NE(read_text(file("other/a.json")), "");
 }
 
+TEST_F(Output, AFileThatFailsDoesNotPreventOthers) {
+    // The .exr with all layers takes more bytes than the limit, the .png fewer.
+    const Strings all = {"render", scene,   file("a.exr"), file("a.png"),       "--width", "128",    "--samples",
+                         "1",      "--aov", "all",         "--exr-compression", "none",    "--quiet"};
+    const Outcome outcome =
+        run_program(all, {.environment = {"HALFLIGHT_SHADER_SOURCES"}, .wrapper = {"prlimit", "--fsize=200000"}});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("a.exr: "), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
+    EXPECT_TRUE(std::filesystem::exists(file("a.png")));
+}
+
+TEST_F(Output, ValuesBeyondHalfFloatsAreCounted) {
+    const Strings bright = {"--material", "lamp.emission=200000,200000,200000", "--width", "32"};
+    Strings half = {file("a.exr"), "--half"};
+    half.insert(half.end(), bright.begin(), bright.end());
+    EXPECT_NE(render(half).err.find("values are beyond 65504, the largest half float"), std::string::npos);
+    Strings whole = {file("a.exr")};
+    whole.insert(whole.end(), bright.begin(), bright.end());
+    EXPECT_EQ(render(whole).err.find("65504"), std::string::npos);
+}
+
 TEST_F(Output, TimeLimitDecides) {
     render({file("a.exr"), "--samples", "1"});  // compiles the shaders, which the driver then caches
     const Outcome outcome = run_program({"render", scene, file("b.exr"), "--width", "32", "--height", "32", "--time",
@@ -266,6 +288,10 @@ TEST_F(Output, TimeLimitDecides) {
     const double samples = stats.at("samples");
     EXPECT_LT(samples, 1e6);
     EXPECT_GE(stats.at("seconds").at("total"), 2 * samples / (samples + 1));
+
+    // The filter needs two samples, whose time does not matter.
+    render({file("two.exr"), "--denoise", "--samples", "9", "--time", "1e-6", "--stats", file("two.json")});
+    EXPECT_EQ(nlohmann::json::parse(read_text(file("two.json"))).at("samples"), 2);
 
     render({file("both.exr"), "--samples", "3", "--time", "1000", "--stats", file("both.json")});
     EXPECT_EQ(nlohmann::json::parse(read_text(file("both.json"))).at("samples"), 3);

@@ -286,6 +286,12 @@ TEST_F(Sequence, InPartsAndChecked) {
     EXPECT_NE(run("a", "1-5", {"--check", "--part", "2/3"}).err.find("frame 2 (1 of part 2/3): missing"),
               std::string::npos);
     EXPECT_EQ(contents("a"), before);
+
+    // Other programs keep attributes when they resize a picture or remove layers.
+    const ExrFile third = read_exr(file("a", 3));
+    const Image picture = third.image({"R", "G", "B"});
+    write_exr(file("a", 3), {{{"R", "G", "B"}, picture}}, third.attributes);
+    EXPECT_NE(run("a", "1-5", {"--check"}).err.find("frames 2-4 (3 of 5)"), std::string::npos);
     EXPECT_EQ(run("a", "1-5", {"--check", "--overwrite"}).status, 2);
     EXPECT_EQ(run("a", "1-5", {"--part", "4/3"}).status, 2);
 }

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "api/halflight/camera.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/parts.h"
 #include "tools/halflight/render_options.h"
@@ -27,8 +28,18 @@ std::vector<std::string> words_for(const std::vector<Camera>& cameras) {
     return words;
 }
 
+constexpr std::string_view kPlace = "{camera}";
+
+/// Returns pointers to the names of all files whose names may hold that of the camera.
+std::vector<std::filesystem::path*> files_of(RenderArguments& a) {
+    std::vector<std::filesystem::path*> files;
+    for (std::filesystem::path& output : a.outputs) files.push_back(&output);
+    for (auto* file : {&a.movie, &a.stats, &a.graph})
+        if (*file) files.push_back(&**file);
+    return files;
+}
+
 std::filesystem::path named(const std::filesystem::path& path, const std::string& camera) {
-    constexpr std::string_view kPlace = "{camera}";
     std::string text = path.string();
     const std::size_t at = text.find(kPlace);
     if (at != std::string::npos) return text.replace(at, kPlace.size(), camera);
@@ -39,12 +50,30 @@ std::filesystem::path named(const std::filesystem::path& path, const std::string
 }  // namespace
 
 std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
-    if (a.look_from || a.pose || a.camera != "all") return {a};
-    if (is_part_list(a.scene)) throw Error("--camera", "all needs a single file, not a list of files");
-    const std::vector<Camera> cameras = GltfScene(a.scene, gltf_options(a)).cameras_at(0, {});
-    if (std::ranges::find(cameras, "all", &Camera::name) != cameras.end()) return {a};
-    if (cameras.empty()) throw Error(a.scene.string(), "has no cameras, which --camera all would render");
+    RenderArguments chosen = a;
+    std::vector<std::filesystem::path*> placed = files_of(chosen);
+    std::erase_if(placed, [](const auto* file) { return file->string().find(kPlace) == std::string::npos; });
+    const bool free = a.look_from || a.pose;
+    const bool all = !free && a.camera == "all";
+    if (!all && placed.empty()) return {a};
+    if (free) throw Error(placed[0]->string(), "{} stands for a camera of the scene, and the camera is free", kPlace);
+    if (is_part_list(a.scene))
+        throw Error(all ? "--camera" : placed[0]->string(), "{} needs a single file, not a list of files",
+                    all ? "all" : kPlace);
+    Scene scene;
+    scene.name = a.scene.string();
+    scene.cameras = GltfScene(a.scene, gltf_options(a)).cameras_at(0, {});
+    const std::vector<Camera>& cameras = scene.cameras;
+    if (cameras.empty())
+        throw Error(a.scene.string(), "has no cameras, which {} would {}", all ? "--camera all" : kPlace,
+                    all ? "render" : "name");
     const std::vector<std::string> words = words_for(cameras);
+    if (!all || std::ranges::find(cameras, "all", &Camera::name) != cameras.end()) {
+        const std::string& word = words[choose_camera(scene, a).index.value()];
+        for (std::filesystem::path* file : placed) *file = named(*file, word);
+        check_render_files(chosen);
+        return {chosen};
+    }
     std::vector<RenderArguments> each;
     std::set<std::filesystem::path> written;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -52,14 +81,11 @@ std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
         // A number would find another camera that has it as its name, since names come first.
         const auto first = std::ranges::find(cameras, cameras[i].name, &Camera::name);
         one.camera = first == cameras.begin() + std::ptrdiff_t(i) ? cameras[i].name : std::to_string(i);
-        const auto take = [&](std::filesystem::path& path) {
-            path = named(path, words[i]);
-            if (!written.insert(path.lexically_normal()).second)
-                throw Error(path.string(), "would be written for two cameras or outputs");
-        };
-        for (std::filesystem::path& output : one.outputs) take(output);
-        for (auto* file : {&one.movie, &one.stats, &one.graph})
-            if (*file) take(**file);
+        for (std::filesystem::path* file : files_of(one)) {
+            *file = named(*file, words[i]);
+            if (!written.insert(file->lexically_normal()).second)
+                throw Error(file->string(), "would be written for two cameras or outputs");
+        }
         check_render_files(one);
     }
     return each;

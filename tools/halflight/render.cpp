@@ -190,7 +190,7 @@ void render_picture(const RenderArguments& a) {
     {
         const WritingFiles writing;
         const PictureInfo info = picture_info(renderer, result, a, error);
-        for (const auto& path : a.outputs) write_picture(path, result, info);
+        write_pictures(a.outputs, result, info, console);
         if (checkpoint) checkpoint->remove();
     }
     times.write = clock.lap();
@@ -215,8 +215,22 @@ void render_picture(const RenderArguments& a) {
 }  // namespace
 
 void run_render(const RenderArguments& a) {
-    for (const RenderArguments& one : arguments_by_camera(a))
-        one.frames.empty() ? render_picture(one) : run_sequence(one);
+    const std::vector<RenderArguments> cameras = arguments_by_camera(a);
+    std::size_t failed = 0;
+    for (const RenderArguments& one : cameras) {
+        try {
+            one.frames.empty() ? render_picture(one) : run_sequence(one);
+        } catch (const UsageError&) {
+            throw;
+        } catch (const Interrupted&) {
+            throw;
+        } catch (const Error& error) {
+            if (cameras.size() == 1) throw;
+            fail(0, error.what());  // other cameras do not depend on it
+            ++failed;
+        }
+    }
+    if (failed > 0) throw Error("--camera all", "{} of {} cameras failed", failed, cameras.size());
 }
 
 }  // namespace halflight

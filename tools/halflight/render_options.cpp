@@ -203,7 +203,8 @@ void take_sample_parts(const CLI::App& app, RenderArguments& a) {
     for (const char* other : {"--shutter", "--error", "--time", "--adaptive", "--denoise-frames"})
         exclude(app, option, other);
     if (a.settings.preview.any()) exclude(app, option, "--preview");
-    if (!part) exclude(app, option, "--checkpoint");
+    if (!part) return exclude(app, option, "--checkpoint");
+    for (const char* other : {"--stats", "--dump-graph"}) exclude(app, option, other);  // `merge` makes the picture
 }
 
 /// Throws UsageError where something else is requested that keeps no checkpoint.

@@ -117,7 +117,7 @@ class Session {
         std::shared_ptr<const Scene> scene;
         std::shared_ptr<const SceneTree> reference_tree, tree;
         std::shared_ptr<const Environment> own_environment{};  // environment of the file
-        bool lit_elsewhere = false;                            // as in set_environment()
+        bool lit_elsewhere = false;                            // parameter of set_environment()
         std::vector<std::string> variants{};                   // material variants of the file
         std::shared_ptr<const paging::PageSource> pages{};     // Request::pages
         Timeline timeline;
