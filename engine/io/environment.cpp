@@ -14,7 +14,7 @@ namespace {
 
 bool contains(std::string_view text, std::string_view lower) {
     const auto same = [](unsigned char a, unsigned char b) { return std::tolower(a) == b; };
-    return !std::ranges::search(text, lower, same).empty();
+    return std::search(text.begin(), text.end(), lower.begin(), lower.end(), same) != text.end();
 }
 
 /// Returns the names of layers with channels R, G and B, without Cryptomattes, whose values are no colours. A layer
@@ -26,7 +26,8 @@ std::vector<std::string> colour_layers(const ExrFile& file) {
         const std::string layer = channel.name.substr(0, channel.name.size() - 2);
         if (file.find(layer + ".G") && file.find(layer + ".B") && !contains(layer, "crypto")) layers.push_back(layer);
     }
-    std::ranges::stable_partition(layers, [](const std::string& layer) {
+    // clang 14 cannot compile std::ranges::search and std::ranges::stable_partition.
+    std::stable_partition(layers.begin(), layers.end(), [](const std::string& layer) {
         return contains(layer, "combined") || contains(layer, "beauty") || contains(layer, "rgba");
     });
     return layers;
