@@ -100,13 +100,17 @@ void warn_beyond_half(const std::filesystem::path& path, const RenderResult& res
                       const Log& log) {
     constexpr float kMost = 65504;
     std::size_t beyond = 0;
-    const auto count = [&](const Image& image) {
-        beyond += static_cast<std::size_t>(
-            std::ranges::count_if(image.pixels, [](float v) { return std::isfinite(v) && std::abs(v) > kMost; }));
+    const auto count = [&](const Image& image, const mat3& color) {
+        const auto channels = static_cast<std::size_t>(image.channels);
+        for (std::size_t i = 0; i + 3 <= image.pixels.size(); i += channels) {
+            const vec3 stored = color * vec3(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]);
+            for (int c = 0; c < 3; ++c) beyond += std::isfinite(stored[c]) && std::abs(stored[c]) > kMost;
+        }
     };
-    if (info.half) count(result.beauty);
+    if (info.half) count(result.beauty, info.working_space.from_rec709);
     for (const ExrLayer& aov : result.aovs)
-        if (aov.type == ExrType::half) count(aov.image);
+        if (aov.type == ExrType::half && aov.image.channels >= 3)
+            count(aov.image, is_color(aov) ? info.working_space.from_rec709 : mat3(1));
     if (beyond > 0)
         log.warn("{}: {} values are beyond {}, the largest half float, which is stored in their place", path.string(),
                  beyond, kMost);

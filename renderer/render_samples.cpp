@@ -55,7 +55,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
 int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, int first,
                                  double time_limit, const AfterSample& after_sample) {
     const Stopwatch watch;
-    const std::size_t compiled_before = scene.programs().compiled();
+    const double compiled_before = scene.programs().compile_seconds();
     const int least = settings.denoise ? 2 : 1;  // samples that the filter needs
     SamplePace pace;
     int saved = first;  // number of samples of the last save
@@ -70,7 +70,7 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
             throw;
         }
         const bool go_on = after_sample(done, frame.samples);
-        pace.add(watch.seconds(), scene.programs().compiled() > compiled_before);
+        pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
         const bool time_is_up = time_limit > 0 && done >= least && !pace.another_fits(time_limit);
         const bool complete = done == frame.samples || (go_on && time_is_up);
         if (frame.checkpoint && (!go_on || complete || frame.checkpoint->due()))
@@ -83,7 +83,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
                                           double time_limit, const AfterSample& after_sample,
                                           PictureError& picture_error) {
     const Stopwatch watch;
-    const std::size_t compiled_before = scene.programs().compiled();
+    const double compiled_before = scene.programs().compile_seconds();
     SamplePace pace;
     const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
     BandReplicates replicates(where);
@@ -95,7 +95,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
             for (int i = each; i < next; ++i) {
                 add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
                 if (!after_sample(++done, next * kReplicates)) return done;
-                pace.add(watch.seconds(), scene.programs().compiled() > compiled_before);
+                pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
             }
             replicates.add(r, light(with.sample.sums));
         }
@@ -116,7 +116,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
 void Renderer::State::render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                                       const std::function<bool()>& after_sample) {
     const Stopwatch watch;
-    const std::size_t compiled_before = scene.programs().compiled();
+    const double compiled_before = scene.programs().compile_seconds();
     const int least = settings.denoise ? 2 : 1;  // samples that the filter needs
     SamplePace pace;
     for (int b = 0; b < bands; ++b) compiled(b).mattes->clear();
@@ -126,7 +126,7 @@ void Renderer::State::render_in_turns(const FrameSettings& frame, double time_li
             done[std::size_t(b)] = i + 1;
             if (!after_sample()) return;
         }
-        pace.add(watch.seconds(), scene.programs().compiled() > compiled_before);
+        pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
         if (time_limit > 0 && i + 1 >= least && !pace.another_fits(time_limit)) return;
     }
 }

@@ -46,6 +46,7 @@ void bind_picture(py::module_& module) {
         .def("layer", &layer)
         .def("channels",
              [](const PyPicture& p, const std::string& name) -> std::vector<std::string> {
+                 if (name == "beauty" || name == "view") return {"R", "G", "B", "A"};
                  for (std::size_t i = 0; i < p.layers.size(); ++i)
                      if (p.layers[i] == name) return p.result.aovs[i].channels;
                  throw py::key_error(name);

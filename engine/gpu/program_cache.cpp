@@ -158,13 +158,18 @@ ProgramCache::~ProgramCache() = default;
 std::unique_ptr<Program> ProgramCache::made(const std::string& key, const Entry& entry) {
     begin_step("compiling shaders");
     std::unique_ptr<Program> program;
-    seconds_ += timed([&] {
+    bool compiled = true;
+    const double seconds = timed([&] {
         if (ahead_) program = ahead_->take(key);
         if (program) return;
+        const std::size_t misses = binaries_ ? binaries_->misses() : 0;
         program = std::make_unique<Program>(
             entry.stages.size() == 1 ? Program::compute(entry.stages[0], entry.defines, binaries_)
                                      : Program::graphics(entry.stages[0], entry.stages[1], entry.defines, binaries_));
+        compiled = !binaries_ || binaries_->misses() > misses;
     });
+    seconds_ += seconds;
+    if (compiled) compile_seconds_ += seconds;
     end_step();
     return program;
 }

@@ -53,10 +53,10 @@ class ProgramCache {
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }
-    /// Returns a number that grows with each program that is compiled, and not loaded from the store.
-    std::size_t compiled() const { return binaries_ ? binaries_->misses() : count(); }
-    /// Returns the seconds that callers waited for compiling and linking.
+    /// Returns the seconds that callers waited for compiling, linking and loading.
     double seconds() const { return seconds_; }
+    /// Returns those of the seconds that were spent on programs which the store did not have.
+    double compile_seconds() const { return compile_seconds_; }
 
   private:
     struct Entry {
@@ -70,7 +70,7 @@ class ProgramCache {
     std::unique_ptr<Program> made(const std::string& key, const Entry& entry);
     std::unordered_map<std::string, Entry> entries_;
     const ProgramBinaries* binaries_;
-    double seconds_ = 0;
+    double seconds_ = 0, compile_seconds_ = 0;
     std::unordered_set<std::string> tried_;  // keys of programs that were compiled ahead
     std::unique_ptr<Ahead> ahead_;
 };

@@ -103,7 +103,8 @@ TEST_F(Compare, ThresholdsDecide) {
         all.insert(all.end(), more.begin(), more.end());
         return all;
     };
-    compare(with({}), 2);
+    for (const Strings& none : {Strings{}, {"--fail", "0"}})
+        EXPECT_EQ(figures(with(none), 2)["layers"][0]["metrics"]["mse"]["verdict"], "fail");
     EXPECT_NE(compare(with({"--fail", "0.03"}), 0).out.find("\nwithin the thresholds\n"), std::string::npos);
     EXPECT_EQ(figures(with({"--fail", "0.03"}), 0)["verdict"], "within the thresholds");
     EXPECT_EQ(figures({a, a}, 0)["verdict"], "same");

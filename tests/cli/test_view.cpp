@@ -214,6 +214,9 @@ TEST_F(View, ErrorsAreMeasuredAgainstAReference) {
     const auto last = nlohmann::json::parse(read_text(file("timings.json")))["last_picture"];
     EXPECT_EQ(last["relmse"], 0);
     EXPECT_EQ(last["samples"], 2);
+    render({file("aces.exr"), "--samples", "2", "--working-space", "acescg"});
+    expect_done(view("reference @aces.exr\nwait samples 2\nwait error 1e-8\ntimings @aces.json\n"));
+    EXPECT_LT(nlohmann::json::parse(read_text(file("aces.json")))["last_picture"]["relmse"], 1e-10);
     size = "40x30";
     const Outcome outcome = view("wait first\nreference @reference.exr\nwait samples 1\n");
     EXPECT_EQ(outcome.status, 1);

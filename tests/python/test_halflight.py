@@ -31,6 +31,7 @@ class Pictures(InFolder):
     def test_layers_are_arrays(self):
         picture = hl.render(hl.load(CORNELL), **SMALL)
         self.assertEqual(picture["beauty"].shape, (16, 24, 4))
+        self.assertEqual(picture.channels("beauty"), ["R", "G", "B", "A"])
         self.assertEqual(picture["albedo"].shape, (16, 24, 3))
         self.assertEqual(picture["depth"].shape, (16, 24))
         self.assertEqual(picture["ids"].dtype, np.uint32)
@@ -384,6 +385,9 @@ class Errors(InFolder):
                                (dict(shutter=0.5, error=0.1), "shutter: .* an error target"),
                                (dict(shutter=0.5, adaptive=True), "shutter: .* adaptive"),
                                (dict(shutter=0.5, denoise=True), "shutter: .* denoising"),
+                               (dict(samples=1, denoise=True), "two samples"),
+                               (dict(layers=["denoiser"]), "needs denoising"),
+                               (dict(aov="depth"), "did you mean 'layers'"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
                 hl.render(scene, **{**SMALL, **settings})

@@ -115,8 +115,12 @@ Ray ray_through(const Camera& camera, const dvec2& point, const ivec2& size) {
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
     const dvec2 plane((2 * point.x - size.x) / size.y * half, (1 - 2 * point.y / size.y) * half);
     const dvec3 origin(m[3]), aside = plane.x * dvec3(m[0]) + plane.y * dvec3(m[1]);
-    if (camera.orthographic) return {origin + aside, -dvec3(m[2])};
-    return {origin, glm::normalize(aside - dvec3(m[2]))};
+    Ray ray{origin, glm::normalize(aside - dvec3(m[2]))};
+    if (camera.orthographic) ray = {origin + aside, -dvec3(m[2])};
+    const double along = -glm::dot(ray.direction, dvec3(m[2]));  // of the axis, on which planes have their distances
+    ray.begin = camera.near_plane / along;
+    if (camera.far_plane > 0) ray.end = camera.far_plane / along;
+    return ray;
 }
 
 }  // namespace halflight::view

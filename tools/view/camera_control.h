@@ -1,6 +1,8 @@
 // Camera movements by drags, keys and clicks, as pure functions of the camera pose.
 #pragma once
 
+#include <limits>
+
 #include "api/halflight/camera_pose.h"
 
 namespace halflight::view {
@@ -28,10 +30,12 @@ CameraPose look_at(CameraPose pose, const dvec3& point);
 CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect);
 
 struct Ray {
-    dvec3 origin;     // position, world units
-    dvec3 direction;  // unit vector, world space
+    dvec3 origin;      // position, world units
+    dvec3 direction;   // unit vector, world space
+    double begin = 0;  // distances between which surfaces are seen, world units
+    double end = std::numeric_limits<double>::infinity();
 };
-/// Returns the ray through a point of the picture, pixels from its upper left corner.
+/// Returns the ray through a point of the picture, pixels from its upper left corner, between the camera's planes.
 Ray ray_through(const Camera& camera, const dvec2& point, const ivec2& size);
 
 }  // namespace halflight::view

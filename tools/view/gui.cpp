@@ -223,7 +223,11 @@ Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
     Input in;
     in.seconds = double{io.DeltaTime};
     if (!io.WantCaptureMouse) {
-        in.drag = dvec2(io.MouseDelta.x, io.MouseDelta.y) / double(std::max(layout.picture.size.y, 1));
+        // Movement that comes in one frame with a press was before it.
+        const bool pressed = ImGui::IsMouseClicked(ImGuiMouseButton_Left) ||
+                             ImGui::IsMouseClicked(ImGuiMouseButton_Middle) ||
+                             ImGui::IsMouseClicked(ImGuiMouseButton_Right);
+        if (!pressed) in.drag = dvec2(io.MouseDelta.x, io.MouseDelta.y) / double(std::max(layout.picture.size.y, 1));
         in.left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
         in.middle = ImGui::IsMouseDown(ImGuiMouseButton_Middle);
         in.right = ImGui::IsMouseDown(ImGuiMouseButton_Right);

@@ -64,11 +64,11 @@ void histogram_axis(float stops) {
 
 void histogram_lines(const PanelContext& c) {
     if (!ImGui::CollapsingHeader("Histogram", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    const Histogram h = histogram(c.now.picture->result.beauty, c.session.transform.exposure.stops);
+    const Histogram h = histogram(c.now.picture->result.beauty, c.session.transform.stops());
     ImGui::PlotHistogram("##histogram", h.shares.data(), Histogram::kBins, 0, nullptr, 0, FLT_MAX,
                          {ImGui::GetContentRegionAvail().x, 4 * ImGui::GetFontSize()});
     tooltip("shares of the pixels over their luminance before exposure; the line is 1 after exposure");
-    histogram_axis(c.session.transform.exposure.stops);
+    histogram_axis(c.session.transform.stops());
     value("Mean, maximum", fmt::format("{:.4g}, {:.4g}", h.mean, h.maximum), "luminance before exposure");
     value("Black, above 1", fmt::format("{:.1f} %, {:.1f} %", 100 * h.black, 100 * h.above),
           "shares of the pixels; above 1 after exposure");

@@ -27,14 +27,16 @@ bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, doubl
     return near <= far;
 }
 
-/// Returns the distance along the ray, or kFar where it misses (Moeller, Trumbore 1997).
-double distance(const dvec3& origin, const dvec3& direction, const dvec3& a, const dvec3& b, const dvec3& c) {
+/// Returns the distance along the ray, or kFar where it misses or meets the triangle before `begin` (Moeller, Trumbore
+/// 1997).
+double distance(const dvec3& origin, const dvec3& direction, double begin, const dvec3& a, const dvec3& b,
+                const dvec3& c) {
     const dvec3 u = b - a, v = c - a, p = glm::cross(direction, v);
     const double det = glm::dot(u, p);
     if (det == 0) return kFar;
     const dvec3 s = origin - a, q = glm::cross(s, u);
     const double x = glm::dot(s, p) / det, y = glm::dot(direction, q) / det, t = glm::dot(v, q) / det;
-    return x >= 0 && y >= 0 && x + y <= 1 && t > 0 ? t : kFar;
+    return x >= 0 && y >= 0 && x + y <= 1 && t > 0 && t >= begin ? t : kFar;
 }
 
 }  // namespace
@@ -53,8 +55,8 @@ Picker Picker::with_instances(std::vector<Instance> instances) const {
 }
 
 std::optional<PickResult> Picker::pick(const Ray& ray) const {
-    double nearest = kFar;
-    std::size_t instance = 0;
+    double nearest = ray.end;
+    std::optional<std::size_t> instance;
     for (std::size_t i = 0; i < instances_.size(); ++i) {
         const Instance& in = instances_[i];
         const Mesh& mesh = scene_->meshes[static_cast<std::size_t>(in.mesh)];
@@ -63,13 +65,13 @@ std::optional<PickResult> Picker::pick(const Ray& ray) const {
         const dvec3 origin(to_object * dvec4(ray.origin, 1)), direction(to_object * dvec4(ray.direction, 0));
         if (!meets(boxes_[static_cast<std::size_t>(in.mesh)], origin, direction, nearest)) continue;
         for (const uvec3& t : mesh.triangles) {
-            const double found = distance(origin, direction, dvec3(mesh.positions[t.x]), dvec3(mesh.positions[t.y]),
-                                          dvec3(mesh.positions[t.z]));
+            const double found = distance(origin, direction, ray.begin, dvec3(mesh.positions[t.x]),
+                                          dvec3(mesh.positions[t.y]), dvec3(mesh.positions[t.z]));
             if (found < nearest) nearest = found, instance = i;
         }
     }
-    if (nearest == kFar) return std::nullopt;
-    return PickResult{ray.origin + nearest * ray.direction, instance};
+    if (!instance) return std::nullopt;
+    return PickResult{ray.origin + nearest * ray.direction, *instance};
 }
 
 WorldBounds Picker::bounds(std::size_t instance) const {

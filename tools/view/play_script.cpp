@@ -8,11 +8,11 @@
 
 #include "api/halflight/edit_text.h"
 #include "engine/core/image_tools.h"
-#include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/settings/settings_table.h"
 #include "tools/view/clock.h"
 #include "tools/view/inspection.h"
+#include "tools/view/linear_picture.h"
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
@@ -182,7 +182,7 @@ void Viewer::execute(const Command& c) {
         session_.layer_view.layer = c.words[0];
     }
     if (c.name == "reference") {
-        reference_ = rgb(read_exr(c.words[0]).image({"R", "G", "B", "A"}));
+        reference_ = read_linear(c.words[0]);
         if (picture_) update_error();
     }
     if (c.name == "component") {
@@ -213,8 +213,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "histogram") {
         update_picture();
         if (!picture_) throw Error("histogram", "there is no picture yet");
-        write_file(c.words[0],
-                   json_of(histogram(picture_->result.beauty, session_.transform.exposure.stops)).dump(2) + "\n");
+        write_file(c.words[0], json_of(histogram(picture_->result.beauty, session_.transform.stops())).dump(2) + "\n");
     }
     if (c.name == "state") write_file(c.words[0], state().dump(2) + "\n");
     if (c.name == "split") split_ = static_cast<float>(n(0));

@@ -120,7 +120,7 @@ class Parser {
                 all.emplace_back(text.substr(i + 1, end - i - 1));
                 i = end + 1;
             } else {
-                const std::size_t end = std::min(text.find_first_of(" \t\r#\"", i), text.size());
+                const std::size_t end = std::min(text.find_first_of(" \t\r\"", i), text.size());
                 all.emplace_back(text.substr(i, end - i));
                 i = end;
             }

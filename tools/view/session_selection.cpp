@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "api/halflight/object_names.h"
+#include "api/node_edits.h"
 #include "tools/view/session.h"
 
 namespace halflight::view {
@@ -59,7 +60,12 @@ Scene Session::edited_values() const {
     part.transforms.clear();
     part.hidden.clear();
     part.catchers.clear();
+    const std::vector<bool> lit = movable_nodes(values, *tree_);  // nodes that move lights; others change no values
     try {
+        std::erase_if(part.nodes, [&](const NamedEdit<NodeEdit>& edit) {
+            const auto named = find_objects(nodes_of(*tree_), edit.name, "edit");
+            return std::ranges::none_of(named, [&](std::size_t index) { return lit[index]; });
+        });
         apply(part, values, *tree_);
     } catch (const Error&) {  // the picture shows the error
     }

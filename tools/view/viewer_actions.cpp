@@ -13,6 +13,7 @@
 #include "engine/io/files.h"
 #include "engine/io/png.h"
 #include "tools/cli/options.h"
+#include "tools/view/linear_picture.h"
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
@@ -168,7 +169,7 @@ void Viewer::compare_with(const std::filesystem::path& path) {
     const std::string bytes = read_file(path, kMostPictureBytes);
     const bool png = is_png(bytes);
     if (!png && !is_exr(bytes)) throw Error(path.string(), "is neither an OpenEXR nor a PNG file");
-    Image image = png ? rgb(read_png(path.string(), bytes, kMaxSide)) : rgb(read_exr(path).image({"R", "G", "B"}));
+    Image image = png ? rgb(read_png(path.string(), bytes, kMaxSide)) : read_linear(path);
     const ivec2 size(image.width, image.height);
     display_.set_comparison({std::move(image), png});
     comparison_size_ = size;

@@ -65,7 +65,7 @@ def _names(value):
 
 
 def _text(value):
-    if isinstance(value, bool):
+    if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):  # numpy's, whose names depend on its version
         return "yes" if value else "no"
     if isinstance(value, (list, tuple, set)):
         return ",".join(map(str, value))
@@ -73,6 +73,8 @@ def _text(value):
 
 
 def _texts(keywords, layers):
+    if "aov" in keywords:
+        raise Error("there is no setting 'aov'; did you mean 'layers'?")
     texts = {name.replace("_", "-"): _text(value) for name, value in keywords.items() if value is not None}
     if layers is not None and len(layers) > 0:
         texts["aov"] = layers if isinstance(layers, str) else ",".join(_items(layers))
@@ -334,7 +336,8 @@ class Picture(_Mapping):
         return self._native.channels(layer)
 
     def save(self, path):
-        """Writes the picture as .exr with its layers, or as .png, .jpg or .tif through the view transform."""
+        """Writes the picture as .exr with its layers, or as .png, .jpg or .tif through the view transform. Raises Error
+        for an interrupted picture, in which rows may be missing."""
         if self.interrupted:
             raise Error(f"{path}: not written: the picture was interrupted")
         self._native.save(path)

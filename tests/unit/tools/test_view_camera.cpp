@@ -176,6 +176,30 @@ TEST(RayThrough, CornersAndCentre) {
     expect_near(edge.direction, {0, 0, -1});
 }
 
+TEST(Picker, SeesWhatIsBetweenThePlanesOfTheCamera) {
+    const auto scene = std::make_shared<Scene>();
+    const int material = test::add_material(*scene, test::diffuse_material(vec3(0.5f)));
+    test::add_box(*scene, material, vec3(-1), vec3(1));
+    const Picker picker(scene);
+    Camera camera = camera_of(front());
+    camera.camera_to_world = dmat4(1);
+    camera.camera_to_world[3] = {0, 0, 5, 1};
+    const auto depth = [&](double near, double far) {
+        camera.near_plane = near, camera.far_plane = far;
+        // The ray is oblique, and planes have their distances along the axis.
+        const auto picked = picker.pick(ray_through(camera, {80, 50}, {100, 100}));
+        return picked ? 5 - picked->position.z : 0;
+    };
+    for (const bool orthographic : {false, true}) {
+        camera.orthographic = orthographic, camera.ortho_height = 2;
+        EXPECT_NEAR(depth(0, 0), 4, 1e-9);
+        EXPECT_NEAR(depth(3.99, 0), 4, 1e-9);
+        EXPECT_GT(depth(4.01, 0), 4.01);
+        EXPECT_NEAR(depth(0, 4.01), 4, 1e-9);
+        EXPECT_EQ(depth(0, 3.99), 0);
+    }
+}
+
 TEST(Picker, FindsTheNearestSurface) {
     auto scene = std::make_shared<Scene>();
     const int material = test::add_material(*scene, test::diffuse_material(vec3(0.5f)));

@@ -103,6 +103,7 @@ TEST(Script, LinesBecomeCommands) {
     EXPECT_EQ(commands[2].words, std::vector<std::string>{"a # b.png"});
     EXPECT_EQ(commands[3].line, 6);
     EXPECT_TRUE(parse_script("s.txt", "").empty());
+    EXPECT_EQ(parse_script("s.txt", "environment #8899cc # grey")[0].words, std::vector<std::string>{"#8899cc"});
     const auto more = parse_script("s.txt", "wait error 0.01\nlight 12 5\nlight 12 0 0.5 1\ncompare on\nclay off");
     ASSERT_EQ(more.size(), 5u);
     EXPECT_EQ(more[0].numbers, std::vector{0.01});

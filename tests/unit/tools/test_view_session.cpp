@@ -343,6 +343,12 @@ TEST_F(ViewSession, EmissionOfAMaterialLacksTheFactorOnAll) {
     EXPECT_EQ(session.edited_values().materials[1].emission, vec3(3, 2, 1)) << "controls write back what they show";
 }
 
+TEST_F(ViewSession, ControlsShowEditsBesideThoseOfNodes) {
+    material_edit(session.edits, "1")["roughness"] = {0.25f};
+    session.edits.nodes = {{"short block", {.translate = dvec3(0.1, 0, 0)}}};
+    EXPECT_EQ(session.edited_values().materials[1].roughness, 0.25f) << "the node moves no light";
+}
+
 TEST_F(ViewSession, DescribesThePicture) {
     EXPECT_EQ(session.description(), "final, 8 bounces");
     session.layer_view.components[0] = false;

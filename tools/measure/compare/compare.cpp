@@ -119,7 +119,7 @@ LayerResult compare_layers(const Layer& image, const Layer& reference, const Pic
         }
         m.value = metric == Metric::max ? largest : sum / finite;
         m.worst_share = worst_share(values);
-        m.verdict = judged(m.value, metric, arguments);
+        m.verdict = must_be_same && m.value > 0 ? Verdict::fail : judged(m.value, metric, arguments);
         result.verdict = std::max(result.verdict, m.verdict);
     }
     return result;
