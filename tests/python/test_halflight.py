@@ -386,7 +386,6 @@ class Errors(InFolder):
                                (dict(shutter=0.5, adaptive=True), "shutter: .* adaptive"),
                                (dict(shutter=0.5, denoise=True), "shutter: .* denoising"),
                                (dict(samples=1, denoise=True), "two samples"),
-                               (dict(layers=["denoiser"]), "needs denoising"),
                                (dict(aov="depth"), "did you mean 'layers'"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):

@@ -117,7 +117,7 @@ Ray ray_through(const Camera& camera, const dvec2& point, const ivec2& size) {
     const dvec3 origin(m[3]), aside = plane.x * dvec3(m[0]) + plane.y * dvec3(m[1]);
     Ray ray{origin, glm::normalize(aside - dvec3(m[2]))};
     if (camera.orthographic) ray = {origin + aside, -dvec3(m[2])};
-    const double along = -glm::dot(ray.direction, dvec3(m[2]));  // of the axis, on which planes have their distances
+    const double along = -glm::dot(ray.direction, dvec3(m[2]));  // planes have their distances along the axis
     ray.begin = camera.near_plane / along;
     if (camera.far_plane > 0) ray.end = camera.far_plane / along;
     return ray;
