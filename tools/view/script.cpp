@@ -98,6 +98,12 @@ constexpr std::array kForms = {
     Form{"quit", ""},
 };
 
+/// Returns whether the first word of the text is a colour: #rrggbb.
+bool begins_with_color(std::string_view text) {
+    const std::string_view word = text.substr(0, text.find_first_of(" \t\r"));
+    return word.size() == 7 && word.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string_view::npos;
+}
+
 class Parser {
   public:
     Parser(const std::string& file, int line) : file_(file), line_(line) {}
@@ -112,7 +118,7 @@ class Parser {
         for (std::size_t i = 0; i < text.size();) {
             if (text[i] == ' ' || text[i] == '\t' || text[i] == '\r') {
                 ++i;
-            } else if (text[i] == '#') {
+            } else if (text[i] == '#' && (all.empty() || !begins_with_color(text.substr(i)))) {
                 break;
             } else if (text[i] == '"') {
                 const std::size_t end = text.find('"', i + 1);
