@@ -198,7 +198,9 @@ struct FrameRenderer::State {
                               .apply(settings.transparent ? straight(result.beauty) : result.beauty);
         return result;
     }
-    void check_shutter(const FrameSettings& s) const {
+    /// Throws Error where samples, filter and shutter do not fit together.
+    void check(const FrameSettings& s) const {
+        if (settings.denoise && s.samples < 2) throw Error("samples", "denoising takes at least two samples");
         if (!(shutter.open >= 0 && shutter.open <= 1))
             throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
         if (shutter.open == 0) return;
@@ -273,7 +275,7 @@ struct FrameRenderer::State {
 
 FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
     : state_(std::make_unique<State>(scene, std::move(settings), options)) {
-    state_->check_shutter(state_->settings);
+    state_->check(state_->settings);
     state_->set_frame(state_->settings.frame);
     if (state_->settings.parts > 1) state_->check_apart("sample-parts");
     if (!options.merged.empty()) state_->open_merged(options.merged);
@@ -350,7 +352,7 @@ const RenderSettings& FrameRenderer::settings() const {
 }
 
 void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
-    state_->check_shutter(settings);
+    state_->check(settings);
     const std::uint32_t frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
     const gpu::KeepCurrent keep;

@@ -68,7 +68,6 @@ void check_settings(const RenderSettings& s) {
     require(light_group_layers(s).empty() || !s.preview.cache,
             "light groups cannot be combined with the preview mode cache, which holds the light of all lights together "
             "(--preview none)");
-    require(!s.denoise || s.samples >= 2 || s.part > 0 || s.stays_noisy, "denoising takes at least two samples");
     require(!s.denoise || !s.preview.any(), "denoising cannot be combined with a preview mode");
     require(s.denoise_error == 0 || s.denoise, "an estimate for the denoised picture needs denoising");
     require(s.denoise_error == 0 || !s.adaptive || s.denoise_error >= kLeastAdaptiveSamples,
