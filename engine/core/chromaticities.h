@@ -14,6 +14,12 @@ inline constexpr Chromaticities kRec709{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}
 inline constexpr Chromaticities kAp1{{0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}};  // S-2014-004
 inline constexpr Chromaticities kAp0{{0.7347, 0.2653}, {0, 1}, {0.0001, -0.077}, {0.32168, 0.33767}};  // SMPTE 2065-1
 
+/// Returns whether two spaces differ by no more than roundings: files hold coordinates of three or four digits.
+inline bool same_space(const Chromaticities& a, const Chromaticities& b) {
+    const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 1e-3; };
+    return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
+}
+
 /// Returns the matrix from linear RGB to CIE XYZ; white (1, 1, 1) gets Y = 1 (SMPTE RP 177-1993).
 inline glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
     const auto xyz = [](const glm::dvec2& xy) { return glm::dvec3(xy.x / xy.y, 1, (1 - xy.x - xy.y) / xy.y); };

@@ -85,12 +85,6 @@ void convert(const std::string& subject, Image& map, const Chromaticities& from)
     }
 }
 
-/// Compares chromaticities, which files store as floats and often round to four digits.
-bool same(const Chromaticities& a, const Chromaticities& b) {
-    const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 1e-3; };
-    return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
-}
-
 }  // namespace
 
 Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits) {
@@ -123,7 +117,7 @@ Environment load_environment(const std::filesystem::path& path, SceneReport& rep
         report.warnings.push_back(
             fmt::format("{}: {} texels that were not finite or negative were repaired", subject, repaired));
     }
-    if (primaries && !same(*primaries, kRec709)) convert(subject, map, *primaries);
+    if (primaries && !same_space(*primaries, kRec709)) convert(subject, map, *primaries);
     if (map.width != 2 * map.height)
         report.warnings.push_back(fmt::format("{}: {} x {} is not 2:1; the map is stretched over the sphere", subject,
                                               map.width, map.height));

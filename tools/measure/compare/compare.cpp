@@ -125,12 +125,6 @@ LayerResult compare_layers(const Layer& image, const Layer& reference, const Pic
     return result;
 }
 
-bool same_primaries(const Chromaticities& a, const Chromaticities& b) {
-    constexpr double kRounding = 1e-4;  // rounding of coordinates: files hold four digits or floats
-    const auto near = [](const dvec2& p, const dvec2& q) { return glm::distance(p, q) < 2 * kRounding; };
-    return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
-}
-
 }  // namespace
 
 const char* name(Metric metric) {
@@ -152,7 +146,7 @@ Comparison compare(const PictureFile& image, const PictureFile& reference, const
     if (image.encoded != reference.encoded)
         throw Error(image.name, "cannot be compared with {}: one is encoded for a display, the other is scene-linear",
                     reference.name);
-    if (!same_primaries(image.primaries, reference.primaries))
+    if (!same_space(image.primaries, reference.primaries))
         throw Error(image.name, "cannot be compared with {}: their colours have different primaries", reference.name);
     const auto wanted = [&](const std::string& layer) {
         return arguments.layers.empty() || std::ranges::find(arguments.layers, layer) != arguments.layers.end();
