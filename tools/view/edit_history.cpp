@@ -7,14 +7,6 @@ namespace {
 
 constexpr std::size_t kMost = 1000;  // states to undo
 
-/// Returns whether the states differ in an exposure alone that metering has found.
-bool only_metered(const SavedSettings& before, const SavedSettings& now) {
-    if (!before.settings.view.metered()) return false;
-    SavedSettings same = now;
-    same.settings.view.exposure = before.settings.view.exposure;
-    return same == before;
-}
-
 }  // namespace
 
 void EditHistory::start(SavedSettings now) {
@@ -30,15 +22,17 @@ void EditHistory::record(const SavedSettings& now, bool busy) {
         before_.pop_back();
     }
     if (busy || now == current_) return;
-    if (only_metered(current_, now)) {
-        if (current_ == saved_) saved_ = now;
-        current_ = now;
-        if (!before_.empty() && now == before_.back()) before_.pop_back();  // metering has found the earlier exposure
-        return;
-    }
     before_.push_back(std::exchange(current_, now));
     if (before_.size() > kMost) before_.erase(before_.begin());
     after_.clear();
+}
+
+void EditHistory::meter(float stops) {
+    if (!current_.settings.view.metered()) return;
+    const bool is_saved = current_ == saved_;
+    current_.settings.view.exposure = stops;
+    if (is_saved) saved_ = current_;
+    if (!before_.empty() && current_ == before_.back()) before_.pop_back();  // the step has changed nothing
 }
 
 std::optional<SavedSettings> EditHistory::undo() {

@@ -17,6 +17,8 @@ class EditHistory {
     /// that restores the state before the last step takes that step back, as a double click on a slider may, whose
     /// first click moves it.
     void record(const SavedSettings& now, bool busy);
+    /// Takes an exposure that metering has found into the current state. Such an exposure is no edit.
+    void meter(float stops);
     /// Returns the state to restore, which counts as the current one; none where there is nothing to undo or redo.
     std::optional<SavedSettings> undo();
     std::optional<SavedSettings> redo();

@@ -185,6 +185,7 @@ void Viewer::meter() {
     const float stops = metered_exposure(picture_->result.beauty);
     metered_.insert(stops);
     session_.transform.exposure = stops;
+    edit_history_.meter(stops);
     if (std::exchange(tells_metering_, false) || stops != 0)
         tell(fmt::format("Exposure {:.2f} stops by metering", stops), "exposure");
 }

@@ -118,8 +118,12 @@ TEST_F(ViewEdits, MeteringIsNoEdit) {
     ASSERT_TRUE(session.transform.metered());
     EditHistory history;
     history.start(session.document());
-    session.transform.exposure = -3.0f;
-    history.record(session.document(), false);
+    const auto meter = [&](float stops) {
+        session.transform.exposure = stops;
+        history.meter(stops);
+        history.record(session.document(), false);
+    };
+    meter(-3);
     EXPECT_FALSE(history.can_undo());
     EXPECT_FALSE(history.unsaved());
     session.transform.exposure = 1.0f;
@@ -127,10 +131,24 @@ TEST_F(ViewEdits, MeteringIsNoEdit) {
     EXPECT_TRUE(history.can_undo());
     session.transform.exposure.automatic = true;
     history.record(session.document(), false);
-    session.transform.exposure = 1.0f;
-    history.record(session.document(), false);
+    meter(1);
     session.restore(*history.undo());
     EXPECT_EQ(session.transform.exposure, Exposure(-3.0f)) << "metering that changes nothing has left a step";
+}
+
+TEST_F(ViewEdits, AnExposureSetBeforeMeteringIsAnEdit) {
+    session.transform.exposure = {};
+    EditHistory history;
+    history.start(session.document());
+    session.transform.exposure = 1.0f;
+    history.record(session.document(), false);
+    session.bounces = 3;
+    history.record(session.document(), false);
+    EXPECT_TRUE(history.unsaved());
+    session.restore(*history.undo());
+    session.restore(*history.undo());
+    EXPECT_TRUE(session.transform.metered());
+    EXPECT_FALSE(history.unsaved());
 }
 
 TEST_F(ViewEdits, InvalidEditsChangeNothing) {
