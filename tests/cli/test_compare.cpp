@@ -192,9 +192,9 @@ TEST_F(Compare, MapShowsWhere) {
     Image other = picture(3, 0.5f);
     for (int y = 0; y < kSide; ++y) std::fill_n(other.at(0, y), 3 * 4, 1.0f);  // the left quarter
     write_png(folder / "b.png", other);
-    const Outcome outcome = compare({folder / "b.png", a, "--map", folder / "map.png"}, 2);
+    const Outcome outcome = compare({folder / "b.png", a, "--map", folder / "new/map.png"}, 2);
     EXPECT_NE(outcome.out.find("map.png: RGB.flip from 0 to 1"), std::string::npos) << outcome.out;
-    const Image map = read_png("map", read_file(folder / "map.png", 1 << 20), 64);
+    const Image map = read_png("map", read_file(folder / "new/map.png", 1 << 20), 64);
     ASSERT_EQ(map.width, kSide);
     const auto light = [&](int x) { return map.at(x, 8)[0] + map.at(x, 8)[1] + map.at(x, 8)[2]; };
     EXPECT_GT(light(1), 4 * light(15) + 0.1f);
@@ -217,7 +217,7 @@ TEST_F(Compare, IncompatiblePicturesAreAnError) {
     expect_error({a, a, "--fail", "-1"}, 4, "--fail: expects a number");
     expect_error({a, a, "--ppd", "nan"}, 4, "--ppd: expects a number");
     expect_error({a, a, "--map", folder / "map.jpg"}, 4, "--map: is an .exr or a .png");
-    expect_error({a, a, "--map", folder / "no/map.png"}, 4, "no/map.png: ");
+    expect_error({a, a, "--map", folder / "a.exr/map.png"}, 4, "a.exr/map.png: ");
     const std::string before = read_file(a, 1 << 20);
     expect_error({a, exr("d.exr", 0), "--map", folder / "../" / folder.path.filename() / "a.exr"}, 4,
                  "is both input and output");

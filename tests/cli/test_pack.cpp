@@ -135,6 +135,7 @@ TEST_F(Pack, WritesAFileThatInfoDescribes) {
     EXPECT_TRUE(std::regex_search(told.err, std::regex("b.pages: .* written in 0:[0-9]+\n$"))) << told.err;
     EXPECT_TRUE(read_text(file("a.pages")) == read_text(file("b.pages")));
     EXPECT_EQ(folder.entries(), (Strings{"a.pages", "b.pages"}));
+    EXPECT_EQ(pack(atrium, file("new/folder/a.pages"), {"--quiet"}).status, 0);
 
     const Outcome info = run_program({"info", file("a.pages"), "--json"});
     ASSERT_EQ(info.status, 0) << info.err;
@@ -167,7 +168,7 @@ TEST_F(Pack, RefusalsAreOneLine) {
     expect(pack(file("x.glb"), file("a")), 1, "x.glb: is neither GLB nor glTF's JSON");
     expect(pack(file("no.glb"), file("a")), 1, "no.glb: cannot read: No such file");
     expect(pack(file("no.parts.json"), file("a")), 1, "no.parts.json: cannot read: No such file");
-    expect(pack(atrium, file("no/a")), 1, "no/a: cannot write: No such file");
+    expect(pack(atrium, file("x.glb/a")), 1, "x.glb/a: cannot write: Not a directory");
     expect(pack(atrium, file("a"), {"--memory", "300M"}), 1, "conversion at least 256 MiB), and");
     expect(pack(atrium, file("a"), {"--quiet"}, {.wrapper = {"prlimit", "--fsize=100000"}}), 1, "File too large");
     EXPECT_EQ(folder.entries(), Strings{"x.glb"});

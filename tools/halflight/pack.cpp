@@ -13,6 +13,7 @@
 namespace halflight {
 
 void run_pack(const PackArguments& a) {
+    make_folder_of(a.output);
     check_writable(a.output);
     remove_abandoned({&a.output, 1});
     const Stopwatch watch;

@@ -9,6 +9,7 @@
 #include "engine/core/metrics.h"
 #include "engine/core/statistics.h"
 #include "engine/io/exr.h"
+#include "engine/io/files.h"
 #include "engine/io/png.h"
 #include "tools/common/color_map.h"
 
@@ -126,6 +127,7 @@ std::string write_map(const std::filesystem::path& path, const Comparison& resul
     for (const LayerResult& layer : result.layers)
         for (const MetricResult& m : layer.metrics) maps.push_back({{layer.name + "." + name(m.metric)}, m.map});
     if (maps.empty()) throw Error(path.string(), "there is no difference to map: no layer has any of these metrics");
+    make_folder_of(path);
     if (path.extension() != ".png") {
         write_exr(path, maps, {});
         return fmt::format("{} maps", maps.size());
