@@ -419,7 +419,8 @@ void CheckedFile::check(bool succeeded) {
 }
 
 void CheckedFile::write(const void* bytes, std::size_t count) {
-    check(std::fwrite(bytes, 1, count, file_) == count);
+    // fwrite() takes no null pointer, which empty vectors have.
+    check(count == 0 || std::fwrite(bytes, 1, count, file_) == count);
 }
 
 std::uint64_t CheckedFile::tell() const {
