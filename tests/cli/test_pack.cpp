@@ -586,7 +586,7 @@ TEST_F(Pack, InterruptedConversionsLeaveNothing) {
 TEST_F(Pack, StaysWithinItsMemory) {
     const Outcome outcome = pack(large_scene(), file("a.pages"), {"--memory", "640M"});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-#ifndef __SANITIZE_ADDRESS__
+#ifndef HALFLIGHT_SANITIZED
     EXPECT_LT(outcome.peak_bytes, std::size_t{640} << 20);
 #endif
 }

@@ -345,7 +345,7 @@ TEST_P(Assemblies, AreDeterministicAndNeedLittleMemory) {
     for (const char* run : {"a", "b"}) {
         fs::create_directory(folder / run);
         RunOptions options;
-#ifndef __SANITIZE_ADDRESS__
+#ifndef HALFLIGHT_SANITIZED
         options.wrapper = {"prlimit", "--data=100000000"};
 #endif
         const Outcome outcome = run_program(
