@@ -14,9 +14,10 @@ inline constexpr Chromaticities kRec709{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}
 inline constexpr Chromaticities kAp1{{0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}};  // S-2014-004
 inline constexpr Chromaticities kAp0{{0.7347, 0.2653}, {0, 1}, {0.0001, -0.077}, {0.32168, 0.33767}};  // SMPTE 2065-1
 
-/// Returns whether two spaces differ by no more than roundings: files hold coordinates of three or four digits.
+/// Returns whether two spaces differ by no more than roundings: files hold coordinates of four digits or floats.
 inline bool same_space(const Chromaticities& a, const Chromaticities& b) {
-    const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 1e-3; };
+    constexpr double kRounding = 1e-4;
+    const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 2 * kRounding; };
     return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
 }
 
