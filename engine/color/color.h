@@ -62,8 +62,10 @@ class ViewProcessor {
 /// A linear colour space of the config, to which scene-linear output can be converted.
 struct LinearSpace {
     std::string name;
-    mat3 from_rec709{1};                           // matrix for column vectors
-    std::optional<Chromaticities> chromaticities;  // chromaticities of Rec.709, AP1 or AP0; unset for other spaces
+    mat3 from_rec709{1};  // matrix for column vectors
+    /// Published ones of Rec.709, AP1 and AP0, else those of the matrix, relative to D65. None where the matrix does
+    /// not map white to white, as that of CIE XYZ does not.
+    std::optional<Chromaticities> chromaticities;
 };
 
 class ColorConfig {

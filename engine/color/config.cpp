@@ -245,13 +245,12 @@ LinearSpace ColorConfig::linear_space(const std::string& name) const {
     }
     // Published matrices are rounded to six digits or more; different spaces differ by 1e-2 and more.
     constexpr double kSameSpace = 1e-4;
-    for (const Chromaticities& known : {kRec709, kAp1, kAp0}) {
-        const dmat3 expected = rgb_conversion(kRec709, known);
-        double difference = 0;
+    for (const Chromaticities& c : {kRec709, kAp1, kAp0, chromaticities_of(space.from_rec709)}) {
+        const dmat3 expected = rgb_conversion(kRec709, c);
+        bool same = true;  // comparisons with NaN, of a singular matrix, are false
         for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                difference = std::max(difference, std::abs(expected[i][j] - space.from_rec709[i][j]));
-        if (difference < kSameSpace) space.chromaticities = known;
+            for (int j = 0; j < 3; ++j) same &= std::abs(expected[i][j] - space.from_rec709[i][j]) < kSameSpace;
+        if (same && !space.chromaticities) space.chromaticities = c;
     }
     return space;
 }

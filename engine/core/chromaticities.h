@@ -42,4 +42,12 @@ inline glm::dmat3 rgb_conversion(const Chromaticities& from, const Chromaticitie
     return glm::inverse(rgb_to_xyz(to)) * glm::inverse(bradford) * gain * bradford * rgb_to_xyz(from);
 }
 
+/// Returns the primaries of the space that linear Rec.709 is converted to by `matrix`; their white is D65. Only
+/// matrices that map white to white have such primaries, which make rgb_conversion(kRec709, result) equal the matrix.
+inline Chromaticities chromaticities_of(const glm::dmat3& matrix) {
+    const glm::dmat3 xyz = rgb_to_xyz(kRec709) * glm::inverse(matrix);  // columns are the primaries
+    const auto xy = [](const glm::dvec3& c) { return glm::dvec2(c) / (c.x + c.y + c.z); };
+    return {xy(xyz[0]), xy(xyz[1]), xy(xyz[2]), kRec709.white};
+}
+
 }  // namespace halflight

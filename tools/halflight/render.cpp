@@ -105,7 +105,7 @@ void render_picture(const RenderArguments& a) {
 
     check_outputs(a);
     const ColorConfig config = ColorConfig::load(a.ocio);
-    check_color(config, a);
+    check_color(config, a, console);
 
     gpu::prepare_for_drivers();  // sets variables of the environment, before another thread reads some
     // Another thread reads the scene while this thread, which will own the context, loads the driver.

@@ -70,10 +70,15 @@ gpu::ContextOptions device_options(const RenderArguments& a) {
             .debug = a.gl_debug};
 }
 
-void check_color(const ColorConfig& config, const RenderArguments& a) {
+void check_color(const ColorConfig& config, const RenderArguments& a, const Console& console) {
     if (wants_view(a)) config.view(a.settings.view);
     try {
-        working_space(config, a.working_space);
+        const LinearSpace space = working_space(config, a.working_space);
+        if (!space.chromaticities)
+            console.warn(
+                "--working-space: no primaries describe \"{}\", which does not map white to white, so files "
+                "have none and other programs may take them for Rec.709",
+                space.name);
     } catch (const Error& error) {
         throw Error("--working-space", "expects rec709, acescg or a linear space of the config; {}", error.what());
     }

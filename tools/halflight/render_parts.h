@@ -27,7 +27,8 @@ std::size_t picture_bytes(const RenderArguments& arguments);
 /// Returns the options that open the device of the arguments.
 gpu::ContextOptions device_options(const RenderArguments& arguments);
 
-/// Throws Error where the config lacks the view or the working space of the arguments.
-void check_color(const ColorConfig& config, const RenderArguments& arguments);
+/// Throws Error where the config lacks the view or the working space of the arguments. Warns of a working space whose
+/// primaries files cannot tell.
+void check_color(const ColorConfig& config, const RenderArguments& arguments, const Console& console);
 
 }  // namespace halflight

@@ -35,7 +35,7 @@ void run_sequence(const RenderArguments& a) {
                                   .output = a};
     if (!a.check) check_outputs(options);
     RendererOptions renderer{.device = device_options(a), .colors = ColorConfig::load(a.ocio), .shutter = a.shutter};
-    check_color(*renderer.colors, a);
+    check_color(*renderer.colors, a, console);
     LoadedScene scene = load_scene(a, console);
     check_render_files(a, scene.files());
     const RenderSettings settings = make_settings(a, scene.chosen_camera().camera);

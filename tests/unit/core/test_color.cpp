@@ -210,8 +210,36 @@ TEST(Color, LinearSpaces) {
         ASSERT_TRUE(space.chromaticities) << name;
         EXPECT_EQ(space.chromaticities->green, expected.green) << name;
     }
+    EXPECT_FALSE(config.linear_space("CIE-XYZ-D65").chromaticities) << "white is not (1, 1, 1) there";
     EXPECT_NE(error_message([&] { config.linear_space("sRGB - Texture"); }).find("is not linear"), std::string::npos);
     EXPECT_NE(error_message([&] { config.linear_space("ACEScct"); }).find("is not linear"), std::string::npos);
+}
+
+TEST(Color, LinearSpacesHaveThePrimariesOfTheirMatrices) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "config.ocio") << R"(ocio_profile_version: 1
+roles: {default: lin_srgb, scene_linear: lin_srgb}
+displays:
+  plain:
+    - !<View> {name: Raw, colorspace: lin_srgb}
+colorspaces:
+  - !<ColorSpace> {name: lin_srgb}
+  - !<ColorSpace>
+    name: rec2020
+    from_reference: !<MatrixTransform> {matrix: [0.6274039, 0.329283, 0.0433131, 0, 0.0690973, 0.9195404, 0.0113623, 0, 0.0163914, 0.0880133, 0.8955953, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: bright
+    from_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: grey
+    from_reference: !<MatrixTransform> {matrix: [0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1]}
+)";
+    const ColorConfig config = ColorConfig::load(folder / "config.ocio");
+    const Chromaticities rec2020{{0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, kRec709.white};  // ITU-R BT.2020-2
+    const auto found = config.linear_space("rec2020").chromaticities;
+    ASSERT_TRUE(found);
+    EXPECT_TRUE(same_space(*found, rec2020));
+    for (const char* name : {"bright", "grey"}) EXPECT_FALSE(config.linear_space(name).chromaticities) << name;
 }
 
 TEST(Color, EnvironmentVariableIsUsedOrAnError) {
