@@ -104,6 +104,18 @@ TEST_F(Settings, HaveSizeAndBiases) {
     EXPECT_NE(read_exr(file("g.2.exr")).attributes.extra["bias"].find("earlier pictures"), std::string::npos);
 }
 
+TEST_F(Settings, HaveALensWhoseApertureAnFNumberReplaces) {
+    const std::string s = settings(R"("focus": "2", "aperture": 40, "exposure": 1)");
+    const ExrFile wide = render("a.exr", {"--settings", s}),
+                  narrow = render("b.exr", {"--settings", s, "--fstop", "8"});
+    EXPECT_TRUE(same(wide, render("c.exr", {"--focus", "2", "--aperture", "40"})));
+    EXPECT_TRUE(same(narrow, render("c.exr", {"--focus", "2", "--fstop", "8"})));
+    EXPECT_FALSE(same(wide, narrow));
+    ASSERT_EQ(run("b.png", {"--settings", s, "--fstop", "8"}).status, 0);
+    ASSERT_EQ(run("c.png", {"--focus", "2", "--fstop", "8", "--exposure", "1"}).status, 0);
+    EXPECT_EQ(read_text(file("b.png")), read_text(file("c.png"))) << "an f-number beside a focus sets no exposure";
+}
+
 TEST_F(Settings, HaveCamerasOfTheirOwn) {
     const std::string s = settings(
         R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], "vfov": 0.7853981633974483})");

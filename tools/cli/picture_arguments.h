@@ -66,6 +66,7 @@ struct RenderArguments : ViewArguments, OutputOptions {
     std::optional<double> checkpoint;  // seconds between two saves of the samples of a single picture; none: no saves
 
     std::optional<std::filesystem::path> ocio;
+    bool fstop_needs_focus = false;  // --fstop was given, and no output has an exposure that it could set
     bool no_shader_cache = false;
     bool json_progress = false;  // progress as lines of JSON, also where quiet()
     std::optional<std::filesystem::path> stats;

@@ -46,7 +46,7 @@ constexpr Override kOverrides[] = {
     {"display", "--view"},  {"view", "--display"},           {"samples", "--time"},         {"samples", "--error"},
     {"preview", "--error"}, {"preview", "--shutter"},        {"preview", "--denoise"},      {"preview", "--adaptive"},
     {"preview", "--crop"},  {"preview", "--overscan"},       {"preview", "--sample-parts"}, {"preview", "--checkpoint"},
-    {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}};
+    {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"},       {"aperture", "--fstop"}};
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>
@@ -61,7 +61,8 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     for (const Setting& setting : known_settings()) {
         const auto overrides = [&](const Override& o) {
             // An f-number beside a focus sets no exposure. The table has the focus before the exposure.
-            const bool blurs = o.option == std::string_view("--fstop") && a.settings.view.camera.lens.focus.chosen();
+            const bool blurs = o.option == std::string_view("--fstop") && o.setting == "exposure" &&
+                               a.settings.view.camera.lens.focus.chosen();
             return o.setting == setting.name && given(o.option) && !blurs;
         };
         if (s.given.contains(setting.name) && !given(fmt::format("--{}", setting.name).c_str()) &&

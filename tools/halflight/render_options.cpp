@@ -270,8 +270,6 @@ void check(const RenderArguments& a, const CLI::App& app) {
     for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed"})
         if (given(option) && !wants_view(a))
             throw UsageError(option, "needs an output through the view transform, such as a .png, or a movie");
-    if (given("--fstop") && !given("--focus") && !wants_view(a))
-        throw UsageError("--fstop", "needs --focus, or an output through the view transform such as a .png or a movie");
 }
 
 }  // namespace
@@ -347,6 +345,7 @@ void finish_render_options(const CLI::App& app, RenderArguments& a) {
         a.settings.samples = kMaxSamples;
     take_sample_parts(app, a);
     check(a, app);
+    a.fstop_needs_focus = app.count("--fstop") > 0 && !wants_view(a);
     a.picture_bytes = picture_bytes(a);
     a.mip_levels = a.settings.texture_lod;
     if (!a.frames.empty() && !a.animation) a.animation = "all";

@@ -45,6 +45,8 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
 }
 
 RenderSettings make_settings(const RenderArguments& a, const Camera& chosen) {
+    if (a.fstop_needs_focus && !a.settings.view.camera.lens.focus.chosen() && !chosen.lens.blurs())
+        throw UsageError("--fstop", "needs --focus, or an output through the view transform such as a .png or a movie");
     const Camera camera = with_optics(chosen, a.settings.optics);
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     RenderSettings settings = a.settings;
