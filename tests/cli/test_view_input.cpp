@@ -25,13 +25,15 @@ class RealInput : public ViewInput {
     }
 
     /// Runs the viewer with real input by a shell script, which starts once there is a picture. Returns the state after
-    /// the input and a further command.
-    nlohmann::json input_state(const std::string& shell, const std::string& then) {
+    /// the input and a further command. `first` are commands before the input, `more` options.
+    nlohmann::json input_state(const std::string& shell, const std::string& then, const std::string& first = "",
+                               const std::vector<std::string>& more = {}) {
         for (const char* name : {"ready.json", "typed"}) std::filesystem::remove(folder / name);
         write_text(folder / "input.sh", fmt::format("until [ -f {0} ]; do sleep 0.1; done\n{1}\ntouch {2}\n",
                                                     file("ready.json"), shell, file("typed")));
         Process input({"sh", file("input.sh")}, ProcessOptions{.environment = {"DISPLAY=" + display->name()}});
-        expect_done(view("wait samples 1\nstate @ready.json\ninput until @typed\n" + then + "\nstate @state.json\n"));
+        expect_done(view(
+            first + "wait samples 1\nstate @ready.json\ninput until @typed\n" + then + "\nstate @state.json\n", more));
         input.wait();
         return nlohmann::json::parse(read_text(file("state.json")));
     }
@@ -49,6 +51,16 @@ TEST_F(RealInput, NoInputIsLost) {
     EXPECT_EQ(state["clicks"], 50);
     EXPECT_EQ(state["view"], nlohmann::json::parse(read_text(file("ready.json")))["view"])
         << "a change of exposure has discarded samples, or Ctrl-S has moved the camera";
+}
+
+TEST_F(RealInput, EditsAreRepeatedPastAnEnvironment) {
+    const auto state = input_state(R"(
+        xdotool mousemove 100 200 key bracketright sleep 0.5 key ctrl+z sleep 0.5 key ctrl+z
+        sleep 3
+        xdotool key ctrl+y sleep 0.5 key ctrl+y
+        sleep 5)",
+                                   "wait samples 1", "environment studio\n", {"--exposure", "0"});
+    EXPECT_EQ(state["exposure"], 0.25) << "an environment loads for a while after the first Ctrl-Y";
 }
 
 TEST_F(RealInput, SavesInAnotherFile) {

@@ -90,6 +90,7 @@ void Session::take_camera(const std::string& name_or_number) {
 void Session::reset_camera() {
     pose_ = first_pose_;
     scene_camera_ = first_camera_;
+    take_lens(camera());
     follow_camera();
 }
 

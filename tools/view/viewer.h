@@ -177,7 +177,7 @@ class Viewer {
         std::filesystem::path file;
         SavedSettings state;
     };
-    std::optional<Saving> saving_;  // settings that are being written
+    std::deque<Saving> saving_;  // settings that are being written, in order
     UnsavedPrompt unsaved_prompt_;
     bool discards_edits_ = false;  // the user has agreed to lose the edits
     SampleClock sample_clock_;

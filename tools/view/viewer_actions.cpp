@@ -244,7 +244,7 @@ std::filesystem::path Viewer::unused_name(const char* extension) {
 }
 
 void Viewer::save(const std::filesystem::path& file) {
-    saving_ = {file, session_.document()};
+    saving_.push_back({file, session_.document()});
     writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
 }
 
@@ -286,10 +286,13 @@ void Viewer::save_waiting_pictures() {
 void Viewer::report_files() {
     for (const FileWriter::Result& result : writer_.results()) {
         frames_due_ = std::max(frames_due_, 1);
-        const bool settings = saving_ && result.name == saving_->file.string();
-        if (const auto saved = settings ? std::exchange(saving_, {}) : std::nullopt; saved && result.error.empty()) {
-            edit_history_.mark_saved(saved->state);
-            if (saved->file != session_.settings_file()) session_.set_settings_file(saved->file);
+        if (!saving_.empty() && result.name == saving_.front().file.string()) {
+            const Saving saved = std::move(saving_.front());
+            saving_.pop_front();
+            if (result.error.empty()) {
+                edit_history_.mark_saved(saved.state);
+                if (saved.file != session_.settings_file()) session_.set_settings_file(saved.file);
+            }
         }
         if (result.error.empty())
             tell(fmt::format("Saved {}", result.name));

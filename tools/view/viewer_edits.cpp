@@ -55,9 +55,8 @@ void Viewer::undo_waiting() {
 }
 
 void Viewer::record_edits() {
-    // An opening changes environment or variant when it ends.
-    const bool busy = opening_.valid() || next_change_ || gizmo_.dragging() || ImGui::IsAnyItemActive();
-    edit_history_.record(session_.document(), busy);
+    if (opening_.valid() || next_change_) return;  // environment or variant change when it ends
+    edit_history_.record(session_.document(), gizmo_.dragging() || ImGui::IsAnyItemActive());
 }
 
 bool Viewer::may_lose_edits(const std::string& what, std::function<void()> f) {
@@ -76,7 +75,7 @@ void Viewer::ask_about_edits() {
     if (answer == UnsavedPrompt::Answer::save)
         attempt([&] {
             writer_.finish();  // a file of earlier settings must not replace these
-            saving_.reset();
+            saving_.clear();
             write_settings(session_.settings_file(), session_.saved(picture_size_));
             edit_history_.mark_saved(session_.document());
             unsaved_prompt_.proceed();

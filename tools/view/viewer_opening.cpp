@@ -78,7 +78,7 @@ bool Viewer::finish_opening() {
             session_.open(std::move(opened));
             if (other_scene) {
                 edit_history_.start(session_.document());
-                saving_.reset();  // its file belongs to the scene before
+                saving_.clear();  // its file belongs to the scene before
                 metered_.clear();
                 first_metered_ = request_ + 1;
             } else if (!restores && of_other_kind(light, session_.environment()) && has_metered_exposure()) {

@@ -90,6 +90,24 @@ TEST_F(ViewSession, TheLensFocusesOnThePickedSurface) {
     EXPECT_TRUE(session.request(kSize).camera.lens.blurs());
 }
 
+TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
+    const TemporaryFolder folder;
+    PreviewArguments a = cornell();
+    a.scene = folder / "two.gltf";
+    test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"camera": 0}, {"camera": 1}],
+        "cameras": [{"name": "pinhole", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}},
+                    {"name": "lens", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.1},
+                     "extras": {"aperture_fstop": 2, "focus_distance": 3}}]})");
+    Session two(a, ColorConfig::load());
+    EXPECT_FALSE(two.request(kSize).camera.lens.blurs());
+    two.take_camera("lens");
+    EXPECT_EQ(two.request(kSize).camera.lens.focus.distance, 3);
+    two.reset_camera();
+    EXPECT_FALSE(two.request(kSize).camera.lens.blurs()) << "the first camera is a pinhole";
+    EXPECT_EQ(two.saved(kSize).settings.view.camera.lens, Lens());
+}
+
 TEST_F(ViewSession, ScenesInPages) {
     const TemporaryFolder folder;
     std::filesystem::copy_file(cornell().scene, folder / "cornell.glb");
