@@ -68,8 +68,9 @@ TEST_F(Converge, TakesEdits) {
     EXPECT_NE(plain["runs"][0]["mse"], red["runs"][0]["mse"]);
     std::filesystem::remove_all(out);
     expect_refusal(converge({"--hide", "nobody"}), 1, "nobody");
-    expect_refusal(converge({"--hide", "nobody", "--external", "a=cp x {samples} {seed} {output}"}), 2,
-                   "--external: cannot be given together");
+    for (const char* change : {"--hide", "--variant", "--sky"})
+        expect_refusal(converge({change, "40,135", "--external", "a=cp x {samples} {seed} {output}"}), 2,
+                       "--external: cannot be given together");
 }
 
 TEST_F(Converge, SeedsAndFilterAreUsed) {

@@ -206,8 +206,8 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     if (!a.plan.external.name.empty()) {
         exclude(app, "--external", "--seconds");
         exclude(app, "--external", "--filter");  // commands are not given the filter
-        for (const char* edit : {"--light", "--material", "--node", "--hide"})
-            exclude(app, "--external", edit);  // commands read the scene's own file
+        for (const char* change : {"--light", "--material", "--node", "--hide", "--variant", "--line-width", "--sky"})
+            exclude(app, "--external", change);  // commands read the scene's own file, which has no sun of a sky
         a.plan.methods.push_back(converge::Method::external);
         a.plan.techniques.emplace_back();
     }
