@@ -125,9 +125,9 @@ dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
     projection[0][0] = 1 / half.x;
     projection[1][1] = 1 / half.y;
     if (camera.orthographic) {
-        // Depth is 1 at the near plane and 0 at the far plane, which defaults to just beyond the scene.
-        const double far_plane =
-            std::isfinite(clip.far_plane) ? clip.far_plane : clip.near_plane + 2 * std::max(reach, 1e-30);
+        // Depth is 1 at the near plane and 0 at the far plane, or just beyond the scene where that is nearer, since all
+        // depths share the precision of a float. The camera rays' t_max enforces the far plane.
+        const double far_plane = std::min(clip.far_plane, clip.near_plane + 2 * std::max(reach, 1e-30));
         projection[2][2] = 1 / (far_plane - clip.near_plane);
         projection[3][2] = far_plane / (far_plane - clip.near_plane);
         projection[3][3] = 1;

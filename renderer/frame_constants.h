@@ -48,7 +48,7 @@ SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int nu
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);
 
 /// Returns the matrix from world space to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0).
-/// Orthographic cameras use `reach`.
+/// Depths of orthographic cameras end just beyond `reach`, or at the far plane where that is nearer.
 dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach);
 
 /// Returns what shaders need of the optics of a camera that must be traced. image: size of the whole picture, pixels.

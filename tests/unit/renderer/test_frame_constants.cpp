@@ -113,6 +113,18 @@ TEST(FrameConstants, TheSamplePointIsTheCentreOfItsTexel) {
     }
 }
 
+TEST(FrameConstants, OrthographicDepthIsPreciseWhereverTheFarPlaneIs) {
+    Camera camera;
+    camera.orthographic = true;
+    camera.ortho_height = 2;
+    camera.near_plane = 0.01;
+    for (const double far_plane : {0.0, 20.0, 1e6, 1e30}) {
+        camera.far_plane = far_plane;
+        const mat4 to_clip(world_to_clip(camera, {64, 64}, 10));
+        EXPECT_GT((to_clip * vec4(0, 0, -5, 1)).z, (to_clip * vec4(0, 0, -5.00001f, 1)).z) << far_plane;
+    }
+}
+
 TEST(FrameConstants, DepthIsReversedAndBeginsAtTheNearPlane) {
     RandomViews random;
     for (int i = 0; i < 500; ++i) {
