@@ -51,6 +51,7 @@ struct PreparedScene::Memory {
 /// Properties that the graphs, buffers and statistics of renderers depend on.
 struct PreparedScene::Shape {
     SceneNeeds needs;
+    std::vector<std::pair<std::string, std::string>> defines;  // defines of the tables: banks of texels, tiles
     Estimator estimator;
     rays::NodeFormat format;
     bool two_level;
@@ -66,8 +67,18 @@ struct PreparedScene::Shape {
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace().statistics();
-    return {buffers_->needs(), estimator_, s.node_format, s.two_level,     trace().alpha_tested(), has_environment_,
-            drawn_triangles(), pools_,     object_names_, material_names_, light_groups_};
+    return {buffers_->needs(),
+            buffers_->defines().values(),
+            estimator_,
+            s.node_format,
+            s.two_level,
+            trace().alpha_tested(),
+            has_environment_,
+            drawn_triangles(),
+            pools_,
+            object_names_,
+            material_names_,
+            light_groups_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)

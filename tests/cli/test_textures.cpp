@@ -60,6 +60,43 @@ TEST_F(Textures, PicturesOfAllPoolsAreEqual) {
     }
 }
 
+TEST_F(Textures, CanBeUsedFromALaterFrameOn) {
+    // The clear coat of a quad goes from 0 at 0 s to 1 at 1 s; its texture is white and black.
+    write_text(file("coat.gltf"), R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "extensionsUsed": ["KHR_materials_clearcoat", "KHR_animation_pointer"],
+        "nodes": [{"mesh": 0}], "textures": [{"source": 0}], "images": [{"uri":
+        "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAAAAADRSSBWAAAAC0lEQVR42mP4zwAAAgEBAKEeXHUAAAAASUVORK5CYII="}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 4, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0},
+            "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0, "clearcoatTexture": {"index": 0}}}}],
+        "buffers": [{"byteLength": 102, "uri": "data:;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAACAPwAAgD8AAAAAAACAvwAAgD8AAAAAAAAAAAAAgD8AAIA/AACAPwAAgD8AAAAAAAAAAAAAAAAAAAAAAACAPwAAAAAAAIA/AAECAAID"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 32},
+            {"buffer": 0, "byteOffset": 80, "byteLength": 8}, {"buffer": 0, "byteOffset": 88, "byteLength": 8},
+            {"buffer": 0, "byteOffset": 96, "byteLength": 6}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+            {"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]},
+            {"bufferView": 3, "componentType": 5126, "count": 2, "type": "SCALAR"},
+            {"bufferView": 4, "componentType": 5121, "count": 6, "type": "SCALAR"}],
+        "animations": [{"samplers": [{"input": 2, "output": 3}], "channels": [{"sampler": 0, "target": {
+            "path": "pointer", "extensions": {"KHR_animation_pointer": {
+                "pointer": "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor"}}}}]}]})");
+    const auto frames = [&](const std::string& name, Strings more) {
+        more.insert(more.end(), {"--frames", "0-1", "--fps", "1", "--env", "white", "--look-from", "0,0,3", "--look-at",
+                                 "0,0,0", "--reproducible"});
+        const Outcome outcome = render(file("coat.gltf"), name + ".#.exr", more);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_text(file(name + ".1.exr"));
+    };
+    const std::string expected = frames("memory", {});
+    EXPECT_TRUE(expected != read_text(file("memory.0.exr"))) << "the coat is seen";
+    const Strings pool{"--texture-pool", "2M"}, all{"--keep-all"}, both{"--keep-all", "--texture-pool", "2M"};
+    EXPECT_TRUE(frames("pool", pool) == expected);
+    EXPECT_TRUE(frames("all", all) == expected);
+    EXPECT_TRUE(frames("both", both) == expected);
+}
+
 TEST_F(Textures, StayWithinTheMemoryBudget) {
     constexpr std::size_t kBudget = std::size_t{500} << 20;  // bytes; in memory the textures take 630 MB
     const std::string scene = hall(30, 1024);
