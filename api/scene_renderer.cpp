@@ -95,6 +95,7 @@ RenderSettings SceneRenderer::renderer_settings(const FrameSettings& frame) cons
     s.checkpoint = nullptr;
     s.radiance_cache = cache_;
     s.want_view = s.want_view && !blurs_;  // with motion blur, the view is made from the mean
+    s.catcher_means = blurs_ && std::ranges::any_of(scene_.scene().instances, &Instance::catcher);
     return s;
 }
 

@@ -112,6 +112,7 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
         bytes += kLightSums;
     if (needs.camera_hits && mattes(s) > 0) bytes += sizeof(shared::Hit);
     if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
+    if (s.catcher_means) bytes += kCatcherSums * sizeof(double);
     bytes += 3 * sizeof(double) * light_group_layers(s).size();
     if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
@@ -167,7 +168,7 @@ std::size_t denoiser_window_bytes(const RenderSettings& s, bool chains) {
 
 /// Returns the bytes per pixel: sums in double, and the first picture. Pictures at the frame's own time count apart.
 std::size_t shutter_bytes(const RenderSettings& s) {
-    std::size_t channels = 4;
+    std::size_t channels = 4 + (s.catcher_means ? kCatcherSums : 0);
     for (const std::string& aov : s.aovs)
         if (!is_matte(aov) && !find_aov(aov)->at_centre()) channels += find_aov(aov)->channel_names().size();
     return channels * sizeof(double) + film_bytes(s) + mattes(s) * kMatte;

@@ -2,6 +2,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
+#include "passes/picture/shadow_catcher.h"
 #include "renderer/render_state.h"
 
 namespace halflight {
@@ -18,6 +19,11 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (film.wants({Source::squares})) all.squares = read(sums.squares);
     if (film.wants({Source::groups})) all.groups = read(sums.groups);
     if (film.wants({Source::features})) all.features = read(sums.features);
+    const bool opaque_background = scene.has_environment() && !settings.transparent;
+    if (settings.catcher_means) {
+        all.catchers = read(sums.catchers);
+        for (std::size_t i = 2; opaque_background && i < all.catchers.size(); i += kCatcherSums) all.catchers[i] = 0;
+    }
     interruption_point();
     film.add_sums(where, samples, all);
     interruption_point();
@@ -47,7 +53,6 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     imported.direct = import(sums.direct);
     imported.indirect = import(sums.indirect);
     imported.catchers = import(sums.catchers);
-    const bool opaque_background = scene.has_environment() && !settings.transparent;
     const Composite composite = add_composite(graph, band, imported, samples, opaque_background,
                                               view_kernel ? &*view_kernel : nullptr, settings.transparent);
     graph.output(composite.beauty);

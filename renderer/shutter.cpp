@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "passes/picture/shadow_catcher.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
@@ -20,6 +21,19 @@ void add_weighted(std::vector<double>& sums, const std::vector<float>& values, d
 
 std::vector<float> as_floats(const std::vector<double>& sums) {
     return {sums.begin(), sums.end()};
+}
+
+/// Takes the shadows on catchers into (sign = 1) or out of (-1) a picture of RGBA. share: that of the means in the
+/// sums.
+template <class Means>
+void shade_catchers(std::vector<double>& beauty, const Means& means, double sign, double share) {
+    for (std::size_t i = 0; i < means.size() / kCatcherSums; ++i) {
+        const auto* const mean = &means[i * kCatcherSums];
+        if (!(mean[1] > 0)) continue;
+        const double shadow = sign * share * std::max(0.0, 1 - double{mean[0]} / double{mean[1]});
+        for (std::size_t c = 0; c < 3; ++c) beauty[4 * i + c] -= shadow * double{mean[3 + c]};
+        beauty[4 * i + 3] += shadow * double{mean[2]};
+    }
 }
 
 /// Adds attributes to those of earlier pictures; manifests are united.
@@ -100,7 +114,10 @@ bool ShutterMean::wants_still() const {
 void ShutterMean::add(const RenderResult& picture) {
     if (picture.aovs.size() != layers_.size()) throw Error("shutter", "a picture has other layers than the others");
     const int samples = picture.stats.samples;
-    add_weighted(beauty_, picture.beauty.pixels, double(samples) / samples_);
+    const double share = double(samples) / samples_;
+    add_weighted(beauty_, picture.beauty.pixels, share);
+    add_weighted(catchers_, picture.catchers.pixels, share);
+    shade_catchers(beauty_, picture.catchers.pixels, -1, share);
     for (std::size_t i = 0; i < layers_.size(); ++i) add_layer(layers_[i], picture.aovs[i].image, samples);
     if (result_.beauty.pixels.empty()) {
         result_ = picture;
@@ -137,7 +154,10 @@ void ShutterMean::add_layer(Layer& layer, const Image& image, int samples) {
 
 RenderResult ShutterMean::take(RenderResult still) {
     RenderResult result = std::move(result_);
-    result.view = {};
+    result.view = result.catchers = {};
+    shade_catchers(beauty_, catchers_, 1, 1);
+    if (!catchers_.empty())
+        for (double& value : beauty_) value = std::max(value, 0.0);  // undoes roundings
     result.beauty.pixels = as_floats(beauty_);
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const Layer& layer = layers_[i];

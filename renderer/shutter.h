@@ -23,7 +23,8 @@ struct ShutterTime {
 /// alone.
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame);
 
-/// Merges the pictures of shutter_times() into one, each layer by its LayerMerge (engine/settings/layers.h). The
+/// Merges the pictures of shutter_times() into one, each layer by its LayerMerge (engine/settings/layers.h). Shadows on
+/// catchers are ratios of sums over all times (SHADING.md), so pictures with catchers need RenderResult::catchers. The
 /// variance is that of the mean, given the times. Mattes cover ids that are among the ranks at any time. Layers without
 /// a mean are taken from take()'s `still`.
 class ShutterMean {
@@ -47,7 +48,8 @@ class ShutterMean {
     void add_layer(Layer& layer, const Image& image, int samples);
 
     int samples_;
-    std::vector<double> beauty_;
+    std::vector<double> beauty_;    // without the shadows on catchers
+    std::vector<double> catchers_;  // means of RenderResult::catchers
     std::vector<Layer> layers_;
     RenderResult result_;  // the first picture, with statistics and attributes of all pictures so far
 };
