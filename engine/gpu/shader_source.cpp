@@ -1,11 +1,13 @@
 #include "engine/gpu/shader_source.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <regex>
+#include <unordered_set>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -147,6 +149,28 @@ class Expander {
     std::size_t last_branch_ = 0;
 };
 
+bool in_word(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+}
+
+/// Returns the lines of those defines that the text, or the value of any define, mentions.
+std::string mentioned(const Defines& defines, std::string_view text) {
+    std::unordered_set<std::string_view> words;
+    const auto add_words = [&](std::string_view from) {
+        for (auto at = from.begin(); (at = std::find_if(at, from.end(), in_word)) != from.end();) {
+            const auto end = std::find_if_not(at, from.end(), in_word);
+            words.emplace(at, end);
+            at = end;
+        }
+    };
+    add_words(text);
+    for (const auto& [name, value] : defines.values()) add_words(value);
+    std::string lines;
+    for (const auto& [name, value] : defines.values())
+        if (words.contains(name)) lines += fmt::format("#define {} {}\n", name, value);
+    return lines;
+}
+
 }  // namespace
 
 void Defines::set(std::string name, std::string value) {
@@ -164,10 +188,10 @@ ExpandedSource expand(const ShaderSource& source, const Defines& defines) {
     if (text->empty()) text = load(source.name);
     if (!text) throw Error(source.name, "there is no such shader file");
     ExpandedSource out;
-    out.text = "#version 450 core\n";
-    for (const auto& [name, value] : defines.values()) out.text += fmt::format("#define {} {}\n", name, value);
-    out.lines.resize(1 + defines.values().size(), {0, 1});
     Expander(out).add(source.name, *text);
+    const std::string head = "#version 450 core\n" + mentioned(defines, out.text);
+    out.text.insert(0, head);
+    out.lines.insert(out.lines.begin(), static_cast<std::size_t>(std::ranges::count(head, '\n')), {0, 1});
     return out;
 }
 

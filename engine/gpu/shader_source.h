@@ -5,7 +5,8 @@
 //
 // `#include "shaders/lib/x.glsl"` is relative to the root, and includes a file once per shader, at the first place that
 // the preprocessor does not skip (#if). `#version 450 core` and the defines are prepended; #version lines of files are
-// ignored.
+// ignored. Defines that a shader does not mention are left out: variants that differ in these alone have the same text,
+// which drivers and the store of binaries compile once.
 #pragma once
 
 #include <cstddef>

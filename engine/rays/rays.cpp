@@ -129,7 +129,9 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
             throw Error("rays", "alpha-tested triangles, but no shading defines to read their coverage by");
         }
     }
-    defines_.set("HALFLIGHT_STACK", statistics_.stack_entries);
+    // Scenes whose trees differ a little in depth share their programs. Entries that are not used cost next to nothing.
+    constexpr std::uint32_t kStackStep = 8;
+    defines_.set("HALFLIGHT_STACK", (statistics_.stack_entries + kStackStep - 1) / kStackStep * kStackStep);
     if (slivers_) defines_.set("HALFLIGHT_SLIVERS");
     if (statistics_.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
     if (statistics_.node_format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");

@@ -53,8 +53,19 @@ TEST(ShaderSource, EmbedsEveryFileOfTheFolder) {
 TEST(ShaderSource, PutsVersionAndDefinesInFront) {
     Defines defines{{"B", "2"}, {"A", "first"}};
     defines.set("A", 1);
-    const ExpandedSource out = expand({"own", "#version 450\nvoid main() {}\n"}, defines);
-    EXPECT_EQ(out.text, "#version 450 core\n#define A 1\n#define B 2\nvoid main() {}\n");
+    const ExpandedSource out = expand({"own", "#version 450\nint a = A, b = B;\n"}, defines);
+    EXPECT_EQ(out.text, "#version 450 core\n#define A 1\n#define B 2\nint a = A, b = B;\n");
+}
+
+TEST(ShaderSource, LeavesOutDefinesThatAreNotMentioned) {
+    const Defines defines{{"FULL", "HALF * 2"}, {"HALF", "3"}, {"HAL", "1"}, {"LAST", "1"}, {"B", "1"}};
+    const ExpandedSource out = expand({"own", "int a = FULL, B_C;\n#if defined(LAST)\n#endif"}, defines);
+    EXPECT_EQ(out.text,
+              "#version 450 core\n#define FULL HALF * 2\n#define HALF 3\n#define LAST 1\n"
+              "int a = FULL, B_C;\n#if defined(LAST)\n#endif\n");
+    ASSERT_EQ(out.lines.size(), 7u);
+    EXPECT_EQ(out.lines[3].number, 1u);
+    EXPECT_EQ(out.lines[5].number, 2u);
 }
 
 TEST(ShaderSource, IncludesOnceAndKnowsWhereLinesComeFrom) {
