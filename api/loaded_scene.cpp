@@ -289,7 +289,6 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     std::vector<GltfScene> parts = open_files(choice_.scene, options);
-    files_ = scene_parts(choice_.scene, options);
     const bool list = is_part_list(choice_.scene);
     const bool some = std::ranges::any_of(parts, [](GltfScene& part) { return !part.animations().empty(); });
     if (list && choice_.animation && *choice_.animation != "none" && (some || *choice_.animation != "all"))
@@ -322,6 +321,7 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
         const std::unique_ptr<MeshSource> source = open_parts(choice_.scene, options);
         scene_ = source->scene();
         scene_.report = source->report();
+        files_ = source->files();
         if (list) tree_ = tree_of(scene_);
     }
     same = same && TriangleWords(scene_).alpha_tests() == index.alpha_tests;
@@ -412,13 +412,19 @@ void LoadedScene::frame_for(double aspect) {
 
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
+    posed_at_.reset();  // an edit may not suit the pose; the next call poses again
     file_->pose(scene_, seconds);
     drop_empty_instances();
     scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());
     if (unedited_) unedited_->take_surfaces(scene_);
     tree_ = file_->tree_at(seconds);
     Environment edited = std::exchange(scene_.environment, {});
-    apply(choice_.edits, scene_, tree_, choice_.edits_source);
+    try {
+        apply(choice_.edits, scene_, tree_, choice_.edits_source);
+    } catch (...) {
+        scene_.environment = std::move(edited);
+        throw;
+    }
     scene_.environment = std::move(edited);
     if (separate_) set_light_groups(*separate_, scene_);
     posed_at_ = seconds;

@@ -160,8 +160,8 @@ class LoadedScene {
     /// Fits a default camera into pictures of that width / height. Does nothing where another camera was chosen.
     void frame_for(double aspect);
 
-    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and then leaves
-    /// scene() unchanged.
+    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and where an edit
+    /// does not suit the pose; scene() then needs another pose.
     void pose(double seconds);
     /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);

@@ -91,13 +91,14 @@ void check_keyframes(const Keyframes& keys, std::string_view subject) {
 
 void sample(const Keyframes& keys, double seconds, std::span<double> out) {
     assert(out.size() == static_cast<std::size_t>(keys.components) && std::isfinite(seconds));
-    // Finds the first later key. The one before it is the last of the keys at its time.
-    const auto later = std::ranges::upper_bound(keys.times, seconds, {}, [](float t) { return double{t}; });
+    // Finds the first later key. The one before it is the last of the keys at its time. Files round times to float: a
+    // key at frame 1 of 24 per second is 1e-9 s later than 1/24 s.
+    const auto later = std::ranges::upper_bound(keys.times, static_cast<float>(seconds));
     if (later == keys.times.begin()) return take_key(keys, 0, out);
     const auto k = static_cast<std::size_t>(later - keys.times.begin()) - 1;
     if (later == keys.times.end() || keys.interpolation == Interpolation::step) return take_key(keys, k, out);
     const double begin = keys.times[k], span = keys.times[k + 1] - begin;
-    const double t = (seconds - begin) / span;
+    const double t = std::clamp((seconds - begin) / span, 0.0, 1.0);
     if (keys.interpolation == Interpolation::cubic_spline) return take_spline(keys, k, t, span, out);
     if (keys.rotation) return store(slerp(rotation(keys, k), rotation(keys, k + 1), t), out);
     const auto from = value(keys, k), to = value(keys, k + 1);

@@ -53,6 +53,15 @@ Mesh JoinedScenes::read(std::size_t mesh) {
     return result;
 }
 
+std::vector<std::filesystem::path> JoinedScenes::files() const {
+    std::vector<std::filesystem::path> all;
+    for (const Part& part : parts_) {
+        const std::vector<std::filesystem::path> files = part.source->files();
+        all.insert(all.end(), files.begin(), files.end());
+    }
+    return all;
+}
+
 SceneReport JoinedScenes::report() const {
     SceneReport all;
     for (const Part& part : parts_) add_report(all, part.source->report());

@@ -124,6 +124,16 @@ std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& fo
     return scene.write(folder / "bad_frame.glb");
 }
 
+std::filesystem::path write_blinking_scene(const std::filesystem::path& folder) {
+    AnimatedScene scene;
+    add_room(scene);
+    scene.box("blinking", scene.material({1, 1, 1}), {0, 1, 0}, {0.5f, 0.5f, 0.5f});
+    scene.animate("blink", scene.last_node(), "scale", "STEP", {0, 1, 2},
+                  scene.b.floats("VEC3", {1, 1, 1, 0, 0, 0, 1, 1, 1}));
+    scene.camera("still", {0, 1, 6});
+    return scene.write(folder / "blinking.glb");
+}
+
 std::filesystem::path write_sliding_light(const std::filesystem::path& folder, double fps) {
     AnimatedScene scene;
     GltfBuilder& b = scene.b;

@@ -14,6 +14,9 @@ std::filesystem::path write_animated_scene(const std::filesystem::path& folder);
 /// fails.
 std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& folder);
 
+/// Writes a scene with a box "blinking", whose scale is 0 from 1 s to 2 s, and 1 at other times.
+std::filesystem::path write_blinking_scene(const std::filesystem::path& folder);
+
 /// Writes a scene with "slider", a square of side 1 and radiance 1 in the plane z = 0, seen by orthographic cameras of
 /// 4 x 4 units. Animation "slide" moves it by 2 units per second along +x, through the middle at 1 s. Animation "pan"
 /// moves the camera "panning" along -x at the same speed; the camera "still" is static. `fps` is written to the extras

@@ -107,6 +107,24 @@ TEST_F(ChangedPages, MeshesWithoutTrianglesAreNoObjects) {
     EXPECT_NE(picture(list), "");
 }
 
+TEST_F(ChangedPages, FramesDependOnTheFilesOfImages) {
+    const auto [scene, list] = write_scene(0);
+    pack(scene);
+    for (const Strings& from : {Strings{scene, "--pages", file("a.pages")}, Strings{list}}) {
+        write_scene(0);
+        Strings arguments = {"render", from[0], file(from.size() > 1 ? "p.#.exr" : "l.#.exr")};
+        arguments.insert(arguments.end(), from.begin() + 1, from.end());
+        for (const char* word : {"--width", "16", "--samples", "1", "--frames", "1", "--quiet"})
+            arguments.push_back(word);
+        const RunOptions options{.environment = {"XDG_CACHE_HOME=" + file("cache")}};
+        EXPECT_EQ(run_program(arguments, options).status, 0);
+        EXPECT_EQ(run_program(arguments, options).status, 0) << "keeps the frame";
+        write_png(file("leaf.png"), 2, 1, 4, std::vector<std::uint8_t>{10, 20, 200, 255, 10, 20, 200, 0});
+        const Outcome outcome = run_program(arguments, options);
+        EXPECT_EQ(outcome.status, 1) << from[0] << ": another image makes another frame";
+    }
+}
+
 TEST_F(ChangedPages, ChangedFilesAreNoticed) {
     const auto [scene, list] = write_scene(0);
     pack(scene);

@@ -41,6 +41,17 @@ TEST_F(Sequence, ABadFrameDoesNotStopOthers) {
     EXPECT_EQ(std::count(quiet.err.begin(), quiet.err.end(), '\n'), 1) << quiet.err;
 }
 
+TEST_F(Sequence, FramesAfterABadOneKeepTheirEnvironment) {
+    scene = write_blinking_scene(folder.path);
+    const Strings more = {"--fps", "1", "--env", "0.2,0.5,0.9", "--node", "blinking=translate:0,1,0"};
+    const Outcome outcome = run("out", "0-2", more);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex(".*frame 1 \\(1 of 3\\) failed: .*'blinking'.*")))
+        << outcome.err;
+    make("alone", "2", more);
+    EXPECT_TRUE(same_pixels(file("out", 2), file("alone", 2)));
+}
+
 TEST_F(Sequence, AFailedWriteConcernsItsFrameOnly) {
     fs::create_directories(file("out", 2));
     const Outcome outcome = run("out", "1-3");

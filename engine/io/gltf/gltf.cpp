@@ -511,6 +511,10 @@ SceneReport GltfMeshSource::report() const {
     return report;
 }
 
+std::vector<std::filesystem::path> GltfMeshSource::files() const {
+    return state_->document.files;
+}
+
 Mesh GltfMeshSource::read(std::size_t mesh) {
     return guarded(state_->path, [&] { return state_->read(mesh); });
 }

@@ -132,6 +132,7 @@ class GltfMeshSource final : public MeshSource {
     /// Returns the scene. It has a default material after the others whether triangles have it or not.
     const Scene& scene() const override;
     SceneReport report() const override;
+    std::vector<std::filesystem::path> files() const override;
     Mesh read(std::size_t mesh) override;
 
   private:

@@ -74,11 +74,27 @@ TEST(Keyframes, TheLastOfSeveralKeysAtOneTimeCounts) {
     for (const Interpolation i : {Interpolation::step, Interpolation::linear}) {
         const Keyframes keys = scalars(i, {0, 1, 1, 1, 2}, {0, 10, 20, 30, 40});
         EXPECT_EQ(at(keys, 1), 30);
-        EXPECT_NEAR(at(keys, std::nextafter(1.0, 0.0)), i == Interpolation::step ? 0 : 10, 1e-12) << "a jump";
+        EXPECT_NEAR(at(keys, std::nextafter(1.0f, 0.0f)), i == Interpolation::step ? 0 : 10, 1e-6) << "a jump";
         EXPECT_NEAR(at(keys, std::nextafter(1.0, 2.0)), 30, 1e-12);
     }
     EXPECT_EQ(at(scalars(Interpolation::linear, {3, 3}, {1, 2}), 3), 2);
     EXPECT_EQ(at(scalars(Interpolation::linear, {3, 3}, {1, 2}), 2), 1) << "before all";
+}
+
+/// Files store times as floats, which may be later than those of the frames.
+TEST(Keyframes, KeysOfFramesHoldAtTheirFrames) {
+    for (const int rate : {10, 24, 25, 30, 60}) {
+        Keyframes keys{Interpolation::step, 1, false, {}, {}};
+        for (int frame = 0; frame < 100; ++frame) {
+            keys.times.push_back(static_cast<float>(double(frame) / rate));
+            keys.values.push_back(static_cast<float>(frame));
+        }
+        for (int frame = 0; frame < 100; ++frame)
+            EXPECT_EQ(at(keys, double(frame) / rate), frame) << rate << " per second";
+    }
+    // The jump of a linear animation is two keys at one time.
+    const auto third = static_cast<float>(1 / 30.0);
+    EXPECT_EQ(at(scalars(Interpolation::linear, {0, third, third, 1}, {0, 1, 5, 6}), 1 / 30.0), 5);
 }
 
 /// A Hermite spline is the cubic polynomial with the given values and derivatives.
