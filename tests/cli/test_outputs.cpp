@@ -143,7 +143,8 @@ TEST_F(Output, RendersToAnErrorAndReportsIt) {
         << attribute("easy.exr");
 
     const auto before = folder.entries();
-    const Outcome outcome = run_program(with({"render", scene, file("hard.exr"), "--quiet"}, hard));
+    const Outcome outcome =
+        run_program(with({"render", scene, file("hard.exr"), "--width", "32", "--height", "32", "--quiet"}, hard));
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("hard.exr: not written: after 16 samples per pixel, relmse "), std::string::npos)
         << outcome.err;
