@@ -24,9 +24,10 @@ struct Keyframes {
 /// Throws Error about `subject` for keyframes that break the rules above.
 void check_keyframes(const Keyframes& keys, std::string_view subject);
 
-/// Writes the value at `seconds` (finite) to `out`, which has keys.components numbers. The time counts as that of a key
-/// where it is the same float, as files store times. The first key's value holds before it, the last key's after it. The last of several keys at one time holds from then on. Rotations take the
-/// shorter arc and are returned as unit quaternions; where a spline passes through zero, the key before holds.
+/// Writes the value at `seconds` (finite) to `out`, which has keys.components numbers. The first key's value holds
+/// before it, the last key's after it, and that of the last of several keys at one time from then on. Keys are compared
+/// as floats, as files store their times. Rotations take the shorter arc and are returned as unit quaternions; where a
+/// spline passes through zero, the key before holds.
 void sample(const Keyframes& keys, double seconds, std::span<double> out);
 
 }  // namespace halflight
