@@ -57,9 +57,12 @@ TEST_F(Animations, Teleports) {
     expect("three keys at 1 s: distance to the last one at that time",
            glm::distance(place(scene.at(1, kFirst)), {-1, 0, 0.5}), 0, "m",
            "exact: of keys at one time the last one counts");
-    const dvec3 before = place(scene.at(std::nextafter(1.0, 0.0), kFirst));
-    expect("and of the last double before it to the first one", glm::distance(before, dvec3(0)), 0, "m",
+    const dvec3 before = place(scene.at(double{std::nextafter(1.0f, 0.0f)}, kFirst));
+    expect("and of the last float before it to the first one", glm::distance(before, dvec3(0)), 0, "m",
            "exact: it stood still");
+    expect("of the last double before it, whose float is 1 s, to the last one",
+           glm::distance(place(scene.at(std::nextafter(1.0, 0.0), kFirst)), {-1, 0, 0.5}), 0, "m",
+           "exact: times compare as floats, as files store them");
     expect("picture after the jump: what differs from one that was always there",
            pixels_that_differ(picture_of(scene.at(1, kFirst)), at_rest(0, {-1, 0, 0.5})), 0, "pixels",
            "exact: a frame is a function of its scene");
