@@ -19,6 +19,7 @@
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/core/memory_ledger.h"
+#include "engine/gpu/context.h"
 #include "engine/io/files.h"
 #include "engine/io/temporary_name.h"
 
@@ -264,6 +265,8 @@ void Checkpoint::save(SavedBand band, std::size_t arrays, const std::function<By
             to.close();
         });
         problems_.erase(band.y);
+    } catch (const gpu::ContextLost&) {
+        throw;  // the file of the last save stays
     } catch (const Error& e) {
         problems_[band.y] = e.what();
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/gpu/context.h"
 
 namespace halflight {
 namespace {
@@ -56,7 +57,10 @@ void SampleQueue::retire(Slot& slot) {
     if (!slot.fence) return;
     constexpr GLuint64 kSecond = 1'000'000'000;
     GLenum state = GL_TIMEOUT_EXPIRED;
-    while (state == GL_TIMEOUT_EXPIRED) state = glClientWaitSync(slot.fence, GL_SYNC_FLUSH_COMMANDS_BIT, kSecond);
+    while (state == GL_TIMEOUT_EXPIRED) {
+        state = glClientWaitSync(slot.fence, GL_SYNC_FLUSH_COMMANDS_BIT, kSecond);
+        gpu::check_not_lost("rendering");
+    }
     glDeleteSync(std::exchange(slot.fence, nullptr));
     if (state == GL_WAIT_FAILED) throw Error("rendering", "the driver failed to wait for a sample");
     if (slot.mattes) slot.mattes->add(slot.hits->read<shared::Hit>());

@@ -71,6 +71,7 @@ void Buffer::read_bytes(std::size_t offset, std::size_t bytes, void* to) const {
     if (bytes == 0) return;
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glGetNamedBufferSubData(id(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), to);
+    check_not_lost("buffer '" + name_ + "'");  // a lost context reads anything
 }
 
 void Buffer::fill(std::uint32_t word) {

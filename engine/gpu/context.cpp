@@ -16,6 +16,7 @@
 #include "engine/gpu/device.h"
 #include "engine/gpu/driver_needs.h"
 #include "engine/gpu/program_binaries.h"
+#include "engine/gpu/program_limits.h"
 
 namespace halflight::gpu {
 namespace {
@@ -217,6 +218,7 @@ Context Context::create(const ContextOptions& options) {
         const std::string asked = options.device.empty() ? "" : " for device '" + options.device + "'";
         throw Error("GPU", "no OpenGL 4.5 context{} ({})", asked, reasons);
     }
+    forget_run_limits();
     auto state = std::make_unique<State>(std::move(*search.context));
     state->attempts = std::move(search.attempts);
     state->debug = options.debug;

@@ -80,7 +80,10 @@ void PieceSize::add(std::uint64_t groups, double seconds) {
     const double each = std::max(seconds, 1e-9) / static_cast<double>(groups);
     const double fitting = std::clamp(0.5 * limit_ / each, 1.0, static_cast<double>(kMost));
     const auto wanted = static_cast<std::uint64_t>(fitting);
-    if (wanted < groups_) {
+    // The time of a small dispatch is mostly that of its start, which says nothing about a large one.
+    if (wanted < groups_ && groups < groups_ / 8 && seconds < limit_ / 8) {
+        ++settled_;
+    } else if (wanted < groups_) {
         settled_ = seconds > limit_ ? 0 : settled_ + 1;
         groups_ = wanted;
     } else {

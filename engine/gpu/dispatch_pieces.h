@@ -35,8 +35,8 @@ class PieceSize {
     void add_untimed() { ++untimed_; }
     /// Takes the time of a piece that was started as one dispatch.
     void add(std::uint64_t groups, double seconds);
-    /// Returns whether so many workgroups may be started without their number being known, as many as last time.
-    bool takes_all_of(std::uint64_t groups) const { return !timed() && groups <= groups_ / 4; }
+    /// Returns whether at most `groups` workgroups may be started without their number being known.
+    bool takes_all_of(std::uint64_t groups) const { return !timed() && groups <= groups_; }
 
   private:
     static constexpr std::uint64_t kFirst = 256, kGrowth = 4, kMost = std::uint64_t{1} << 40;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/gpu/context.h"
 
 namespace halflight::gpu {
 
@@ -32,6 +33,7 @@ Framebuffer::Framebuffer(std::string name, std::span<const Texture* const> color
     glNamedFramebufferDrawBuffers(id, static_cast<GLsizei>(drawn.size()), drawn.data());
     const GLenum status = glCheckNamedFramebufferStatus(id, GL_DRAW_FRAMEBUFFER);
     if (status != GL_FRAMEBUFFER_COMPLETE) {
+        check_not_lost("framebuffer '" + name + "'");
         throw Error("framebuffer '" + name + "'", "the driver cannot draw to it (status {:#06x})", status);
     }
 }

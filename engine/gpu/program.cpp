@@ -338,21 +338,20 @@ void Program::start_in_pieces(const GroupCounts& counts) const {
         });
 }
 
-void Program::dispatch_indirect(const Buffer& arguments, std::size_t offset) const {
+void Program::dispatch_indirect(const Buffer& arguments, std::uint64_t most, std::size_t offset) const {
     bind();
     const auto start = [&] {
         glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, arguments.id());
         glDispatchComputeIndirect(static_cast<GLintptr>(offset));
     };
     if (!pieces_) return start();
-    if (pieces_->takes_all_of(last_groups_)) {  // reading the counts would wait for the work that makes them
+    if (pieces_->takes_all_of(most)) {  // reading the counts would wait for the work that makes them
         set("halflight_first_group", uvec3(0));
         set("halflight_groups", uvec3(0));
         start();
         return pieces_->add_untimed();
     }
     const std::vector<std::uint32_t> counts = arguments.read<std::uint32_t>(offset / sizeof(std::uint32_t), 3);
-    last_groups_ = std::uint64_t{counts[0]} * counts[1] * counts[2];
     start_in_pieces({counts[0], counts[1], counts[2]});
 }
 

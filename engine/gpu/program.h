@@ -75,8 +75,9 @@ class Program {
     /// Binds the program and starts workgroups, at most as many as the driver allows. The graph places the barriers.
     /// Where dispatches are limited in time (dispatch_pieces.h), they are started in pieces.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
-    /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer.
-    void dispatch_indirect(const Buffer& arguments, std::size_t offset = 0) const;
+    /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer. There are
+    /// at most `most` of them.
+    void dispatch_indirect(const Buffer& arguments, std::uint64_t most, std::size_t offset = 0) const;
     /// Binds the program and draws `vertices` vertices without attributes (gl_VertexID), `instances` times.
     void draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances = 1) const;
 
@@ -95,8 +96,7 @@ class Program {
     std::vector<Slot> slots_;
     mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
-    std::unique_ptr<PieceSize> pieces_;                      // null: dispatches are not limited in time
-    mutable std::uint64_t last_groups_ = ~std::uint64_t{0};  // workgroups of the last indirect dispatch that were read
+    std::unique_ptr<PieceSize> pieces_;  // null: dispatches are not limited in time
 };
 
 /// Returns Program::text() of a program with these stages: a compute shader, or a vertex and a fragment shader.

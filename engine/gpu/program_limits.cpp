@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <iterator>
 #include <optional>
 #include <regex>
@@ -119,10 +120,20 @@ std::string unmet(const std::vector<Requirement>& requirements) {
     return "";
 }
 
+namespace {
+std::atomic<std::uint64_t> generation{0};  // number of forget_run_limits()
+}
+
 const RunLimits& run_limits() {
-    static thread_local std::optional<std::pair<EGLContext, RunLimits>> last;
-    if (const EGLContext now = eglGetCurrentContext(); !last || last->first != now) last.emplace(now, asked_limits());
+    using Of = std::pair<EGLContext, std::uint64_t>;
+    static thread_local std::optional<std::pair<Of, RunLimits>> last;
+    if (const Of now(eglGetCurrentContext(), generation.load()); !last || last->first != now)
+        last.emplace(now, asked_limits());
     return last->second;
+}
+
+void forget_run_limits() {
+    ++generation;
 }
 
 }  // namespace halflight::gpu

@@ -42,5 +42,7 @@ struct RunLimits {
 };
 /// Returns the limits of the current context, which each thread asks once.
 const RunLimits& run_limits();
+/// Lets all threads ask again. A new context may have the handle of one that was destroyed.
+void forget_run_limits();
 
 }  // namespace halflight::gpu

@@ -45,13 +45,27 @@ void upload_image(const Texture& texture, GLenum type, const void* data) {
     }
 }
 
+/// Reads all texels, rows by rows: OpenGL counts the bytes of a call as GLsizei, which large pictures exceed.
 template <class T>
 std::vector<T> read_image(const Texture& texture, GLenum type) {
+    constexpr std::size_t kMostBytes = std::size_t{1} << 24;  // of a call
     const FormatInfo info = format_info(texture.desc().format);
     std::vector<T> values(texel_count(texture.desc()) * static_cast<std::size_t>(info.channels));
     glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-    glGetTextureImage(texture.id(), 0, info.format, type, static_cast<GLsizei>(values.size() * sizeof(T)),
-                      values.data());
+    const TextureDesc& d = texture.desc();
+    const std::size_t slice = values.size() / static_cast<std::size_t>(d.depth),
+                      row = slice / static_cast<std::size_t>(d.height);
+    const auto rows =
+        static_cast<int>(std::clamp<std::size_t>(kMostBytes / (row * sizeof(T)), 1, std::size_t(d.height)));
+    for (int z = 0; z < d.depth; ++z) {
+        for (int y = 0; y < d.height; y += rows) {
+            const int count = std::min(rows, d.height - y);
+            glGetTextureSubImage(texture.id(), 0, 0, y, z, d.width, count, 1, info.format, type,
+                                 static_cast<GLsizei>(static_cast<std::size_t>(count) * row * sizeof(T)),
+                                 &values[static_cast<std::size_t>(z) * slice + static_cast<std::size_t>(y) * row]);
+        }
+    }
+    check_not_lost("texture '" + texture.name() + "'");  // a lost context reads anything
     return values;
 }
 

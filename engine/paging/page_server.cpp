@@ -152,7 +152,7 @@ class PageServer::Run {
             program.bind_storage("Touched", server_.touched_);
         }
         if (batch.list)
-            program.dispatch_indirect(resources_.buffer(batch.list_header));
+            program.dispatch_indirect(resources_.buffer(batch.list_header), (batch.capacity + 63) / 64);
         else
             program.dispatch((batch.capacity + 63) / 64);
         barrier();

@@ -221,7 +221,7 @@ void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     kernel.bind(r, program);
     program.bind_storage(any_hit ? "Occluded" : "Hits", r.buffer(results));
     if (batch.list) {
-        program.dispatch_indirect(r.buffer(batch.list_header));
+        program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
     } else {
         program.dispatch((batch.capacity + 63) / 64);
     }

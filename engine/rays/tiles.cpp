@@ -111,7 +111,7 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
     if (any_hit) program.bind_storage("Blockers", r.buffer(tiles.blockers));
     program.set("tiles", tile_count(batch, tiles.settings));
     if (batch.list) {
-        program.dispatch_indirect(r.buffer(batch.list_header));
+        program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
     } else {
         // The grid has two dimensions, because there may be more groups than the driver starts along one.
         const std::uint32_t group = std::min(tile_rays(batch, tiles.settings), 64u);
@@ -126,7 +126,7 @@ void search_rest(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     defines.set("TILE_REST");
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
     bind_search(r, program, scene, batch, tiles, results, any_hit);
-    program.dispatch_indirect(r.buffer(tiles.rest_header));
+    program.dispatch_indirect(r.buffer(tiles.rest_header), (batch.capacity + 63) / 64);
 }
 
 shared::BatchCounts count_batch(graph::Resources& r, const TraceScene& scene, const RayBatch& batch,

@@ -87,7 +87,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     pass.execute([=, header = arriving.header](graph::Resources& r) {
         const gpu::Program& program = r.kernel();
         program.set("depth", static_cast<std::uint32_t>(depth));
-        program.dispatch_indirect(r.buffer(header));
+        program.dispatch_indirect(r.buffer(header), view.band.paths() / 64);
     });
 }
 

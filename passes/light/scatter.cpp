@@ -83,7 +83,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
         if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
         const gpu::Program& program = r.kernel();
-        view.shade(program, [&] { program.dispatch_indirect(r.buffer(header)); });
+        view.shade(program, [&] { program.dispatch_indirect(r.buffer(header), view.band.paths() / 64); });
     });
     return surfaces;
 }

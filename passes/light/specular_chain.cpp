@@ -66,7 +66,7 @@ SpecularChains add_specular_chains(graph::Graph& graph, const SceneView& view, c
             if (begins)
                 program.dispatch(view.band.paths() / 64);
             else
-                program.dispatch_indirect(r.buffer(header));
+                program.dispatch_indirect(r.buffer(header), view.band.paths() / 64);
         });
         if (last) break;
         const rays::RayBatch batch = ray_batch(view, rays::RayKind::specular, paths.rays, leaving, depth);

@@ -25,7 +25,7 @@ TEST_F(LostDevice, FinishedFramesStayWhole) {
     ASSERT_EQ(lose_after(1'000'000, "never").status, 0);
     EXPECT_EQ(contents("never"), whole) << "the library changes nothing else";
     std::set<std::size_t> numbers;  // numbers of finished frames
-    for (const int checks : {0, 3, 6}) {
+    for (const int checks : {0, 3, 30, 50, 70}) {
         const std::string into = "out" + std::to_string(checks);
         const Outcome outcome = lose_after(checks, into, {"--quiet"});
         EXPECT_EQ(outcome.status, 1) << checks;
@@ -48,6 +48,34 @@ TEST_F(LostDevice, APictureIsNotWritten) {
     EXPECT_EQ(outcome.status, 1);
     EXPECT_TRUE(outcome.err.ends_with(kLost)) << outcome.err;
     EXPECT_FALSE(fs::exists(folder / "one.exr"));
+}
+
+/// A checkpoint never holds what a lost context reads: the next run makes the same picture.
+TEST_F(LostDevice, CheckpointsHoldNoLostSamples) {
+    const auto render = [&](const std::string& name, int checks) {
+        Strings arguments = {"render", scene, folder / name, "--width", "16", "--height", "16", "--samples", "3"};
+        arguments.insert(arguments.end(), {"--reproducible", "--checkpoint", "0.001"});
+        RunOptions options;
+        if (checks >= 0)
+            options.environment = {"LD_PRELOAD=" HALFLIGHT_LOST_DEVICE,
+                                   "HALFLIGHT_LOSE_AFTER=" + std::to_string(checks)};
+        return run_program(arguments, options);
+    };
+    ASSERT_EQ(render("whole.exr", -1).status, 0);
+    const std::string whole = read_text(folder / "whole.exr");
+    int lost = 0;
+    for (int checks = 1;; checks += 4) {
+        const Outcome outcome = render("lost.exr", checks);
+        if (outcome.status == 0) break;
+        ++lost;
+        EXPECT_TRUE(outcome.err.ends_with(kLost)) << outcome.err;
+        ASSERT_FALSE(fs::exists(folder / "lost.exr"));
+        ASSERT_EQ(render("lost.exr", -1).status, 0) << checks;
+        EXPECT_TRUE(read_text(folder / "lost.exr") == whole) << checks;
+        fs::remove(folder / "lost.exr");
+        fs::remove_all(folder / "lost.exr.checkpoint");
+    }
+    EXPECT_GE(lost, 5);
 }
 
 /// Pieces of dispatches change no bit.

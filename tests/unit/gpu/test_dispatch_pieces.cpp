@@ -70,6 +70,22 @@ TEST(DispatchPieces, StayBelowTheLimitOnceTimed) {
     }
 }
 
+/// Each dispatch takes 0.1 ms to start and 1 us for each workgroup. Small ones come in between.
+TEST(DispatchPieces, SmallDispatchesDoNotShrinkThePieces) {
+    PieceSize size(0.05);
+    const auto run = [&](std::uint64_t groups) { size.add(groups, 1e-4 + 1e-6 * static_cast<double>(groups)); };
+    for (int i = 0; i < 10; ++i) run(size.groups());
+    const std::uint64_t large = size.groups();
+    EXPECT_GE(large, 20'000u);
+    for (int i = 0; i < 100; ++i) run(1 + static_cast<std::uint64_t>(i) % 7);
+    EXPECT_EQ(size.groups(), large);
+    EXPECT_FALSE(size.timed());
+    EXPECT_TRUE(size.takes_all_of(large));
+    EXPECT_FALSE(size.takes_all_of(large + 1));
+    size.add(1, 0.2);
+    EXPECT_EQ(size.groups(), 1u) << "a slow one counts";
+}
+
 TEST(DispatchPieces, SoftwareHasNoLimit) {
     EXPECT_EQ(dispatch_limit("llvmpipe (LLVM 15.0.6, 256 bits)"), 0);
     EXPECT_EQ(dispatch_limit("NVIDIA H100/PCIe"), 0.05);
@@ -103,7 +119,7 @@ TEST_F(DispatchTest, PiecesKnowTheirPlaceInTheDispatch) {
         for (int i = 0; i < 30; ++i) {  // sizes change at first, and whole dispatches follow
             program.bind_storage("Places", result);
             if (indirect)
-                program.dispatch_indirect(counts, sizeof(std::uint32_t));
+                program.dispatch_indirect(counts, std::uint64_t{700} * 3 * 2, sizeof(std::uint32_t));
             else
                 program.dispatch(kCounts[0], kCounts[1], kCounts[2]);
             glMemoryBarrier(GL_ALL_BARRIER_BITS);

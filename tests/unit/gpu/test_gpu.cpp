@@ -221,6 +221,7 @@ TEST_F(TextureTest, FloatRoundTripInEveryShape) {
         TextureDesc{.width = 5, .format = GL_R32F, .target = GL_TEXTURE_1D},
         TextureDesc{.width = 3, .height = 2, .format = GL_RGBA32F},
         TextureDesc{.width = 3, .height = 5, .format = GL_RGB32F},
+        TextureDesc{.width = 2000, .height = 1300, .format = GL_RGBA32F},  // read in three parts
         TextureDesc{.width = 2, .height = 3, .format = GL_RG32F, .depth = 4, .target = GL_TEXTURE_3D}};
     for (const TextureDesc& desc : descs) {
         Texture texture("floats", desc);

@@ -1,12 +1,9 @@
-// Tests shader sources, programs, and the structs shared by C++ and GLSL.
+// Tests programs and the structs shared by C++ and GLSL.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 
 #include "engine/gpu/framebuffer.h"
 #include "engine/gpu/program_cache.h"
@@ -14,133 +11,10 @@
 #include "shaders/shared/rays.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
-#include "tools/common/temporary_folder.h"
+#include "tests/unit/gpu/shader_folder.h"
 
 namespace halflight::gpu {
 namespace {
-
-/// Reads shaders from a temporary folder during its lifetime.
-class ShaderFolder {
-  public:
-    ShaderFolder() {
-        std::filesystem::create_directories(folder_ / "lib");
-        setenv("HALFLIGHT_SHADERS", folder_.path.c_str(), 1);
-    }
-    ~ShaderFolder() { unsetenv("HALFLIGHT_SHADERS"); }
-    void add(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
-    void remove(const std::string& name) const { std::filesystem::remove(folder_ / name); }
-
-  private:
-    TemporaryFolder folder_;
-};
-
-// --- Text -----------------------------------------------------------------------------------------------------------
-
-TEST(ShaderSource, EmbedsEveryFileOfTheFolder) {
-    std::vector<std::string> expected;
-    const std::filesystem::path root(HALFLIGHT_SOURCE_DIR);
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "shaders")) {
-        const std::string extension = entry.path().extension();
-        if (entry.is_regular_file() && extension != ".md") {
-            expected.push_back(entry.path().lexically_relative(root).generic_string());
-        }
-    }
-    std::sort(expected.begin(), expected.end());
-    const auto embedded = embedded_shaders();
-    EXPECT_EQ(std::vector<std::string>(embedded.begin(), embedded.end()), expected);
-}
-
-TEST(ShaderSource, PutsVersionAndDefinesInFront) {
-    Defines defines{{"B", "2"}, {"A", "first"}};
-    defines.set("A", 1);
-    const ExpandedSource out = expand({"own", "#version 450\nint a = A, b = B;\n"}, defines);
-    EXPECT_EQ(out.text, "#version 450 core\n#define A 1\n#define B 2\nint a = A, b = B;\n");
-}
-
-TEST(ShaderSource, LeavesOutDefinesThatAreNotMentioned) {
-    const Defines defines{{"FULL", "HALF * 2"}, {"HALF", "3"}, {"HAL", "1"}, {"LAST", "1"}, {"B", "1"}};
-    const ExpandedSource out = expand({"own", "int a = FULL, B_C;\n#if defined(LAST)\n#endif"}, defines);
-    EXPECT_EQ(out.text,
-              "#version 450 core\n#define FULL HALF * 2\n#define HALF 3\n#define LAST 1\n"
-              "int a = FULL, B_C;\n#if defined(LAST)\n#endif\n");
-    ASSERT_EQ(out.lines.size(), 7u);
-    EXPECT_EQ(out.lines[3].number, 1u);
-    EXPECT_EQ(out.lines[5].number, 2u);
-}
-
-TEST(ShaderSource, IncludesOnceAndKnowsWhereLinesComeFrom) {
-    const ShaderFolder folder;
-    folder.add("lib/a.glsl", "int a;\n");
-    folder.add("lib/b.glsl", "#include \"shaders/lib/a.glsl\"\nint b;\n");
-    const ExpandedSource out =
-        expand({"own", "  # include \"shaders/lib/b.glsl\"\n#include \"shaders/lib/a.glsl\"\nint c;"});
-    EXPECT_EQ(out.files, (std::vector<std::string>{"own", "shaders/lib/b.glsl", "shaders/lib/a.glsl"}));
-    EXPECT_EQ(out.text, "#version 450 core\nint a;\nint b;\nint c;\n");
-    ASSERT_EQ(out.lines.size(), 4u);
-    EXPECT_EQ(out.lines[1].file, 2u);
-    EXPECT_EQ(out.lines[1].number, 1u);
-    EXPECT_EQ(out.lines[2].file, 1u);
-    EXPECT_EQ(out.lines[2].number, 2u);
-    EXPECT_EQ(out.lines[3].file, 0u);
-    EXPECT_EQ(out.lines[3].number, 3u);
-}
-
-TEST(ShaderSource, LeavesOutCommentsAndEmptyLines) {
-    const ExpandedSource out = expand({"own", "// a\n\nint a;  // b\n  // c\n#define B \\\n\nint b;"});
-    EXPECT_EQ(out.text, "#version 450 core\nint a;  // b\n#define B \\\n\nint b;\n");
-    EXPECT_EQ(out.lines.back().number, 7u);
-}
-
-TEST(ShaderSource, IncludesAgainOnlyWhereAConditionMayHaveLeftOutAFile) {
-    const ShaderFolder folder;
-    folder.add("lib/a.glsl", "int a;\n");
-    folder.add("lib/b.glsl", "#pragma once\n#include \"shaders/lib/a.glsl\"\nint b;\n");
-    const std::string a = "#include \"shaders/lib/a.glsl\"\n", b = "#include \"shaders/lib/b.glsl\"\n";
-    const auto times = [](const std::string& text, std::string_view what) {
-        std::size_t count = 0;
-        for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
-        return count;
-    };
-    // In the same branch and those inside it, the file is there.
-    const std::string inside = expand({"own", "#ifdef X\n" + b + a + "#if Y\n" + a + "#endif\n#endif\n"}).text;
-    EXPECT_EQ(times(inside, "int a;"), 1u);
-    // In another branch, and after both, it may not be there. What it includes comes with it.
-    const std::string beside =
-        expand({"own", "#ifdef X\n" + b + "#else\n" + a + "#endif\n" + b + a + b + "#ifdef Z\n" + a + "#endif\n"}).text;
-    EXPECT_EQ(times(beside, "int a;"), 3u);
-    EXPECT_EQ(times(beside, "int b;"), 2u);
-    // A file that includes itself ends.
-    folder.add("lib/loop.glsl", "#include \"shaders/lib/loop.glsl\"\nint loop;\n");
-    EXPECT_EQ(times(expand("shaders/lib/loop.glsl").text, "int loop;"), 1u);
-}
-
-TEST(ShaderSource, MissingFilesAreNamedWithTheirLine) {
-    EXPECT_EQ(error_message([] { expand("shaders/nowhere.comp"); }),
-              "shaders/nowhere.comp: there is no such shader file");
-    EXPECT_EQ(error_message([] {
-                  expand({"own", "\n#include \"shaders/lib/nowhere.glsl\"\n"});
-              }),
-              "own:2: there is no shader file \"shaders/lib/nowhere.glsl\"");
-}
-
-TEST(ShaderSource, UnderstandsTheLogsOfTwoVendors) {
-    ExpandedSource source;
-    source.files = {"main", "shaders/lib/x.glsl"};
-    source.lines = {{0, 1}, {0, 1}, {1, 12}};
-    const CompileMessage mesa = first_message("0:2(1): warning: hm\n0:3(5): error: `foo' undeclared\n", source);
-    EXPECT_EQ(mesa.place, "shaders/lib/x.glsl:12");
-    EXPECT_EQ(mesa.what, "error: `foo' undeclared");
-    const CompileMessage nvidia = first_message("0(3) : error C1008: undefined variable \"foo\"\n", source);
-    EXPECT_EQ(nvidia.place, "shaders/lib/x.glsl:12");
-    EXPECT_EQ(nvidia.what, "error C1008: undefined variable \"foo\"");
-    const CompileMessage other = first_message("out of registers", source);
-    EXPECT_EQ(other.place, "main");
-    EXPECT_EQ(other.what, "out of registers");
-    EXPECT_EQ(first_message("0:99(1): error: beyond", source).place, "main");
-    EXPECT_EQ(first_message("", source).what, "");
-}
-
-// --- Programs -------------------------------------------------------------------------------------------------------
 
 using ProgramTest = GpuTest;
 
@@ -167,7 +41,7 @@ TEST_F(ProgramTest, WorkgroupsCanComeFromABuffer) {
     const Buffer arguments = Buffer::from("arguments", std::vector{9u, 2u, 1u, 1u});
     program.bind_storage("Values", values);
     program.set("factor", 5u);
-    program.dispatch_indirect(arguments, 4);
+    program.dispatch_indirect(arguments, 2, 4);
     std::vector<std::uint32_t> expected(200, 1);
     std::fill_n(expected.begin(), 128, 5u);
     EXPECT_EQ(values.read<std::uint32_t>(), expected);

@@ -41,7 +41,7 @@ AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
             const gpu::Program& program = r.compute(gpu::bench_kernel("ceiling.comp"), defines);
             trace.bind();
             if (batch.list) {
-                program.dispatch_indirect(r.buffer(batch.list_header));
+                program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
             } else {
                 program.dispatch(batch.capacity / 64);
             }

@@ -235,7 +235,7 @@ graph::BufferHandle NaiveTracer::add(graph::Graph& graph, const rays::TraceScene
         if (batch.list) {
             program.bind_storage("List", r.buffer(batch.list));
             program.bind_storage("Header", r.buffer(batch.list_header));
-            program.dispatch_indirect(r.buffer(batch.list_header));
+            program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
         } else {
             program.set("ray_count", batch.capacity);
             program.dispatch((batch.capacity + 63) / 64);
