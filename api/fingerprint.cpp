@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/source_hash.h"
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/jpeg.h"
 #include "engine/io/png.h"
@@ -104,8 +106,13 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     }
 }
 
-void add_color(Fingerprint& print, const OutputOptions& output, const ColorConfig& config) {
+void add_color(Fingerprint& print, const OutputOptions& output, const RenderSettings& settings,
+               const ColorConfig& config) {
     print.text(output.working_space);
+    if (settings.want_view) {  // environment variables may choose the view, and change what it does
+        const ViewProcessor view = config.view(settings.view);
+        print.text(view.display()).text(view.view()).text(view.look()).text(view.cache_id());
+    }
     for (const auto& file : config.files()) print.file(file);
     print.values("{} files", config.files().size());
 }
@@ -120,7 +127,10 @@ void add_layout(Fingerprint& print, const ExrLayout& layout) {
 /// Adds the program's sources, the scene with its edits, and the settings. view: includes those of the group Colour.
 void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings, bool view) {
     print.text(source_hash());
-    for (const auto& file : scene.files()) print.file(file);
+    // Page files hold times of other files. What they hold of the scene follows from its own files.
+    std::span<const std::filesystem::path> files = scene.files();
+    if (scene.pages()) files = files.first(files.size() - 1), print.text("paged");
+    for (const auto& file : files) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
     print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
     if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
@@ -142,7 +152,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
                                  const std::vector<std::uint32_t>& frames) {
     Fingerprint print;
     add_picture(print, scene, settings, true);
-    add_color(print, output, config);
+    add_color(print, output, settings, config);
     add_layout(print, output.exr);
     if (output.aov_names != AovNames::halflight) print.values("aov names {}", static_cast<int>(output.aov_names));
     if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
@@ -206,6 +216,8 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
         } else if (is_tiff(bytes)) {
             found = fingerprint_of_text(read_tiff(path.string(), bytes, kMaxSide).description);
         }
+    } catch (const BudgetError&) {
+        throw;  // it says nothing about the file
     } catch (const Error&) {
         return FrameFile::incomplete;
     }

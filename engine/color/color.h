@@ -51,6 +51,7 @@ class ViewProcessor {
     const std::string& display() const;
     const std::string& view() const;
     const std::string& look() const;
+    std::string cache_id() const;  ///< Returns a text that is the same for equal transforms, without the exposure.
 
   private:
     friend class ColorConfig;

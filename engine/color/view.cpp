@@ -57,6 +57,10 @@ const std::string& ViewProcessor::view() const {
     return data_->view;
 }
 
+std::string ViewProcessor::cache_id() const {
+    return data_->processor->getCacheID();
+}
+
 const std::string& ViewProcessor::look() const {
     return data_->look;
 }

@@ -27,8 +27,15 @@ FileClaims::~FileClaims() {
 bool FileClaims::take(std::uint32_t number) {
     release();
     for (;;) {
-        if (file_ < 0) file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
-        if (file_ < 0) throw Error(subject_, "cannot write: {}", std::generic_category().message(errno));
+        if (file_ < 0) {
+            file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+            if (const int why = errno; file_ < 0) {
+                std::error_code none;
+                throw Error(std::filesystem::exists(name_, none) ? name_.string() : subject_, "cannot write: {}",
+                            std::generic_category().message(why));
+            }
+            fchmod(file_, 0666);  // other users may render frames, too; fails where one of them has made the file
+        }
         if (!lock(F_WRLCK, number, 1) && (errno == EAGAIN || errno == EACCES)) return false;
         if (is_named()) return true;
         close();  // another process has removed the file, and a third one may have made it anew

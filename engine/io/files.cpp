@@ -1,7 +1,6 @@
 #include "engine/io/files.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>
 #include <unistd.h>
@@ -125,6 +124,17 @@ struct ReadableFile {
     std::array<std::uint64_t, 5> version{};  // version_now() when it was opened
 };
 
+/// Locks a file that is open for writing, against other processes that lock it. Returns whether the lock was taken. The
+/// lock is a byte beyond all data: servers that enforce locks (SMB) let the data be written through other descriptors.
+bool take_lock(const Descriptor& file) {
+    struct flock range {};
+    range.l_type = F_WRLCK;
+    range.l_whence = SEEK_SET;
+    range.l_start = off_t{1} << 62;
+    range.l_len = 1;
+    return fcntl(file, F_OFD_SETLK, &range) == 0;
+}
+
 /// Creates an empty file of an unused name beside `target`. It keeps the extension, which some writers depend on.
 Temporary create_beside(const fs::path& target, const std::string& subject) {
     static std::atomic<unsigned> counter{0};
@@ -136,16 +146,16 @@ Temporary create_beside(const fs::path& target, const std::string& subject) {
         if (file < 0 && errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
         if (file < 0) continue;
         // Before the file is locked, other processes may take it for abandoned and remove it.
-        const bool locked = flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+        const bool locked = take_lock(file) || (errno != EAGAIN && errno != EACCES);  // there may be no locks
         struct stat info {};
         if (locked && fstat(file, &info) == 0 && info.st_nlink > 0) return {path, std::move(file)};
     }
 }
 
-/// Removes a temporary that no process holds a lock on. Does nothing on file systems without locks.
+/// Removes a temporary that no process has locked. Does nothing on file systems without locks.
 void remove_unlocked(const fs::path& path) {
-    const Descriptor file(path, O_RDONLY | O_NONBLOCK | O_NOFOLLOW);
-    if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) unlink(path.c_str());
+    const Descriptor file(path, O_RDWR | O_NONBLOCK | O_NOFOLLOW);
+    if (file >= 0 && take_lock(file)) unlink(path.c_str());
 }
 
 void sync(const fs::path& path, const std::string& subject) {
@@ -208,7 +218,7 @@ void write_unnamed(const fs::path& path, const std::function<void(const fs::path
     const fs::path folder = follow_links(path).parent_path();
     const Descriptor file(folder.empty() ? fs::path(".") : folder, O_TMPFILE | O_RDWR, 0666);
     if (file < 0) return write_atomically(path, write);
-    flock(file, LOCK_EX | LOCK_NB);  // once it has a name, other processes must not take it for abandoned
+    take_lock(file);  // once it has a name, other processes must not take it for abandoned
     const fs::path unnamed = fmt::format("/proc/self/fd/{}", int{file});
     write(unnamed);
     // Data are on the disk before the file gets a name, so that `kill -9` has hardly any time to leave a named one.

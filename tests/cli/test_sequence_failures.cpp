@@ -42,14 +42,28 @@ TEST_F(Sequence, ABadFrameDoesNotStopOthers) {
 }
 
 TEST_F(Sequence, FramesAfterABadOneKeepTheirEnvironment) {
-    scene = write_blinking_scene(folder.path);
-    const Strings more = {"--fps", "1", "--env", "0.2,0.5,0.9", "--node", "blinking=translate:0,1,0"};
+    scene = write_blinking_scene(folder.path, {vec3(1), vec3(1, 0, 1), vec3(1)});
+    const Strings more = {"--fps", "1", "--env", "0.2,0.5,0.9", "--node", "blinking=matrix:1,0,0,0,0,1,0,2,0,0,1,0"};
     const Outcome outcome = run("out", "0-2", more);
     EXPECT_EQ(outcome.status, 1);
-    EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex(".*frame 1 \\(1 of 3\\) failed: .*'blinking'.*")))
+    EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex(".*frame 1 \\(1 of 3\\) failed: .*no inverse.*")))
         << outcome.err;
     make("alone", "2", more);
     EXPECT_TRUE(same_pixels(file("out", 2), file("alone", 2)));
+}
+
+/// Environment variables of OpenColorIO choose the view where options leave it open.
+TEST_F(Sequence, FramesDependOnTheViewThatIsFound) {
+    const auto render = [&](std::vector<std::string> environment) {
+        const Strings arguments = {"render",   scene, folder / "v.#.png", "--frames", "1",      "--width", "8",
+                                   "--height", "8",   "--samples",        "1",        "--quiet"};
+        return run_program(arguments, {.environment = std::move(environment)});
+    };
+    ASSERT_EQ(render({}).status, 0);
+    EXPECT_EQ(render({}).status, 0);
+    const Outcome other = render({"OCIO_ACTIVE_VIEWS=Raw"});
+    EXPECT_EQ(other.status, 1);
+    EXPECT_NE(other.err.find("is not this frame"), std::string::npos) << other.err;
 }
 
 TEST_F(Sequence, AFailedWriteConcernsItsFrameOnly) {
