@@ -111,11 +111,13 @@ struct FrameRenderer::State {
     }
     /// SceneRenderer::begin(), and takes up light groups that edits have changed.
     void begin() {
+        scene.frame_for(picture_aspect());
         pictures.begin();
         const std::vector<std::string> layers = settings.aovs;
         request_light_groups(settings, scene.scene());
         if (settings.aovs != layers) pictures.drop();
     }
+    double picture_aspect() const { return eye_aspect(settings.optics, {settings.width, settings.height}); }
     /// Takes the lens of the scene's camera where the settings leave the focus open. An f-number then sets the blur,
     /// not the exposure.
     void take_lens() {
@@ -165,6 +167,7 @@ struct FrameRenderer::State {
         const FrameSettings own = settings;
         const Stopwatch clock;
         ShutterMean mean(settings.aovs, own.samples);
+        bool any = false, interrupted = false;
         const int times = shutter_count(shutter, settings.aovs, own.samples);
         for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
             const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
@@ -181,17 +184,25 @@ struct FrameRenderer::State {
             };
             const bool was_prepared = pictures.has_picture() && !scene.surfaces_move();
             RenderResult result = pictures.picture(seconds, part, of_all);
-            if (result.stats.interrupted) return result;
             if (was_prepared) result.stats.prepare_seconds = 0;  // the time counts for an earlier picture
+            interrupted = result.stats.interrupted;
+            if (interrupted && any) break;  // rows of the stopped picture may be missing
+            if (interrupted) return with_view(std::move(result));
             mean.add(result);
+            any = true;
         }
         RenderResult own_time;
-        if (mean.wants_still()) {
+        if (mean.wants_still() && !interrupted) {
             FrameSettings one = own;
             one.samples = 1;
             own_time = pictures.still(frame, one, {});
         }
         RenderResult result = mean.take(std::move(own_time));
+        result.stats.interrupted = interrupted;
+        return with_view(std::move(result));
+    }
+    /// Adds the picture through the view transform where it is wanted.
+    RenderResult with_view(RenderResult result) const {
         if (settings.want_view)
             result.view = pictures.colors()
                               .view(settings.view)
@@ -265,7 +276,7 @@ struct FrameRenderer::State {
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
     void set_frame(std::uint32_t frame) {
-        scene.frame_for(eye_aspect(settings.optics, {settings.width, settings.height}));
+        scene.frame_for(picture_aspect());
         settings.frame = frame;
         settings.camera = camera_at(frame);
         if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())

@@ -8,6 +8,7 @@
 #include "api/default_camera.h"
 #include "api/default_light.h"
 #include "api/light_groups.h"
+#include "api/paged_edits.h"
 #include "api/scene_cache.h"
 #include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
@@ -285,7 +286,7 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
         throw Error(choice_.scene.string(), "variant '{}' cannot be chosen: pages hold the file's own materials",
                     choice_.variant);
     if (choice_.line_width > 0) throw Error(choice_.scene.string(), "pages hold no points and lines (--line-width)");
-    check_pages(choice_.edits);
+    check_no_moved_surfaces(choice_.edits, choice_.scene.string());
     GltfOptions options = gltf_options(choice_);
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     std::vector<GltfScene> parts = open_files(choice_.scene, options);
@@ -294,7 +295,10 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
     if (list && choice_.animation && *choice_.animation != "none" && (some || *choice_.animation != "all"))
         throw Error(choice_.scene.string(), "is a list of files, whose animations cannot play");
     const bool posed = !list && !parts[0].animations().empty();
-    if (posed) parts[0].leave_out_still();
+    if (posed) {
+        parts[0].leave_out_still();
+        driven_materials_ = parts[0].driven_materials();
+    }
     SceneSize size = size_of_parts(parts);
     size.drawn = 0;  // pages take what the budget leaves
     if (posed) {
@@ -311,7 +315,7 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
                              : std::make_shared<paging::PageFile>(choice_.pages);
     pages_ = file;
     const paging::PageIndex& index = file->index();
-    bool same = cached || have_contents(parts, index.files);
+    bool same = have_contents(parts, index.files);
     bool lit_later = false;
     if (same && posed) {
         lit_later = take_file(SceneFile(choice_.scene, std::move(parts[0])), log);
@@ -351,6 +355,9 @@ void LoadedScene::apply_edits() {
         unedited_->take_surfaces(scene_);
         unedited_->environment = scene_.environment;
     }
+    if (pages_)
+        check_paged_edits(choice_.edits, scene_, pages_->index(), choice_.scene.string(), choice_.edits_source,
+                          driven_materials_);
     apply(choice_.edits, scene_, tree_, choice_.edits_source);
     separate_.reset();
     if (!choice_.edits.each_light) return;
@@ -368,7 +375,6 @@ void LoadedScene::restore_unedited() {
 
 void LoadedScene::edit(SceneEdits edits) {
     if (edits == choice_.edits) return;
-    if (pages_) check_pages(edits);
     SceneEdits earlier = std::exchange(choice_.edits, std::move(edits));
     std::string earlier_source = std::exchange(choice_.edits_source, {});
     restore_unedited();
@@ -385,29 +391,23 @@ void LoadedScene::edit(SceneEdits edits) {
     if (surface_edits(choice_.edits) != surface_edits(earlier)) ++transform_revision_;
 }
 
-/// Throws Error where pages cannot follow the edits.
-void LoadedScene::check_pages(const SceneEdits& edits) const {
-    if (change_surfaces(edits))
-        throw Error(
-            choice_.scene.string(),
-            "nodes, transforms, hidden surfaces and shadow catchers cannot change with pages (light:NAME hides a "
-            "light)");
-}
-
 void LoadedScene::set_camera(const CameraChoice& camera) {
     check_surfaces();  // a default camera frames them
     camera_ = choose_camera(scene_, camera);
     camera_choice_ = camera;
+    framed_ = transform_revision_;
     ++choice_revision_;
 }
 
 void LoadedScene::frame_for(double aspect) {
     const CameraChoice& c = camera_choice_;
     const double now = c.aspect > 0 ? c.aspect : kUsualAspect;
-    if (!scene_.cameras.empty() || c.look_from || c.pose || aspect == now || freed_) return;
+    const bool framed = aspect == now && framed_ == transform_revision_;
+    if (!scene_.cameras.empty() || c.look_from || c.pose || framed || freed_) return;
     pose(0);
     camera_choice_.aspect = aspect;
     camera_ = choose_camera(scene_, camera_choice_);
+    framed_ = transform_revision_;
 }
 
 void LoadedScene::pose(double seconds) {

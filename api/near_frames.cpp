@@ -58,7 +58,7 @@ NearFrames::Held NearFrames::noisy(LoadedScene& scene, std::uint32_t frame, std:
 RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int reach, const Steps& steps,
                                 const ProgressCallback& progress) {
     load_seconds_ = 0;
-    const std::vector<std::uint32_t> frames = frames_near(frame, reach);
+    std::vector<std::uint32_t> frames = frames_near(frame, reach);
     if (choice_ != scene.choice_revision()) held_.clear();
     choice_ = scene.choice_revision();
     std::erase_if(held_, [&](const auto& h) {
@@ -67,6 +67,9 @@ RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int rea
     });
     const auto missing = static_cast<int>(frames.size() - held_.size());
     int rendered = 0;
+    bool interrupted = false;
+    // The frame itself comes first, so that a stopped picture is of this frame.
+    std::stable_partition(frames.begin(), frames.end(), [&](std::uint32_t n) { return n == frame; });
     for (const std::uint32_t n : frames) {
         if (held_.contains(n)) continue;
         const auto of_all = [&](RenderProgress p) {
@@ -77,7 +80,9 @@ RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int rea
         };
         if (n != frame && scene.surfaces_move() && !pose_of(scene, n)) continue;
         Held made = noisy(scene, n, frames_near(n, reach), steps, of_all);
-        if (made.result.stats.interrupted) return std::move(made.result);
+        interrupted = made.result.stats.interrupted;
+        if (interrupted && n == frame) return std::move(made.result);
+        if (interrupted) break;
         held_.emplace(n, std::move(made));
         ++rendered;
     }
@@ -88,6 +93,7 @@ RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int rea
     RenderResult result = std::move(own.result);
     own.result = {};
     steps.denoise(*own.noisy, others, result);
+    result.stats.interrupted = interrupted;
     if (result.stats.neighbours) result.stats.neighbours->rendered = rendered;
     return result;
 }

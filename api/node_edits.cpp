@@ -8,6 +8,7 @@
 
 #include "api/halflight/object_names.h"
 #include "engine/core/error.h"
+#include "engine/scene/geometry.h"
 
 namespace halflight {
 namespace {
@@ -80,15 +81,25 @@ class Motions {
         NodeMotion& motion = motions_[node];
         replaced_.erase(node);
         if (edit.matrix) {
-            if (!invertible(own))
+            if (invertible(own))
+                motion = {*edit.matrix * glm::inverse(own), true};
+            else if (!leaves_area(own) && !has_light_below(node))
+                motion = {dmat4(1), true};  // all surfaces are hidden
+            else
                 throw Error(where, "the transform of node {} has no inverse, so a matrix cannot replace it", index);
-            motion = {*edit.matrix * glm::inverse(own), true};
         }
         if (NodeEdit{.matrix = edit.matrix} != edit)
             motion.moved = about(dvec3(motion.moved * own[3]), edit) * motion.moved;
         else if (edit.matrix)
             replaced_[node] = *edit.matrix;  // products of matrices would be rounded
         if (!invertible(motion.moved)) throw Error(where, "the transform of node {} overflows", index);
+    }
+
+    bool has_light_below(int node) const {
+        return std::ranges::any_of(tree_.light_nodes, [&](int above) {
+            while (above != kNone && above != node) above = tree_.nodes[static_cast<std::size_t>(above)].parent;
+            return above == node;
+        });
     }
 
     const SceneTree& tree_;

@@ -51,6 +51,9 @@ void SceneRenderer::begin() {
     if (scene_.surfaces_move()) scene_.deform_by(deformer());
     if (transforms_ != scene_.transform_revision()) drop();
     transforms_ = scene_.transform_revision();
+    if (edits_ == scene_.edits()) return;
+    edits_ = scene_.edits();
+    history_.forget();  // it holds light of other lights and materials
 }
 
 void SceneRenderer::drop() {

@@ -100,6 +100,7 @@ class SceneRenderer {
     std::size_t pool_size_ = 0;       // memory for pages, bytes; 0: not chosen yet
     std::uint64_t uploaded_ = 0;      // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms_ = 0;    // LoadedScene::transform_revision() of the uploaded scene
+    SceneEdits edits_;                // edits of the last picture
     std::optional<Estimator> found_;  // result of the pilot
     PictureHistory history_;          // light and geometry of the last frame, for RenderSettings::preview
     double load_seconds_ = 0;

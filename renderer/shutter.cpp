@@ -155,6 +155,17 @@ void ShutterMean::add_layer(Layer& layer, const Image& image, int samples) {
 RenderResult ShutterMean::take(RenderResult still) {
     RenderResult result = std::move(result_);
     result.view = result.catchers = {};
+    const int done = result.stats.samples;
+    const double rest = done == samples_ ? 1 : double(samples_) / std::max(done, 1);
+    const auto scale = [](std::vector<double>& sums, double factor) {
+        for (double& value : sums) value *= factor;
+    };
+    if (rest != 1) {
+        scale(beauty_, rest), scale(catchers_, rest);
+        for (Layer& layer : layers_)
+            if (layer.aov->merge == LayerMerge::mean || layer.aov->merge == LayerMerge::variance)
+                scale(layer.sums, layer.aov->merge == LayerMerge::mean ? rest : rest * rest);
+    }
     shade_catchers(beauty_, catchers_, 1, 1);
     if (!catchers_.empty())
         for (double& value : beauty_) value = std::max(value, 0.0);  // undoes roundings
@@ -163,11 +174,11 @@ RenderResult ShutterMean::take(RenderResult still) {
         const Layer& layer = layers_[i];
         Image& image = result.aovs[i].image;
         if (layer.aov->at_centre()) {
-            image = std::move(still.aovs[i].image);
+            if (!still.aovs.empty()) image = std::move(still.aovs[i].image);
         } else if (layer.aov->is_matte()) {
             constexpr std::size_t kStride = 2 * kCryptomatteRanks;
             for (std::size_t p = 0; p < image.pixels.size() / kStride; ++p)
-                layer.coverage.rank(p, samples_, std::span<float, kStride>(&image.pixels[p * kStride], kStride));
+                layer.coverage.rank(p, done, std::span<float, kStride>(&image.pixels[p * kStride], kStride));
         } else {
             image.pixels = as_floats(layer.sums);
         }

@@ -36,7 +36,9 @@ class ShutterMean {
     void add(const RenderResult& picture);
     /// Returns whether take() needs a picture at the frame's own time.
     bool wants_still() const;
-    /// Returns the merged picture, without a view. RenderStats are sums; batches are those of the last picture.
+    /// Returns the merged picture, without a view: the mean of the samples that were added, which may be fewer than
+    /// all. Layers without a mean are those of `still`, or of the first picture where `still` is empty. RenderStats are
+    /// sums; batches are those of the last picture. Precondition: a picture was added.
     RenderResult take(RenderResult still);
 
   private:

@@ -72,8 +72,8 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
                                             bool always = false);
 
 /// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene whose own light is
-/// negligible for what its cameras see gets a neutral sky, which the log notes. `lit_elsewhere` prevents that: the scene
-/// has light in pages, or an animation brings it later.
+/// negligible for what its cameras see gets a neutral sky, which the log notes. `lit_elsewhere` prevents that: the
+/// scene has light in pages, or an animation brings it later.
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, bool lit_elsewhere = false);
 /// Appends the sun of the environment, which `from` has, to a pose of the same file.
 void take_sun(Scene& pose, const Scene& from);
@@ -157,7 +157,8 @@ class LoadedScene {
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
     void set_camera(const CameraChoice& camera);
 
-    /// Fits a default camera into pictures of that width / height. Does nothing where another camera was chosen.
+    /// Fits a default camera to the edited scene and to pictures of that width / height. Does nothing where another
+    /// camera was chosen.
     void frame_for(double aspect);
 
     /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and where an edit
@@ -181,8 +182,10 @@ class LoadedScene {
     ChosenCamera camera(double seconds);
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< Returns the camera at 0 s.
     const FrameRate& frame_rate() const { return frame_rate_; }
-    const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
-    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns the files, glTF first.
+    const std::vector<std::size_t>& playing() const { return playing_; }  ///< Returns indices of animations.
+    const std::vector<std::filesystem::path>& files() const {
+        return files_;
+    }  ///< Returns the files, glTF first, pages last.
     const std::vector<std::string>& variants() const { return variants_; }  ///< Returns the names of material variants.
     /// Returns the page file; null where the geometry is in memory.
     const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
@@ -195,7 +198,6 @@ class LoadedScene {
     struct Unedited;
     void apply_edits();
     void restore_unedited();
-    void check_pages(const SceneEdits& edits) const;
     /// Loads the scene into memory. Returns whether its animations may bring light later.
     bool load_whole(const Log& log);
     /// Loads the scene, with its geometry from pages. Returns like load_whole().
@@ -217,6 +219,7 @@ class LoadedScene {
     SceneSize size_;
     MemoryLedger::Entry memory_;
     std::set<std::size_t> driven_emission_;     // materials whose emission the animation may change
+    std::vector<bool> driven_materials_;        // with pages: per material, whether some animation changes it
     std::unique_ptr<SeparateLights> separate_;  // groups of SceneEdits::each_light; null: not asked for
     std::unique_ptr<Unedited> unedited_;        // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
@@ -228,6 +231,7 @@ class LoadedScene {
     Deformer* deformer_ = nullptr;
     std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
     std::uint64_t revision_ = 1, transform_revision_ = 1, choice_revision_ = 1;
+    std::uint64_t framed_ = 1;  // transform_revision_ at the last choice of a default camera
 };
 
 /// Warnings about poses after the first, such as values that an animation drives out of their range. Each is told once.

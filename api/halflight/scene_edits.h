@@ -42,10 +42,11 @@ struct LightEdit {
 /// Edit of a node, of what hangs below it, and of the lights among them. Relative edits follow animations: the node is
 /// scaled along the world's axes about its origin, then rotated about X, Y and Z, then moved.
 struct NodeEdit {
-    dvec3 translate{0};             // metres, kEditPosition
-    dvec3 rotate{0};                // degrees, kEditRotation
-    dvec3 scale{1};                 // factors, kEditScale
-    std::optional<dmat4> matrix{};  // affine, invertible; replaces node to world at all times, before the other members
+    dvec3 translate{0};  // metres, kEditPosition
+    dvec3 rotate{0};     // degrees, kEditRotation
+    dvec3 scale{1};      // factors, kEditScale
+    // Affine, invertible; replaces node to world before the other members. Animated scales of 0 go on to hide the node.
+    std::optional<dmat4> matrix{};
     bool operator==(const NodeEdit&) const = default;
 };
 
@@ -90,7 +91,8 @@ struct SceneEdits {
     vec3 environment_tint{1};         // factor by channel, kEditColor
     float emission = 1;               // factor of the emission of all surfaces, kEditFactor
     bool clay = false;                // gives every surface one rough grey without texture; lights stay
-    // object_to_world by index into Scene::instances, affine. They replace animated transforms at all times.
+    // object_to_world by index into Scene::instances, affine, in place of animated transforms. An instance that an
+    // animated scale of 0 hides may stay hidden.
     std::map<std::size_t, dmat4> transforms{};
     std::vector<NamedEdit<LightEdit>> lights{};
     std::vector<NamedEdit<MaterialEdit>> materials{};  // they replace animated values at all times

@@ -10,6 +10,7 @@
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
+#include "engine/scene/geometry.h"
 #include "engine/tables/shading_tables.h"
 
 namespace halflight {
@@ -151,16 +152,17 @@ void PreparedScene::prepare_pages(const Scene& scene) {
     const Stopwatch watch;
     take_names(scene);
     if (pose_pages(scene)) tables_ = paging::resident_tables(pages(), tables_.absent ? &tables_ : nullptr);
-    if (tables_.absent->used_materials.size() != scene.materials.size() ||
-        tables_.ranges.size() != scene.instances.size()) {
+    const auto shown = static_cast<std::size_t>(std::ranges::count_if(
+        scene.instances, [&](const Instance& i) { return !paging::is_moving(scene, i) || has_surface(scene, i); }));
+    if (tables_.absent->used_materials.size() != scene.materials.size() || tables_.ranges.size() != shown) {
         throw Error(scene.name, "its pages were made of another scene: {} materials and {} objects, not {} and {}",
-                    tables_.absent->used_materials.size(), tables_.ranges.size(), scene.materials.size(),
-                    scene.instances.size());
+                    tables_.absent->used_materials.size(), tables_.ranges.size(), scene.materials.size(), shown);
     }
-    ShadingTables shading = build_shading_tables(scene, tables_, kept_needs(options_.kept), options_.estimator.lights,
+    const SceneNeeds kept = united(kept_needs(options_.kept), paging::vertex_layout(pages().index()));
+    ShadingTables shading = build_shading_tables(scene, tables_, kept, options_.estimator.lights,
                                                  options_.estimator.sun, buffers_ ? &pooled_ : nullptr);
     if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != pages().index().vertex_texels)
-        throw Error(scene.name, "its pages have other vertex attributes than its materials need");
+        throw Error(scene.name, "its materials need vertex attributes that its pages do not have");
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
     has_environment_ = !shading.environment.pixels.empty();

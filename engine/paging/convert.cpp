@@ -41,9 +41,10 @@ std::size_t bytes_of(const Mesh& mesh) {
 struct MeshFacts {
     MeshExtent extent;
     std::size_t vertices = 0;
-    float lowest_alpha = 1;   // TriangleWords::lowest_vertex_alpha()
-    std::uint32_t index = 0;  // index into the Scene::meshes of a scene in memory, which has no empty meshes
-    bool deforms = false;     // Mesh::deforms
+    float lowest_alpha = 1;  // TriangleWords::lowest_vertex_alpha()
+    // Index into the Scene::meshes of a scene in memory, in which meshes without triangles deform.
+    std::uint32_t index = 0;
+    bool deforms = false;  // Mesh::deforms
 };
 
 /// A mesh at the place of an instance.
@@ -211,13 +212,16 @@ class Converter {
         std::size_t triangles = 0, vertices = 0;
         for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
             const Mesh mesh = source_.read(m);
-            facts_[m] = {extent_of(mesh), mesh.positions.size(), TriangleWords::lowest_vertex_alpha(mesh), meshes,
+            const Mesh parts = mesh.deforms ? source_.all_parts(m) : Mesh();
+            const Mesh& all = mesh.deforms ? parts : mesh;
+            facts_[m] = {extent_of(mesh), mesh.positions.size(), TriangleWords::lowest_vertex_alpha(all), meshes,
                          mesh.deforms};
-            if (mesh.triangles.empty()) continue;
+            if (all.triangle_material.empty()) continue;
             ++meshes;
             attributes.add(mesh);
-            for (const std::uint32_t material : mesh.triangle_material) used[material] = true;
-            if (std::ranges::any_of(instances[m], [&](std::size_t i) { return moves(i); })) add_moving(mesh, facts_[m]);
+            attributes.add(all);
+            for (const std::uint32_t material : all.triangle_material) used[material] = true;
+            if (std::ranges::any_of(instances[m], [&](std::size_t i) { return moves(i); })) add_moving(all, facts_[m]);
             for (const std::size_t i : instances[m]) {
                 if (moves(i)) continue;
                 triangles += mesh.triangles.size();

@@ -9,6 +9,7 @@
 
 #include "engine/core/error.h"
 #include "engine/paging/partition.h"
+#include "engine/scene/geometry.h"
 #include "engine/tables/table_rows.h"
 
 namespace halflight::paging {
@@ -60,13 +61,10 @@ void MovingPages::add_rows(const Scene& scene) {
     if (geometry.used_materials.size() != scene.materials.size())
         throw Error(scene.name, "its pages were made of another scene: {} materials, not {}",
                     geometry.used_materials.size(), scene.materials.size());
-    const SceneNeeds needs = layout_needs(scene.materials, geometry.used_materials,
-                                          {.colors = geometry.vertex_colors, .tangents = geometry.tangents});
-    if (static_cast<std::uint32_t>(needs.vertex_stride()) != index_.vertex_texels)
-        throw Error(scene.name, "its pages have other vertex attributes than its materials need");
+    const SceneNeeds needs = vertex_layout(index_);
     std::size_t triangles = 0, vertices = 0;
     for (const Instance& instance : scene.instances) {
-        if (!is_moving(scene, instance)) continue;
+        if (!is_moving(scene, instance) || !has_surface(scene, instance)) continue;
         const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
         triangles += mesh.triangles.size(), vertices += mesh.positions.size();
     }
@@ -78,7 +76,7 @@ void MovingPages::add_rows(const Scene& scene) {
     for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        if (!is_moving(scene, instance) || mesh.triangles.empty()) continue;
+        if (!is_moving(scene, instance) || !has_surface(scene, instance)) continue;
         const auto first_vertex = static_cast<std::uint32_t>(positions_.size());
         const auto first_triangle = static_cast<std::uint32_t>(of_still.triangles + triangles_.size());
         index_.ranges.push_back({.mesh = static_cast<std::uint32_t>(instance.mesh),

@@ -24,7 +24,7 @@
 
 namespace halflight::paging {
 
-inline constexpr std::uint32_t kPageFileVersion = 5;
+inline constexpr std::uint32_t kPageFileVersion = 6;
 
 /// Sizes of a page file.
 struct PageFileSizes {

@@ -83,7 +83,8 @@ bool parts_fit(const StoredIndex& stored, std::uint64_t end) {
     const std::uint64_t blocks = (std::uint64_t{index.triangles} + kTrianglesPerBlock - 1) / kTrianglesPerBlock;
     const std::uint32_t page_bytes = index.limits.bytes;
     if (page_bytes < kLeastPageBytes || page_bytes > kMostPageBytes || page_bytes % kPageByteSteps != 0 ||
-        index.limits.alpha_tested >= kMostAlphaTested || index.vertex_texels < 1 ||
+        index.limits.alpha_tested >= kMostAlphaTested ||
+        index.vertex_texels != static_cast<std::uint32_t>(vertex_layout(index).vertex_stride()) ||
         index.vertex_texels > kMostVertexTexels || stored.block_offsets.size() != blocks ||
         stored.page_offsets.size() != index.pages.size() ||
         index.pages.size() > std::numeric_limits<std::uint32_t>::max())

@@ -448,6 +448,15 @@ rays::Bvh hierarchy_over(const PageIndex& index) {
     return bvh;
 }
 
+SceneNeeds vertex_layout(const PageIndex& index) {
+    SceneNeeds needs;
+    needs.vertex_colors = index.geometry.vertex_colors;
+    const std::uint32_t others = index.vertex_texels - (needs.vertex_colors ? 2 : 1);
+    needs.texture_coordinates = others >= 1;
+    needs.normal_maps = others >= 2;  // which need texture coordinates (vertex.h)
+    return needs;
+}
+
 bool within_reach(const vec3& position) {
     return glm::all(glm::lessThanEqual(glm::abs(position), vec3(kSceneReach)));
 }

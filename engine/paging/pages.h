@@ -15,6 +15,7 @@
 #include "engine/rays/bvh.h"
 #include "engine/rays/page_node.h"
 #include "engine/rays/pairs.h"
+#include "engine/tables/needs.h"
 #include "engine/tables/tables.h"
 
 namespace halflight::paging {
@@ -88,6 +89,9 @@ struct PageIndex {
     AbsentGeometry geometry;  // facts about triangles and vertices, without AbsentGeometry::attributes
     bool alpha = false;       // some triangle needs the alpha test
 };
+
+/// Returns the needs on which the rows of vertex attributes depend. Materials as edited may need less, but not more.
+SceneNeeds vertex_layout(const PageIndex& index);
 
 /// Returns whether a position, relative to TraceTables::origin, can be one of a scene. It is finite, then.
 bool within_reach(const vec3& position);

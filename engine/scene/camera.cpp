@@ -7,6 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/scene/focal_length.h"
+#include "engine/scene/geometry.h"
 
 namespace halflight {
 namespace {
@@ -45,7 +46,8 @@ std::array<double, 4> reach_of(const Scene& scene, const WorldBounds& bounds, co
         vertices += scene.meshes[static_cast<std::size_t>(instance.mesh)].positions.size();
     if (vertices > 0 && vertices <= kMost && !scene.paged_bounds) {
         for (const Instance& instance : scene.instances)
-            extend(instance.object_to_world, scene.meshes[static_cast<std::size_t>(instance.mesh)].positions);
+            if (leaves_area(instance.object_to_world))
+                extend(instance.object_to_world, scene.meshes[static_cast<std::size_t>(instance.mesh)].positions);
     } else {
         std::array<dvec3, 8> corners;
         for (int i = 0; i < 8; ++i)

@@ -37,6 +37,17 @@ dvec3 area_vector(const Mesh& mesh, const uvec3& triangle) {
     return glm::cross(dvec3(mesh.positions[triangle.y]) - p0, dvec3(mesh.positions[triangle.z]) - p0);
 }
 
+bool leaves_area(const dmat4& object_to_world) {
+    const dmat3 m(object_to_world);
+    return glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) ||
+           glm::cross(m[2], m[0]) != dvec3(0);
+}
+
+bool has_surface(const Scene& scene, const Instance& instance) {
+    return !scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.empty() &&
+           leaves_area(instance.object_to_world);
+}
+
 void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources) {
     for_each_array(mesh, [&](auto& values) {
         if (values.empty()) return;

@@ -12,6 +12,11 @@ namespace halflight {
 /// In double the products of float differences neither overflow nor vanish.
 dvec3 area_vector(const Mesh& mesh, const uvec3& triangle);
 
+/// Returns whether surfaces keep an area under a transform; a scale of 0 leaves none.
+bool leaves_area(const dmat4& object_to_world);
+/// Returns whether an instance has a surface: triangles, and a transform that leaves them an area.
+bool has_surface(const Scene& scene, const Instance& instance);
+
 /// Makes vertex i of `mesh` a copy of its former vertex sources[i], in every per-vertex array. Triangles are untouched.
 void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources);
 

@@ -7,6 +7,15 @@
 
 namespace halflight {
 
+namespace {
+
+Mesh with_materials_after(std::size_t first, Mesh mesh) {
+    for (std::uint32_t& material : mesh.triangle_material) material += static_cast<std::uint32_t>(first);
+    return mesh;
+}
+
+}  // namespace
+
 void add_report(SceneReport& to, const SceneReport& more) {
     to.warnings.insert(to.warnings.end(), more.warnings.begin(), more.warnings.end());
     to.non_finite_triangles_dropped += more.non_finite_triangles_dropped;
@@ -44,13 +53,18 @@ JoinedScenes::JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSou
     }
 }
 
+const JoinedScenes::Part& JoinedScenes::part_of(std::size_t mesh) const {
+    return *(std::ranges::upper_bound(parts_, mesh, {}, &Part::first_mesh) - 1);
+}
+
 Mesh JoinedScenes::read(std::size_t mesh) {
-    const auto after = std::ranges::upper_bound(parts_, mesh, {}, &Part::first_mesh);
-    const Part& part = *(after - 1);
-    Mesh result = part.source->read(mesh - part.first_mesh);
-    for (std::uint32_t& material : result.triangle_material)
-        material += static_cast<std::uint32_t>(part.first_material);
-    return result;
+    const Part& part = part_of(mesh);
+    return with_materials_after(part.first_material, part.source->read(mesh - part.first_mesh));
+}
+
+Mesh JoinedScenes::all_parts(std::size_t mesh) {
+    const Part& part = part_of(mesh);
+    return with_materials_after(part.first_material, part.source->all_parts(mesh - part.first_mesh));
 }
 
 std::vector<std::filesystem::path> JoinedScenes::files() const {

@@ -25,6 +25,9 @@ class MeshSource {
     /// Reads a mesh, which meets the requirements of scene.h. The same mesh can be read again. Throws Error that names
     /// file and element.
     virtual Mesh read(std::size_t mesh) = 0;
+    /// Returns materials, vertex colours and tangents of all triangles that a deforming mesh has in some pose, without
+    /// positions and triangles. At rest, read() drops those without area. Tangents tell only whether there are any.
+    virtual Mesh all_parts(std::size_t mesh) { return read(mesh); }
 };
 
 /// Adds the numbers and warnings of another report.
@@ -39,6 +42,7 @@ class JoinedScenes final : public MeshSource {
     SceneReport report() const override;
     std::vector<std::filesystem::path> files() const override;
     Mesh read(std::size_t mesh) override;
+    Mesh all_parts(std::size_t mesh) override;
 
   private:
     struct Part {
@@ -46,6 +50,8 @@ class JoinedScenes final : public MeshSource {
         std::size_t first_mesh = 0;
         std::size_t first_material = 0;
     };
+    const Part& part_of(std::size_t mesh) const;
+
     std::vector<Part> parts_;
     Scene scene_;
 };

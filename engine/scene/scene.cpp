@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/scene/geometry.h"
+
 namespace halflight {
 
 WorldBounds world_bounds(const Scene& scene) {
@@ -12,7 +14,7 @@ WorldBounds world_bounds(const Scene& scene) {
     WorldBounds bounds = scene.paged_bounds.value_or(WorldBounds());
     for (const Instance& instance : scene.instances) {
         const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
-        if (box.empty()) continue;
+        if (box.empty() || !leaves_area(instance.object_to_world)) continue;
         const dmat4& m = instance.object_to_world;
         // Bounds the transformed box, one axis at a time (Arvo, Graphics Gems 1990).
         dvec3 lower(m[3]), upper(m[3]);

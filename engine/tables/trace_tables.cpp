@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/scene/geometry.h"
 #include "engine/tables/table_rows.h"
 #include "engine/tables/tables.h"
 
@@ -44,7 +45,6 @@ class Builder {
     }
 
   private:
-    bool has_triangles(const Instance& instance) const { return !mesh_of(instance).triangles.empty(); }
     const Mesh& mesh_of(const Instance& instance) const {
         return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
     }
@@ -54,7 +54,7 @@ class Builder {
         std::vector<std::uint32_t> uses(scene_.meshes.size(), 0);
         shared_.assign(scene_.instances.size(), 0);
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-            shared_[i] = has_triangles(scene_.instances[i]) && !scene_.instances[i].catcher &&
+            shared_[i] = has_surface(scene_, scene_.instances[i]) && !scene_.instances[i].catcher &&
                          well_conditioned(scene_.instances[i].object_to_world);
             if (shared_[i]) ++uses[static_cast<std::size_t>(scene_.instances[i].mesh)];
         }
@@ -86,7 +86,7 @@ class Builder {
         std::size_t vertices = 0, triangles = 0;
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             char& once = counted[static_cast<std::size_t>(scene_.instances[i].mesh)];
-            if (!has_triangles(scene_.instances[i]) || (shared_[i] && once)) continue;
+            if (!has_surface(scene_, scene_.instances[i]) || (shared_[i] && once)) continue;
             once = once || shared_[i];
             vertices += mesh_of(scene_.instances[i]).positions.size();
             triangles += mesh_of(scene_.instances[i]).triangles.size();
@@ -143,7 +143,7 @@ class Builder {
     void add_merged() {
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             const Instance& instance = scene_.instances[i];
-            if (shared_[i] || !has_triangles(instance)) continue;
+            if (shared_[i] || !has_surface(scene_, instance)) continue;
             if (tables_.blocks.empty()) begin_block(tables_.origin);
             append(i, true, [&](const vec3& p) { return merged_position(instance, p, tables_.origin); });
         }

@@ -124,12 +124,21 @@ std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& fo
     return scene.write(folder / "bad_frame.glb");
 }
 
-std::filesystem::path write_blinking_scene(const std::filesystem::path& folder) {
+std::filesystem::path write_blinking_scene(const std::filesystem::path& folder, const std::array<vec3, 3>& scales) {
     AnimatedScene scene;
     add_room(scene);
-    scene.box("blinking", scene.material({1, 1, 1}), {0, 1, 0}, {0.5f, 0.5f, 0.5f});
-    scene.animate("blink", scene.last_node(), "scale", "STEP", {0, 1, 2},
-                  scene.b.floats("VEC3", {1, 1, 1, 0, 0, 0, 1, 1, 1}));
+    Json lids = scene.box("blinking", scene.material({0.8, 0.6, 0.1}), {0, 1, 0}, {0.5f, 0.5f, 0.5f});
+    Json sides = lids;
+    sides["material"] = scene.material({0.1, 0.6, 0.8});
+    const auto triangles = [&](const std::vector<std::uint8_t>& list) { return scene.b.accessor("SCALAR", kU8, list); };
+    lids["indices"] = triangles({0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7});
+    sides["indices"] = triangles({0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5});
+    scene.b.json["meshes"].back()["primitives"] = {lids, sides};
+    scene.b.json["nodes"].back()["scale"] = {scales[0].x, scales[0].y, scales[0].z};
+    scene.b.json["meshes"].back()["name"] = "cube";
+    std::vector<float> values;
+    for (const vec3& s : scales) values.insert(values.end(), {s.x, s.y, s.z});
+    scene.animate("blink", scene.last_node(), "scale", "STEP", {0, 1, 2}, scene.b.floats("VEC3", values));
     scene.camera("still", {0, 1, 6});
     return scene.write(folder / "blinking.glb");
 }

@@ -1,7 +1,10 @@
 // Writes small animated scenes to files.
 #pragma once
 
+#include <array>
 #include <filesystem>
+
+#include "engine/core/math.h"
 
 namespace halflight::test {
 
@@ -14,8 +17,10 @@ std::filesystem::path write_animated_scene(const std::filesystem::path& folder);
 /// fails.
 std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& folder);
 
-/// Writes a scene with a box "blinking", whose scale is 0 from 1 s to 2 s, and 1 at other times.
-std::filesystem::path write_blinking_scene(const std::filesystem::path& folder);
+/// Writes a scene with a box "blinking" in a room with a lamp. Its lids are yellow and its sides blue. Its scale is the
+/// first of `scales` before 1 s, the second one until 2 s, and then the third.
+std::filesystem::path write_blinking_scene(const std::filesystem::path& folder,
+                                           const std::array<vec3, 3>& scales = {vec3(1), vec3(0), vec3(1)});
 
 /// Writes a scene with "slider", a square of side 1 and radiance 1 in the plane z = 0, seen by orthographic cameras of
 /// 4 x 4 units. Animation "slide" moves it by 2 units per second along +x, through the middle at 1 s. Animation "pan"

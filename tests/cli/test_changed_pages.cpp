@@ -125,6 +125,22 @@ TEST_F(ChangedPages, FramesDependOnTheFilesOfImages) {
     }
 }
 
+/// Page files hold times of the scene's files, which are no part of a frame.
+TEST_F(ChangedPages, FramesDoNotDependOnThePageFileItself) {
+    const auto [scene, list] = write_scene(0);
+    Strings arguments = {"render", scene, file("p.#.exr"), "--pages", file("a.pages"), "--frames", "1"};
+    for (const char* word : {"--width", "16", "--samples", "1", "--quiet"}) arguments.push_back(word);
+    pack(scene);
+    const std::string first = read_text(file("a.pages"));
+    ASSERT_EQ(run_program(arguments).status, 0);
+    fs::last_write_time(scene, fs::last_write_time(scene) + std::chrono::hours(1));
+    fs::remove(file("a.pages"));
+    pack(scene);
+    ASSERT_FALSE(read_text(file("a.pages")) == first);
+    const Outcome outcome = run_program(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+}
+
 TEST_F(ChangedPages, ChangedFilesAreNoticed) {
     const auto [scene, list] = write_scene(0);
     pack(scene);
@@ -154,6 +170,41 @@ TEST_F(ChangedPages, ImagesThatDecideAlphaTestsAreNoticed) {
     const std::string core = picture(scene);
     pack(scene);
     EXPECT_TRUE(picture(scene, {"--pages", file("a.pages")}) == core);
+}
+
+TEST_F(ChangedPages, EditsOfMaterialsEqualThoseInMemoryOrAreRefused) {
+    GltfBuilder b;
+    b.json["images"] = {{{"uri", "cloth.png"}}};
+    b.json["textures"] = {{{"source", 0}}};
+    b.json["materials"] = {{{"name", "cloth"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}},
+                           {{"name", "veil"}, {"alphaMode", "BLEND"}}};
+    for (const int material : {0, 1}) {
+        const float height = 9.0f * float(material), side = 40 - height;
+        Json& quad = b.add_mesh({{"POSITION", b.floats("VEC3", {0, height, 0, side, height, 0, 0, height, side,  //
+                                                                side, height, side})},
+                                 {"TEXCOORD_0", b.floats("VEC2", {0, 0, 8, 0, 0, 8, 8, 8})}});
+        quad["indices"] = b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 2, 1, 1, 2, 3});
+        quad["material"] = material;
+    }
+    write_text(file("scene.glb"), b.glb());
+    write_png(file("cloth.png"), 2, 1, 4, std::vector<std::uint8_t>{200, 90, 60, 255, 60, 90, 200, 255});
+    const std::string scene = file("scene.glb");
+    pack(scene);
+    const std::string unedited = picture(scene);
+    write_text(file("clay.json"), R"({"halflight_settings": 1, "clay": true})");
+    for (const Strings& edit : {Strings{"--settings", file("clay.json")}, Strings{"--material", "cloth.roughness=0.1"},
+                                Strings{"--material", "veil.base_color=0.1,0.2,0.9"}}) {
+        const std::string core = picture(scene, edit);
+        EXPECT_FALSE(core == unedited) << edit.back();
+        Strings paged = edit;
+        paged.insert(paged.end(), {"--pages", file("a.pages")});
+        EXPECT_TRUE(picture(scene, paged) == core) << edit.back();
+    }
+    const Strings thin = {"--material", "veil.base_color=1,1,1,0.5", "--pages", file("a.pages")};
+    const Outcome outcome = render(scene, thin);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("material 1: its surfaces are opaque in the pages"), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
 }
 
 TEST_F(ChangedPages, DamagedFilesInTheCacheAreMadeAnew) {

@@ -324,6 +324,30 @@ TEST_F(Pack, AnimatedScenesEqualThoseInMemory) {
             << frame;
 }
 
+/// Surfaces that have no area at rest, whole boxes or their sides alone, have their materials when they appear.
+TEST_F(Pack, SurfacesThatAppearEqualThoseInMemory) {
+    for (const vec3& rest : {vec3(0), vec3(1, 0, 1)}) {
+        std::filesystem::remove(file("a.pages"));
+        std::filesystem::remove(file("blinking.glb"));
+        const std::string scene = write_blinking_scene(folder.path, {rest, vec3(1), vec3(0.5f)});
+        ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
+        const Strings view = {"--width",     "32",    "--samples", "2",     "--fps", "1",
+                              "--look-from", "2,3,5", "--look-at", "0,1,0", "--aov", "albedo,ids,cryptomaterial"};
+        std::string last;
+        for (const char* frame : {"0", "1", "2"}) {
+            Strings at = {"--frame", frame, "--animation", "blink"};
+            ASSERT_EQ(render(scene, "core.exr", view, at).status, 0);
+            const std::string core = read_text(file("core.exr"));
+            EXPECT_TRUE(core != last) << frame;
+            at.insert(at.end(), {"--pages", file("a.pages")});
+            const Outcome paged = render(scene, "paged.exr", view, at);
+            ASSERT_EQ(paged.status, 0) << paged.err;
+            EXPECT_TRUE(read_text(file("paged.exr")) == core) << frame;
+            last = core;
+        }
+    }
+}
+
 TEST_F(Pack, AssetsWithSkinsAndMorphTargetsPlay) {
     const std::filesystem::path assets = HALFLIGHT_SHARED_DIR "/assets/animation";
     if (!std::filesystem::exists(assets)) GTEST_SKIP() << "../shared/assets is not there";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "api/paged_edits.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/core/release.h"
 #include "engine/settings/layers.h"
@@ -45,6 +46,7 @@ bool RendererCache::reload_shaders() {
 }
 
 void RendererCache::prepare_scene(const Request& r) {
+    if (r.pages) check_paged_edits(r.edits, *r.reference, r.pages->index(), r.reference->name);
     const bool raster = row_of(r.culling).needs_cull_tree;
     const bool known = scene_ && r.reference == request_.reference && (!raster || raster_) &&
                        surface_edits(r.edits) == surface_edits(request_.edits);

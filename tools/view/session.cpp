@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "api/halflight/camera.h"
+#include "api/paged_edits.h"
+#include "engine/paging/page_file.h"
 #include "tools/cli/settings_parts.h"
 
 namespace halflight::view {
@@ -96,7 +98,7 @@ void Session::reset_camera() {
 
 void Session::edit(SceneEdits other) {
     check_edits(other, *scene_, *tree_);
-    if (pages_ && change_surfaces(other)) throw Error(file_.string(), "nodes and surfaces cannot change with pages");
+    if (pages_) check_paged_edits(other, *scene_, pages_->index(), file_.string());
     edits = std::move(other);
 }
 

@@ -389,9 +389,7 @@ Scene GltfScene::at_rest() {
     return guarded(state_->path, [&] {
         state_->pose(0, {});
         GltfPoseCache nothing;
-        return validated(
-            convert(state_->document, state_->path, nothing, state_->material_set ? &state_->material_set : nullptr),
-            state_->path);
+        return validated(convert(state_->document, state_->path, nothing, &state_->material_set), state_->path);
     });
 }
 
@@ -471,6 +469,15 @@ struct GltfMeshSource::State {
         return mesh;
     }
 
+    Mesh all_parts(std::size_t index) {
+        const SceneReport known = counts;
+        const GltfWarnings warnings = document.warnings;
+        Mesh mesh = stream.all_parts(index);
+        free_views(document, views_of_mesh(index + 1));
+        counts = known, document.warnings = warnings;
+        return mesh;
+    }
+
     /// Returns the buffer views of a mesh; none where there is no such mesh, or where no view is compressed.
     std::set<int> views_of_mesh(std::size_t index) const {
         std::set<int> views;
@@ -517,6 +524,10 @@ std::vector<std::filesystem::path> GltfMeshSource::files() const {
 
 Mesh GltfMeshSource::read(std::size_t mesh) {
     return guarded(state_->path, [&] { return state_->read(mesh); });
+}
+
+Mesh GltfMeshSource::all_parts(std::size_t mesh) {
+    return guarded(state_->path, [&] { return state_->all_parts(mesh); });
 }
 
 }  // namespace halflight

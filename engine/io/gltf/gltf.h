@@ -134,6 +134,7 @@ class GltfMeshSource final : public MeshSource {
     SceneReport report() const override;
     std::vector<std::filesystem::path> files() const override;
     Mesh read(std::size_t mesh) override;
+    Mesh all_parts(std::size_t mesh) override;
 
   private:
     struct State;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/io/gltf/accessor.h"
+#include "engine/scene/geometry.h"
 #include "engine/scene/mesh_source.h"
 
 namespace halflight {
@@ -13,9 +14,10 @@ namespace {
 struct MeshRequest {
     GltfMeshKey key;
     GltfPose pose;
-    bool deforms;        // animations deform the mesh
-    bool flattened;      // the node's transform is applied to the vertices
-    bool moves = false;  // some instance moves
+    bool deforms;          // animations deform the mesh
+    bool flattened;        // the node's transform is applied to the vertices
+    bool moves = false;    // some instance moves
+    bool visible = false;  // the transform of some instance leaves an area
 };
 
 /// Builder of Scene::meshes and Scene::instances. It collects all requests first, so that all deforming meshes are
@@ -46,7 +48,9 @@ class Instances {
         }
     }
 
-    /// Builds the meshes, and removes instances of meshes without triangles.
+    /// Builds the meshes, and removes instances of meshes without triangles. Animations hide surfaces with a scale of 0
+    /// (glTF 2.0, section 3.5.2). These keep instances and names, so that edits find the same objects in all poses.
+    /// Meshes that no instance shows are empty.
     void finish() {
         std::map<std::size_t, Mesh> deformed = deformed_meshes();
         std::vector<int> made(requests_.size(), kNone);
@@ -58,10 +62,14 @@ class Instances {
                 continue;
             }
             const bool keeps = kept_.wanted && !request.deforms && !request.flattened && !turns_tangents(request);
-            Mesh mesh = deformed.contains(i) ? std::move(deformed[i])
-                        : keeps              ? static_mesh(request)
-                                             : finish(open(request));
-            if (mesh.triangles.empty()) continue;
+            const Mesh* const still = keeps ? &static_mesh(request) : nullptr;
+            Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : still ? Mesh() : finish(open(request));
+            if ((still ? *still : mesh).triangles.empty() && !request.deforms) continue;
+            if (!request.visible)
+                mesh = {};
+            else if (still)
+                mesh = *still;
+            mesh.name = mesh_name(i);
             mesh.deforms = request.deforms;
             made[i] = static_cast<int>(scene_.meshes.size());
             scene_.meshes.push_back(std::move(mesh));
@@ -80,6 +88,7 @@ class Instances {
         made.deforms = deforms(mesh);
         return made;
     }
+    Mesh all_parts(std::size_t mesh) { return GltfMeshes::all_parts(open(requests_[mesh])); }
     std::size_t file_mesh(std::size_t mesh) const { return static_cast<std::size_t>(std::get<0>(requests_[mesh].key)); }
     std::string mesh_name(std::size_t mesh) const { return meshes_.name(file_mesh(mesh)); }
 
@@ -88,7 +97,8 @@ class Instances {
 
     void place(int node, const dmat4& world) {
         const GltfShape shape = shape_of(world);
-        if (shape == GltfShape::solid) return add(node, world, {});
+        if (shape == GltfShape::solid || (shape == GltfShape::nothing && kept_.animated.move(node)))
+            return add(node, world, {});
         if (shape == GltfShape::flat) return add(node, dmat4(1), {{world}, false});
         document_.warnings.add("its transform leaves no area, it is left out", fmt::format("nodes[{}]", node));
     }
@@ -108,6 +118,7 @@ class Instances {
         const bool moves = !pose.skin && pose.joints.empty() && kept_.animated.move(node);
         const int request = find_request(node, std::move(pose));
         requests_[static_cast<std::size_t>(request)].moves |= moves;
+        requests_[static_cast<std::size_t>(request)].visible |= leaves_area(object_to_world);
         scene_.instances.push_back({node_of(node).name, request, object_to_world, node, moves});
     }
 
@@ -188,7 +199,7 @@ class Instances {
         return meshes_.finish(std::move(unposed), moved);
     }
 
-    Mesh static_mesh(const MeshRequest& request) {
+    const Mesh& static_mesh(const MeshRequest& request) {
         auto known = kept_.meshes.find(request.key);
         if (known == kept_.meshes.end()) {
             // Every pose repeats the report and the warnings of the mesh.
@@ -274,9 +285,7 @@ GltfShape shape_of(const dmat4& object_to_world) {
     const dmat3 m(object_to_world);
     const double determinant = glm::determinant(m);
     if (determinant != 0 && std::isfinite(determinant)) return GltfShape::solid;
-    const bool has_area =
-        glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) || glm::cross(m[2], m[0]) != dvec3(0);
-    return has_area ? GltfShape::flat : GltfShape::nothing;
+    return leaves_area(object_to_world) ? GltfShape::flat : GltfShape::nothing;
 }
 
 std::vector<dmat4> instance_transforms(const GltfDocument& document, const nlohmann::json& extension,
@@ -354,6 +363,10 @@ bool GltfMeshStream::deforms(std::size_t mesh) const {
 
 Mesh GltfMeshStream::read(std::size_t mesh) {
     return state_->instances.read(mesh);
+}
+
+Mesh GltfMeshStream::all_parts(std::size_t mesh) {
+    return state_->instances.all_parts(mesh);
 }
 
 }  // namespace halflight

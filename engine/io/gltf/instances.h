@@ -69,7 +69,7 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
 enum class GltfShape {
     solid,    // the transform is invertible: instances share the mesh
     flat,     // each instance has a mesh of its own, since no later step could invert the transform
-    nothing,  // no area is left: the instance is left out
+    nothing,  // no area is left: the instance is left out, or hidden where an animation moves it
 };
 GltfShape shape_of(const dmat4& object_to_world);
 
@@ -99,6 +99,7 @@ class GltfMeshStream {
     bool deforms(std::size_t mesh) const;           ///< Returns Mesh::deforms.
     /// Reads a mesh; it has no triangles where add_instances() leaves it out.
     Mesh read(std::size_t mesh);
+    Mesh all_parts(std::size_t mesh);  ///< Returns MeshSource::all_parts().
 
   private:
     struct State;

@@ -103,6 +103,19 @@ Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
     return mesh;
 }
 
+Mesh GltfMeshes::all_parts(const GltfUnposedMesh& mesh) {
+    Mesh all;
+    for (const GltfUnposedMesh::Part& part : mesh.parts) {
+        const Mesh& from = part.still;
+        all.triangle_material.insert(all.triangle_material.end(), from.triangle_material.begin(),
+                                     from.triangle_material.end());
+        all.colors.insert(all.colors.end(), from.colors.begin(), from.colors.end());
+        const std::optional<TextureRef> map = tangent_texture_of(part.material);
+        if (map && !from.uvs[static_cast<std::size_t>(map->uv_set)].empty()) all.tangents = {vec4(1, 0, 0, 1)};
+    }
+    return all;
+}
+
 void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
     const DroppedTriangles dropped = drop_bad_triangles(part);
     report_.non_finite_triangles_dropped += dropped.non_finite;

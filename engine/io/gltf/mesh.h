@@ -53,6 +53,8 @@ class GltfMeshes {
     /// Returns the mesh with all its triangles, or without any if its primitives have none. `moved` are the results of
     /// its deformations, in their order; without them, deform() is used.
     Mesh finish(GltfUnposedMesh mesh, std::span<VertexArrays> moved = {});
+    /// Returns MeshSource::all_parts() of a mesh.
+    static Mesh all_parts(const GltfUnposedMesh& mesh);
 
   private:
     void finish(Mesh& part, const GltfMaterial* material);

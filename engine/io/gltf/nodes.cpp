@@ -119,17 +119,39 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     return light;
 }
 
-/// Returns the node's frame without its scale. It keeps the direction of -Z and the plane of Y and Z.
-dmat4 camera_frame(GltfDocument& document, const dmat4& world, const std::string& element) {
-    const dvec3 z = glm::normalize(dvec3(world[2]));
-    const dvec3 x = glm::normalize(glm::cross(dvec3(world[1]), z));
-    if (glm::any(glm::isnan(x))) {
-        document.warnings.add("camera's node has a singular transform, its rotation is ignored", element);
-        dmat4 frame(1);
-        frame[3] = world[3];
-        return frame;
+/// Returns the linear part of a node's transform as if scales of 0 were 1: these hide surfaces, but lights and cameras
+/// keep their directions.
+dmat3 directions_of(const GltfDocument& document, const GltfNodes& nodes, std::size_t node) {
+    dmat3 all(1);
+    for (int n = static_cast<int>(node); n != kNone; n = nodes.parents[static_cast<std::size_t>(n)]) {
+        const gltf::Node& from = document.model.nodes[static_cast<std::size_t>(n)];
+        dvec3 scale = to_vector(from.scale, dvec3(1));
+        for (int axis = 0; axis < 3; ++axis)
+            if (scale[axis] == 0) scale[axis] = 1;
+        const dvec4 rotation = to_vector(from.rotation, dvec4(0, 0, 0, 1));
+        all = (from.matrix.empty() ? dmat3(compose(dvec3(0), rotation, scale))
+                                   : dmat3(glm::make_mat4(from.matrix.data()))) *
+              all;
     }
-    return dmat4(dvec4(x, 0), dvec4(glm::cross(z, x), 0), dvec4(z, 0), world[3]);
+    return all;
+}
+
+/// Returns the node's frame without its scale. It keeps the direction of -Z and the plane of Y and Z.
+dmat4 camera_frame(GltfDocument& document, const GltfNodes& nodes, std::size_t node) {
+    const dmat4& world = nodes.world[node];
+    const auto frame_of = [&](const dmat3& m) {
+        const dvec3 z = glm::normalize(m[2]), x = glm::normalize(glm::cross(m[1], z));
+        return dmat4(dvec4(x, 0), dvec4(glm::cross(z, x), 0), dvec4(z, 0), world[3]);
+    };
+    const auto is_singular = [](const dmat4& frame) { return glm::any(glm::isnan(frame[0])); };
+    dmat4 frame = frame_of(dmat3(world));
+    if (is_singular(frame)) frame = frame_of(directions_of(document, nodes, node));
+    if (is_singular(frame)) {
+        document.warnings.add("camera's node has a singular transform, its rotation is ignored", name(node));
+        frame = dmat4(1);
+        frame[3] = world[3];
+    }
+    return frame;
 }
 
 Camera convert_camera(GltfDocument& document, std::size_t index) {
@@ -231,7 +253,7 @@ std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nod
         const gltf::Node& from = document.model.nodes[n];
         if (from.camera == kNone) continue;
         Camera camera = convert_camera(document, static_cast<std::size_t>(from.camera));
-        camera.camera_to_world = camera_frame(document, nodes.world[n], name(n));
+        camera.camera_to_world = camera_frame(document, nodes, n);
         camera.name = names.pick(document.model.cameras[static_cast<std::size_t>(from.camera)].name, from.name,
                                  fmt::format("camera{}", cameras.size()));
         cameras.push_back(std::move(camera));
@@ -249,7 +271,8 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
         const auto index = static_cast<std::size_t>(extension->at("light").get<int>());
         PunctualLight light = convert_light(document, index);
         light.position = nodes.world[n][3];
-        const dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));
+        dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));
+        if (glm::any(glm::isnan(direction))) direction = -glm::normalize(directions_of(document, nodes, n)[2]);
         if (!glm::any(glm::isnan(direction))) light.direction = vec3(direction);
         light.name = !from.name.empty() ? from.name : document.model.lights[index].name;
         lights.push_back(std::move(light));

@@ -4,8 +4,10 @@
 #include "api/halflight/ray_server.h"
 #include "engine/core/interruption.h"
 #include "engine/rays/rays.h"
+#include "tests/cli/animated_scenes.h"
 #include "tests/pass/renders.h"
 #include "tests/support/gpu_test.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -102,6 +104,62 @@ TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {
     scene.edit({});
     EXPECT_TRUE(same_bits(one.render().beauty, before));
     EXPECT_TRUE(same_bits(other.render().beauty, before));
+}
+
+/// The history of preview mode `temporal` ends with edits, since it holds light of other lights and materials.
+TEST_F(ApiTest, EditsEndTheHistoryOfPreviews) {
+    LoadedScene scene = cornell();
+    RenderSettings preview = settings();
+    preview.preview.temporal = true;
+    FrameRenderer renderer(scene, preview, options());
+    const Image first = renderer.render().beauty;
+    EXPECT_FALSE(same_bits(renderer.render().beauty, first)) << "there is no history";
+    SceneEdits edits;
+    edits.emission = 2;
+    scene.edit(edits);
+    const Image edited = renderer.render().beauty;
+    EXPECT_TRUE(same_bits(edited, FrameRenderer(scene, preview, options()).render().beauty));
+}
+
+/// A stopped picture is one of its own frame, with the samples so far.
+TEST_F(ApiTest, StoppedPicturesAreOfTheirFrame) {
+    const TemporaryFolder folder;
+    LoadedScene scene({.scene = write_animated_scene(folder.path), .animation = "all"}, {.camera = "moving"});
+    constexpr std::uint32_t kFrame = 12;
+    RenderSettings denoised = settings();
+    denoised.aovs = {"albedo", "noisy"};
+    denoised.denoise = true;
+    denoised.denoise_frames = 1;
+    const RenderResult whole = FrameRenderer(scene, denoised, options()).render(kFrame);
+    const int all = denoised.samples;
+    const auto in_a_neighbour = [&](const RenderProgress& p) { return p.samples_done <= all; };
+    const RenderResult stopped = FrameRenderer(scene, denoised, options()).render(kFrame, in_a_neighbour);
+    EXPECT_FALSE(whole.stats.interrupted);
+    EXPECT_TRUE(stopped.stats.interrupted);
+    EXPECT_EQ(stopped.stats.samples, all);
+    for (std::size_t layer = 0; layer < 2; ++layer)
+        EXPECT_TRUE(same_bits(stopped.aovs[layer].image, whole.aovs[layer].image)) << stopped.aovs[layer].name;
+    EXPECT_FALSE(same_bits(stopped.beauty, stopped.aovs[1].image)) << "it is not denoised";
+
+    // Without motion, the mean of some times is a picture of that many samples.
+    LoadedScene still = cornell();
+    RenderSettings blurred = settings();
+    blurred.samples = 6, blurred.want_view = true;
+    RendererOptions shutter = options();
+    shutter.shutter = {.open = 0.5, .times = 3};
+    const auto after = [](int samples) {
+        return [samples](const RenderProgress& p) { return p.samples_done < samples; };
+    };
+    const RenderResult four = FrameRenderer(still, blurred, options()).render(0, after(4));
+    for (const int stop : {4, 5}) {
+        const RenderResult part = FrameRenderer(still, blurred, shutter).render(0, after(stop));
+        EXPECT_TRUE(part.stats.interrupted);
+        EXPECT_EQ(part.stats.samples, stop == 4 ? 2 : 4);
+        EXPECT_FALSE(part.view.pixels.empty());
+        if (stop == 4) continue;
+        for (std::size_t i = 0; i < four.beauty.pixels.size(); ++i)
+            ASSERT_NEAR(part.beauty.pixels[i], four.beauty.pixels[i], 1e-5f * four.beauty.pixels[i]) << i;
+    }
 }
 
 TEST_F(ApiTest, FreedScenesGoOnWithTheirRendererAlone) {

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "engine/io/png.h"
+#include "engine/scene/geometry.h"
 #include "tests/unit/io/gltf_builder.h"
 
 namespace halflight {
@@ -198,6 +200,57 @@ TEST_F(GltfAnimation, TheRestPoseEqualsTheLoadedScene) {
             EXPECT_EQ(loaded.report.warnings, posed.report.warnings);
         }
     }
+}
+
+/// A scale of 0 hides surfaces for a while (glTF 2.0, section 3.5.2). The objects stay, so that edits find them.
+TEST_F(GltfAnimation, HiddenSurfacesKeepTheirInstances) {
+    GltfBuilder shared;
+    shared.add_triangle();
+    shared.json["meshes"][0]["name"] = "leaf";
+    shared.push("nodes", {{"mesh", 0}, {"name", "shown"}});
+    shared.json["nodes"][0]["name"] = "hidden";
+    GltfBuilder alone = shared;
+    alone.json["nodes"].erase(1);
+    alone.json["scenes"] = {{{"nodes", {0}}}};
+    for (GltfBuilder b : {shared, alone}) {
+        animate(b, 0, "scale", "STEP", b.floats("SCALAR", {0, 1}), b.floats("VEC3", {0, 0, 0, 2, 2, 2}));
+        GltfScene file = open(b);
+        const Scene before = file.at(0, kFirst), after = file.at(1, kFirst);
+        ASSERT_EQ(before.instances.size(), b.json["nodes"].size());
+        ASSERT_EQ(after.instances.size(), before.instances.size());
+        const auto mesh = [](const Scene& scene, std::size_t i) { return scene.meshes.at(scene.instances[i].mesh); };
+        EXPECT_EQ(before.instances[0].name, "hidden");
+        EXPECT_EQ(before.meshes[0].name, "leaf");
+        EXPECT_FALSE(has_surface(before, before.instances[0]));
+        EXPECT_EQ(mesh(before, 0).positions.empty(), before.instances.size() == 1) << "no instance shows it";
+        EXPECT_EQ(mesh(after, 0).triangles.size(), 1u);
+        for (std::size_t i = 1; i < before.instances.size(); ++i) EXPECT_EQ(mesh(before, i).triangles.size(), 1u);
+        EXPECT_TRUE(before.report.warnings.empty());
+    }
+    GltfBuilder skin = skinned_by_two_sets();
+    for (const int joint : {1, 2})
+        animate(skin, joint, "scale", "STEP", skin.floats("SCALAR", {0, 1}), skin.floats("VEC3", {1, 1, 1, 0, 0, 0}));
+    const std::size_t both[] = {1, 2};
+    GltfScene file = open(skin);
+    EXPECT_EQ(file.at(0, both).meshes.at(0).triangles.size(), 1u);
+    const Scene collapsed = file.at(1, both);
+    ASSERT_EQ(collapsed.instances.size(), 1u);
+    EXPECT_TRUE(collapsed.meshes.at(0).triangles.empty());
+}
+
+TEST_F(GltfAnimation, ImagesAreReadOnceForAllPoses) {
+    GltfBuilder b = moving();
+    b.json["images"] = {{{"uri", "texture.png"}}};
+    b.json["textures"] = {{{"source", 0}}};
+    b.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    b.json["meshes"][0]["primitives"][0]["material"] = 0;
+    write_png(folder_ / "texture.png", 2, 1, 4, std::vector<std::uint8_t>{1, 2, 3, 255, 4, 5, 6, 255});
+    GltfScene file = open(b);
+    Scene scene = file.at_rest();
+    ASSERT_EQ(scene.images.size(), 1u);
+    std::filesystem::remove(folder_ / "texture.png");
+    file.pose(scene, 1, kFirst);
+    EXPECT_EQ(scene.images.size(), 1u);
 }
 
 TEST_F(GltfAnimation, WarningsAreOfOnePose) {

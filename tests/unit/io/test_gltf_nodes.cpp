@@ -46,6 +46,28 @@ TEST_F(GltfNode, TheDefaultSceneIsShown) {
     EXPECT_EQ(scene.instances[0].name, "second");
 }
 
+/// A scale of 0 hides surfaces only.
+TEST_F(GltfNode, LightsAndCamerasKeepTheirDirectionsAtScalesOfZero) {
+    GltfBuilder b;
+    b.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}}};
+    b.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    const double s = std::sqrt(0.5);
+    const Json quarter = {0, s, 0, s};  // about Y: -Z becomes -X
+    for (const Json& scale : {Json{0, 0, 0}, Json{1, 0, 1}, Json{1, 1, 0}}) {
+        b.json["nodes"] = Json::array();
+        b.push("nodes", {{"rotation", quarter}, {"scale", scale}, {"children", {1, 2}}, {"translation", {1, 2, 3}}});
+        b.push("nodes", {{"camera", 0}});
+        b.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+        const Scene scene = load(b);
+        EXPECT_LT(glm::distance(scene.lights.at(0).direction, vec3(-1, 0, 0)), 1e-6f) << scale;
+        const dmat4& camera = scene.cameras.at(0).camera_to_world;
+        EXPECT_LT(glm::distance(dvec3(camera[2]), dvec3(1, 0, 0)), 1e-9) << scale;
+        EXPECT_EQ(camera[3], dvec4(1, 2, 3, 1));
+        EXPECT_TRUE(scene.report.warnings.empty()) << scene.report.warnings[0];
+    }
+}
+
 TEST_F(GltfNode, HiddenNodesHideTheirChildrenButNoCameras) {
     const auto visible = [](bool value) { return Json{{"KHR_node_visibility", {{"visible", value}}}}; };
     GltfBuilder b;

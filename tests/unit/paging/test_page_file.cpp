@@ -228,7 +228,7 @@ TEST_F(PageFiles, ForeignFilesAndOtherVersionsAreNamed) {
     std::string bytes = bytes_of(path());
     bytes[8] = 9;
     write_file(bad, bytes);
-    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 5 is needed"),
+    EXPECT_NE(error_message([&] { PageFile{bad}; }).find("is a page file of version 9, but version 6 is needed"),
               std::string::npos);
     EXPECT_TRUE(is_page_file(bad));
 }

@@ -3,6 +3,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "api/default_camera.h"
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/object_names.h"
@@ -13,6 +14,7 @@
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
+#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight {
 namespace {
@@ -410,6 +412,67 @@ TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
     EXPECT_EQ(scene.scene().instances.size(), all - 1);
     scene.edit({});
     EXPECT_EQ(position(), later);
+}
+
+/// A default camera frames the scene as edited, whenever the edits were made.
+TEST(NodeEdits, DefaultCamerasFrameTheEditedScene) {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.glb";
+    GltfBuilder b;
+    b.add_triangle();
+    b.push("nodes", {{"mesh", 0}, {"name", "far"}, {"translation", {50, 0, 0}}});
+    test::write_text(path, b.glb());
+    const SceneEdits edits = edits_of({{add_hidden, "far"}});
+    for (const double aspect : {kUsualAspect, 1.0}) {
+        LoadedScene at_once({.scene = path, .edits = edits}), later({.scene = path});
+        later.frame_for(aspect);
+        const dmat4 before = later.chosen_camera().camera.camera_to_world;
+        later.edit(edits);
+        for (LoadedScene* scene : {&at_once, &later}) scene->frame_for(aspect);
+        EXPECT_EQ(later.chosen_camera().camera.camera_to_world, at_once.chosen_camera().camera.camera_to_world);
+        EXPECT_NE(later.chosen_camera().camera.camera_to_world, before);
+        later.edit({});
+        later.frame_for(aspect);
+        EXPECT_EQ(later.chosen_camera().camera.camera_to_world, before);
+    }
+}
+
+/// An animated scale of 0 hides an object; edits find it at all times.
+TEST(NodeEdits, FindObjectsWhileAnimationsHideThem) {
+    const TemporaryFolder folder;
+    constexpr const char* kMatrix = "blinking=matrix:1,0,0,0,0,1,0,7,0,0,1,0";
+    const SceneEdits edits[] = {edits_of({{add_node_edit, "blinking=translate:0,2,0"}}),
+                                edits_of({{add_node_edit, kMatrix}}), edits_of({{add_hidden, "mesh:cube"}}),
+                                edits_of({{add_catcher, "blinking"}})};
+    for (const bool at_first : {false, true}) {
+        const std::array<vec3, 3> scales = {vec3(at_first ? 0 : 1), vec3(at_first ? 1 : 0), vec3(1)};
+        const std::filesystem::path path = test::write_blinking_scene(folder.path, scales);
+        std::size_t k = 0;
+        for (const SceneEdits& each : edits) {
+            LoadedScene scene({.scene = path, .edits = each, .animation = "blink"});
+            for (const double time : {0.0, 1.0, 2.0}) EXPECT_NO_THROW(scene.pose(time)) << k << " at " << time;
+            const Instance& last = scene.scene().instances.back();
+            EXPECT_EQ(last.name == "blinking", k != 2);
+            if (k < 2) {
+                EXPECT_EQ(last.object_to_world[3].y, k == 0 ? 3 : 7);
+            }
+            EXPECT_EQ(last.catcher, k == 3);
+            ++k;
+        }
+        std::filesystem::remove(path);
+    }
+    // Numbers of instances mean the same ones at all times.
+    LoadedScene scene({.scene = test::write_blinking_scene(folder.path), .animation = "blink"});
+    SceneEdits by_number;
+    by_number.transforms[2] = dmat4(3);
+    by_number.transforms[2][3] = {0, 5, 0, 1};
+    scene.edit(by_number);
+    for (const double time : {0.0, 1.0, 2.0}) {
+        scene.pose(time);
+        ASSERT_EQ(scene.scene().instances.size(), 3u);
+        EXPECT_EQ(scene.scene().instances[2].object_to_world[3].y, 5);
+        EXPECT_EQ(scene.scene().instances[1].name, "lamp");
+    }
 }
 
 /// Names of cameras come before numbers, so digits as names need care.
