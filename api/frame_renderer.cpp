@@ -72,6 +72,8 @@ void note_exposure(const ViewTransform& requested, const RenderSettings& used, c
 struct FrameRenderer::State {
     LoadedScene& scene;
     RenderSettings settings;
+    const std::optional<int> asked_bounces;  // settings as they were asked for, which may leave them to the scene
+    const Lens asked_lens;
     Shutter shutter;
     SceneRenderer pictures;
     std::optional<DeformCounts> deformed;
@@ -83,18 +85,20 @@ struct FrameRenderer::State {
     std::vector<const Checkpoint*> merged_in_order;
     std::uint32_t checkpoint_frame = 0;
     double load_seconds = 0;
+    std::uint64_t choice = 0;  // LoadedScene::choice_revision() of take_open_settings()
 
     State(LoadedScene& s, RenderSettings r, RendererOptions o)
         : scene(s),
           settings(std::move(r)),
+          asked_bounces(settings.bounces),
+          asked_lens(settings.view.camera.lens),
           shutter(o.shutter),
           pictures(scene, settings, o, [this] { near_frames.clear(); }) {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
                                                ? "texture-lod needs a scene that was loaded with mip levels"
                                                : "the scene was loaded with mip levels, which need texture-lod");
-        if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
-        take_lens();
+        take_open_settings();
         for (const std::string& layer : light_group_layers(settings)) check_light_group(layer);
         request_light_groups(settings, scene.scene());
     }
@@ -109,13 +113,27 @@ struct FrameRenderer::State {
             throw Error("render settings", "aov: there is no light group '{}' (--light-group){}", name,
                         did_you_mean(name, groups));
     }
-    /// SceneRenderer::begin(), and takes up light groups that edits have changed.
+    /// SceneRenderer::begin(), and takes up light groups, glass and cameras that edits have changed.
     void begin() {
         scene.frame_for(picture_aspect());
         pictures.begin();
-        const std::vector<std::string> layers = settings.aovs;
+        if (choice == scene.choice_revision()) return;
+        const RenderSettings before = settings;
         request_light_groups(settings, scene.scene());
-        if (settings.aovs != layers) pictures.drop();
+        take_open_settings();
+        const bool same_lens = settings.view.camera.lens == before.view.camera.lens;
+        if (settings.aovs != before.aovs || settings.bounces != before.bounces || !same_lens) pictures.drop();
+    }
+    /// Takes the settings that follow from the scene at 0 s and from its camera.
+    void take_open_settings() {
+        choice = scene.choice_revision();
+        settings.bounces = asked_bounces;
+        settings.view.camera.lens = asked_lens;
+        if (!asked_bounces) {
+            scene.pose(0);  // so that it does not depend on the frames before
+            settings.bounces = default_bounces(scene.scene());
+        }
+        take_lens();
     }
     double picture_aspect() const { return eye_aspect(settings.optics, {settings.width, settings.height}); }
     /// Takes the lens of the scene's camera where the settings leave the focus open. An f-number then sets the blur,

@@ -391,8 +391,13 @@ void LoadedScene::edit(SceneEdits edits) {
     if (surface_edits(choice_.edits) != surface_edits(earlier)) ++transform_revision_;
 }
 
+const std::vector<Instance>& LoadedScene::unedited_instances() const {
+    return unedited_ ? unedited_->instances : scene_.instances;
+}
+
 void LoadedScene::set_camera(const CameraChoice& camera) {
     check_surfaces();  // a default camera frames them
+    pose(0);
     camera_ = choose_camera(scene_, camera);
     camera_choice_ = camera;
     framed_ = transform_revision_;

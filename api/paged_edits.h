@@ -12,10 +12,9 @@ namespace paging {
 struct PageIndex;
 }
 
-/// Throws Error about `file` where edits move, hide or add surfaces, and Error about the scene, or about `source`,
-/// where they let alpha decide hits on surfaces that the pages hold as opaque. `scene` is the scene before edits.
-/// `driven` tells for each material whether animations change it, so that its alpha decides hits anyway; it may be
-/// shorter.
+/// Throws the Error of check_no_moved_surfaces(). Throws Error about the scene, or about `source`, where edits let alpha
+/// decide hits on surfaces that the pages hold as opaque. `scene` is the scene before edits. `driven` tells for each
+/// material whether animations change it, so that its alpha decides hits anyway; it may be shorter.
 void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging::PageIndex& index,
                        const std::string& file, const std::string& source = {}, const std::vector<bool>& driven = {});
 

@@ -154,6 +154,8 @@ class LoadedScene {
     /// Replaces all edits, in the last pose. Throws Error as check_edits() does, and keeps the earlier edits then.
     void edit(SceneEdits edits);
     const SceneEdits& edits() const { return choice_.edits; }
+    /// Returns the instances of the last pose before edits, by which SceneEdits::transforms are numbered.
+    const std::vector<Instance>& unedited_instances() const;
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
     void set_camera(const CameraChoice& camera);
 

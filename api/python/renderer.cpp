@@ -77,6 +77,7 @@ struct PyRenderer {
     FrameRenderer renderer;
     OutputOptions output;
     SettingTexts texts;
+    std::uint32_t own_frame = 0;  // frame of the settings
 
     /// Renders a frame. The result is incomplete where a signal has raised an exception, which `progress` holds.
     RenderResult render(std::uint32_t frame, Callback& progress) {
@@ -108,7 +109,7 @@ struct PyRenderer {
             };
             cancelled = !renderer.find_estimator(go_on);
             if (!cancelled) {
-                picture->result = render(frame.value_or(renderer.settings().frame), progress);
+                picture->result = render(frame.value_or(own_frame), progress);
                 StepTimes times;
                 times.load = renderer.load_seconds();
                 times.render = clock.lap() - times.load;
@@ -189,8 +190,10 @@ std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const 
     settings.measure = measure;
     settings.pictures = pictures;
     const py::gil_scoped_release released;
+    const std::uint32_t frame = settings.frame;
     FrameRenderer renderer(scene->scene, std::move(settings), options);
-    return std::make_unique<PyRenderer>(PyRenderer{std::move(scene), std::move(renderer), std::move(output), texts});
+    return std::make_unique<PyRenderer>(
+        PyRenderer{std::move(scene), std::move(renderer), std::move(output), texts, frame});
 }
 
 py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts& texts, const RendererOptions& renderer,

@@ -203,12 +203,20 @@ py::dict light(const PunctualLight& l) {
                     py::arg("direction") = triple(l.direction));
 }
 
+/// Returns the transform of an instance with its edits; its own one where it is hidden.
 Matrix transform(const PyScene& s, std::size_t index) {
     const Scene& scene = s.readable().scene();
-    if (index >= scene.instances.size())
-        throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index,
-                    scene.instances.size());
-    const dmat4 m = glm::transpose(scene.instances[index].object_to_world);
+    const std::vector<Instance>& all = s.readable().unedited_instances();
+    if (index >= all.size())
+        throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index, all.size());
+    // Edits keep the order, and hide all instances of a node or none.
+    std::size_t place = 0;
+    const auto is_shown = [&](std::size_t i) {
+        return place < scene.instances.size() && scene.instances[place].node == all[i].node;
+    };
+    for (std::size_t i = 0; i < index; ++i) place += is_shown(i) ? 1 : 0;
+    const Instance& instance = is_shown(index) ? scene.instances[place] : all[index];
+    const dmat4 m = glm::transpose(instance.object_to_world);
     Matrix rows{};
     for (int r = 0; r < 4; ++r)
         for (int c = 0; c < 4; ++c) rows[std::size_t(r)][std::size_t(c)] = m[r][c];
@@ -255,7 +263,8 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("variants", [](const PyScene& s) { return s.readable().variants(); })
         .def_property_readonly("cameras", [](const PyScene& s) { return names_of(s.readable().scene().cameras); })
         .def_property_readonly("materials", [](const PyScene& s) { return names_of(s.readable().scene().materials); })
-        .def_property_readonly("instances", [](const PyScene& s) { return names_of(s.readable().scene().instances); })
+        .def_property_readonly("instances",
+                               [](const PyScene& s) { return names_of(s.readable().unedited_instances()); })
         .def_property_readonly("lights",
                                [](const PyScene& s) {
                                    py::list all;

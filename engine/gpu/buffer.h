@@ -42,7 +42,7 @@ class Buffer {
     void write(std::span<const T> values, std::size_t first = 0) {
         write(first * sizeof(T), values.size_bytes(), values.data());
     }
-    /// Reads bytes from `offset` on, after all previous commands. Precondition: offset + bytes <= bytes().
+    /// Reads bytes from `offset` on, after all earlier commands. Throws ContextLost. Precondition: the buffer has them.
     void read_bytes(std::size_t offset, std::size_t bytes, void* to) const;
     /// Returns `count` elements from `first` on; by default all that fit.
     template <class T>

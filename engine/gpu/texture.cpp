@@ -48,7 +48,7 @@ void upload_image(const Texture& texture, GLenum type, const void* data) {
 /// Reads all texels, rows by rows: OpenGL counts the bytes of a call as GLsizei, which large pictures exceed.
 template <class T>
 std::vector<T> read_image(const Texture& texture, GLenum type) {
-    constexpr std::size_t kMostBytes = std::size_t{1} << 24;  // of a call
+    constexpr std::size_t kMostBytes = std::size_t{1} << 24;  // limit of a call
     const FormatInfo info = format_info(texture.desc().format);
     std::vector<T> values(texel_count(texture.desc()) * static_cast<std::size_t>(info.channels));
     glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);

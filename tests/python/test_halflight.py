@@ -195,8 +195,16 @@ class Edits(InFolder):
         np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
         self.scene.hide("*block")
         self.assertEqual(self.scene.hidden, ["*block"])
-        self.assertEqual(len([i for i in self.scene.instances if "block" in i]), 0)
         self.assertFalse(np.array_equal(self.renderer.render()["beauty"], self.before))
+        # Hidden instances keep their places, so that names and numbers mean the same ones.
+        self.scene.hide("floor")
+        ceiling = np.array(self.scene.transform("ceiling"))
+        ceiling[1, 3] += 0.25
+        self.scene.edit_transform("ceiling", ceiling)
+        np.testing.assert_array_equal(self.scene.transform("ceiling"), ceiling)
+        self.assertFalse(np.array_equal(self.scene.transform("back wall"), ceiling))
+        self.scene.edit_transform("ceiling", None)
+        self.scene.show("floor")
         self.scene.show("*block")
         np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
         with self.assertRaisesRegex(hl.Error, "did you mean 'tall block'"):
@@ -261,6 +269,12 @@ class Edits(InFolder):
         np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
         with self.assertRaisesRegex(hl.Error, "no camera 'attic'"):
             self.scene.camera = "attic"
+
+    def test_frames_are_those_of_the_settings(self):
+        renderer = hl.Renderer(self.scene, frame=3, **SMALL)
+        third = renderer.render()["beauty"]
+        self.assertFalse(np.array_equal(renderer.render(5)["beauty"], third))
+        np.testing.assert_array_equal(renderer.render()["beauty"], third)
 
 
 class Callbacks(InFolder):

@@ -61,18 +61,27 @@ SavedSettings SettingsParts::parsed(const Json& part) const {
 std::vector<std::string> SettingsParts::drop_unfit(const std::function<void(const SavedSettings&)>& fits) {
     std::vector<std::string> problems;
     const std::string prefix = path_.string() + ": ";
-    std::erase_if(parts_, [&](const Json& part) {
-        try {
-            fits(parsed(part));
-            return false;
-        } catch (const Error& error) {
-            std::string_view what = error.what();
-            if (what.starts_with(prefix)) what.remove_prefix(prefix.size());
-            const std::string key = part.begin().key();
-            problems.push_back(what.starts_with(key) ? std::string(what) : fmt::format("{}: {}", key, what));
-            return true;
-        }
-    });
+    Json base = Json::object();  // fitting entries on which others depend: edits name its sun, lenses suit its camera
+    const auto drop = [&](bool of_base) {
+        std::erase_if(parts_, [&](const Json& part) {
+            if ((part.contains("environment") || part.contains("camera")) != of_base) return false;
+            Json with = base;
+            with.update(part);
+            try {
+                fits(parsed(with));
+                if (of_base) base.update(part);
+                return false;
+            } catch (const Error& error) {
+                std::string_view what = error.what();
+                if (what.starts_with(prefix)) what.remove_prefix(prefix.size());
+                const std::string key = part.begin().key();
+                problems.push_back(what.starts_with(key) ? std::string(what) : fmt::format("{}: {}", key, what));
+                return true;
+            }
+        });
+    };
+    drop(true);
+    drop(false);
     return problems;
 }
 

@@ -194,6 +194,8 @@ std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& envi
     Opened opened = now();
     opened.arguments.environment = environment;
     return [opened, console = console_]() mutable {
+        Timeline& timeline = opened.timeline;
+        if (timeline.file) timeline.file->play(timeline.animation, Log());  // posing() may have failed for another one
         Scene other = *opened.reference;
         other.environment = *opened.own_environment;
         set_environment(other, opened.arguments.environment, console, opened.lit_elsewhere);
@@ -234,8 +236,22 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
 }
 
 Session::Opened Session::now() const {
-    return {arguments_, reference_, scene_,  reference_tree_, tree_, own_environment_, lit_elsewhere_, variants_,
-            pages_,     timeline_,  picker_, diagonal_,       {}};
+    PreviewArguments arguments = arguments_;
+    arguments.edits = edits;
+    arguments.edits_source.clear();
+    return {std::move(arguments),
+            reference_,
+            scene_,
+            reference_tree_,
+            tree_,
+            own_environment_,
+            lit_elsewhere_,
+            variants_,
+            pages_,
+            timeline_,
+            picker_,
+            diagonal_,
+            {}};
 }
 
 void Session::open(Opened opened) {

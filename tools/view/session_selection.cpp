@@ -29,12 +29,13 @@ Scene marker_at(const std::string& name, int node) {
 }  // namespace
 
 void Session::find_references(bool other_scene) {
-    const bool same_names = references_.lights.size() == scene_->lights.size() &&
+    // Environments bring lights of other names; other names do not depend on poses.
+    const bool same_names = references_.lights == references_to(lights_of(*scene_)) &&
                             references_.materials.size() == scene_->materials.size() &&
                             references_.meshes.size() == scene_->meshes.size() &&
                             references_.nodes.size() == tree_->nodes.size() &&
                             references_.cameras.size() == scene_->cameras.size();
-    if (!other_scene && same_names) return;  // poses are frequent, and names do not depend on them
+    if (!other_scene && same_names) return;  // poses are frequent
     const std::vector<std::string> before = std::move(references_.lights);
     references_ = {references_to(lights_of(*scene_)), references_to(materials_of(*scene_)),
                    references_to(meshes_of(*scene_)), references_to(nodes_of(*tree_)),
@@ -43,9 +44,20 @@ void Session::find_references(bool other_scene) {
         return std::ranges::find(all, name) != all.end();
     };
     if (other_scene) return;
-    std::erase_if(edits.lights, [&](const NamedEdit<LightEdit>& edit) {
-        return has(before, edit.name) && !has(references_.lights, edit.name);
-    });
+    const auto vanished = [&](const std::string& light) {
+        return has(before, light) && !has(references_.lights, light);
+    };
+    // A name without a kind may be that of other objects.
+    const auto vanished_of_any = [&](const std::string& name) {
+        constexpr std::string_view kLight = "light:";
+        if (name.starts_with(kLight)) return vanished(name.substr(kLight.size()));
+        return vanished(name) && !has(references_.nodes, name) && !has(references_.meshes, name) &&
+               !has(references_.materials, name);
+    };
+    std::erase_if(edits.lights, [&](const NamedEdit<LightEdit>& edit) { return vanished(edit.name); });
+    std::erase_if(edits.hidden, [&](const ObjectName& hidden) { return vanished_of_any(hidden.name); });
+    for (LightGroup& group : edits.light_groups) std::erase_if(group.lights, vanished_of_any);
+    std::erase_if(edits.light_groups, [](const LightGroup& group) { return group.lights.empty(); });
     if (selection.kind == ObjectKind::light && selection.index >= references_.lights.size()) selection = {};
 }
 

@@ -159,7 +159,7 @@ class Scene:
     hidden = property(lambda self: self._native.hidden, doc="Names that are hidden.")
     settings = property(lambda self: self._native.settings,
                         doc="Render settings of the settings file of load(), for render(scene, **scene.settings).")
-    instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes.")
+    instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes, also of hidden ones.")
     lights = property(lambda self: self._native.lights, doc="Lights with their edits, as dicts.")
     shadow_catchers = property(lambda self: self._native.shadow_catchers, doc="Names of shadow catchers.")
     light_groups = property(lambda self: self._native.light_groups, doc="Names of light groups, \"rest\" last.")

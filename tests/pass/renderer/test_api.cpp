@@ -7,6 +7,8 @@
 #include "tests/cli/animated_scenes.h"
 #include "tests/pass/renders.h"
 #include "tests/support/gpu_test.h"
+#include "tests/support/process.h"
+#include "tests/unit/io/gltf_builder.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
@@ -104,6 +106,56 @@ TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {
     scene.edit({});
     EXPECT_TRUE(same_bits(one.render().beauty, before));
     EXPECT_TRUE(same_bits(other.render().beauty, before));
+}
+
+/// Settings that are left to the scene follow its edits and its camera.
+TEST_F(ApiTest, RenderersFollowGlassAndLenses) {
+    LoadedScene scene = cornell();
+    FrameRenderer renderer(scene, settings(), options());
+    renderer.render();
+    SceneEdits edits;
+    edits.materials = {{.name = "white", .edit = {{"transmission", {1}}, {"thickness", {0.1f}}}}};
+    scene.edit(edits);
+    const Image glass = renderer.render().beauty;
+    EXPECT_TRUE(same_bits(glass, FrameRenderer(scene, settings(), options()).render().beauty));
+    EXPECT_EQ(renderer.settings().bounces, kBouncesOfSolids);
+    scene.edit({});
+    renderer.render();
+    EXPECT_EQ(renderer.settings().bounces, kBounces);
+
+    const TemporaryFolder folder;
+    GltfBuilder b;
+    b.add_triangle();
+    for (const char* name : {"blurred", "sharp"}) {
+        b.push("cameras", {{"type", "perspective"}, {"name", name}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}});
+        b.push("nodes", {{"camera", b.json["cameras"].size() - 1}, {"translation", {0.3, 0.3, 2}}});
+    }
+    b.json["cameras"][0]["extras"] = {{"aperture_fstop", 0.2}, {"focus_distance", 1}};
+    write_text(folder / "lenses.glb", b.glb());
+    LoadedScene lenses({.scene = folder / "lenses.glb"}, {.camera = "blurred"});
+    FrameRenderer both(lenses, settings(), options());
+    const Image blurred = both.render().beauty;
+    lenses.set_camera({.camera = "sharp"});
+    const Image sharp = both.render().beauty;
+    EXPECT_FALSE(same_bits(sharp, blurred));
+    EXPECT_TRUE(same_bits(sharp, FrameRenderer(lenses, settings(), options()).render().beauty));
+}
+
+/// A default camera frames the scene at 0 s, whatever frame was rendered last.
+TEST_F(ApiTest, DefaultCamerasDoNotDependOnTheLastFrame) {
+    const TemporaryFolder folder;
+    GltfBuilder b;
+    b.add_triangle();
+    const Json sampler = {{"input", b.floats("SCALAR", {0, 1})}, {"output", b.floats("VEC3", {0, 0, 0, 9, 0, 0})}};
+    const Json target = {{"node", 0}, {"path", "translation"}};
+    b.push("animations", {{"channels", {{{"sampler", 0}, {"target", target}}}}, {"samplers", {sampler}}});
+    write_text(folder / "slide.glb", b.glb());
+    LoadedScene scene({.scene = folder / "slide.glb", .animation = "all"});
+    FrameRenderer renderer(scene, settings(), options());
+    const Image first = renderer.render(0).beauty;
+    renderer.render(20);
+    scene.set_camera({});
+    EXPECT_TRUE(same_bits(renderer.render(0).beauty, first));
 }
 
 /// The history of preview mode `temporal` ends with edits, since it holds light of other lights and materials.

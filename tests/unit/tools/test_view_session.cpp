@@ -437,6 +437,26 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     EXPECT_FALSE(first.saved(kSize).moment);
 }
 
+/// Edits of lights that an environment brings go with it.
+TEST(ViewTimeline, EditsOfTheSunGoWithItsSky) {
+    const TemporaryFolder folder;
+    PreviewArguments a;
+    a.scene = test::write_blinking_scene(folder.path);
+    a.log_level = LogLevel::error;
+    const std::string file = a.scene.string() + ".halflight.json";
+    test::write_text(file, R"({"halflight_settings": 1, "environment": {"sky": {"elevation": 40}},
+        "lights": {"sun": {"factor": 0.5}}, "hide": ["light:sun"], "light_groups": {"key": ["light:sun"]},
+        "materials": {"gone": {"roughness": 1}}})");
+    take_settings(a);
+    Session session(a, ColorConfig::load());
+    EXPECT_NE(session.warning().find(": an entry is left out"), std::string::npos) << session.warning();
+    EXPECT_EQ(session.edits.lights.size() + session.edits.hidden.size() + session.edits.light_groups.size(), 3u);
+    session.open(session.lighting(vec3(1))());
+    EXPECT_EQ(session.edits.lights.size() + session.edits.hidden.size() + session.edits.light_groups.size(), 0u);
+    ASSERT_NO_THROW(session.open(session.posing("blink", 24)()));
+    EXPECT_EQ(session.timeline().animation, "blink");
+}
+
 /// Settings that were saved for another state of the scene, or by another version.
 TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     const TemporaryFolder folder;
