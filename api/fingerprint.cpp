@@ -35,10 +35,13 @@ class Fingerprint {
     Fingerprint& values(fmt::format_string<Args...> format, Args&&... args) {
         return text(fmt::format(format, std::forward<Args>(args)...));
     }
-    /// Adds the content of a file, like a text. Files may be larger than memory.
-    Fingerprint& file(const std::filesystem::path& path) {
+    /// Adds the content of a file, like a text. Files may be larger than memory. Throws Error where the file has
+    /// changed since its version was noted, because pictures show what was read then.
+    Fingerprint& file(const VersionedFile& file) {
         constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  // bytes
-        const ByteSource source(path);
+        const ByteSource source(file.path);
+        if (source.versioned().version != file.version)
+            throw Error(file.path.string(), "has changed since it was loaded");
         hash_.add(source.size());
         std::string buffer;
         for (std::uint64_t at = 0; at < source.size(); at += kPiece) {
@@ -76,9 +79,10 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
     if (a.turntable > 0) print.values("turntable {}", a.turntable);
 }
 
-void add_environment(Fingerprint& print, const SceneChoice& a) {
+void add_environment(Fingerprint& print, const LoadedScene& scene) {
+    const SceneChoice& a = scene.choice();
     if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
-    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) print.text("map").file(*map);
+    if (std::holds_alternative<std::filesystem::path>(a.environment)) print.text("map").file(scene.environment_file());
     if (const auto* preset = std::get_if<SkyPreset>(&a.environment)) print.text("preset").text(name(*preset));
     if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));
 }
@@ -128,7 +132,7 @@ void add_layout(Fingerprint& print, const ExrLayout& layout) {
 void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings, bool view) {
     print.text(source_hash());
     // Page files hold times of other files. What they hold of the scene follows from its own files.
-    std::span<const std::filesystem::path> files = scene.files();
+    std::span<const VersionedFile> files = scene.files();
     if (scene.pages()) files = files.first(files.size() - 1), print.text("paged");
     for (const auto& file : files) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
@@ -136,7 +140,7 @@ void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSetti
     if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
     if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
-    add_environment(print, scene.choice());
+    add_environment(print, scene);
     add_edits(print, scene.edits());
     RenderSettings with_effect = settings;
     with_effect.optics = effective(settings.optics);

@@ -16,7 +16,8 @@ namespace halflight {
 
 /// Returns a fingerprint of everything that decides the pixels of a sequence. It covers the contents of the scene's
 /// files, of the environment map and of the colour config with its LUTs. It also covers the settings with
-/// Setting::fingerprint, and the version of the program. Throws Error for a file that can no longer be read.
+/// Setting::fingerprint, and the version of the program. Throws Error for a file that can no longer be read, or has
+/// changed since it was loaded.
 std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
                                  const ColorConfig& config, const OutputOptions& output,
                                  const std::vector<std::uint32_t>& frames);

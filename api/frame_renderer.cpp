@@ -85,7 +85,8 @@ struct FrameRenderer::State {
     std::vector<const Checkpoint*> merged_in_order;
     std::uint32_t checkpoint_frame = 0;
     double load_seconds = 0;
-    std::uint64_t choice = 0;  // LoadedScene::choice_revision() of take_open_settings()
+    std::uint64_t choice = 0;         // LoadedScene::choice_revision() of take_open_settings()
+    std::optional<SceneEdits> edits;  // edits at which the number of bounces was taken; empty: none yet
 
     State(LoadedScene& s, RenderSettings r, RendererOptions o)
         : scene(s),
@@ -127,11 +128,11 @@ struct FrameRenderer::State {
     /// Takes the settings that follow from the scene at 0 s and from its camera.
     void take_open_settings() {
         choice = scene.choice_revision();
-        settings.bounces = asked_bounces;
         settings.view.camera.lens = asked_lens;
-        if (!asked_bounces) {
+        if (!asked_bounces && edits != scene.edits()) {
             scene.pose(0);  // so that it does not depend on the frames before
             settings.bounces = default_bounces(scene.scene());
+            edits = scene.edits();
         }
         take_lens();
     }

@@ -221,6 +221,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (scene_.instances.empty()) log.warn("the scene has no surfaces to show");
     if (pages_) lit_elsewhere_ = lit_elsewhere_ || has_light(scene_) || emits(pages_->index(), scene_);
     own_environment_ = std::make_shared<const Environment>(scene_.environment);
+    if (const auto* map = std::get_if<std::filesystem::path>(&choice_.environment)) environment_file_ = versioned(*map);
     set_environment(scene_, choice_.environment, log, lit_elsewhere_);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
@@ -338,7 +339,7 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
         throw Error(pages.string(), "was not made of {}, or the scene has changed; halflight pack makes it anew",
                     choice_.scene.string());
     drop_empty_instances();
-    files_.push_back(pages);
+    files_.push_back(versioned(pages));
     if (!index.bounds.empty())
         scene_.paged_bounds = {index.origin + dvec3(index.bounds.lower), index.origin + dvec3(index.bounds.upper)};
     return lit_later;

@@ -327,7 +327,7 @@ class FrameQueue {
 /// Throws Error where the sequence would write a file that the scene reads.
 void check_scene_files(const LoadedScene& scene, const SequenceOptions& o) {
     std::map<std::filesystem::path, Paths> read;  // by name, since a sequence may have a million files
-    for (const auto& file : scene.files()) read[file.filename()].push_back(file);
+    for (const auto& file : scene.files()) read[file.path.filename()].push_back(file.path);
     const auto check = [&](const std::filesystem::path& path) {
         const auto known = read.find(path.filename());
         if (known == read.end()) return;

@@ -19,6 +19,7 @@
 #include "api/halflight/scene_edits.h"
 #include "engine/core/frames.h"
 #include "engine/core/memory_ledger.h"
+#include "engine/core/versioned_file.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/scene/scene.h"
 
@@ -185,9 +186,9 @@ class LoadedScene {
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< Returns the camera at 0 s.
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }  ///< Returns indices of animations.
-    const std::vector<std::filesystem::path>& files() const {
-        return files_;
-    }  ///< Returns the files, glTF first, pages last.
+    const std::vector<VersionedFile>& files() const { return files_; }  ///< Returns the files, glTF first, pages last.
+    /// Returns the environment map of the choice; without one, a file without a path.
+    const VersionedFile& environment_file() const { return environment_file_; }
     const std::vector<std::string>& variants() const { return variants_; }  ///< Returns the names of material variants.
     /// Returns the page file; null where the geometry is in memory.
     const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
@@ -213,7 +214,8 @@ class LoadedScene {
     std::optional<SceneFile> file_;  // file that poses scenes; none if nothing moves
     FrameRate frame_rate_;
     std::vector<std::size_t> playing_;
-    std::vector<std::filesystem::path> files_;
+    std::vector<VersionedFile> files_;
+    VersionedFile environment_file_;
     std::vector<std::string> variants_;
     std::shared_ptr<const paging::PageSource> pages_;
     Scene scene_;

@@ -11,6 +11,7 @@
 #include "engine/core/chromaticities.h"
 #include "engine/core/image.h"
 #include "engine/core/math.h"
+#include "engine/core/versioned_file.h"
 #include "engine/core/view_transform.h"
 
 namespace halflight {
@@ -77,8 +78,8 @@ class ColorConfig {
 
     const std::string& source() const;  ///< Returns the file's name, or "built-in".
     /// Returns the files of the config: its own file, then the existing LUTs that it names. Empty for the built-in
-    /// config.
-    const std::vector<std::filesystem::path>& files() const;
+    /// config. The versions are those at the time of load().
+    const std::vector<VersionedFile>& files() const;
     std::vector<std::string> displays() const;
     std::vector<std::string> views(const std::string& display) const;
     std::vector<std::string> looks() const;

@@ -130,7 +130,7 @@ const std::string& ColorConfig::source() const {
     return data_->source;
 }
 
-const std::vector<std::filesystem::path>& ColorConfig::files() const {
+const std::vector<VersionedFile>& ColorConfig::files() const {
     return data_->files;
 }
 

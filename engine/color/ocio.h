@@ -21,7 +21,7 @@ inline constexpr auto kOptimization =
 /// A config and the files that it consists of.
 struct ConfigFile {
     ocio::ConstConfigRcPtr config;
-    std::vector<std::filesystem::path> files;  // the config's own file, then existing LUTs
+    std::vector<VersionedFile> files;  // the config's own file, then existing LUTs
 };
 /// Reads a config. Throws ocio::Exception where it or a file that it names is not a regular file.
 ConfigFile read_config(const std::filesystem::path& path);
@@ -36,7 +36,7 @@ void check_references(const ocio::Config& config);
 struct ColorConfig::Data {
     ocio::ConstConfigRcPtr config;
     std::string source;
-    std::vector<std::filesystem::path> files;
+    std::vector<VersionedFile> files;
     std::string rendering_space;       // name of the config's colour space that `from_rec709` converts to
     ocio::TransformRcPtr from_rec709;  // conversion; null where rendering_space is linear Rec.709
 };

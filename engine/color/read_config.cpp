@@ -96,16 +96,16 @@ std::string read(const fs::path& path) {
 }  // namespace
 
 ConfigFile read_config(const fs::path& path) {
+    const VersionedFile file = versioned(path);
     const std::string bytes = read(path);
     if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");
     check_aliases(bytes);
     std::istringstream text(bytes);
     const ocio::ConfigRcPtr config = ocio::Config::CreateFromStream(text)->createEditableCopy();
     config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // base of relative file names
-    ConfigFile result{config, {path}};
+    ConfigFile result{config, {file}};
     check_references(*config);
-    const std::set<fs::path> luts = FileGuard(*config).check_all();
-    result.files.insert(result.files.end(), luts.begin(), luts.end());
+    for (const fs::path& lut : FileGuard(*config).check_all()) result.files.push_back(versioned(lut));
     return result;
 }
 

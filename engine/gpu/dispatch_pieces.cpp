@@ -1,7 +1,6 @@
 #include "engine/gpu/dispatch_pieces.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -24,10 +23,6 @@ constexpr std::string_view kDeclarations[] = {
 };
 constexpr std::string_view kReplaced[] = {"WorkGroupID", "GlobalInvocationID", "NumWorkGroups"};
 
-bool in_word(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-}
-
 /// Replaces the prefix of the built-in inputs, gl_, by halflight_.
 std::string renamed(std::string_view text) {
     constexpr std::string_view kPrefix = "gl_";
@@ -38,10 +33,10 @@ std::string renamed(std::string_view text) {
         result += text.substr(at, found - at);
         if (found == text.size()) break;
         const std::string_view rest = text.substr(found + kPrefix.size());
-        const bool begins = found == 0 || !in_word(text[found - 1]);
+        const bool begins = found == 0 || !in_identifier(text[found - 1]);
         const bool replaces =
             begins && std::ranges::any_of(kReplaced, [&](std::string_view name) {
-                return rest.starts_with(name) && (rest.size() == name.size() || !in_word(rest[name.size()]));
+                return rest.starts_with(name) && (rest.size() == name.size() || !in_identifier(rest[name.size()]));
             });
         result += replaces ? "halflight_" : kPrefix;
         at = found + kPrefix.size();

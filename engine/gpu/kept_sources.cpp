@@ -4,15 +4,16 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <system_error>
 
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
+#include "engine/gpu/shader_source.h"
 
 namespace halflight::gpu {
 namespace {
@@ -42,8 +43,7 @@ void keep_sources(std::string_view program,
     const char* const folder = std::getenv("HALFLIGHT_SHADER_SOURCES");
     if (folder == nullptr || *folder == '\0') return;
     std::string name(program);
-    std::ranges::replace_if(
-        name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '_'; }, '-');
+    std::ranges::replace_if(name, std::not_fn(in_identifier), '-');
     Hash hash;
     for (const auto& [extension, text] : stages) hash.add_bytes(text.data(), text.size());
     for (const auto& [extension, text] : stages)

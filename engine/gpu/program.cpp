@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cctype>
 #include <map>
 #include <optional>
 #include <span>
@@ -262,11 +261,9 @@ void Program::set(std::string_view name, const mat4& value) const {
 
 bool Program::declares(std::string_view identifier) const {
     if (declared_.contains(identifier)) return true;
-    const auto in_word = [&](std::size_t i) {
-        return i < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[i])) != 0 || text_[i] == '_');
-    };
+    const auto goes_on = [&](std::size_t i) { return i < text_.size() && in_identifier(text_[i]); };
     for (std::size_t at = text_.find(identifier); at != std::string::npos; at = text_.find(identifier, at + 1)) {
-        if (!in_word(at - 1) && !in_word(at + identifier.size())) {
+        if (!goes_on(at - 1) && !goes_on(at + identifier.size())) {
             declared_.emplace(identifier);
             return true;
         }

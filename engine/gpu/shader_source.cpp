@@ -149,16 +149,12 @@ class Expander {
     std::size_t last_branch_ = 0;
 };
 
-bool in_word(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-}
-
 /// Returns the lines of those defines that the text, or the value of any define, mentions.
 std::string mentioned(const Defines& defines, std::string_view text) {
     std::unordered_set<std::string_view> words;
     const auto add_words = [&](std::string_view from) {
-        for (auto at = from.begin(); (at = std::find_if(at, from.end(), in_word)) != from.end();) {
-            const auto end = std::find_if_not(at, from.end(), in_word);
+        for (auto at = from.begin(); (at = std::find_if(at, from.end(), in_identifier)) != from.end();) {
+            const auto end = std::find_if_not(at, from.end(), in_identifier);
             words.emplace(at, end);
             at = end;
         }
@@ -172,6 +168,10 @@ std::string mentioned(const Defines& defines, std::string_view text) {
 }
 
 }  // namespace
+
+bool in_identifier(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+}
 
 void Defines::set(std::string name, std::string value) {
     const auto at = std::lower_bound(values_.begin(), values_.end(), name,

@@ -56,6 +56,8 @@ struct ExpandedSource {
     std::vector<Line> lines;
     std::vector<std::string> files;
 };
+/// Returns whether identifiers of GLSL may contain a character.
+bool in_identifier(char c);
 /// Expands includes and defines. Throws Error naming file and line of an include that cannot be found.
 ExpandedSource expand(const ShaderSource& source, const Defines& defines = {});
 

@@ -82,6 +82,13 @@ std::string similar_name(const fs::path& path) {
     return did_you_mean(path.filename().string(), names);
 }
 
+using Version = decltype(VersionedFile::version);
+
+Version version_of(const struct stat& info) {
+    return {info.st_dev, info.st_ino, static_cast<std::uint64_t>(info.st_size),
+            static_cast<std::uint64_t>(info.st_mtim.tv_sec), static_cast<std::uint64_t>(info.st_mtim.tv_nsec)};
+}
+
 /// A regular file, opened for reading.
 struct ReadableFile {
     // Opens with O_NONBLOCK, which keeps a pipe without a writer from blocking forever. Regular files ignore it.
@@ -99,14 +106,9 @@ struct ReadableFile {
         version = version_of(info);
     }
 
-    /// Returns numbers that differ after the file has been written or replaced.
-    static std::array<std::uint64_t, 5> version_of(const struct stat& info) {
-        return {info.st_dev, info.st_ino, static_cast<std::uint64_t>(info.st_size),
-                static_cast<std::uint64_t>(info.st_mtim.tv_sec), static_cast<std::uint64_t>(info.st_mtim.tv_nsec)};
-    }
-    std::array<std::uint64_t, 5> version_now() const {
+    Version version_now() const {
         struct stat info {};
-        return fstat(descriptor, &info) == 0 ? version_of(info) : std::array<std::uint64_t, 5>{};
+        return fstat(descriptor, &info) == 0 ? version_of(info) : Version{};
     }
 
     /// Returns the path of the file that is open, whatever its name leads to now.
@@ -121,7 +123,7 @@ struct ReadableFile {
 
     Descriptor descriptor;
     std::uint64_t bytes = 0;
-    std::array<std::uint64_t, 5> version{};  // version_now() when it was opened
+    Version version{};  // version_now() when it was opened
 };
 
 /// Locks a file that is open for writing, against other processes that lock it. Returns whether the lock was taken. The
@@ -286,6 +288,11 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
     return bytes;
 }
 
+VersionedFile versioned(const fs::path& path) {
+    struct stat info {};
+    return {path, stat(path.c_str(), &info) == 0 ? version_of(info) : Version{}};
+}
+
 static FileContent content_of(const ReadableFile& file, const std::string& subject) {
     constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;  // bytes that a thread reads at once
     std::vector<std::uint64_t> hashes((file.bytes + kPiece - 1) / kPiece);
@@ -331,7 +338,7 @@ struct ByteSource::File {
     fs::path path;
     std::optional<ReadableFile> open;
     fs::path location;
-    std::array<std::uint64_t, 5> version;
+    Version version;
     std::uint64_t size;
 };
 
@@ -342,6 +349,10 @@ ByteSource::ByteSource(const fs::path& path) : file_(std::make_shared<const File
 
 fs::path ByteSource::location() const {
     return file_ ? file_->location : fs::path();
+}
+
+VersionedFile ByteSource::versioned() const {
+    return {file_->path, file_->version};
 }
 
 ByteSource ByteSource::part(std::uint64_t offset, std::uint64_t size) const {

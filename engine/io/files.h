@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "engine/core/versioned_file.h"
+
 namespace halflight {
 
 /// Calls `write` with the name of a new, empty file in the folder of `path`. Then syncs that file to disk and renames
@@ -46,6 +48,9 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes
 /// Throws the Error of read_file() for a file that is missing, unreadable or not regular.
 void check_readable(const std::filesystem::path& path);
 
+/// Returns a file with its present version: zeros for a file that is missing or in a folder that cannot be read.
+VersionedFile versioned(const std::filesystem::path& path);
+
 /// Description of a file that tells its content apart from others.
 struct FileContent {
     std::uint64_t bytes = 0;
@@ -72,6 +77,8 @@ class ByteSource {
     /// Returns the absolute path, without links, that the file had when it was opened. The name may lead to another
     /// file since. Returns "" for a text.
     std::filesystem::path location() const;
+    /// Returns the file with its version when this source was made. Precondition: is_file().
+    VersionedFile versioned() const;
     /// Returns a part of the source, which must lie within it.
     ByteSource part(std::uint64_t offset, std::uint64_t size) const;
     /// Returns a range of the source, which must lie within it, as a view of the text or of `buffer`. Throws Error that

@@ -67,10 +67,10 @@ Mesh JoinedScenes::all_parts(std::size_t mesh) {
     return with_materials_after(part.first_material, part.source->all_parts(mesh - part.first_mesh));
 }
 
-std::vector<std::filesystem::path> JoinedScenes::files() const {
-    std::vector<std::filesystem::path> all;
+std::vector<VersionedFile> JoinedScenes::files() const {
+    std::vector<VersionedFile> all;
     for (const Part& part : parts_) {
-        const std::vector<std::filesystem::path> files = part.source->files();
+        const std::vector<VersionedFile> files = part.source->files();
         all.insert(all.end(), files.begin(), files.end());
     }
     return all;

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "engine/core/versioned_file.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -20,8 +20,8 @@ class MeshSource {
     virtual const Scene& scene() const = 0;
     /// Returns the report about the scene and the meshes that have been read.
     virtual SceneReport report() const = 0;
-    /// Returns the files that have been read, with those of images.
-    virtual std::vector<std::filesystem::path> files() const = 0;
+    /// Returns the files that have been opened, with those of images.
+    virtual std::vector<VersionedFile> files() const = 0;
     /// Reads a mesh, which meets the requirements of scene.h. The same mesh can be read again. Throws Error that names
     /// file and element.
     virtual Mesh read(std::size_t mesh) = 0;
@@ -40,7 +40,7 @@ class JoinedScenes final : public MeshSource {
     JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSource>> parts);
     const Scene& scene() const override { return scene_; }
     SceneReport report() const override;
-    std::vector<std::filesystem::path> files() const override;
+    std::vector<VersionedFile> files() const override;
     Mesh read(std::size_t mesh) override;
     Mesh all_parts(std::size_t mesh) override;
 

@@ -8,120 +8,60 @@
 
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
-#include "tests/cli/animated_scenes.h"
-#include "tests/support/process.h"
-#include "tests/unit/io/gltf_builder.h"
-#include "tools/common/temporary_folder.h"
+#include "tests/cli/pack_test.h"
 
 namespace halflight::test {
 namespace {
-
-using Strings = std::vector<std::string>;
 
 constexpr const char* kTwoTexels =  // a PNG of 2 x 1 pixels with four channels
     "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
     "8jwAAAAASUVORK5CYII=";
 
-class Pack : public testing::Test {
-  protected:
-    std::string file(const std::string& name) const { return folder / name; }
-    Outcome pack(const std::string& from, const std::string& to, Strings more = {},
-                 const RunOptions& options = {}) const {
-        Strings arguments = {"pack", from, to};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments, options);
-    }
-    /// Renders a scene in memory or from pages, which gives the same file.
-    Outcome render(const std::string& scene, const std::string& output, Strings view, const Strings& more) const {
-        Strings arguments = {"render", scene, file(output), "--primary", "traced", "--reproducible", "--quiet"};
-        arguments.insert(arguments.end(), view.begin(), view.end());
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments);
-    }
-    /// Writes a field of 2 side^2 triangles for each instance, and returns its name. 200 of them take some seconds.
-    /// Further meshes have one instance each. If `lifts` is set, an animation of two seconds moves the last of them.
-    std::string large_scene(int instances = 200, int side = 71, int meshes = 1, bool lifts = false) const {
-        GltfBuilder b;
-        std::vector<float> positions, places;
-        std::vector<std::uint32_t> indices;
-        for (int y = 0; y <= side; ++y)
-            for (int x = 0; x <= side; ++x) positions.insert(positions.end(), {float(x), float((x * y) % 7), float(y)});
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) {
-                const auto i = static_cast<std::uint32_t>(y * (side + 1) + x);
-                indices.insert(indices.end(), {i, i + 1, i + side + 1, i + 1, i + side + 2, i + side + 1});
+const std::string atrium = HALFLIGHT_SOURCE_DIR "/scenes/atrium.glb";
+
+/// Writes a floor below a canopy with transparent texels and textured lamps.
+void write_scene_with_lamps(const std::filesystem::path& path) {
+    constexpr int kSide = 60;
+    GltfBuilder b;
+    std::vector<float> positions, normals, uvs;
+    std::vector<std::uint32_t> floor, canopy, lamps;
+    for (int layer = 0; layer < 3; ++layer)
+        for (int y = 0; y <= kSide; ++y)
+            for (int x = 0; x <= kSide; ++x) {
+                const float height[] = {float((x * y) % 7) / 7, 12 + float((x + y) % 2), 6};
+                positions.insert(positions.end(), {float(x), height[layer], float(y)});
+                normals.insert(normals.end(), {0, 1, 0});
+                uvs.insert(uvs.end(), {float(x) / 4, float(y) / 4});
             }
-        for (int i = 0; i < instances; ++i)
-            places.insert(places.end(), {float(side * (i % 14)), 0, float(side * (i / 14))});
-        Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}});
-        primitive["indices"] = b.accessor("SCALAR", kU32, indices);
-        const Json attributes = {{"TRANSLATION", b.floats("VEC3", places)}};
-        b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = attributes;
-        b.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
-        for (int m = 1; m < meshes; ++m) {
-            b.push("meshes", b.json["meshes"][0]);
-            b.push("nodes", {{"mesh", m}, {"translation", {0, 10 * m, 0}}});
-        }
-        if (lifts) {
-            const float high = float(10 * (meshes - 1));
-            const Json target = {{"node", meshes - 1}, {"path", "translation"}};
-            const Json sampler = {{"input", b.floats("SCALAR", {0, 2})},
-                                  {"output", b.floats("VEC3", {0, high, 0, 100, high, 100})}};
-            b.push("animations",
-                   {{"name", "lift"}, {"channels", {{{"sampler", 0}, {"target", target}}}}, {"samplers", {sampler}}});
-        }
-        write_text(file("field.glb"), b.glb());
-        return file("field.glb");
-    }
-    /// Writes a floor below a canopy with transparent texels and textured lamps, and returns its name.
-    std::string scene_with_lamps() const {
-        constexpr int kSide = 60;
-        GltfBuilder b;
-        std::vector<float> positions, normals, uvs;
-        std::vector<std::uint32_t> floor, canopy, lamps;
-        for (int layer = 0; layer < 3; ++layer)
-            for (int y = 0; y <= kSide; ++y)
-                for (int x = 0; x <= kSide; ++x) {
-                    const float height[] = {float((x * y) % 7) / 7, 12 + float((x + y) % 2), 6};
-                    positions.insert(positions.end(), {float(x), height[layer], float(y)});
-                    normals.insert(normals.end(), {0, 1, 0});
-                    uvs.insert(uvs.end(), {float(x) / 4, float(y) / 4});
-                }
-        for (int y = 0; y < kSide; ++y)
-            for (int x = 0; x < kSide; ++x)
-                for (int layer = 0; layer < 3; ++layer) {
-                    if (layer == 2 && (x % 10 != 3 || y % 10 != 3)) continue;
-                    const auto i = static_cast<std::uint32_t>((layer * (kSide + 1) + y) * (kSide + 1) + x);
-                    std::vector<std::uint32_t>& to = layer == 0 ? floor : layer == 1 ? canopy : lamps;
-                    to.insert(to.end(), {i, i + 1, i + kSide + 1, i + 1, i + kSide + 2, i + kSide + 1});
-                }
-        b.push("images", {{"uri", kTwoTexels}});
-        b.json["textures"] = {{{"source", 0}}};
-        b.json["materials"] = {
-            {{"name", "floor"}},
-            {{"name", "canopy"},
-             {"alphaMode", "BLEND"},
-             {"doubleSided", true},
-             {"pbrMetallicRoughness",
-              {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}, {"baseColorTexture", {{"index", 0}}}}}},
-            {{"name", "lamps"}, {"emissiveFactor", {1, 0.8, 0.5}}, {"emissiveTexture", {{"index", 0}}}}};
-        const Json attributes = {{"POSITION", b.floats("VEC3", positions)},
-                                 {"NORMAL", b.floats("VEC3", normals)},
-                                 {"TEXCOORD_0", b.floats("VEC2", uvs)}};
-        Json& primitive = b.add_mesh(attributes);
-        primitive["indices"] = b.accessor("SCALAR", kU32, floor);
-        primitive["material"] = 0;
-        Json& primitives = b.json["meshes"][0]["primitives"];
-        for (const auto& [indices, material] : {std::pair(&canopy, 1), std::pair(&lamps, 2)})
-            primitives.push_back({{"attributes", attributes},
-                                  {"indices", b.accessor("SCALAR", kU32, *indices)},
-                                  {"material", material}});
-        write_text(file("lamps.glb"), b.glb());
-        return file("lamps.glb");
-    }
-    TemporaryFolder folder;
-    const std::string atrium = HALFLIGHT_SOURCE_DIR "/scenes/atrium.glb";
-};
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x)
+            for (int layer = 0; layer < 3; ++layer) {
+                if (layer == 2 && (x % 10 != 3 || y % 10 != 3)) continue;
+                const auto i = static_cast<std::uint32_t>((layer * (kSide + 1) + y) * (kSide + 1) + x);
+                std::vector<std::uint32_t>& to = layer == 0 ? floor : layer == 1 ? canopy : lamps;
+                to.insert(to.end(), {i, i + 1, i + kSide + 1, i + 1, i + kSide + 2, i + kSide + 1});
+            }
+    b.push("images", {{"uri", kTwoTexels}});
+    b.json["textures"] = {{{"source", 0}}};
+    b.json["materials"] = {
+        {{"name", "floor"}},
+        {{"name", "canopy"},
+         {"alphaMode", "BLEND"},
+         {"doubleSided", true},
+         {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}, {"baseColorTexture", {{"index", 0}}}}}},
+        {{"name", "lamps"}, {"emissiveFactor", {1, 0.8, 0.5}}, {"emissiveTexture", {{"index", 0}}}}};
+    const Json attributes = {{"POSITION", b.floats("VEC3", positions)},
+                             {"NORMAL", b.floats("VEC3", normals)},
+                             {"TEXCOORD_0", b.floats("VEC2", uvs)}};
+    Json& primitive = b.add_mesh(attributes);
+    primitive["indices"] = b.accessor("SCALAR", kU32, floor);
+    primitive["material"] = 0;
+    Json& primitives = b.json["meshes"][0]["primitives"];
+    for (const auto& [indices, material] : {std::pair(&canopy, 1), std::pair(&lamps, 2)})
+        primitives.push_back(
+            {{"attributes", attributes}, {"indices", b.accessor("SCALAR", kU32, *indices)}, {"material", material}});
+    write_text(path, b.glb());
+}
 
 TEST_F(Pack, WritesAFileThatInfoDescribes) {
     const Outcome quiet = pack(atrium, file("a.pages"), {"--quiet"});
@@ -236,7 +176,8 @@ TEST_F(Pack, PicturesEqualThoseOfTheSceneInMemory) {
 }
 
 TEST_F(Pack, LampsAndTransparentSurfacesArePaged) {
-    const std::string scene = scene_with_lamps();
+    const std::string scene = file("lamps.glb");
+    write_scene_with_lamps(scene);
     ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
     const auto render = [&](const std::string& output, const Strings& more) {
         return Pack::render(scene, output,
@@ -273,216 +214,6 @@ TEST_F(Pack, SurfacesSeenInMirrorsAreDenoisedAlike) {
     ASSERT_EQ(render("core.exr", {}).status, 0);
     ASSERT_EQ(render("paged.exr", {"--pages", file("a.pages"), "--page-pool", "1M"}).status, 0);
     EXPECT_TRUE(read_text(file("paged.exr")) == read_text(file("core.exr")));
-}
-
-TEST_F(Pack, AnimatedScenesEqualThoseInMemory) {
-    const std::string scene = write_animated_scene(std::filesystem::path(file("a")).parent_path());
-    ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
-    EXPECT_EQ(Json::parse(run_program({"info", file("a.pages"), "--json"}).out).at("triangles"), 24)
-        << "pages hold the floor and the lamp";
-    const auto render = [&](const std::string& output, const Strings& more) {
-        Strings arguments = {"render",    scene,    file(output),
-                             "--width",   "48",     "--samples",
-                             "4",         "--aov",  "ids,depth,normal,motion,albedo,cryptoobject",
-                             "--primary", "traced", "--reproducible",
-                             "--quiet"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const Outcome outcome = run_program(arguments);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-    };
-    const auto single = [&](const std::string& animation, const std::string& frame, const Strings& more) {
-        Strings arguments = {"--frame", frame};
-        if (!animation.empty()) arguments.insert(arguments.end(), {"--animation", animation, "--fps", "4"});
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        render("single.exr", arguments);
-        return read_text(file("single.exr"));
-    };
-    const Strings paged = {"--pages", file("a.pages"), "--page-pool", "1M"};
-    std::string last;
-    for (const char* frame : {"0", "1", "3"}) {
-        const std::string core = single("all", frame, {});
-        EXPECT_TRUE(core != last) << "frame " << frame << " shows no motion";
-        EXPECT_TRUE(single("all", frame, paged) == core) << frame;
-        last = core;
-    }
-    // Parts that may move are out of the pages, whether they do or not.
-    EXPECT_TRUE(single("", "0", paged) == single("", "0", {})) << "at rest";
-    EXPECT_TRUE(single("breathe", "2", paged) == single("breathe", "2", {})) << "one of the animations";
-    EXPECT_TRUE(single("all", "2", {"--shutter", "1", "--pages", file("a.pages")}) ==
-                single("all", "2", {"--shutter", "1"}))
-        << "motion blur";
-
-    // A frame is the same in a sequence, alone, and whatever the size of the pool.
-    const auto sequence = [&](const std::string& name, const std::string& frames, const std::string& pool) {
-        render(name + ".#.exr", {"--frames", frames, "--fps", "4", "--pages", file("a.pages"), "--page-pool", pool});
-    };
-    sequence("all", "0-3", "64M");
-    sequence("two", "3,1", "1M");
-    for (const char* frame : {"1", "3"})
-        EXPECT_TRUE(read_text(file(std::string("all.") + frame + ".exr")) ==
-                    read_text(file(std::string("two.") + frame + ".exr")))
-            << frame;
-}
-
-/// Surfaces that have no area at rest, whole boxes or their sides alone, have their materials when they appear.
-TEST_F(Pack, SurfacesThatAppearEqualThoseInMemory) {
-    for (const vec3& rest : {vec3(0), vec3(1, 0, 1)}) {
-        std::filesystem::remove(file("a.pages"));
-        std::filesystem::remove(file("blinking.glb"));
-        const std::string scene = write_blinking_scene(folder.path, {rest, vec3(1), vec3(0.5f)});
-        ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
-        const Strings view = {"--width",     "32",    "--samples", "2",     "--fps", "1",
-                              "--look-from", "2,3,5", "--look-at", "0,1,0", "--aov", "albedo,ids,cryptomaterial"};
-        std::string last;
-        for (const char* frame : {"0", "1", "2"}) {
-            Strings at = {"--frame", frame, "--animation", "blink"};
-            ASSERT_EQ(render(scene, "core.exr", view, at).status, 0);
-            const std::string core = read_text(file("core.exr"));
-            EXPECT_TRUE(core != last) << frame;
-            at.insert(at.end(), {"--pages", file("a.pages")});
-            const Outcome paged = render(scene, "paged.exr", view, at);
-            ASSERT_EQ(paged.status, 0) << paged.err;
-            EXPECT_TRUE(read_text(file("paged.exr")) == core) << frame;
-            last = core;
-        }
-    }
-}
-
-TEST_F(Pack, AssetsWithSkinsAndMorphTargetsPlay) {
-    const std::filesystem::path assets = HALFLIGHT_SHARED_DIR "/assets/animation";
-    if (!std::filesystem::exists(assets)) GTEST_SKIP() << "../shared/assets is not there";
-    for (const char* name : {"Fox.glb", "MorphStressTest.gltf", "SimpleSkin/SimpleSkin.gltf"}) {
-        const std::string scene = assets / name;
-        ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0) << name;
-        const auto render = [&](const std::string& output, const Strings& more) {
-            Strings arguments = {
-                "render",    scene, file(output), "--animation",      "all",       "--frame", "6",      "--width", "48",
-                "--samples", "4",   "--aov",      "ids,depth,motion", "--primary", "traced",  "--quiet"};
-            arguments.insert(arguments.end(), more.begin(), more.end());
-            const Outcome outcome = run_program(arguments);
-            EXPECT_EQ(outcome.status, 0) << name << ": " << outcome.err;
-        };
-        render("core.exr", {});
-        render("paged.exr", {"--pages", file("a.pages")});
-        // Origins of the tables may differ, because page files choose theirs at rest. So positions differ by rounding.
-        const Outcome compared =
-            run_program({"compare", file("core.exr"), file("paged.exr"), "--metric", "mse", "--fail", "1e-6"});
-        EXPECT_EQ(compared.status, 0) << name << ": " << compared.out;
-    }
-}
-
-TEST_F(Pack, AnimatedMaterialsAndLightsEqualThoseInMemory) {
-    // A floor begins to glow, a veil over it becomes transparent, and a lamp fades.
-    GltfBuilder b;
-    const auto plane = [&](float height, int material) {
-        Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", {-2, height, -2, 2, height, -2, 2, height, 2,  //
-                                                                     -2, height, 2})}});
-        primitive["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 2, 1, 0, 3, 2});
-        primitive["material"] = material;
-    };
-    b.json["materials"] = {{{"name", "floor"}, {"emissiveFactor", {0, 0, 0}}},
-                           {{"name", "veil"}, {"alphaMode", "BLEND"}, {"doubleSided", true}}};
-    plane(0, 0), plane(1, 1);
-    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 30}}};
-    b.push("nodes", {{"translation", {1, 2, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
-    b.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_animation_pointer"};
-    const int times = b.floats("SCALAR", {0, 1});
-    const auto channel = [&](int sampler, const std::string& pointer) -> Json {
-        const Json target = {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}};
-        return {{"sampler", sampler}, {"target", target}};
-    };
-    b.push("animations", {{"channels",
-                           {channel(0, "/materials/0/emissiveFactor"),
-                            channel(1, "/materials/1/pbrMetallicRoughness/baseColorFactor"),
-                            channel(2, "/extensions/KHR_lights_punctual/lights/0/intensity")}},
-                          {"samplers",
-                           {{{"input", times}, {"output", b.floats("VEC3", {0, 0, 0, 1, 0.5f, 0.2f})}},
-                            {{"input", times}, {"output", b.floats("VEC4", {1, 1, 1, 1, 1, 1, 1, 0.2f})}},
-                            {{"input", times}, {"output", b.floats("SCALAR", {30, 0})}}}}});
-    write_text(file("glow.glb"), b.glb());
-    ASSERT_EQ(pack(file("glow.glb"), file("a.pages"), {"--quiet"}).status, 0);
-    const auto render = [&](const std::string& frame, const Strings& more) {
-        Strings arguments = {"render",
-                             file("glow.glb"),
-                             file("a.exr"),
-                             "--width",
-                             "48",
-                             "--samples",
-                             "4",
-                             "--animation",
-                             "all",
-                             "--fps",
-                             "4",
-                             "--frame",
-                             frame,
-                             "--look-from",
-                             "0,3,5",
-                             "--look-at",
-                             "0,0.5,0",
-                             "--primary",
-                             "traced",
-                             "--env",
-                             "none",
-                             "--aov",
-                             "emission,direct_diffuse",
-                             "--quiet",
-                             "--reproducible"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const Outcome outcome = run_program(arguments);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return read_text(file("a.exr"));
-    };
-    std::string last;
-    for (const char* frame : {"0", "2", "4"}) {
-        const std::string core = render(frame, {});
-        EXPECT_TRUE(core != last) << frame;
-        EXPECT_TRUE(render(frame, {"--pages", file("a.pages")}) == core) << frame;
-        last = core;
-    }
-}
-
-TEST_F(Pack, SequencesKeepTheirResidentPages) {
-    const std::string scene = large_scene(8, 71, 2, true);
-    ASSERT_EQ(pack(scene, file("a.pages"), {"--quiet"}).status, 0);
-    const auto render = [&](const std::string& name, const std::string& pool, const std::string& frames) {
-        const Outcome outcome = run_program({"render",
-                                             scene,
-                                             file(name + ".#.exr"),
-                                             "--frames",
-                                             frames,
-                                             "--pages",
-                                             file("a.pages"),
-                                             "--page-pool",
-                                             pool,
-                                             "--width",
-                                             "64",
-                                             "--samples",
-                                             "4",
-                                             "--env",
-                                             "1,0.9,0.8",
-                                             "--look-from",
-                                             "40,60,-50",
-                                             "--look-at",
-                                             "200,0,90",
-                                             "--stats",
-                                             file(name + ".json"),
-                                             "--quiet",
-                                             "--reproducible"});
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-    };
-    render("large", "64M", "0-3");
-    std::vector<int> read;  // pages that each frame has read from the file
-    const std::string lines = read_text(file("large.json"));
-    for (std::size_t at = 0; at < lines.size(); at = lines.find('\n', at) + 1) {
-        const Json paging = Json::parse(lines.substr(at, lines.find('\n', at) - at)).at("paging");
-        read.push_back(paging.at("loaded").get<int>() - paging.at("loaded_moving").get<int>());
-        EXPECT_GT(paging.at("loaded_moving"), 0) << "the field that moves has new pages";
-    }
-    ASSERT_EQ(read.size(), 4u);
-    EXPECT_GT(read[0], 5);
-    for (const std::size_t frame : {1u, 2u, 3u}) EXPECT_LE(read[frame], read[0] / 5) << frame;
-    render("small", "1M", "2");
-    EXPECT_TRUE(read_text(file("large.2.exr")) == read_text(file("small.2.exr")));
 }
 
 TEST_F(Pack, ScenesThatDoNotFitIntoMemoryAreConvertedOnce) {

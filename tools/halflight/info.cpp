@@ -177,7 +177,7 @@ Json list_facts(const InfoArguments& a) {
     std::size_t files = 0;
     for (const GltfScene& part : parts) {
         files += part.files().size();
-        for (const std::filesystem::path& file : part.files()) bytes += std::filesystem::file_size(file);
+        for (const VersionedFile& file : part.files()) bytes += std::filesystem::file_size(file.path);
     }
     return {{"file", a.scene->string()},
             {"bytes", bytes},

@@ -284,9 +284,9 @@ void check_files(const Paths& read, const Paths& written) {
     }
 }
 
-void check_render_files(const RenderArguments& a, const Paths& scene_files) {
-    Paths read = scene_files, written = output_files(a);
-    read.push_back(a.scene);
+void check_render_files(const RenderArguments& a, std::span<const VersionedFile> scene_files) {
+    Paths read = {a.scene}, written = output_files(a);
+    for (const VersionedFile& file : scene_files) read.push_back(file.path);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
     if (a.ocio) read.push_back(*a.ocio);
     if (a.settings_file) read.push_back(*a.settings_file);

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <vector>
 
+#include "engine/core/versioned_file.h"
 #include "tools/cli/options.h"
 #include "tools/halflight/arguments.h"
 
@@ -16,7 +18,7 @@ void check_files(const Paths& read, const Paths& written);
 
 /// Throws UsageError where a file that a picture writes is written twice, or read. scene_files: files that the scene
 /// has beside its main one, once they are known.
-void check_render_files(const RenderArguments& arguments, const Paths& scene_files = {});
+void check_render_files(const RenderArguments& arguments, std::span<const VersionedFile> scene_files = {});
 
 /// Declares the options of the scene's light.
 void add_light_options(Options& options, ViewArguments& arguments);

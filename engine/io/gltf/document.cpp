@@ -296,7 +296,7 @@ ByteSource GltfDocument::open_uri(const std::string& uri, const std::string& ele
             } catch (const Error& e) {
                 fail(element, "{}", e.what());
             }
-            files.push_back(path);
+            files.push_back(bytes.versioned());
         } catch (const fs::filesystem_error& e) {
             fail(element, "'{}': {}", uri, e.code().message());
         }
@@ -314,7 +314,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.options = options;
 
     const ByteSource bytes(path);
-    document.files.push_back(path);
+    document.files.push_back(bytes.versioned());
     document.bytes_of_files = bytes.size();
     if (bytes.size() == 0) throw Error(document.file, "is empty");
     const std::string start_of_file = first_bytes(bytes);

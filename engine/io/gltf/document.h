@@ -79,7 +79,7 @@ struct GltfDocument {
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked
     nlohmann::json animations;                           // animations of the file, unchecked; null: none
     std::set<int> without_limits;                        // accessors of scalars without min or max
-    std::vector<std::filesystem::path> files;            // files read so far, the scene's own first
+    std::vector<VersionedFile> files;                    // files opened so far, the scene's own first
     GltfWarnings warnings;
 
     template <class... Args>

@@ -420,7 +420,7 @@ bool GltfScene::surfaces_move(Playing playing) {
     return state_->carry_surfaces(std::move(driven));
 }
 
-const std::vector<std::filesystem::path>& GltfScene::files() const {
+const std::vector<VersionedFile>& GltfScene::files() const {
     return state_->document.files;
 }
 
@@ -518,7 +518,7 @@ SceneReport GltfMeshSource::report() const {
     return report;
 }
 
-std::vector<std::filesystem::path> GltfMeshSource::files() const {
+std::vector<VersionedFile> GltfMeshSource::files() const {
     return state_->document.files;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/core/frames.h"
+#include "engine/core/versioned_file.h"
 #include "engine/scene/animation.h"
 #include "engine/scene/deformer.h"
 #include "engine/scene/mesh_source.h"
@@ -112,8 +113,8 @@ class GltfScene {
     SceneTree tree_at(double seconds, Playing playing);
     /// Returns whether anything but cameras changes over time: meshes, instances, lights or materials.
     bool surfaces_move(Playing playing);
-    /// Returns the files read so far: the scene's own first, then buffers, and images once at() has been called.
-    const std::vector<std::filesystem::path>& files() const;
+    /// Returns the files opened so far: the scene's own first, then buffers, and images once at() has been called.
+    const std::vector<VersionedFile>& files() const;
 
   private:
     struct State;
@@ -132,7 +133,7 @@ class GltfMeshSource final : public MeshSource {
     /// Returns the scene. It has a default material after the others whether triangles have it or not.
     const Scene& scene() const override;
     SceneReport report() const override;
-    std::vector<std::filesystem::path> files() const override;
+    std::vector<VersionedFile> files() const override;
     Mesh read(std::size_t mesh) override;
     Mesh all_parts(std::size_t mesh) override;
 

@@ -36,7 +36,7 @@ std::vector<std::filesystem::path> scene_parts(const std::filesystem::path& path
         if (uri == part.end() || !uri->is_string()) list.fail(element, "has no uri");
         if (uri_scheme(uri->get<std::string>()) == "data") list.fail(element, "its uri is no file");
         list.open_uri(uri->get<std::string>(), element);
-        files.push_back(list.files.back().lexically_normal());
+        files.push_back(list.files.back().path.lexically_normal());
     }
     return files;
 }
@@ -75,8 +75,8 @@ std::uint64_t identity_of(std::span<const GltfScene> parts) {
     Hash hash;
     std::string buffer;
     for (const GltfScene& part : parts) {
-        for (const std::filesystem::path& path : part.files()) {
-            const ByteSource file(path);
+        for (const VersionedFile& opened : part.files()) {
+            const ByteSource file(opened.path);
             hash.add(file.size());
             for (const std::uint64_t count : {std::min(kStart, file.size()), std::min(kEnd, file.size())}) {
                 const std::string_view bytes = file.read(count > kEnd ? 0 : file.size() - count, count, buffer);
@@ -91,7 +91,8 @@ namespace {
 
 std::vector<std::filesystem::path> files_of(std::span<const GltfScene> parts) {
     std::vector<std::filesystem::path> files;
-    for (const GltfScene& part : parts) files.insert(files.end(), part.files().begin(), part.files().end());
+    for (const GltfScene& part : parts)
+        for (const VersionedFile& file : part.files()) files.push_back(file.path);
     return files;
 }
 

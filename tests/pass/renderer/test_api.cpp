@@ -1,8 +1,10 @@
 // Tests features of the library interface alone: callers' ray servers, and renderers that share scenes and contexts.
 #include <gtest/gtest.h>
 
+#include "api/fingerprint.h"
 #include "api/halflight/ray_server.h"
 #include "engine/core/interruption.h"
+#include "engine/io/files.h"
 #include "engine/rays/rays.h"
 #include "tests/cli/animated_scenes.h"
 #include "tests/pass/renders.h"
@@ -211,6 +213,38 @@ TEST_F(ApiTest, StoppedPicturesAreOfTheirFrame) {
         if (stop == 4) continue;
         for (std::size_t i = 0; i < four.beauty.pixels.size(); ++i)
             ASSERT_NEAR(part.beauty.pixels[i], four.beauty.pixels[i], 1e-5f * four.beauty.pixels[i]) << i;
+    }
+}
+
+TEST_F(ApiTest, FilesThatChangeAfterTheyWereLoadedHaveNoFingerprint) {
+    const TemporaryFolder folder;
+    const auto copy = [&](const char* source, const char* name) {
+        std::filesystem::copy_file(std::filesystem::path(HALFLIGHT_SOURCE_DIR) / source, folder / name);
+    };
+    copy("scenes/cornell.glb", "scene.glb");
+    write_text(folder / "map.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + std::string(8, '\x80'));
+    write_text(folder / "config.ocio", R"(ocio_profile_version: 2
+environment: {}
+roles: {default: lin_rec709}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays: {screen: [!<View> {name: raw, colorspace: lin_rec709}, !<View> {name: graded, colorspace: grade}]}
+colorspaces:
+  - !<ColorSpace> {name: lin_rec709}
+  - !<ColorSpace> {name: grade, from_scene_reference: !<FileTransform> {src: lut.spi1d}}
+)");
+    write_text(folder / "lut.spi1d", "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n1\n}\n");
+    for (const char* name : {"scene.glb", "map.hdr", "config.ocio", "lut.spi1d"}) {
+        LoadedScene scene({.scene = folder / "scene.glb", .environment = std::filesystem::path(folder / "map.hdr")});
+        const ColorConfig config = ColorConfig::load(folder / "config.ocio");
+        RenderSettings s = settings();
+        s.want_view = true;
+        s.view.view = "graded";
+        const auto print = [&] { return sequence_fingerprint(scene, s, {}, config, {}, {1}); };
+        const std::string before = print();
+        EXPECT_EQ(print(), before);
+        const std::string text = read_text(folder / name);
+        write_file(folder / name, text);  // another file with the same bytes may have had others in between
+        EXPECT_EQ(error_message(print), std::string(folder / name) + ": has changed since it was loaded");
     }
 }
 

@@ -349,7 +349,7 @@ TEST(Color, TablesReachCpuAndGpu) {
         EXPECT_NEAR(shown(half, vec3(0.1f, 0.2f, 0.3f))[c], vec3(0.05f, 0.1f, 0.15f)[c], 1e-6);
     }
     std::vector<std::string> names;
-    for (const fs::path& file : config.files()) names.push_back(file.filename().string());
+    for (const VersionedFile& file : config.files()) names.push_back(file.path.filename().string());
     EXPECT_EQ(names, (std::vector<std::string>{"config.ocio", "half.spi1d", "swap.cube"}));
     EXPECT_TRUE(built_in().files().empty());
     for (const ViewProcessor& view : {swap, half}) {

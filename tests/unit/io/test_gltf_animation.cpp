@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/io/files.h"
 #include "engine/io/png.h"
 #include "engine/scene/geometry.h"
 #include "tests/unit/io/gltf_builder.h"
@@ -483,7 +484,14 @@ TEST_F(GltfAnimation, FilesThatWereReadAreListed) {
     b.json["buffers"][0]["uri"] = "scene.bin";
     write("scene.bin", b.bytes());
     GltfScene scene(write("scene.gltf", b.json.dump()));
-    EXPECT_EQ(scene.files(), (std::vector<std::filesystem::path>{folder_ / "scene.gltf", folder_ / "scene.bin"}));
+    std::vector<std::filesystem::path> paths;
+    for (const VersionedFile& file : scene.files()) {
+        paths.push_back(file.path);
+        EXPECT_EQ(file.version, versioned(file.path).version);
+    }
+    EXPECT_EQ(paths, (std::vector<std::filesystem::path>{folder_ / "scene.gltf", folder_ / "scene.bin"}));
+    write_file(folder_ / "scene.bin", b.bytes());
+    EXPECT_NE(scene.files()[1].version, versioned(folder_ / "scene.bin").version);
 }
 
 TEST_F(GltfAnimation, FrameRatesAreFoundInExtras) {

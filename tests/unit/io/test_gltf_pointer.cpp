@@ -308,7 +308,7 @@ TEST_F(GltfPointer, DrivesSizeAndPlanesOfCameras) {
     EXPECT_EQ(rest.at(0).near_plane, 0.1);
     EXPECT_EQ(rest.at(0).far_plane, 0) << "infinite";
     EXPECT_EQ(rest.at(0).aspect, 0);
-    EXPECT_EQ(error_message([&] { scene.at(0, kFirst); }).substr(scene.files().at(0).string().size()),
+    EXPECT_EQ(error_message([&] { scene.at(0, kFirst); }).substr(scene.files().at(0).path.string().size()),
               ": cameras[1]: xmag and ymag must not be zero");
 }
 

@@ -22,7 +22,7 @@ class SceneMeshes final : public MeshSource {
     }
     const Scene& scene() const override { return scene_; }
     SceneReport report() const override { return scene_.report; }
-    std::vector<std::filesystem::path> files() const override { return {}; }
+    std::vector<VersionedFile> files() const override { return {}; }
     Mesh read(std::size_t mesh) override { return meshes_[mesh]; }
 
   private:
