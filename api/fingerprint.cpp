@@ -196,15 +196,18 @@ std::string fingerprint_of_exr(const std::string& fingerprint, int width, int he
     return fmt::format("{}, {} x {} x {}", fingerprint, width, height, channels);
 }
 
+// First bytes of .exr, .png, .jpg and .tif files.
+constexpr std::string_view kStarts[] = {
+    "\x76\x2f\x31\x01", "\x89PNG\r\n\x1a\n", "\xff\xd8\xff", {"II*\0", 4}, {"MM\0*", 4}};
+
 FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
     std::error_code none;
     if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
     std::string found;
     try {
         const std::string bytes = read_file(path, kAnySize);
-        constexpr std::size_t kSignature = 8;  // length of a .png's signature, bytes; that of an .exr is shorter
-        if (bytes.size() < kSignature || bytes.find_first_not_of('\0') == std::string::npos)
-            return FrameFile::incomplete;
+        const bool cut = std::ranges::any_of(kStarts, [&](std::string_view start) { return start.starts_with(bytes); });
+        if (cut || bytes.find_first_not_of('\0') == std::string::npos) return FrameFile::incomplete;
         if (is_exr(bytes)) {
             ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
             found = exr.attributes.extra[kFingerprintName];

@@ -10,6 +10,7 @@
 
 #include "api/halflight/picture_file.h"
 #include "engine/core/error.h"
+#include "engine/io/files.h"
 #include "engine/io/png.h"
 
 namespace halflight {
@@ -17,6 +18,29 @@ namespace {
 
 int even(int side) {
     return side + side % 2;
+}
+
+/// Returns whether the boxes of a movie fill its file and include the index (ISO/IEC 14496-12, section 4.2). A full
+/// disk cuts movies short, and ffmpeg may end with status 0 then.
+bool is_complete(const std::filesystem::path& file) {
+    const ByteSource source(file);
+    bool index = false;
+    std::uint64_t at = 0;
+    std::string buffer;
+    const auto number = [&](std::uint64_t offset, std::uint64_t bytes) {
+        std::uint64_t value = 0;
+        for (const char c : source.read(offset, bytes, buffer)) value = value << 8 | static_cast<unsigned char>(c);
+        return value;
+    };
+    while (source.size() - at >= 8) {
+        const std::uint64_t rest = source.size() - at;
+        std::uint64_t size = number(at, 4);
+        index = index || source.read(at + 4, 4, buffer) == "moov";
+        if (size == 1 && rest >= 16) size = number(at + 8, 8);
+        if (size < 8 || size > rest) return false;
+        at += size;
+    }
+    return index && at == source.size();
 }
 
 }  // namespace
@@ -95,13 +119,14 @@ void Movie::finish() {
     const ProcessEnd end = ffmpeg_->wait();
     std::error_code none;
     const bool nothing = std::filesystem::file_size(file_, none) == 0;
-    if (end.status == 0 && !failed_ && !nothing) return;
+    if (end.status == 0 && !failed_ && !nothing && is_complete(file_)) return;
     std::string why = last_line(errors_.text());
     if (why.empty())
         why = end.signal        ? fmt::format("was ended by signal {}", end.signal)
               : end.status != 0 ? fmt::format("exit status {}", end.status)
               : nothing         ? "wrote nothing"
-                                : "did not take all frames";
+              : failed_         ? "did not take all frames"
+                                : "wrote a part only; the disk may be full";
     throw Error(subject_, "not written: ffmpeg: {}", why);
 }
 

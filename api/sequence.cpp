@@ -269,10 +269,12 @@ class FrameQueue {
                         if (!movie) queue.push_back(frame), queue.pop_front();
                         continue;
                     }
-                    // Another process may have made the frame since frames_to_make() looked. A movie cannot show an
-                    // .exr.
+                }
+                // Another process may have made the frame since frames_to_make() looked. A movie cannot show an .exr.
+                if (missing.contains(frame)) {
+                    check_replaceable(frame);
                     const bool shown = !movie || wants(options_, "png");
-                    if (shown && is_whole(options_, frame, sequence_)) {
+                    if (claims_ && shown && is_whole(options_, frame, sequence_)) {
                         missing.erase(frame), ++tally.kept;
                         if (events_.found) events_.found(frame, ++found);
                     }
@@ -303,6 +305,15 @@ class FrameQueue {
     }
 
   private:
+    /// Throws Error where another process has written other files of a frame since frames_to_make() looked.
+    void check_replaceable(std::uint32_t frame) const {
+        if (options_.overwrite) return;
+        for (const auto& path : files_of(options_, frame))
+            if (examine_frame(path, frame_fingerprint(sequence_, frame)) == FrameFile::other)
+                throw Error(path.string(),
+                            "was written meanwhile, and is not this frame of this scene with these settings and this "
+                            "version; --overwrite replaces it");
+    }
     /// Waits a moment for other processes.
     static void wait() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }
 

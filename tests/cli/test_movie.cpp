@@ -31,8 +31,9 @@ class MovieTest : public testing::Test {
     /// Installs a program that stores its arguments and its input, and writes a file in place of the movie.
     void install_recorder() {
         install("printf '%s\\n' \"$@\" > '" + (folder / "arguments").string() + "'\ncat > '" +
-                (folder / "input").string() + "'\nfor file; do :; done\necho movie > \"${file#file:}\"\n");
+                (folder / "input").string() + "'\nfor file; do :; done\nprintf '" + kBoxes + "' > \"${file#file:}\"\n");
     }
+    static inline const std::string kBoxes = "\\000\\000\\000\\010moov\\000\\000\\000\\011mdat-";  // for printf
     Outcome run(const Strings& more) {
         Strings arguments = {"render",    scene, "--width", std::to_string(kWidth), "--height", std::to_string(kHeight),
                              "--samples", "1"};
@@ -72,7 +73,7 @@ TEST_F(MovieTest, ReceivesAllFramesInOrder) {
     const Outcome beside = run({out("f.#.png"), "--movie", out("m.mp4"), "--frames", "3,1-2", "--fps", "29.97"});
     ASSERT_EQ(beside.status, 0) << beside.err;
     EXPECT_EQ(files(), (Strings{"f.1.png", "f.2.png", "f.3.png", "m.mp4"}));
-    EXPECT_EQ(read_text(out("m.mp4")), "movie\n");
+    EXPECT_EQ(read_text(out("m.mp4")), std::string("\0\0\0\10moov\0\0\0\11mdat-", 17));
     const std::string input = read_text(folder / "input"), arguments = read_text(folder / "arguments");
     EXPECT_EQ(input, expected_input({3, 1, 2}));
     for (const char* pair : {"-video_size\n18x16\n", "-framerate\n30000/1001\n", "-pixel_format\nrgb24\n",
@@ -139,6 +140,10 @@ TEST_F(MovieTest, ErrorsOfFfmpegAreReported) {
     expect("exit 3", "exit status 3\n");
     expect("kill -9 $$", "was ended by signal 9\n");
     expect("cat > /dev/null", "wrote nothing\n");
+    const std::string cut = kBoxes.substr(0, kBoxes.size() - 1), no_index = kBoxes.substr(kBoxes.size() / 2 - 2);
+    for (const std::string& boxes : {cut, no_index, std::string("movie")})
+        expect("cat > /dev/null; for file; do :; done; printf '" + boxes + "' > \"${file#file:}\"",
+               "wrote a part only; the disk may be full\n");
 }
 
 TEST_F(MovieTest, HasNoGaps) {

@@ -199,6 +199,22 @@ TEST_F(Sequence, ProcessesShareTheFramesThatTheyAreGiven) {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "shared"), {}), 12);
 }
 
+/// A file that another process writes while the sequence is made is not replaced, and the other frames are made.
+TEST_F(Sequence, FilesThatAppearMeanwhileAreKept) {
+    const fs::path other = folder / "a" / "f.0040.exr";
+    RunOptions options;
+    options.watch = [&](pid_t, const std::string& err) {
+        if (!fs::exists(other) && err.find("frame 1 written") != std::string::npos)
+            write_text(other, "a file of others");
+    };
+    const Outcome outcome = run("a", "1-40", {"--verbose"}, options);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("f.0040.exr: was written meanwhile, and is not this frame"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(read_text(other), "a file of others");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "a"), {}), 40);
+}
+
 /// A process that waits for a frame makes it when the other one is killed.
 TEST_F(Sequence, FramesOfAKilledProcessAreMadeByOthers) {
     make("alone", "1");
