@@ -308,9 +308,13 @@ void add_catcher(SceneEdits& edits, const std::string& source, const std::string
 }
 
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text) {
+    const auto check_groups = [&] {
+        if (edits.each_light && !edits.light_groups.empty())
+            throw Error(source, "'each' makes a group of every light, and cannot be given with named groups");
+    };
     if (text == "each") {
         edits.each_light = true;
-        edits.light_groups.clear();
+        check_groups();
         return;
     }
     const std::size_t equals = text.find('=');
@@ -319,12 +323,12 @@ void add_light_group(SceneEdits& edits, const std::string& source, const std::st
         equals == std::string::npos ? std::vector<std::string>() : split_names(text.substr(equals + 1));
     if (lights.empty() || std::ranges::find(lights, "") != lights.end())
         throw Error(source, "expects NAME=LIGHT,... or each, not '{}'", text);
-    edits.each_light = false;
     const auto known = std::ranges::find(edits.light_groups, name, &LightGroup::name);
     LightGroup& group =
         known == edits.light_groups.end() ? edits.light_groups.emplace_back(LightGroup{name, {}, {}}) : *known;
     group.lights.insert(group.lights.end(), lights.begin(), lights.end());
     group.source = source;
+    check_groups();
 }
 
 }  // namespace halflight

@@ -41,8 +41,10 @@ std::shared_ptr<paging::PageFile> cached_pages(const fs::path& scene, std::span<
         PackOptions told = options;
         told.progress = [&, noted = false](double share) mutable {
             if (!std::exchange(noted, true))
-                log.note("{}: the scene does not fit into memory; it is converted to {}, once", scene.string(),
-                         file.string());
+                log.note(
+                    "{}: {}; it is converted to {}, once", scene.string(),
+                    is_part_list(scene) ? "lists of files are not loaded whole" : "the scene does not fit into memory",
+                    file.string());
             if (options.progress) options.progress(share);
         };
         pack_scene(scene, file, told, log);

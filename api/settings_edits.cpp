@@ -73,15 +73,18 @@ Json material_json(const MaterialEdit& properties) {
     return json;
 }
 
-/// Reads an affine matrix: a list of its four rows.
+/// Reads an affine matrix: its rows, of which the last may be missing, or their 12 or 16 numbers.
 dmat4 read_transform(const Element& e) {
     constexpr double kMost = std::numeric_limits<double>::max();
-    const auto rows = e.items();
-    dmat4 m{0};
-    for (int r = 0; r < 4; ++r) {
-        if (rows.size() != 4 || rows[std::size_t(r)].items().size() != 4) e.fail("is no list of four rows of four");
-        for (int c = 0; c < 4; ++c) m[c][r] = rows[std::size_t(r)].items()[std::size_t(c)].number(-kMost, kMost);
+    std::vector<Element> numbers;
+    for (const Element& item : e.items()) {
+        const std::vector<Element> row = item.is_list() ? item.items() : std::vector<Element>{item};
+        if (item.is_list() && row.size() != 4) e.fail("has a row that is no list of four numbers");
+        for (const Element& number : row) numbers.push_back(number);
     }
+    if (numbers.size() != 12 && numbers.size() != 16) e.fail("has {} numbers; 12 or 16 are expected", numbers.size());
+    dmat4 m{1};
+    for (std::size_t i = 0; i < numbers.size(); ++i) m[int(i % 4)][int(i / 4)] = numbers[i].number(-kMost, kMost);
     if (!is_affine(m)) e.fail("is not affine");
     return m;
 }

@@ -54,6 +54,7 @@ void add_hidden(SceneEdits& edits, const std::string& source, const std::string&
 /// Makes nodes and meshes shadow catchers.
 void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name);
 /// Adds lights to a light group, in the form NAME=LIGHT,...; "each" separates all lights (SceneEdits::each_light).
+/// Throws Error for other texts, and where named groups are given with "each".
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text);
 
 }  // namespace halflight

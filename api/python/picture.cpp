@@ -5,6 +5,7 @@
 
 #include "api/python/bindings.h"
 #include "engine/core/image_tools.h"
+#include "engine/io/files.h"
 #include "engine/io/png.h"
 
 namespace halflight::python {
@@ -54,7 +55,10 @@ void bind_picture(py::module_& module) {
         .def("png", &png_of)
         .def(
             "save",
-            [](const PyPicture& p, const std::filesystem::path& path) { write_picture(path, p.result, p.info); },
+            [](const PyPicture& p, const std::filesystem::path& path) {
+                make_folder_of(path);
+                write_picture(path, p.result, p.info);
+            },
             py::call_guard<py::gil_scoped_release>());
 }
 

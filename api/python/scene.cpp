@@ -8,6 +8,7 @@
 
 #include "api/python/bindings.h"
 #include "api/scene_names.h"
+#include "engine/io/files.h"
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 #include "engine/settings/settings_table.h"
@@ -174,6 +175,7 @@ void save_settings(const PyScene& s, const std::filesystem::path& path) {
     saved.line_width = choice.line_width;
     saved.environment = choice.environment;
     saved.edits = choice.edits;
+    make_folder_of(path);
     write_settings(path, saved);
 }
 

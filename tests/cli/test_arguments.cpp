@@ -214,7 +214,8 @@ TEST_F(Refusal, NamesWhatWasMeant) {
 TEST_F(Refusal, MissingSceneElements) {
     expect_render({"--camera", "rear"}, 1, ".*: no camera 'rear': its cameras: 0 'front', 1 'above'");
     expect_render({"--camera", "2"}, 1, ".*: no camera '2': its cameras: 0 'front', 1 'above'");
-    expect_render({"--look-from", "0,5,0", "--look-at", "0,0,0", "--up", "0,1,0"}, 1, ".*");
+    expect_render({"--look-from", "0,5,0", "--look-at", "0,0,0", "--up", "0,1,0"}, 2,
+                  "--up: expects a direction that is neither zero nor along the line of sight");
 }
 
 TEST_F(Refusal, UnreadableFiles) {

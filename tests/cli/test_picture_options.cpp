@@ -16,6 +16,7 @@
 #include "engine/io/png.h"
 #include "engine/io/tiff.h"
 #include "tests/cli/output_test.h"
+#include "tests/support/error_message.h"
 
 namespace halflight::test {
 namespace {
@@ -163,6 +164,25 @@ TEST_F(PictureOptions, LayersHaveTheNamesOfOtherRenderers) {
     EXPECT_EQ(own.size(), blender.size());
     EXPECT_EQ(own.size(), arnold.size());
     EXPECT_NE(refused({"--aov-names", "mitsuba"}).find("expects halflight, blender or arnold"), std::string::npos);
+}
+
+/// Values of a palette, of inverted grey or of a turned picture would be taken for others.
+TEST_F(PictureOptions, TiffsOfOtherMeaningAreRefused) {
+    const std::string usual = encode_tiff("a.tif", Image(2, 1, 1), TiffType::uint8);
+    const auto refusal = [&](std::uint16_t tag, int value) {
+        const auto bytes = [](std::uint32_t v, int count) {
+            std::string text;
+            for (int i = 0; i < count; ++i) text += static_cast<char>(v >> (8 * i));
+            return text;
+        };
+        const std::size_t entry = usual.find(bytes(tag, 2) + bytes(3, 2) + bytes(1, 4));  // tag, SHORT, one value
+        EXPECT_NE(entry, std::string::npos);
+        return error_message([&] { read_tiff("a.tif", std::string(usual).replace(entry + 8, 1, 1, char(value)), 99); });
+    };
+    EXPECT_EQ(error_message([&] { read_tiff("a.tif", usual, 99); }), "");
+    EXPECT_EQ(refusal(262, 0), "a.tif: has 1 channels with the photometric interpretation 0, which are not read");
+    EXPECT_EQ(refusal(262, 5), "a.tif: has 1 channels with the photometric interpretation 5, which are not read");
+    EXPECT_EQ(refusal(274, 3), "a.tif: has the orientation 3, which is not read");
 }
 
 TEST_F(PictureOptions, JpegAndTiffHoldTheView) {

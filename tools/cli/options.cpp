@@ -285,6 +285,13 @@ void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
         throw UsageError("--look-from", "needs --look-at, and --look-at needs it");
     if (given("--look-from") && choice.look_from == choice.look_at)
         throw UsageError("--look-from", "expects another point than --look-at");
+    if (given("--up") && given("--look-from")) {
+        try {
+            look_at_camera(*choice.look_from, *choice.look_at, choice.up, 1);
+        } catch (const Error&) {
+            throw UsageError("--up", "expects a direction that is neither zero nor along the line of sight");
+        }
+    }
     for (const char* option : {"--up", "--vfov"})
         if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
 }

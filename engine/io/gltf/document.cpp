@@ -10,6 +10,7 @@
 #include "engine/io/files.h"
 #include "engine/io/gltf/buffers.h"
 #include "engine/io/gltf/extras.h"
+#include "engine/io/gltf/parts.h"
 #include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/schema.h"
 #include "engine/io/gltf/uri.h"
@@ -331,7 +332,8 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     document.lenses = lenses_in_extras(root, document.warnings);
     if (root.contains("parts") && !root.contains("asset"))
-        throw Error(document.file, "is a list of files, whose name must end with .parts.json");
+        throw Error(document.file, is_part_list(path) ? "is a list of files, which lists of files cannot contain"
+                                                      : "is a list of files, whose name must end with .parts.json");
     check_generation(root, document.file);
     check_gltf(root, document.file);
     check_version(root, document.file);

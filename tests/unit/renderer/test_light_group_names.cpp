@@ -77,7 +77,10 @@ TEST(LightGroupNames, OfEachLightAreTheirOwn) {
     EXPECT_EQ(s.environment.light_group, 4u);
     stage.scene.lights.resize(30);
     EXPECT_EQ(stage.message({"each"}), "stage: makes 33 light groups, with 'rest'; at most 32 are possible");
-    EXPECT_EQ(stage.with({"each", "key=lamp a"}).light_groups, (Names{"key", "rest"})) << "the last form counts";
+    const std::string both =
+        "--light-group: 'each' makes a group of every light, and cannot be given with named groups";
+    EXPECT_EQ(stage.message({"each", "key=lamp a"}), both);
+    EXPECT_EQ(stage.message({"key=lamp a", "each"}), both);
 }
 
 TEST(LightGroupNames, OfTheEnvironmentAndOfOtherLightsAreReserved) {
@@ -131,6 +134,11 @@ TEST(LightGroupNames, SettingsFilesHoldThem) {
     const std::string text = settings_text(s, "");
     EXPECT_EQ(parse_settings(text, "file").edits, s.edits) << text;
     EXPECT_EQ(parse_settings(text, "file").edits.light_groups[0].source, "file: light_groups");
+    EXPECT_EQ(error_message([&] { add_light_group(s.edits, "--light-group", "each"); }),
+              "--light-group: 'each' makes a group of every light, and cannot be given with named groups");
+    s.edits.light_groups.clear();
+    EXPECT_THROW(add_light_group(s.edits, "", "key=lamp"), Error);
+    s.edits.light_groups.clear();
     add_light_group(s.edits, "", "each");
     EXPECT_TRUE(parse_settings(settings_text(s, ""), "file").edits.each_light);
     const auto refused = [](const char* value) {

@@ -100,6 +100,18 @@ TEST(SettingsFile, NumbersAreShortAndExact) {
     EXPECT_TRUE(read_settings(folder / "a.json").edits == s.edits);
 }
 
+TEST(SettingsFile, MatricesHaveRowsOrNumbers) {
+    const auto matrix = [](const char* text) {
+        const std::string file = fmt::format(R"({{"halflight_settings": 1, "transforms": {{"0": {}}}}})", text);
+        return parse_settings(file, "file").edits.transforms.at(0);
+    };
+    const dmat4 rows = matrix("[[2, 0, 0, 5], [0, 3, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]]");
+    EXPECT_EQ(rows, dmat4(dvec4(2, 0, 0, 0), dvec4(0, 3, 0, 0), dvec4(0, 0, 4, 0), dvec4(5, 6, 7, 1)));
+    EXPECT_EQ(matrix("[2, 0, 0, 5, 0, 3, 0, 6, 0, 0, 4, 7]"), rows);
+    EXPECT_EQ(matrix("[2, 0, 0, 5, 0, 3, 0, 6, 0, 0, 4, 7, 0, 0, 0, 1]"), rows);
+    EXPECT_EQ(matrix("[[2, 0, 0, 5], [0, 3, 0, 6], [0, 0, 4, 7]]"), rows);
+}
+
 TEST(SettingsFile, MapsMoveWithTheirFolder) {
     TemporaryFolder first, second;
     SavedSettings s;
@@ -160,7 +172,8 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with(R"("materials": {"1": {"rough": 1}})"), "materials.1: materials have no property 'rough'");
     EXPECT_EQ(with(R"("materials": {"1": {"roughness": 2}})"), "materials.1: roughness: 2 is outside [0, 1]");
     EXPECT_EQ(with(R"("materials": {"1": {"emission": [1]}})"), "materials.1: emission takes 3 numbers, not 1");
-    EXPECT_EQ(with(R"("transforms": {"0": [1, 2, 3]})"), "transforms.0: is no list of four rows of four");
+    EXPECT_EQ(with(R"("transforms": {"0": [1, 2, 3]})"), "transforms.0: has 3 numbers; 12 or 16 are expected");
+    EXPECT_EQ(with(R"("transforms": {"0": [[1, 2, 3]]})"), "transforms.0: has a row that is no list of four numbers");
     EXPECT_EQ(with(R"("transforms": {"0": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]})"),
               "transforms.0: is not affine");
     EXPECT_EQ(with("\"animation\": {\"frame\": 1}"), "animation: needs a name");

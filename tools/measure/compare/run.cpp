@@ -98,7 +98,9 @@ Verdict run(const CompareArguments& arguments) {
     const Comparison result = compare(image, reference, arguments);
     const std::string shown = arguments.map ? write_map(*arguments.map, result) : "";
     if (arguments.json) {
-        fmt::print("{}\n", json(result, arguments, image).dump(2));
+        fmt::print(
+            "{}\n",
+            json(result, arguments, image).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     } else {
         fmt::print("{}", table(result, arguments, image));
         if (arguments.map) fmt::print("wrote {}: {}\n", arguments.map->string(), shown);
