@@ -27,7 +27,7 @@ install_packages() {
     wanted=$(sed "$until; s/#.*//" "$root/tools/packages.txt")
     missing=()
     for package in $wanted; do
-        dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
+        dpkg-query --show --showformat='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed ||
             missing+=("$package")
     done
     [ ${#missing[@]} -gt 0 ] || return 0

@@ -66,8 +66,9 @@ fs::path scratch_folder() {
         return wanted;
     const std::filesystem::path cache = cache_folder("temporary");
     if (!cache.empty()) std::filesystem::create_directories(cache, none);
-    return !cache.empty() && std::filesystem::is_directory(cache, none) ? cache
-                                                                        : std::filesystem::temp_directory_path();
+    if (!cache.empty() && std::filesystem::is_directory(cache, none)) return cache;
+    const std::filesystem::path system = std::filesystem::temp_directory_path(none);
+    return none ? "/tmp" : system;  // TMPDIR may name a folder that is missing
 }
 
 }  // namespace halflight

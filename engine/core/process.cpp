@@ -10,14 +10,21 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <new>
+#include <ranges>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
 
 namespace halflight {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string reason(int error) {
     return std::generic_category().message(error);
@@ -39,6 +46,15 @@ std::vector<std::string> changed_environment(const std::vector<std::string>& cha
     for (const std::string& change : changes)
         if (change.find('=') != std::string::npos) all.push_back(change);
     return all;
+}
+
+/// Returns whether a folder of PATH has a file of that name.
+bool is_in_path(const std::string& name) {
+    const char* const path = std::getenv("PATH");
+    std::error_code none;
+    for (const auto folder : std::views::split(std::string_view(path ? path : ""), ':'))
+        if (fs::exists(fs::path(folder.begin(), folder.end()) / name, none)) return true;
+    return false;
 }
 
 double seconds(const timeval& t) {
@@ -71,7 +87,9 @@ Process::Process(const std::vector<std::string>& arguments, const ProcessOptions
                                    pointers(environment).data());
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
-    if (error == ENOENT && name_.find('/') == std::string::npos) throw Error(name_, "is no program in PATH");
+    // The system has other reasons for a program that is in no folder of PATH if one of the folders cannot be searched.
+    if (error != 0 && name_.find('/') == std::string::npos && !is_in_path(name_))
+        throw Error(name_, "is no program in PATH");
     if (error != 0) throw Error(name_, "cannot be started: {}", reason(error));
 }
 
@@ -105,9 +123,14 @@ ProcessEnd Process::wait(const std::function<void()>& pulse) {
     return end;
 }
 
-Spool::Spool() : file_(std::tmpfile(), &std::fclose) {
-    if (!file_ || fcntl(descriptor(), F_SETFD, FD_CLOEXEC) != 0)
-        throw Error("temporary file", "cannot be made: {}", reason(errno));
+Spool::Spool() : file_(nullptr, &std::fclose) {
+    const fs::path folder = scratch_folder();
+    std::string name = folder / "halflight-XXXXXX";
+    const int descriptor = mkostemp(name.data(), O_CLOEXEC);
+    if (descriptor < 0) throw Error(folder.string(), "a temporary file cannot be made: {}", reason(errno));
+    unlink(name.c_str());
+    file_.reset(fdopen(descriptor, "w+"));
+    if (!file_) throw std::bad_alloc();
 }
 
 std::string Spool::text(std::size_t limit) const {

@@ -1,9 +1,11 @@
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
-#include <cstdlib>
+#include <new>
+#include <utility>
 
 // jpeglib.h needs the headers above.
+#include <jerror.h>
 #include <jpeglib.h>
 
 #include "engine/core/error.h"
@@ -25,19 +27,23 @@ class Encoder {
         };
         errors_.emit_message = [](j_common_ptr, int) {};
         info_.client_data = this;
+        destination_.init_destination = [](j_compress_ptr info) { of(info).restart(); };
+        destination_.empty_output_buffer = [](j_compress_ptr info) {
+            keep(info, kPiece);
+            of(info).restart();
+            return boolean(TRUE);
+        };
+        destination_.term_destination = [](j_compress_ptr info) { keep(info, kPiece - info->dest->free_in_buffer); };
     }
     Encoder(const Encoder&) = delete;
     Encoder& operator=(const Encoder&) = delete;
-    ~Encoder() {
-        jpeg_destroy_compress(&info_);
-        std::free(bytes_);
-    }
+    ~Encoder() { jpeg_destroy_compress(&info_); }
 
     /// Returns false after an error; message() tells why.
     bool write(int width, int height, const std::uint8_t* rgb, int quality, const char* comment, std::size_t length) {
         if (setjmp(back_)) return false;
         jpeg_create_compress(&info_);
-        jpeg_mem_dest(&info_, &bytes_, &size_);
+        info_.dest = &destination_;
         info_.image_width = static_cast<JDIMENSION>(width), info_.image_height = static_cast<JDIMENSION>(height);
         info_.input_components = 3, info_.in_color_space = JCS_RGB;
         jpeg_set_defaults(&info_);
@@ -57,15 +63,34 @@ class Encoder {
         return true;
     }
 
-    std::string take() const { return std::string(reinterpret_cast<const char*>(bytes_), size_); }
+    std::string take() { return std::move(bytes_); }
     const char* message() const { return message_; }
 
   private:
+    static constexpr std::size_t kPiece = std::size_t{1} << 16;  // bytes
+
+    static Encoder& of(j_compress_ptr info) { return *static_cast<Encoder*>(info->client_data); }
+    void restart() {
+        destination_.next_output_byte = piece_;
+        destination_.free_in_buffer = kPiece;
+    }
+    /// Appends bytes of `piece_`. No exception may leave it, since libjpeg is C.
+    static void keep(j_compress_ptr info, std::size_t count) {
+        bool kept = true;
+        try {
+            of(info).bytes_.append(reinterpret_cast<const char*>(of(info).piece_), count);
+        } catch (const std::bad_alloc&) {
+            kept = false;
+        }
+        if (!kept) ERREXIT1(info, JERR_OUT_OF_MEMORY, 0);
+    }
+
     jpeg_compress_struct info_{};
     jpeg_error_mgr errors_{};
     std::jmp_buf back_{};
-    unsigned char* bytes_ = nullptr;
-    unsigned long size_ = 0;
+    jpeg_destination_mgr destination_{};
+    JOCTET piece_[kPiece];
+    std::string bytes_;
     char message_[JMSG_LENGTH_MAX] = {};
 };
 

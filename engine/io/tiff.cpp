@@ -205,6 +205,14 @@ TiffFile read_tiff(const std::string& subject, std::string_view bytes, int max_s
         throw Error(subject, "has values of {} bits that are neither integers of 8 or 16 bits nor floats", bits);
     if (channels < 1 || channels > 4 || planes != PLANARCONFIG_CONTIG || TIFFIsTiled(f))
         throw Error(subject, "has tiles, planes or {} channels, which are not read", channels);
+    const std::uint16_t usual = channels < 3 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB;
+    std::uint16_t meaning = usual, orientation = ORIENTATION_TOPLEFT;
+    TIFFGetField(f, TIFFTAG_PHOTOMETRIC, &meaning), TIFFGetFieldDefaulted(f, TIFFTAG_ORIENTATION, &orientation);
+    if (meaning != usual)
+        throw Error(subject, "has {} channels with the photometric interpretation {}, which are not read", channels,
+                    meaning);
+    if (orientation != ORIENTATION_TOPLEFT)
+        throw Error(subject, "has the orientation {}, which is not read", orientation);
     result.type = floats ? TiffType::float32 : bits == 16 ? TiffType::uint16 : TiffType::uint8;
     const std::size_t count = std::size_t{width} * channels;
     if (static_cast<std::size_t>(TIFFScanlineSize(f)) != count * bits / 8)

@@ -69,10 +69,15 @@ def check(root):
     if not known or known != listed:
         yield f"docs/gltf.md and engine/io/gltf differ in extensions: {sorted(known ^ listed)}"
     settings = re.findall(r"^\| `([\w-]+)` \|.*\| [\w, ]*\bmemory \|", (root / "docs/settings.md").read_text(), re.M)
-    listed = set(re.findall(r"--([\w-]+)", (root / "tools/slurm/submit").read_text()))
+    cases = re.search(r"case \$\{arguments\[i\]\} in.*?esac", (root / "tools/slurm/submit").read_text(), re.S)[0]
+    listed = set(re.findall(r"--([\w-]+)", cases))
+    known_to_info = re.search(r"memory_options\(\) \{.*?\n\}", (root / "tools/halflight/arguments.cpp").read_text(), re.S)[0]
+    known_to_info = {*settings, *re.findall(r'"--([\w-]+)"', known_to_info), "allow-outside"}
     for setting in settings or ["of memory"]:
         if setting not in listed:
             yield f"tools/slurm/submit does not know --{setting}, on which memory depends"
+    for option in sorted(listed - known_to_info):
+        yield f"tools/slurm/submit passes --{option} to halflight info, which does not know it"
     scenes = subprocess.run([root / "tools/extension-scenes", "--list"], capture_output=True, text=True).stdout.split()
     for extension in sorted({e for e in known if "_materials_" in e} - set(scenes)):
         yield f"tools/extension-scenes has no scene of {extension}"

@@ -227,18 +227,18 @@ def judge(calls, seed):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--seconds", type=float, default=float("inf"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--calls", type=int, default=1 << 62)
-    parser.add_argument("--note", type=pathlib.Path)
+    parser.add_argument("--note", type=lambda text: pathlib.Path(text).resolve())
     arguments = parser.parse_args()
-    end = time.monotonic() + arguments.seconds
     note = os.open(arguments.note, os.O_WRONLY | os.O_CREAT | os.O_TRUNC) if arguments.note else None
     done, finding = 0, None
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(ROOT / "scenes/cornell.glb", SCENE)
         os.chdir(folder)  # relative names among the random values lead here
         calls = Calls(pathlib.Path(folder))
+        end = time.monotonic() + arguments.seconds
         while done < arguments.calls and time.monotonic() < end and not finding:
             seed = arguments.seed + done
             if note is not None:

@@ -14,10 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void run_all(const char* name, void (*target)(std::string_view)) {
+/// Runs a target on the files of its own folders, and on those of another target whose seeds it shares.
+void run_all(const std::string& name, void (*target)(std::string_view), const std::string& shared = {}) {
     std::size_t count = 0;
-    for (const char* kind : {"seeds", "regressions"}) {
-        const fs::path folder = fs::path(HALFLIGHT_SOURCE_DIR) / "tests/fuzz" / kind / name;
+    const fs::path fuzz = fs::path(HALFLIGHT_SOURCE_DIR) / "tests/fuzz";
+    std::vector<fs::path> folders = {fuzz / "seeds" / name, fuzz / "regressions" / name};
+    if (!shared.empty()) folders.insert(folders.end(), {fuzz / "seeds" / shared, fuzz / "regressions" / shared});
+    for (const fs::path& folder : folders) {
         if (!fs::exists(folder)) continue;
         for (const auto& entry : fs::directory_iterator(folder)) {
             std::ifstream file(entry.path(), std::ios::binary);
@@ -42,7 +45,7 @@ TEST(FuzzRegressions, Draco) {
     run_all("draco", draco);
 }
 TEST(FuzzRegressions, Edits) {
-    run_all("edits", edits);
+    run_all("edits", edits, "settings");
 }
 TEST(FuzzRegressions, Environment) {
     run_all("environment", environment);
@@ -54,7 +57,9 @@ TEST(FuzzRegressions, Meshopt) {
     run_all("meshopt", meshopt);
 }
 TEST(FuzzRegressions, Ktx2) {
-    for (const auto target : {ktx2, etc1s, uastc}) run_all("ktx2", target);
+    run_all("ktx2", ktx2);
+    run_all("etc1s", etc1s, "ktx2");
+    run_all("uastc", uastc, "ktx2");
 }
 TEST(FuzzRegressions, Webp) {
     run_all("webp", webp);

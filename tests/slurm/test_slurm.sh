@@ -21,10 +21,11 @@ inside() {
     # The first worker found is killed, as if it had crashed.
     local worker= deadline=$((SECONDS + 90))
     until worker=$(pgrep --full --oldest -- "/halflight render walk.glb .*--part") && kill -9 "$worker" 2>/dev/null; do
+        kill -0 $submitted || { cat logs/*; echo "submit has ended before a worker was seen"; return 1; }
         if [ $SECONDS -ge $deadline ]; then
             kill $submitted || true
-            echo "skipped: no worker was seen in 90 s" >&2
-            return 77
+            echo "no worker was seen in 90 s"
+            return 1
         fi
         sleep 0.01
     done
@@ -61,6 +62,7 @@ inside() {
         large=$(told "none/x.####.$name" --width 3840 --height 2160)
         [ "$large" -gt $((small + 100)) ] || { echo "memory with .$name: $small, $large MiB"; return 1; }
     done
+    [ -n "$(told --width 64 --keep glossy)" ] || { echo "--keep is refused"; return 1; }
     # sbatch prints NUMBER;CLUSTER where there are several clusters, and the check depends on the number.
     printf '#!/bin/sh\necho "$*" >>"%s/asked"\necho "7;north"\n' "$folder" >fake/sbatch
     PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" --logs logs "${render[@]}" >said

@@ -11,7 +11,10 @@
 namespace halflight {
 
 TemporaryFolder::TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "halflight-XXXXXX").string();
+    std::error_code missing;
+    const std::filesystem::path base = std::filesystem::temp_directory_path(missing);
+    if (missing) throw Error("TMPDIR", "names no folder");
+    std::string name = base / "halflight-XXXXXX";
     if (!mkdtemp(name.data())) throw Error(name, "cannot be made: {}", std::generic_category().message(errno));
     path = name;
 }

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
+#include <fstream>
 #include <thread>
 
 #include "engine/core/process.h"
@@ -58,6 +60,14 @@ TEST(Process, StreamsAndEnvironmentAreThoseAskedFor) {
 
 TEST(Process, ProgramsThatCannotBeStartedAreNamed) {
     EXPECT_EQ(error_message([] { Process({"no such program"}); }), "no such program: is no program in PATH");
+    {
+        const TemporaryFolder folder;
+        std::ofstream(folder / "no folder") << "x";
+        const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
+        setenv("PATH", (folder / "no folder").c_str(), 1);
+        EXPECT_EQ(error_message([] { Process({"no such program"}); }), "no such program: is no program in PATH");
+        setenv("PATH", path.c_str(), 1);
+    }
     EXPECT_EQ(error_message([] { Process({"/no/such"}); }), "/no/such: cannot be started: No such file or directory");
     EXPECT_EQ(error_message([] { Process({"/dev/null"}); }), "/dev/null: cannot be started: Permission denied");
 }

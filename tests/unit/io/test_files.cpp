@@ -97,14 +97,16 @@ struct Nobody {
     explicit Nobody(const fs::path& folder) {
         if (geteuid() != 0) return;
         constexpr uid_t kNobody = 65534;
-        EXPECT_EQ(chown(folder.c_str(), kNobody, kNobody), 0);
-        EXPECT_EQ(seteuid(kNobody), 0);
+        works = chown(folder.c_str(), kNobody, kNobody) == 0 && seteuid(kNobody) == 0 &&
+                euidaccess(folder.c_str(), W_OK) == 0;
     }
     ~Nobody() { EXPECT_EQ(seteuid(getuid()), 0); }
+    bool works = true;  // false in a user namespace without that user, and below a folder that others cannot search
 };
 
 TEST_F(Files, ReadOnlyFolderAndFile) {
     const Nobody nobody(folder_.path);
+    if (!nobody.works) GTEST_SKIP() << "root cannot become another user here";
     const fs::path path = folder_ / "a.txt";
     write_file(path, "old");
     fs::permissions(path, fs::perms::owner_read);
@@ -186,13 +188,15 @@ TEST_F(Files, AFullDiskFailsAtCloseAtTheLatest) {
 
 TEST_F(Files, UnnamedFilesAppearOnlyWhenComplete) {
     const fs::path path = folder_ / "a.pages";
+    const int probe = open(folder_.path.c_str(), O_TMPFILE | O_WRONLY, 0600);  // some file systems have no such files
+    if (probe >= 0) close(probe);
     for (const char* text : {"first", "second"}) {
         const std::size_t before = entries();
         write_unnamed(path, [&](const fs::path& temporary) {
             CheckedFile file(temporary, path.string());
             file.write(text, std::string_view(text).size());
             file.close();
-            EXPECT_EQ(entries(), before) << "the temporary has no name";
+            EXPECT_EQ(entries(), before + (probe >= 0 ? 0 : 1)) << "the temporary has no name";
         });
         EXPECT_EQ(read_file(path, 100), text);
         EXPECT_EQ(entries(), 1u);

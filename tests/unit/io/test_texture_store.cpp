@@ -118,8 +118,14 @@ TEST_F(TextureStores, LieInAFolderThatExists) {
     const std::string old = variable ? variable : "";
     setenv("TMPDIR", folder_.path.c_str(), 1);
     EXPECT_EQ(scratch_folder(), folder_.path);
+    const char* cache = std::getenv("XDG_CACHE_HOME");
+    const std::string old_cache = cache ? cache : "";
     setenv("TMPDIR", (folder_ / "no").c_str(), 1);
-    EXPECT_TRUE(std::filesystem::is_directory(scratch_folder()));
+    setenv("XDG_CACHE_HOME", folder_.path.c_str(), 1);
+    EXPECT_EQ(scratch_folder(), folder_ / "halflight/temporary");
+    setenv("XDG_CACHE_HOME", "/dev/null", 1);
+    EXPECT_EQ(scratch_folder(), "/tmp");
+    old_cache.empty() ? unsetenv("XDG_CACHE_HOME") : setenv("XDG_CACHE_HOME", old_cache.c_str(), 1);
     old.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", old.c_str(), 1);
 }
 
