@@ -308,13 +308,10 @@ void add_catcher(SceneEdits& edits, const std::string& source, const std::string
 }
 
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text) {
-    const auto check_groups = [&] {
-        if (edits.each_light && !edits.light_groups.empty())
-            throw Error(source, "'each' makes a group of every light, and cannot be given with named groups");
-    };
+    if (text == "each" ? !edits.light_groups.empty() : edits.each_light)
+        throw Error(source, "'each' makes a group of every light, and cannot be given with named groups");
     if (text == "each") {
         edits.each_light = true;
-        check_groups();
         return;
     }
     const std::size_t equals = text.find('=');
@@ -328,7 +325,6 @@ void add_light_group(SceneEdits& edits, const std::string& source, const std::st
         known == edits.light_groups.end() ? edits.light_groups.emplace_back(LightGroup{name, {}, {}}) : *known;
     group.lights.insert(group.lights.end(), lights.begin(), lights.end());
     group.source = source;
-    check_groups();
 }
 
 }  // namespace halflight

@@ -137,9 +137,8 @@ TEST(LightGroupNames, SettingsFilesHoldThem) {
     EXPECT_EQ(error_message([&] { add_light_group(s.edits, "--light-group", "each"); }),
               "--light-group: 'each' makes a group of every light, and cannot be given with named groups");
     s.edits.light_groups.clear();
-    EXPECT_THROW(add_light_group(s.edits, "", "key=lamp"), Error);
-    s.edits.light_groups.clear();
     add_light_group(s.edits, "", "each");
+    EXPECT_THROW(add_light_group(s.edits, "", "key=lamp"), Error);
     EXPECT_TRUE(parse_settings(settings_text(s, ""), "file").edits.each_light);
     const auto refused = [](const char* value) {
         return error_message(
