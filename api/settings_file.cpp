@@ -154,6 +154,11 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
         std::error_code none;
         const fs::path near = fs::proximate(*map, folder.empty() ? fs::path(".") : folder, none);
         json["map"] = (none ? fs::absolute(*map) : near).string();
+        try {
+            json["map"].dump();
+        } catch (const Json::type_error&) {
+            throw Error(map->string(), "cannot be saved as a setting: its name is not UTF-8, as JSON needs");
+        }
     }
     if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(*color);
     if (const auto* preset = std::get_if<SkyPreset>(&s.environment)) json["preset"] = name(*preset);

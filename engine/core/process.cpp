@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <new>
-#include <ranges>
+#include <sstream>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -51,9 +51,10 @@ std::vector<std::string> changed_environment(const std::vector<std::string>& cha
 /// Returns whether a folder of PATH has a file of that name.
 bool is_in_path(const std::string& name) {
     const char* const path = std::getenv("PATH");
+    std::istringstream folders(path ? path : "");
     std::error_code none;
-    for (const auto folder : std::views::split(std::string_view(path ? path : ""), ':'))
-        if (fs::exists(fs::path(folder.begin(), folder.end()) / name, none)) return true;
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (fs::exists(fs::path(folder) / name, none)) return true;
     return false;
 }
 

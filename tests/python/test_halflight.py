@@ -65,6 +65,9 @@ class Pictures(InFolder):
             hl.load(CORNELL, environment="#1")
         with self.assertRaisesRegex(hl.Error, "sky: cannot be given together with environment"):
             hl.load(CORNELL, environment="white", sky="60,180")
+        for name in (b"abc", "abc"):  # bytes are a name, not three numbers
+            with self.assertRaisesRegex(hl.Error, "environment: expects a file, .*, not 'abc'"):
+                hl.load(CORNELL, environment=name)
 
     def test_memory_is_limited(self):
         scene = hl.load(CORNELL)
@@ -290,6 +293,11 @@ class Callbacks(InFolder):
         self.assertEqual([(p.samples_done, p.samples_total) for p in told], [(1, 4096), (2, 4096), (3, 4096)])
         with self.assertRaisesRegex(hl.Error, "interrupted"):
             picture.save(self.folder / "a.exr")
+        with self.assertRaises(TypeError):
+            picture.save(np.eye(4))
+        with self.assertRaisesRegex(hl.Error, "^a b: not written") as caught:
+            picture.save("a\nb")
+        self.assertNotIn("\n", str(caught.exception))
         self.assertEqual(list(self.folder.iterdir()), [])
 
     def test_exceptions_are_passed_on(self):

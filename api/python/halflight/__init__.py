@@ -122,7 +122,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
 
     Warnings go to the logger "halflight". Raises Error.
     """
-    if environment is not None and not isinstance(environment, (str, _os.PathLike)):
+    if environment is not None and not isinstance(environment, (str, bytes, _os.PathLike)):
         environment = tuple(map(float, environment))
     return Scene(_call(_native.load, path=path, environment=environment, sky=sky,
                        animation=None if animation is None else str(animation),
@@ -170,8 +170,8 @@ class Scene:
         if isinstance(which, int) and which >= 0:
             return which
         if not isinstance(which, str) or which not in names:
-            given = " ".join(str(which).split())  # arrays have several lines
-            raise Error(f"{self.file}: there is no {what} '{given}', only {', '.join(names) or 'none'}")
+            text = f"{self.file}: there is no {what} '{which}', only {', '.join(names) or 'none'}"
+            raise Error(" ".join(text.split()))  # arrays, files and names can have several lines
         return names.index(which)
 
     @property
@@ -338,9 +338,7 @@ class Picture(_Mapping):
     def save(self, path):
         """Writes the picture as .exr with its layers, or as .png, .jpg or .tif through the view transform. Raises Error
         for an interrupted picture, in which rows may be missing."""
-        if self.interrupted:
-            raise Error(f"{path}: not written: the picture was interrupted")
-        self._native.save(path)
+        _call(self._native.save, path=path)
 
     def _repr_png_(self):
         return self._native.png()

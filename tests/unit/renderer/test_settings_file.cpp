@@ -121,6 +121,16 @@ TEST(SettingsFile, MapsMoveWithTheirFolder) {
     EXPECT_EQ(read_settings(second / "a.json").environment, EnvironmentChoice(second / "sky.hdr"));
 }
 
+TEST(SettingsFile, NamesOfMapsMustBeUtf8) {
+    TemporaryFolder folder;
+    test::write_text(folder / "a.json", "old");
+    SavedSettings s;
+    s.environment = folder / "\xff.hdr";
+    const std::string message = error_message([&] { write_settings(folder / "a.json", s); });
+    EXPECT_NE(message.find("cannot be saved as a setting"), std::string::npos) << message;
+    EXPECT_EQ(test::read_text(folder / "a.json"), "old");
+}
+
 TEST(SettingsFile, MapsAreFoundThroughLinks) {
     TemporaryFolder folder;
     std::filesystem::create_directories(folder / "a/b/c");
