@@ -23,9 +23,9 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
 }
 
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
-    return first_band(s,
-                      std::min({s.band_pixels, most_paths, limits.storage_block_bytes / scene.widest_record_bytes()}),
-                      limits.texture_size);
+    const std::size_t in_groups = static_cast<std::size_t>(limits.workgroup_count) * 64;
+    const std::size_t in_blocks = limits.storage_block_bytes / scene.widest_record_bytes();
+    return first_band(s, std::min({s.band_pixels, most_paths, in_groups, in_blocks}), limits.texture_size);
 }
 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {

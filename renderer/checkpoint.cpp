@@ -70,7 +70,7 @@ class Reader {
                 if (!count.is_number_unsigned()) fail();
                 b.bad_values.push_back(count);
             }
-            if (b.first_half > b.samples) fail();
+            if (b.first_half > b.samples || b.y > std::numeric_limits<int>::max() - b.rows) fail();
         } catch (const nlohmann::json::exception&) {
             fail();
         }
@@ -160,11 +160,15 @@ int open_locked(const std::filesystem::path& path, bool makes) {
 /// removed.
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files, unfinished;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.is_regular_file() && is_temporary(entry.path()))
-            unfinished.push_back(entry.path());
-        else if (entry.is_regular_file() && entry.path().extension() == kSuffix)
-            files.push_back(entry.path());
+    try {
+        for (const auto& entry : std::filesystem::directory_iterator(folder))
+            if (entry.is_regular_file() && is_temporary(entry.path()))
+                unfinished.push_back(entry.path());
+            else if (entry.is_regular_file() && entry.path().extension() == kSuffix)
+                files.push_back(entry.path());
+    } catch (const std::filesystem::filesystem_error& e) {
+        throw Error(folder.string(), "cannot be read: {}", e.code().message());
+    }
     std::error_code read_only;
     for (const auto& file : unfinished) std::filesystem::remove(file, read_only);
     return files;
@@ -193,7 +197,7 @@ Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, do
         for (const auto& [y, band] : earlier_) earlier_seconds_ = std::max(earlier_seconds_, band.seconds);
     } catch (const std::filesystem::filesystem_error& e) {
         close(lock_);
-        throw Error(folder_.string(), "cannot be read: {}", e.code().message());
+        throw Error(e.path1().string(), "cannot be removed: {}", e.code().message());
     } catch (...) {
         close(lock_);
         throw;
@@ -201,7 +205,8 @@ Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, do
 }
 
 Checkpoint::~Checkpoint() {
-    if (use_ != Use::merge) rmdir(folder_.c_str());  // fails where the folder is not empty, or a link to one
+    // rmdir() fails where the folder is not empty, or a link to one.
+    if (use_ != Use::merge && is_named(lock_, folder_)) rmdir(folder_.c_str());
     close(lock_);
 }
 
@@ -293,9 +298,10 @@ std::optional<SavedBand> Checkpoint::load(int y, int rows, std::size_t arrays,
 }
 
 void Checkpoint::remove() {
+    earlier_.clear();
+    if (!is_named(lock_, folder_)) return;  // somebody has removed the folder, and another process may have a new one
     std::error_code error;
     for (const auto& file : files_in(folder_)) std::filesystem::remove(file, error);
-    earlier_.clear();
 }
 
 }  // namespace halflight

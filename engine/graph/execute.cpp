@@ -284,6 +284,10 @@ void Executor::start_ahead(const CompiledGraph& graph) {
 void Executor::run(const CompiledGraph& graph) {
     const bool is_new = serial_ != graph.serial;
     place(graph);
+    // Later runs and readers outside the graph must see the shaders' writes, also those of a run that an exception ends.
+    struct Barrier {
+        ~Barrier() { glMemoryBarrier(GL_ALL_BARRIER_BITS); }
+    } const barrier;
     struct EndAhead {
         gpu::ProgramCache& programs;
         ~EndAhead() { programs.end_ahead(); }
@@ -294,8 +298,6 @@ void Executor::run(const CompiledGraph& graph) {
         parts.begin_next();
         run_pass(graph, pass);
     }
-    // Later runs and readers outside the graph must see the shaders' writes.
-    glMemoryBarrier(GL_ALL_BARRIER_BITS);
     for (const PlannedResource& resource : graph.resources) {
         if (resource.node.kind != ResourceKind::history_now || !resource.used) continue;
         history_.pairs_.find(resource.node.name)->second.written = true;

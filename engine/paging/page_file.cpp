@@ -67,10 +67,14 @@ class BlockCache {
         }
         Entry entry = std::make_shared<const TableBlock>(load());  // unlocked: two threads may decode the same block
         const std::lock_guard lock(shard.mutex);
-        const auto [place, fresh] = shard.places.try_emplace(index);
-        if (!fresh) return place->second->second;
+        if (const auto known = shard.places.find(index); known != shard.places.end()) return known->second->second;
         shard.recent.emplace_front(index, entry);
-        place->second = shard.recent.begin();
+        try {
+            shard.places.emplace(index, shard.recent.begin());
+        } catch (...) {  // there is no memory
+            shard.recent.pop_front();
+            throw;
+        }
         shard.bytes += entry->bytes();
         while (shard.bytes > limit_ && shard.recent.size() > 1) {
             shard.bytes -= shard.recent.back().second->bytes();
@@ -177,7 +181,7 @@ bool is_page_file(const std::filesystem::path& path) {
 
 struct PageFile::State {
     State(const std::filesystem::path& p, WhenDamaged w, std::size_t cache_bytes)
-        : path(p), subject(p.string()), when_damaged(w), file(p), cache(cache_bytes) {
+        : named(versioned(p)), subject(p.string()), when_damaged(w), file(p), cache(cache_bytes) {
         const Header header = read_header(file, subject);
         MemoryLedger::process().check(header.index_bytes + 2 * header.index_raw_bytes, subject, "index of the pages");
         std::string frame(header.index_bytes, '\0'), bytes;
@@ -204,15 +208,21 @@ struct PageFile::State {
         return std::move(*block);
     }
 
-    /// Throws the error of a damaged part.
+    /// Returns whether the name still leads to the file that was opened.
+    bool is_named() const {
+        const VersionedFile now = versioned(named.path);
+        return std::equal(now.version.begin(), now.version.begin() + 2, named.version.begin());
+    }
+
+    /// Throws the error of a damaged part. A file that has got the name since is not removed.
     [[noreturn]] void fail(const std::string& part) const {
         std::error_code kept;
-        const bool removed = when_damaged == WhenDamaged::remove && std::filesystem::remove(path, kept);
+        const bool removed = when_damaged == WhenDamaged::remove && is_named() && std::filesystem::remove(named.path, kept);
         throw DamagedPages(subject, "{} is damaged{}", part,
                            removed ? "; the file has been removed, and the next start makes it anew" : "");
     }
 
-    std::filesystem::path path;
+    VersionedFile named;  // noted before the file is opened
     std::string subject;
     WhenDamaged when_damaged;
     OpenFile file;
@@ -228,7 +238,7 @@ PageFile::PageFile(PageFile&&) noexcept = default;
 PageFile::~PageFile() = default;
 
 const std::filesystem::path& PageFile::path() const {
-    return state_->path;
+    return state_->named.path;
 }
 
 std::string PageFile::subject() const {

@@ -36,7 +36,10 @@ std::uint32_t alpha_rows(const PageIndex& index) {
     return index.alpha ? index.limits.alpha_tested : 0;
 }
 
-std::uint32_t slots_for(const PageIndex& index, std::size_t top_bytes, std::size_t bytes) {
+std::uint32_t slots_for(const PageSource& source, std::size_t top_bytes, std::size_t bytes) {
+    const PageIndex& index = source.index();
+    if (index.roots.size() >= shared::kBvhPageIndexMask)
+        throw Error(source.subject(), "{} subtrees; the limit is {}", index.roots.size(), shared::kBvhPageIndexMask);
     GLint texels = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
     const auto most_texels = static_cast<std::size_t>(texels);
@@ -46,8 +49,8 @@ std::uint32_t slots_for(const PageIndex& index, std::size_t top_bytes, std::size
     const std::size_t room = most_bytes > top_bytes ? std::min((most_bytes - top_bytes) / index.limits.bytes,
                                                                most_texels / std::max<std::size_t>(attributes, 1))
                                                     : 0;
-    if (room == 0 || index.roots.size() >= shared::kBvhPageIndexMask) {
-        throw Error("pages", "{} subtrees in {} pages; the driver's texture buffers end at {} texels",
+    if (room == 0) {
+        throw Error(source.subject(), "{} subtrees in {} pages; the driver's texture buffers end at {} texels",
                     index.roots.size(), index.pages.size(), texels);
     }
     return static_cast<std::uint32_t>(std::clamp(bytes / PagePool::slot_bytes(index), std::size_t{1},
@@ -90,7 +93,7 @@ PagePool::PagePool(const PageSource& source, std::size_t bytes, const gpu::Defin
         nodes_over = 1 + 2 * (index.roots.size() + static_cast<std::size_t>(moving) + 64);
     }
     top_texels_ = kBvhPageTexels * nodes_over;
-    const std::uint32_t slots = slots_for(index, top_texels_ * kTexel, bytes);
+    const std::uint32_t slots = slots_for(source, top_texels_ * kTexel, bytes);
     top_ = slots * (index.limits.bytes / static_cast<std::uint32_t>(kTexel));
     slot_of_page_.assign(index.pages.size(), kNone);
     const std::vector<uvec4> nodes = lay_out(top);

@@ -198,6 +198,7 @@ class PageServer::Run {
     void end() {
         pool_.forget();
         if (touches_ && server_.schedule_ != PageSchedule::demand) pool_.uses().end();
+        if (!touches_) prefetched_.clear();  // nothing tells which pages the batch has used
         for (const std::uint32_t page : prefetched_)
             ++(pool_.uses().touched(page) ? server_.sums_.prefetched_used : server_.sums_.prefetched_unused);
         if (!server_.keeps_ends(batch_)) return;

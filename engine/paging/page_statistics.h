@@ -20,12 +20,13 @@ struct PagingStatistics {
     std::uint32_t slots = 0;  // pages that fit into the pool
     std::uint32_t pages = 0;  // pages of the scene
     std::uint64_t batches = 0;
-    std::uint64_t rounds = 0;             // dispatches of the tracing kernel
-    std::uint64_t again = 0;              // rays traced again
-    std::uint64_t prefetched_used = 0;    // pages loaded before a batch that used them
-    std::uint64_t prefetched_unused = 0;  // pages loaded before a batch that did not use them
-    std::uint64_t queries = 0;            // batches that queried the hierarchy over all roots
-    double query_seconds = 0;             // seconds of these queries
+    std::uint64_t rounds = 0;  // dispatches of the tracing kernel
+    std::uint64_t again = 0;   // rays traced again
+    // Pages loaded before a batch that used them or not. Both counts are 0 where all pages fit into the pool.
+    std::uint64_t prefetched_used = 0;
+    std::uint64_t prefetched_unused = 0;
+    std::uint64_t queries = 0;  // batches that queried the hierarchy over all roots
+    double query_seconds = 0;   // seconds of these queries
 };
 
 /// Counts of a pool of texture tiles since construction or reset.

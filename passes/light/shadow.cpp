@@ -17,7 +17,7 @@ namespace {
 rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
                            graph::BufferHandle& light) {
     const bool sun = kind == rays::RayKind::sun;
-    const std::uint32_t count = (sun ? 1 : view.shadow_rays) * view.band.paths();
+    const std::uint32_t count = shadow_batch(view, kind, {}).capacity;
     graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
     view.read_frame(pass);
     pass.read(g.rays, Access::storage_read, "PrimaryRays");
@@ -32,11 +32,7 @@ rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBu
     pass.kernel({"shaders/shadow.comp", defines, view.bind_scene()});
     pass.execute([=](graph::Resources& r) { r.kernel().dispatch(count / 64); });
 
-    // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
-    rays::RayBatch batch = ray_batch(view, kind, shadow_rays, {}, 0);
-    batch.capacity = count;
-    batch.paths = view.band.paths();
-    return batch;
+    return shadow_batch(view, kind, shadow_rays);
 }
 
 /// Traces shadow rays. Returns a uint for each ray.
@@ -46,6 +42,14 @@ graph::BufferHandle occlusion(graph::Graph& graph, const SceneView& view, const 
 }
 
 }  // namespace
+
+rays::RayBatch shadow_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays) {
+    // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
+    rays::RayBatch batch = ray_batch(view, kind, rays, {}, 0);
+    batch.paths = view.band.paths();
+    batch.capacity = (kind == rays::RayKind::sun ? 1 : view.shadow_rays) * batch.paths;
+    return batch;
+}
 
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
     const bool sun = view.scene.needs().sun;

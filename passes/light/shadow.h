@@ -16,6 +16,10 @@ struct DirectLightEstimate {
     rays::RayBatch sun_rays{};         // batch of the sun rays; empty like sun_occluded
 };
 
+/// Returns the batch of the shadow rays at the first surface, in the order of DirectLightEstimate::light. kind: shadow
+/// for chosen lights, or sun.
+rays::RayBatch shadow_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays);
+
 /// Picks a light for each shadow ray (engine/tables/lights.h) and traces the ray by any_hit(). The power heuristic
 /// weights it against BSDF sampling of each component (SHADING.md, Estimator). The sun gets its own rays where it is
 /// sampled separately (SceneNeeds::sun).

@@ -128,10 +128,12 @@ class DebugAovTest : public PassTest {
         std::vector<shared::DebugRecord> records;
         std::vector<int> surface;  // 1 where a surface is visible, by path
     };
-    Traced trace(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
+    Traced trace(Stage& stage, rays::Tracer& tracer, const DebugOptions& options, std::uint32_t shadow_rays = 1) {
         const auto view_of = [&](graph::Graph& graph) {
             const SceneView v = stage.view(graph);
-            return SceneView{v.programs, v.scene, v.trace, tracer, v.band, v.frame_constants};
+            SceneView view{v.programs, v.scene, v.trace, tracer, v.band, v.frame_constants};
+            view.shadow_rays = shadow_rays;
+            return view;
         };
         graph::Graph frame;
         const SceneView view = view_of(frame);
@@ -184,6 +186,20 @@ TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
     EXPECT_GT(empty, 10);
     for (int y = 0; y < 45; ++y)
         for (int x = 0; x < 60; ++x) EXPECT_EQ(traced.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
+}
+
+TEST_F(DebugAovTest, OfSeveralShadowRaysTheFirstAreCounted) {
+    Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
+    graph::Graph unused;
+    rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
+    const Traced traced = trace(stage, tracer, {.culling = true}, 3);
+    int met = 0;
+    for (std::size_t tile = 0; tile < traced.records.size(); tile += 64) {
+        if (std::count(&traced.surface[tile], &traced.surface[tile] + 64, 0) != 0) continue;
+        EXPECT_EQ(traced.records[tile].leaves, 1u) << tile;
+        ++met;
+    }
+    EXPECT_GE(met, 5);
 }
 
 TEST_F(DebugAovTest, OnlyRequestedLayersAreCounted) {

@@ -211,6 +211,16 @@ TEST_F(PagingTest, ABatchFindsThePagesOfItsLastRun) {
     }
 }
 
+TEST_F(PagingTest, PoolsThatHoldAllPagesCountNoUse) {
+    InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 150, paging::PageSchedule::queries);
+    InCoreAgainstPages all(soup(5000, 0.02f, vec3(1), 3), 100000, paging::PageSchedule::queries);
+    for (auto* one : {&pair, &all}) {
+        EXPECT_EQ(one->different_answers(camera_rays(vec3(-0.6f, 0, 1.6f), vec3(-0.6f, 0, 0))), 0u);
+        const paging::PagingStatistics s = one->server().statistics();
+        EXPECT_EQ(s.prefetched_used + s.prefetched_unused > 0, s.slots < s.pages) << s.slots << " " << s.pages;
+    }
+}
+
 TEST_F(PagingTest, ABatchThatExceedsThePoolReadsNothingAhead) {
     InCoreAgainstPages pair(soup(5000, 0.02f, vec3(1), 3), 20, paging::PageSchedule::set);
     for (int turn = 0; turn < 2; ++turn) {

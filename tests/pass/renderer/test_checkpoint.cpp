@@ -89,6 +89,7 @@ TEST_F(CheckpointTest, HeadsWithImpossibleNumbersAreRefused) {
                                    {"\"rows\":16", "\"rows\":0"},
                                    {"\"rows\":16", "\"rows\":4294967312"},
                                    {"\"y\":0", "\"y\":1e300"},
+                                   {"\"y\":0", "\"y\":2147483647"},
                                    {"\"bad_values\":[]", "\"bad_values\":[-1]"}}) {
         std::string forged = text.substr(0, text.size() - sizeof(std::uint64_t));
         ASSERT_NE(forged.find(from), std::string::npos) << from;
@@ -175,6 +176,25 @@ TEST_F(CheckpointTest, FoldersThatWereRemovedDuringTheWaitAreMadeAgain) {
     other.join();
     EXPECT_EQ(error, "");
     EXPECT_TRUE(std::filesystem::exists(band("00000")));
+}
+
+TEST_F(CheckpointTest, FoldersThatWereRemovedMeanwhileNeedNoRemoval) {
+    {
+        Checkpoint checkpoint(path(), "cornell", 1);
+        save(checkpoint, 0);
+        std::filesystem::remove_all(path());
+        EXPECT_EQ(error_message([&] { checkpoint.complete(16); }),
+                  path().string() + ": cannot be read: No such file or directory");
+        checkpoint.remove();
+    }
+    {
+        Checkpoint checkpoint(path(), "cornell", 1);
+        std::filesystem::remove_all(path());
+        Checkpoint other(path(), "cornell", 1);
+        save(other, 0);
+        checkpoint.remove();
+        EXPECT_TRUE(other.complete(16));
+    }
 }
 
 TEST_F(CheckpointTest, CountsSamplesAndTimeOfEarlierRuns) {

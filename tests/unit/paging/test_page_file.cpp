@@ -365,7 +365,14 @@ TEST_F(PageFiles, ReplacedFilesAreReadOn) {
     EXPECT_NE(error_message([&] { read_all(overwritten); }).find("is damaged; the file has been removed"),
               std::string::npos);
     EXPECT_FALSE(std::filesystem::exists(path()));
-    // So is one that is cut.
+    // A whole file that replaces a damaged one is kept.
+    write(content, path());
+    const PageFile replaced(path(), WhenDamaged::remove, 0);
+    std::ofstream(path(), std::ios::in | std::ios::out).seekp(64).write(std::string(40, 'x').c_str(), 40);
+    write(content, path());
+    EXPECT_TRUE(error_message([&] { read_all(replaced); }).ends_with("is damaged"));
+    read_all(PageFile(path()));
+    // A file that is cut is damaged.
     write(content, path());
     const PageFile cut(path(), WhenDamaged::keep, 0);
     std::filesystem::resize_file(path(), 100);
