@@ -121,6 +121,7 @@ void Movie::finish() {
     const bool nothing = std::filesystem::file_size(file_, none) == 0;
     if (end.status == 0 && !failed_ && !nothing && is_complete(file_)) return;
     std::string why = last_line(errors_.text());
+    if (why.ends_with(" --")) why.resize(why.size() - 3);  // ffmpeg goes on with a guess on the next line
     if (why.empty())
         why = end.signal        ? fmt::format("was ended by signal {}", end.signal)
               : end.status != 0 ? fmt::format("exit status {}", end.status)

@@ -7,10 +7,15 @@
 #include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/parts.h"
 #include "engine/paging/convert.h"
+#include "engine/paging/page_file.h"
 
 namespace halflight {
 paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
                                  const PackOptions& options, const Log& log) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(output, none) && std::filesystem::file_size(output, none) > 0 &&
+        !paging::is_page_file(output))
+        throw Error(output.string(), "exists and is no page file, so it is kept");
     SceneChoice choice;
     choice.allow_outside = options.allow_outside;
     GltfOptions gltf = gltf_options(choice);

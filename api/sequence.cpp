@@ -25,6 +25,7 @@
 #include "engine/core/stopwatch.h"
 #include "engine/gpu/context.h"
 #include "engine/io/file_claims.h"
+#include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
 
@@ -381,7 +382,9 @@ void check_outputs(const SequenceOptions& o) {
             throw;
         }
     }
-    if (o.stats) check_writable(*o.stats);
+    if (!o.stats) return;
+    check_writable(*o.stats);
+    check_takes_text(*o.stats);
 }
 
 std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,

@@ -226,7 +226,7 @@ std::map<int, SavedBand> Checkpoint::bands() const {
 }
 
 const char* Checkpoint::advice() const {
-    return use_ == Use::merge ? "merge needs the settings of the parts; render --part with --overwrite makes them anew"
+    return use_ == Use::merge ? "render --part with the settings of this merge and --overwrite makes it anew"
                               : "--overwrite begins the picture anew";
 }
 

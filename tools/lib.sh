@@ -10,6 +10,13 @@ die() {
     exit 1
 }
 
+# help_of_comment ARGUMENT...: ends the script with its first comment if the first argument is -h or --help.
+help_of_comment() {
+    [[ ${1:-} =~ ^(-h|--help)$ ]] || return 0
+    sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"
+    exit 0
+}
+
 as_root() {
     if [ "$(id -u)" -eq 0 ]; then
         "$@"

@@ -21,6 +21,7 @@ struct PackOptions {
 ///   - what loading throws,
 ///   - a list of files with animations of more than cameras,
 ///   - textures, or a mesh, for which the memory budget has too little left,
+///   - an `output` that exists and is no page file,
 ///   - a full disk.
 paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::filesystem::path& output,
                                  const PackOptions& options = {}, const Log& log = {});

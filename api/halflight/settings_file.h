@@ -52,8 +52,8 @@ std::string read_settings_text(const std::filesystem::path& path);
 SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);
 /// Writes the file completely or not at all: under a temporary name, then renamed. Throws Error where it cannot.
 void write_settings(const std::filesystem::path& path, const SavedSettings& settings);
-/// Returns the contents of the file; paths of maps are relative to `folder`. Throws Error where the name of a map is not
-/// UTF-8, as JSON needs.
+/// Returns the contents of the file; paths of maps are relative to `folder`. Throws Error where the name of a map is
+/// not UTF-8, as JSON needs.
 std::string settings_text(const SavedSettings& settings, const std::filesystem::path& folder);
 
 }  // namespace halflight

@@ -56,8 +56,7 @@ void bind_picture(py::module_& module) {
         .def(
             "save",
             [](const PyPicture& p, const std::filesystem::path& path) {
-                if (p.result.stats.interrupted)
-                    throw Error(path.string(), "not written: the picture was interrupted");
+                if (p.result.stats.interrupted) throw Error(path.string(), "not written: the picture was interrupted");
                 make_folder_of(path);
                 write_picture(path, p.result, p.info);
             },

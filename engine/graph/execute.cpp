@@ -284,7 +284,8 @@ void Executor::start_ahead(const CompiledGraph& graph) {
 void Executor::run(const CompiledGraph& graph) {
     const bool is_new = serial_ != graph.serial;
     place(graph);
-    // Later runs and readers outside the graph must see the shaders' writes, also those of a run that an exception ends.
+    // Later runs and readers outside the graph must see the shaders' writes, also those of a run that an exception
+    // ends.
     struct Barrier {
         ~Barrier() { glMemoryBarrier(GL_ALL_BARRIER_BITS); }
     } const barrier;

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <string>
+
+#include "engine/core/error.h"
 
 namespace halflight {
 namespace {
@@ -74,6 +78,20 @@ std::string_view kind_of_file(std::string_view start, std::uint64_t file_bytes) 
     if (start.starts_with("solid") || is_binary_stl(start, file_bytes)) return "an STL file";
     if (is_obj(start)) return "a Wavefront OBJ file";
     return "";
+}
+
+void check_takes_text(const std::filesystem::path& path) {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none)) return;
+    std::string start(std::size_t{64} << 10, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(start.data(), static_cast<std::streamsize>(start.size()));
+    start.resize(static_cast<std::size_t>(file.gcount()));
+    const bool scene = path.extension() == ".gltf" || start.starts_with("glTF");
+    if (start.empty() || (!scene && start.find('\0') == std::string::npos)) return;
+    const std::string_view kind = scene ? "a glTF scene" : kind_of_file(start, std::filesystem::file_size(path, none));
+    throw Error(path.string(), "exists and is {}, so it is kept and not replaced by a text",
+                kind.empty() ? "no text" : kind);
 }
 
 }  // namespace halflight

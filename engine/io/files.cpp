@@ -252,10 +252,12 @@ void remove_abandoned(std::span<const fs::path> paths) {
 }
 
 void make_folder_of(const fs::path& path) {
-    if (!path.has_parent_path()) return;
     std::error_code error;
-    fs::create_directories(path.parent_path(), error);
+    if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
     if (error) throw Error(path.string(), "cannot write: {}", error.message());
+    struct stat info {};
+    if (lstat(path.c_str(), &info) != 0 && errno == ENAMETOOLONG)
+        throw Error(path.string(), "cannot write: {}", reason(errno));
 }
 
 void check_writable(const fs::path& path) {

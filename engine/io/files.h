@@ -32,7 +32,7 @@ void write_unnamed(const std::filesystem::path& path,
 void remove_abandoned(std::span<const std::filesystem::path> paths);
 
 /// Makes the folder of a file, and the folders that it is in, where they are missing. Throws Error with `path` and the
-/// system's reason.
+/// system's reason, also for names that are too long.
 void make_folder_of(const std::filesystem::path& path);
 
 /// Throws Error if a file of this name cannot be written, as far as can be tested without writing it.

@@ -217,7 +217,8 @@ struct PageFile::State {
     /// Throws the error of a damaged part. A file that has got the name since is not removed.
     [[noreturn]] void fail(const std::string& part) const {
         std::error_code kept;
-        const bool removed = when_damaged == WhenDamaged::remove && is_named() && std::filesystem::remove(named.path, kept);
+        const bool removed =
+            when_damaged == WhenDamaged::remove && is_named() && std::filesystem::remove(named.path, kept);
         throw DamagedPages(subject, "{} is damaged{}", part,
                            removed ? "; the file has been removed, and the next start makes it anew" : "");
     }

@@ -321,6 +321,7 @@ struct Value<std::vector<std::string>> {
         if (text == kNone) return value.clear(), "";
         for (const std::string& wanted : split_names(text, kSeparators)) {
             const AovInfo* const found = find_aov(wanted);
+            if (wanted == kNone) return "none stands alone";
             if (wanted != "all" && !found)
                 return fmt::format("has no layer '{}'; known layers are: {}{}", wanted, names(), meant(wanted));
             for (const AovInfo& aov : known_aovs())

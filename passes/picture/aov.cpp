@@ -24,7 +24,8 @@ graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GB
 
 graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
                                   const DebugOptions& options) {
-    const rays::RayBatch shadow = shadow_batch(view, rays::RayKind::shadow, {});  // the first rays of all paths are first
+    const rays::RayBatch shadow =
+        shadow_batch(view, rays::RayKind::shadow, {});  // the first rays of all paths are first
     const graph::BufferHandle lists =
         options.culling ? rays::kept_lists(graph, view.tracer, shadow) : graph::BufferHandle();
     graph::Pass pass = graph.add_pass("debug aov");

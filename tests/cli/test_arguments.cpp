@@ -204,6 +204,8 @@ TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"--log", scene}, 2, ".*room.gltf: is both input and output");
     expect_render({"--log", folder / "out.exr"}, 2, ".*out.exr: is given twice as output");
     expect_render({"--log", folder.path}, 1, ".*: cannot write: Is a directory");
+    expect_render({"--log", std::string(300, 'a')}, 1, "a+.*: cannot write: File name too long");
+    expect_render({"--aov", "none,albedo"}, 2, "--aov: none stands alone");
     expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
     expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
     expect_render({"--camera", "frnt"}, 1,

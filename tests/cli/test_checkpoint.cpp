@@ -81,9 +81,10 @@ TEST_F(CheckpointOption, MergedPartsMayHaveOtherOutputsAndColour) {
     EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
     Strings other = merge;
     other.insert(other.end(), {"--bounces", "1"});
-    EXPECT_EQ(run(other).err, "halflight: " + file("a.exr.parts/1-of-2") +
-                                  ": was made with other settings or from another scene; merge needs the settings of "
-                                  "the parts; render --part with --overwrite makes them anew\n");
+    EXPECT_EQ(run(other).err,
+              "halflight: " + file("a.exr.parts/1-of-2") +
+                  ": was made with other settings or from another scene; render --part with the settings "
+                  "of this merge and --overwrite makes it anew\n");
     EXPECT_TRUE(std::filesystem::exists(file("a.exr.parts/1-of-2/rows-00000.sums")));
 }
 

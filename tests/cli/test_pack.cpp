@@ -317,7 +317,8 @@ TEST_F(Pack, TakesGeneratedScenes) {
 
 TEST_F(Pack, InterruptedConversionsLeaveNothing) {
     const std::string scene = large_scene();
-    write_text(file("a.pages"), "old");
+    const std::string old = "\x89HLP\r\n\x1a\n and more of an older page file";
+    write_text(file("a.pages"), old);
     const auto entries = folder.entries();
     for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
         for (const int lines : {1, 4, 7}) {  // progress in the three steps of the conversion
@@ -331,7 +332,7 @@ TEST_F(Pack, InterruptedConversionsLeaveNothing) {
             // A kill between naming the complete file and renaming it leaves a name, which the next run removes.
             if (signal == SIGKILL) remove_abandoned(std::vector<std::filesystem::path>{file("a.pages")});
             EXPECT_EQ(folder.entries(), entries) << signal << " after " << lines;
-            EXPECT_TRUE(read_text(file("a.pages")) == "old");
+            EXPECT_TRUE(read_text(file("a.pages")) == old);
             if (signal == SIGKILL) continue;
             EXPECT_TRUE(outcome.err.ends_with("a.pages: not written: interrupted\n")) << outcome.err;
         }

@@ -122,6 +122,29 @@ TEST(AwkwardFiles, FilesOfTheSceneAreNotOverwritten) {
     EXPECT_EQ(outcome.status, 2);
     EXPECT_NE(outcome.err.find("wood.png: is both input and output"), std::string::npos) << outcome.err;
     EXPECT_TRUE(read_text(image) == before);
+    // Logs, statistics and reports are texts, and no page file replaces a texture.
+    const std::string kept = ": exists and is a PNG picture, so it is kept and not replaced by a text\n";
+    for (const auto& arguments :
+         {std::vector<std::string>{"render", folder / "s.gltf", folder / "new.exr", "--samples", "1", "--log", image},
+          {"render", kScene, folder / "new.exr", "--samples", "1", "--stats", image},
+          {"render", kScene, folder / "new.exr", "--samples", "1", "--dump-graph", image},
+          {"render", kScene, folder / "new.#.exr", "--samples", "1", "--frames", "1", "--stats", image},
+          {"converge", kScene, "-o", folder / "report", "--log", image},
+          {"pack", folder / "s.gltf", folder / "s.pages", "--log", image},
+          {"bench", "--scene", folder / "s.gltf", "--json", image}}) {
+        const Outcome text = run_program(arguments);
+        EXPECT_EQ(text.status, 1) << arguments[0];
+        EXPECT_EQ(text.err, "halflight: " + image + kept);
+        EXPECT_TRUE(read_text(image) == before) << arguments[0];
+    }
+    for (const char* name : {"wood.png", "s.gltf"}) {
+        const std::string file = folder / name, bytes = read_text(file);
+        const Outcome pages = run_program({"pack", kScene, file});
+        EXPECT_EQ(pages.status, 1);
+        EXPECT_EQ(pages.err, "halflight: " + file + ": exists and is no page file, so it is kept\n");
+        EXPECT_TRUE(read_text(file) == bytes);
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "new.exr"));
     std::filesystem::copy(image, folder / "still.camera.exr");
     const Outcome named =
         run_program(picture(folder / "still.exr", {"--camera", "all", "--env", folder / "still.camera.exr"}));

@@ -398,6 +398,12 @@ TEST_F(View, ErrorsNameTheLine) {
                   .err.find("script.txt:3: view: unknown layer 'sideways'; valid are final, error, emission"),
               std::string::npos);
     EXPECT_EQ(view("quit\n", {"--view", "nothing"}).status, 1);
+    for (const char* stale : {"display", "view", "look"}) {
+        write_text(scene + ".halflight.json", fmt::format(R"({{"halflight_settings": 1, "{}": "none"}})", stale));
+        const Outcome outcome = view("quit\n");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find("halflight.json: an entry is left out"), std::string::npos) << outcome.err;
+    }
     write_text(scene + ".halflight.json", "{}");
     expect_error(view("quit\n"), 1, scene + ".halflight.json: has no 'halflight_settings', the version of its format");
 }

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "engine/core/error.h"
+#include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 
 namespace halflight {
@@ -70,6 +71,7 @@ int fail(int status, std::string_view what) {
 
 void open_log(const std::filesystem::path& file) {
     make_folder_of(file);
+    check_takes_text(file);
     // Without O_NONBLOCK, the call would wait for a reader of a named pipe.
     const int descriptor = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0666);
     if (descriptor >= 0) fcntl(descriptor, F_SETFL, O_APPEND);  // a slow reader is waited for

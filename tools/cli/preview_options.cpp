@@ -31,16 +31,16 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     add_camera_options(options, a);
     options.settings(a.settings, &Setting::saved);
     options.group("Picture");
-    options.value(
-        "--size", "WxH",
-        fmt::format(
-            "size of the picture in pixels (default {}x{}); the window shows it whole, smaller on small screens",
-            *a.width, *a.height),
-        [&](const auto& name, const auto& text) {
-            const ivec2 size = parse_size(name, text);
-            a.width = size.x, a.height = size.y;
-            a.chose_size = true;
-        });
+    options.value("--size", "WxH",
+                  fmt::format("size of the picture in pixels, {} to {} a side (default {}x{}); the window shows it "
+                              "whole, smaller on small "
+                              "screens",
+                              kMinWindow, kMaxWindow, *a.width, *a.height),
+                  [&](const auto& name, const auto& text) {
+                      const ivec2 size = parse_size(name, text);
+                      a.width = size.x, a.height = size.y;
+                      a.chose_size = true;
+                  });
     options.settings(a.settings, &Setting::saved);
     options.setting(setting("texture-lod"), a.settings);
     options.value(

@@ -96,19 +96,8 @@ auto given_to(const CLI::App& app) {
     };
 }
 
-/// Returns the settings of a file without entries that cannot be parsed, which `left_out` describes.
-SavedSettings parse_what_fits(const std::string& text, const std::filesystem::path& file,
-                              std::vector<std::string>& left_out) {
-    try {
-        return parse_settings(text, file);
-    } catch (const Error&) {
-        SettingsParts parts(text, file);
-        left_out = parts.drop_unfit([](const SavedSettings&) {});
-        return parts.settings();
-    }
-}
-
-/// Reads the settings file of the viewer. `given` has the names of the options that were given.
+/// Reads the settings file of the viewer, without entries that cannot be used. `given` has the names of the options
+/// that were given.
 void take_file(const std::set<std::string>& given, PreviewArguments& a) {
     const auto file = a.settings_file.value_or(settings_file_of(a.scene));
     std::error_code none;
@@ -120,13 +109,20 @@ void take_file(const std::set<std::string>& given, PreviewArguments& a) {
         PreviewArguments with = base;
         take(
             settings, file, [&](const std::string& option) { return given.contains(option); }, with);
-        for (std::optional<int>* side : {&with.width, &with.height})
-            if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
+        for (const std::optional<int> side : {with.width, with.height})
+            if (side && std::clamp(*side, kMinWindow, kMaxWindow) != *side)
+                throw Error("size", "has a side of {} pixels; the viewer takes {} to {}", *side, kMinWindow,
+                            kMaxWindow);
         with.bookmarks = settings.bookmarks;
         return with;
     };
-    const SavedSettings settings = parse_what_fits(source->text, file, source->left_out);
-    a = source->with(settings);
+    try {
+        a = source->with(parse_settings(source->text, file));
+    } catch (const Error&) {
+        SettingsParts parts(source->text, file);
+        source->left_out = parts.drop_unfit(source->with);
+        a = source->with(parts.settings());
+    }
     a.settings_source = std::move(source);
 }
 

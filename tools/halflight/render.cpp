@@ -10,6 +10,7 @@
 #include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
 #include "engine/gpu/driver_needs.h"
+#include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "tools/cli/console.h"
 #include "tools/cli/pass_groups.h"
@@ -32,6 +33,8 @@ void check_outputs(const RenderArguments& a) {
     for (const auto& path : files) make_folder_of(path);
     remove_abandoned(files);
     for (const auto& path : files) check_writable(path);
+    if (a.stats) check_takes_text(*a.stats);
+    if (a.graph) check_takes_text(*a.graph);
 }
 
 /// Throws Interrupted where a signal has asked to stop.

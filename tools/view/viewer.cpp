@@ -54,7 +54,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       script_(script_of(arguments)),
       panels_shown_(!scripted()),
       colors_(ColorConfig::load(arguments.ocio)),
-      processor_(colors_.view(arguments.settings.view)),
+      processor_(colors_.view({})),
       window_(one_line(fmt::format("halflight: {}", arguments.scene.filename().string()))),
       gui_(window_, arguments.ui_scale),
       picture_size_(*arguments.width, *arguments.height),
@@ -63,6 +63,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       writer_(&Window::wake),
       thread_(colors_, thread_options(arguments)) {
     transform_ = session_.transform;
+    processor_ = colors_.view(transform_);
     display_.set_view(processor_);
     edit_history_.start(session_.document());
     tell_of_settings();

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "engine/core/error.h"
+#include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/paging/page_file.h"
 #include "shaders/shared/tile_list.h"
@@ -115,7 +116,9 @@ CLI::Validator whole_number(int least, int greatest) {
 /// Throws Error about files that cannot be read or written, before the long work begins.
 void check_files(const BenchArguments& a) {
     for (const std::string& scene : a.scenes) check_readable(scene);
-    if (!a.json.empty()) check_writable(a.json);
+    if (a.json.empty()) return;
+    check_takes_text(a.json);
+    check_writable(a.json);
 }
 
 }  // namespace

@@ -75,7 +75,9 @@ void add_options(CLI::App& app, CompareArguments& a) {
           [&](const std::string& text) { a.layers = split_names(text); });
     value("--ppd", "N", "pixels per degree of visual angle, for FLIP (default 67)",
           [&](const std::string& text) { a.pixels_per_degree = number(text, 1); });
-    value("--map", "FILE", "writes error maps: all of them as .exr, or the FLIP map of the first layer as .png",
+    value("--map", "FILE",
+          "writes error maps: all of them as .exr, or one as .png: that of FLIP, or of the first metric, of the first "
+          "layer",
           [&](const std::string& text) {
               a.map = text;
               if (!is_map(text)) throw CLI::ValidationError("is an .exr or a .png, not '" + text + "'");
