@@ -16,6 +16,7 @@
 #include "api/halflight/settings_file.h"
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
+#include "engine/core/versioned_file.h"
 #include "engine/settings/render_settings.h"
 #include "tools/cli/console.h"
 
@@ -78,6 +79,7 @@ struct PreviewArguments : ViewArguments {
     PreviewArguments() { settings.samples = 1024; }  // samples after which rendering stops
 
     std::optional<std::filesystem::path> settings_file;  // file to load and save; none: the file beside the scene
+    VersionedFile settings_version;                      // the settings file, as it was when it was read
     std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
     /// The settings file as it was read, to be taken in parts where it does not suit the scene (settings_parts.h).
     struct Source {

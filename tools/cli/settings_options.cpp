@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/halflight/settings_file.h"
+#include "engine/io/files.h"
 #include "tools/cli/options.h"
 #include "tools/cli/settings_parts.h"
 
@@ -100,6 +101,7 @@ auto given_to(const CLI::App& app) {
 /// that were given.
 void take_file(const std::set<std::string>& given, PreviewArguments& a) {
     const auto file = a.settings_file.value_or(settings_file_of(a.scene));
+    a.settings_version = versioned(file);
     std::error_code none;
     if (!std::filesystem::exists(file, none)) return;
     auto source = std::make_shared<PreviewArguments::Source>();

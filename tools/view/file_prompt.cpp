@@ -50,6 +50,14 @@ void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first, const 
     enter(folder().empty() ? std::filesystem::absolute(first.empty() ? "." : first, unknown) : folder());
 }
 
+void FilePrompt::ask_to_replace(const std::filesystem::path& file) {
+    std::error_code unknown;
+    folders_[static_cast<std::size_t>(Purpose::save)] = std::filesystem::absolute(file, unknown).parent_path();
+    ask(Purpose::save, "", file.filename().string());
+    to_replace_ = typed_path(folder(), name_.data());
+    problem_ = fmt::format("Another program has changed {}; Save replaces it", file.string());
+}
+
 void FilePrompt::enter(const std::filesystem::path& path) {
     try {
         entries_ = list_folder(path, row_of(purpose_).extensions);

@@ -19,6 +19,9 @@ class FilePrompt {
     enum class Purpose { open, compare, save };
     /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`, and `name`.
     void ask(Purpose purpose, const std::filesystem::path& first, const std::string& name = "");
+    /// Opens the dialog for a settings file that another program has changed. The user may replace it, or choose
+    /// another name.
+    void ask_to_replace(const std::filesystem::path& file);
     struct Answer {
         Purpose purpose;
         std::filesystem::path file;

@@ -265,7 +265,11 @@ void Viewer::execute(const Command& c) {
     if (c.name == "bounces") session_.bounces = static_cast<int>(n(0));
     if (c.name == "bookmark") session_.bookmark(c.words[0]);
     if (c.name == "recall") session_.recall(c.words[0]);
-    if (c.name == "save") save(session_.settings_file());
+    if (c.name == "save") {
+        const std::string file = session_.settings_file().string();
+        if (settings_changed()) throw Error(file, "another program has changed it since it was read, so it is kept");
+        save(file);
+    }
     if (c.name == "quit") quit_ = true;
     if (c.name == "screenshot") {
         update_picture(), frame();  // shows the latest changes

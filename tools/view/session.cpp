@@ -8,6 +8,7 @@
 
 #include "api/halflight/camera.h"
 #include "api/paged_edits.h"
+#include "engine/io/files.h"
 #include "engine/paging/page_file.h"
 #include "tools/cli/settings_parts.h"
 
@@ -234,6 +235,16 @@ SavedSettings Session::saved(const ivec2& size) const {
 
 void Session::save(const ivec2& size) const {
     write_settings(settings_file(), saved(size));
+}
+
+bool Session::settings_changed() const {
+    const VersionedFile now = versioned(settings_file());
+    return now.version != VersionedFile().version && now.version != arguments_.settings_version.version;
+}
+
+void Session::note_saved(const std::filesystem::path& file) {
+    if (file != settings_file()) arguments_.settings_file = file;
+    arguments_.settings_version = versioned(file);
 }
 
 }  // namespace halflight::view

@@ -178,7 +178,9 @@ class Session {
     std::string description() const;
 
     std::filesystem::path settings_file() const;
-    void set_settings_file(const std::filesystem::path& file) { arguments_.settings_file = file; }
+    /// Returns whether another program has written the settings file since it was read, or saved here.
+    bool settings_changed() const;
+    void note_saved(const std::filesystem::path& file);  ///< Makes the file, which has been saved, the settings file.
     /// Returns the settings to save. size: size of the picture, pixels; {0, 0} (a minimised window) is not saved.
     SavedSettings saved(const ivec2& size) const;
     void save(const ivec2& size) const;  ///< Writes settings_file(). Throws Error.

@@ -255,7 +255,10 @@ Session::Opened Session::now() const {
 }
 
 void Session::open(Opened opened) {
-    if (!opened.start) opened.arguments.settings_file = arguments_.settings_file;  // it may have changed meanwhile
+    if (!opened.start) {  // the settings may have been saved meanwhile
+        opened.arguments.settings_file = arguments_.settings_file;
+        opened.arguments.settings_version = arguments_.settings_version;
+    }
     arguments_ = std::move(opened.arguments);
     file_ = arguments_.scene;
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);

@@ -16,6 +16,7 @@ class UnsavedPrompt {
     /// Declares the question while it is open. After save and discard, proceed() does what was asked about.
     Answer declare();
     void proceed();
+    void cancel() { then_ = {}; }
 
   private:
     std::string question_, file_;

@@ -97,6 +97,7 @@ class Viewer {
     void fill_window(bool on);
     void set_comparison(ComparisonMode mode);
     float shown_split() const;                     // Returns the split of Display::draw() in the current mode.
+    bool settings_changed() const;                 // Returns whether another program has written the settings file.
     void save(const std::filesystem::path& file);  // Saves the settings; later saves go to the same file.
     void screenshot(const std::filesystem::path& path);
     /// Saves the picture under an unused name, ".png" or ".exr"; a coarse one is saved once it has full resolution.

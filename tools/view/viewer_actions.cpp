@@ -45,6 +45,7 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::compare_file:
             return file_prompt_.ask(FilePrompt::Purpose::compare, session_.file().parent_path());
         case Action::save:
+            if (settings_changed()) return file_prompt_.ask_to_replace(session_.settings_file());
             return save(session_.settings_file());
         case Action::save_as:
             return file_prompt_.ask(FilePrompt::Purpose::save, session_.settings_file().parent_path(),
@@ -243,6 +244,10 @@ std::filesystem::path Viewer::unused_name(const char* extension) {
     }
 }
 
+bool Viewer::settings_changed() const {
+    return saving_.empty() && session_.settings_changed();  // else this program is writing it
+}
+
 void Viewer::save(const std::filesystem::path& file) {
     saving_.push_back({file, session_.document()});
     writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
@@ -291,7 +296,7 @@ void Viewer::report_files() {
             saving_.pop_front();
             if (result.error.empty()) {
                 edit_history_.mark_saved(saved.state);
-                if (saved.file != session_.settings_file()) session_.set_settings_file(saved.file);
+                session_.note_saved(saved.file);
             }
         }
         if (result.error.empty())

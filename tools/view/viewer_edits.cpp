@@ -74,9 +74,14 @@ void Viewer::ask_about_edits() {
     const UnsavedPrompt::Answer answer = unsaved_prompt_.declare();
     if (answer == UnsavedPrompt::Answer::save)
         attempt([&] {
+            if (settings_changed()) {
+                unsaved_prompt_.cancel();
+                return file_prompt_.ask_to_replace(session_.settings_file());
+            }
             writer_.finish();  // a file of earlier settings must not replace these
             saving_.clear();
-            write_settings(session_.settings_file(), session_.saved(picture_size_));
+            session_.save(picture_size_);
+            session_.note_saved(session_.settings_file());
             edit_history_.mark_saved(session_.document());
             unsaved_prompt_.proceed();
         });

@@ -274,9 +274,29 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
 
     // A settings file that is named meanwhile stays.
     const auto lighting = session.lighting(vec3(1));
-    session.set_settings_file("named.json");
+    const std::string named = folder / "named.json";
+    test::write_text(named, "{}");
+    session.note_saved(named);
     session.open(lighting());
-    EXPECT_EQ(session.settings_file(), "named.json");
+    EXPECT_EQ(session.settings_file(), named);
+    EXPECT_FALSE(session.settings_changed());
+}
+
+TEST_F(ViewSession, ChangesOfTheSettingsFileAreNoticed) {
+    TemporaryFolder folder;
+    PreviewArguments a;
+    a.scene = test::copy_room(folder.path);
+    take_settings(a);
+    Session own(a, ColorConfig::load());
+    EXPECT_FALSE(own.settings_changed()) << "there is no file";
+    own.save(kSize);
+    EXPECT_TRUE(own.settings_changed()) << "the file is new, and nobody has noted it";
+    own.note_saved(own.settings_file());
+    EXPECT_FALSE(own.settings_changed());
+    test::write_text(own.settings_file(), "{}");
+    EXPECT_TRUE(own.settings_changed());
+    std::filesystem::remove(own.settings_file());
+    EXPECT_FALSE(own.settings_changed()) << "a save loses nothing";
 }
 
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
