@@ -119,6 +119,11 @@ TEST_F(CheckpointOption, FullDisksEndNoPicture) {
     EXPECT_NE(outcome.err.find("warning: checkpoint not saved: " + saved.string()), std::string::npos) << outcome.err;
     EXPECT_TRUE(std::filesystem::exists(file("a.exr")));
     EXPECT_FALSE(std::filesystem::exists(checkpoint));
+    const Outcome part = run_program(arguments(file("p.exr"), {"--part", "1/2", "--quiet"}), limited);
+    EXPECT_EQ(part.status, 1);
+    EXPECT_TRUE(part.err.starts_with("halflight: " + file("p.exr.parts/1-of-2/rows-00000.sums") + ": cannot write"))
+        << part.err;
+    EXPECT_EQ(std::ranges::count(part.err, '\n'), 1) << part.err;
 }
 
 TEST_F(CheckpointOption, OptionsThatKeepNoneAreRefused) {

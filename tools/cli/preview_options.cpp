@@ -33,8 +33,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.group("Picture");
     options.value("--size", "WxH",
                   fmt::format("size of the picture in pixels, {} to {} a side (default {}x{}); the window shows it "
-                              "whole, smaller on small "
-                              "screens",
+                              "whole, smaller on small screens",
                               kMinWindow, kMaxWindow, *a.width, *a.height),
                   [&](const auto& name, const auto& text) {
                       const ivec2 size = parse_size(name, text);

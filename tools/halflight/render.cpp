@@ -172,9 +172,10 @@ void render_picture(const RenderArguments& a) {
     }
     if (result.stats.interrupted) stop_point(a.outputs[0], after_samples(samples_done, checkpoint, height));
     const std::string problem = checkpoint ? checkpoint->problem() : "";
+    const int part = part_of_samples(a);
+    if (!problem.empty() && part > 0) throw Error("", problem);  // it names the file
     if (!problem.empty()) console.warn("checkpoint not saved: {}", problem);
-    if (const int part = part_of_samples(a)) {
-        if (!problem.empty()) throw Error(checkpoint->folder().string(), "{}", problem);
+    if (part > 0) {
         if (!checkpoint->complete(height))
             throw Error(checkpoint->folder().string(), "lacks samples of part {}; the same command renders them", part);
         console.note("wrote {}: part {} of {}, {} samples per pixel in {:.1f} s", checkpoint->folder().string(), part,
