@@ -83,7 +83,7 @@ float sum_of(vec4 weights) { return (weights.x + weights.y) + (weights.z + weigh
 bool selects_second(inout float x, float first, float second) {
     float sum = first + second;
     float share = sum > 0.0 ? first / sum : 1.0;
-    bool selected = x >= share;
+    bool selected = second > 0.0 && x >= share;  // division may round the share of all to less than 1
     x = min(selected ? (x - share) / (1.0 - share) : x / share, 0.99999994);
     return selected;
 }

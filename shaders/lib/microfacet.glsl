@@ -44,7 +44,7 @@ GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
     vec3 across = cross(h, n);
     float density = ggx_density(dot(h, n), dot(across, across), alpha);
     float mu_o = max(dot(n, wo), 0.0);  // n is bent towards wo, except for rounding
-    float mu_i = dot(n, wi);
+    float mu_i = max(dot(n, wi), 1e-20);  // that of a direction folded at the horizon may be rounded to 0 or less
     float root_o = ggx_root(mu_o, alpha);
     float root_i = ggx_root(mu_i, alpha);
     GgxValue value;
@@ -108,6 +108,7 @@ GgxValue ggx_evaluate(mat3 basis, vec2 alpha, vec3 wo, vec3 wi) {
     vec3 local_o = wo * basis;
     local_o.z = max(local_o.z, 0.0);
     vec3 local_i = wi * basis;
+    local_i.z = max(local_i.z, 1e-20);
     float root_o = ggx_root(local_o, alpha);
     float root_i = ggx_root(local_i, alpha);
     GgxValue value;
@@ -260,6 +261,12 @@ float solid_albedo(float cosine, float alpha, float eta, float strength) {
         texel.y += kSolidTableRow;
         found += weight.x * weight.y * weight.z * albedo_texel(texel);
     }
+    // Beyond the last slice, the albedo approaches that of a white mirroring lobe as the reflectance F_0 approaches 1.
+    float r = (eta - 1.0) / (eta + 1.0);
+    const float last = kSolidReflectance * kSolidReflectance;
+    float beyond = eta > 1.0 ? clamp((r * r - last) / (1.0 - last), 0.0, 1.0) : 0.0;
+    vec2 mirror = ggx_albedo(cosine, alpha);
+    found.x += beyond * (mirror.x + mirror.y - found.x);
     return strength < 1.0 ? mix(found.y, found.x, strength) : found.x;
 }
 #endif

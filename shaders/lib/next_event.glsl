@@ -71,7 +71,7 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
         lamps = sum;
         sum += value;
         float share = sum > 0.0 ? value / sum : 1.0;
-        bool left = u >= share;  // false for NaN, which is kept and counted, and for the first light
+        bool left = light > 0u && u >= share;  // false for NaN, which is kept and counted
         u = left ? (u - share) / (1.0 - share) : u / share;
 #ifdef HALFLIGHT_ENVIRONMENT
         left = left || (light == last && only_lamps && lamps > 0.0);

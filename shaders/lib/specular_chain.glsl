@@ -27,7 +27,7 @@ SpecularBranch specular_branch(Bsdf b, vec3 wo, vec2 xi, vec3 others) {
     passed = b.transmission;
 #endif
 #ifdef HALFLIGHT_VOLUME
-    float fresnel = b.eta > 0.0 ? fresnel_dielectric(x, b.eta) : 0.0;
+    float fresnel = b.eta > 0.0 ? solid_fresnel(b, x) : 0.0;
     base += fresnel * b.solid_reflection;
     passed *= 1.0 - fresnel;
 #endif

@@ -144,6 +144,10 @@ TEST_F(ShadingSolid, WhiteFurnace) {
             cases.push_back({roughness, 1.5f, cosine, false, 1, 0, 0, 0, 0, 0, 0.4f, 30});
         }
     }
+    for (const float cosine : {0.02f, 0.3f, 0.75f, 1.0f})
+        for (const float roughness : {0.0f, 0.05f, 0.3f, 0.6f, 1.0f})
+            for (const bool front : {false, true})
+                for (const float ior : {60.0f, 999.0f}) cases.push_back({roughness, ior, cosine, front});
     const auto albedo = run(R"(
         Bsdf b = bsdf_of(i);
         vec3 wo = wo_of(i);
