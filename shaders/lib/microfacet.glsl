@@ -44,7 +44,7 @@ GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
     vec3 across = cross(h, n);
     float density = ggx_density(dot(h, n), dot(across, across), alpha);
     float mu_o = max(dot(n, wo), 0.0);  // n is bent towards wo, except for rounding
-    float mu_i = max(dot(n, wi), 1e-20);  // that of a direction folded at the horizon may be rounded to 0 or less
+    float mu_i = max(dot(n, wi), 1e-20);  // a direction that was folded at the horizon may have 0 or less
     float root_o = ggx_root(mu_o, alpha);
     float root_i = ggx_root(mu_i, alpha);
     GgxValue value;
