@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cassert>
+#include <mutex>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -180,7 +181,14 @@ void Texture::clear(float r, float g, float b, float a) {
     const FormatInfo info = format_info(desc_.format);
     assert(info.kind != TexelKind::integer);
     const std::array value{r, g, b, a};
-    glClearTexImage(id(), 0, info.kind == TexelKind::depth ? GL_DEPTH_COMPONENT : GL_RGBA, GL_FLOAT, value.data());
+    if (info.kind == TexelKind::depth) {
+        // At its first call in a process, Mesa fills a table of functions without a lock, though all contexts use it.
+        static std::mutex filling;
+        const std::lock_guard lock(filling);
+        glClearTexImage(id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, value.data());
+    } else {
+        glClearTexImage(id(), 0, GL_RGBA, GL_FLOAT, value.data());
+    }
 }
 
 void Texture::clear_uint(std::uint32_t value) {
