@@ -3,6 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -63,6 +64,30 @@ using SettingTexts = std::map<std::string, std::string>;
 
 /// Returns a log that passes lines to Python: sink(is_warning, line). May be used without the GIL.
 Log log_to(py::object sink);
+
+/// Gives up the GIL during its lifetime, for long work. The interpreter ends after such work: at its end, Python ends
+/// threads that ask for the GIL, and the process with those that come from C++.
+class Unlocked {
+  public:
+    Unlocked() = default;  ///< Throws Error once the interpreter is about to end.
+
+    /// Stops the work of other threads where they call Callback, and waits until all work has ended. Needs the GIL.
+    static void end_all();
+
+  private:
+    friend class Callback;
+    struct Counted {
+        Counted();
+        ~Counted() { --running; }
+        Counted(const Counted&) = delete;
+        Counted& operator=(const Counted&) = delete;
+    };
+    static inline std::atomic<int> running = 0;
+    static inline std::atomic<bool> ending = false;
+
+    Counted counted_;  // until the GIL has been taken again
+    py::gil_scoped_release released_;
+};
 
 /// Calls a Python function as progress callback of C++, without the GIL held. Exceptions of the function, and
 /// KeyboardInterrupt, stop the work; rethrow() raises them.

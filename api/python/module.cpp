@@ -1,6 +1,9 @@
 // The native module halflight._native, which api/python/halflight/__init__.py wraps.
 #include <pybind11/numpy.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <thread>
 #include <vector>
 
 #include "api/python/bindings.h"
@@ -27,7 +30,19 @@ Log log_to(py::object sink) {
     });
 }
 
+Unlocked::Counted::Counted() {
+    if (ending) throw Error("halflight", "cannot begin work while the interpreter ends");
+    ++running;
+}
+
+void Unlocked::end_all() {
+    ending = true;
+    const py::gil_scoped_release released;
+    while (running > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
 bool Callback::operator()(const std::function<py::object()>& make) {
+    if (Unlocked::ending) return false;
     if (!make) {
         if (watch_.seconds() - looked_ < 0.05) return !error_;
         looked_ = watch_.seconds();
@@ -68,6 +83,9 @@ PYBIND11_MODULE(_native, module) {
         if (!bytes) throw halflight::Error("memory", "expects a size such as 2GiB, 1.5G or 800M, not '{}'", size);
         halflight::MemoryLedger::process().set_limit(*bytes);
     });
+    py::module_::import("atexit").attr("register")(py::cpp_function([owner = getpid()] {
+        if (getpid() == owner) halflight::python::Unlocked::end_all();  // forked processes lack the threads at work
+    }));
     halflight::python::bind_scene(module);
     halflight::python::bind_picture(module);
     halflight::python::bind_renderer(module);

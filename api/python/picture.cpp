@@ -60,7 +60,7 @@ void bind_picture(py::module_& module) {
                 make_folder_of(path);
                 write_picture(path, p.result, p.info);
             },
-            py::call_guard<py::gil_scoped_release>());
+            py::call_guard<Unlocked>());
 }
 
 }  // namespace halflight::python

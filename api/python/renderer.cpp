@@ -9,6 +9,7 @@
 
 #include "api/python/bindings.h"
 #include "engine/core/interruption.h"
+#include "engine/core/process.h"
 #include "engine/core/stopwatch.h"
 #include "engine/core/suggestion.h"
 #include "engine/gpu/context.h"
@@ -44,19 +45,16 @@ RenderSettings settings_of(const SettingTexts& texts, const Camera& chosen) {
     return settings;
 }
 
-/// Throws Error in a process that was forked from one that has had a context. It lacks the threads of the driver, and
-/// would wait for them without end.
-void check_not_forked() {
+/// Throws Error in a process that was forked from one that has had a context.
+void check_driver_not_forked() {
     static const pid_t owner = getpid();  // process of the first call, which comes before the first context
-    if (owner != getpid())
-        throw Error("GPU",
-                    "this process was forked from one that renders; multiprocessing has the start method 'spawn'");
+    check_not_forked(owner, "GPU");
 }
 
 /// Returns the context that all renderers of a thread share: making one takes as long as many small pictures. The
 /// context lives until the process ends.
 std::shared_ptr<gpu::Context> shared_context(const std::string& device, bool shader_cache) {
-    check_not_forked();
+    check_driver_not_forked();
     using Contexts = std::map<std::pair<std::string, bool>, std::shared_ptr<gpu::Context>>;
     thread_local Contexts& contexts = *new Contexts;  // drivers cannot be closed safely while a process exits
     std::shared_ptr<gpu::Context>& context = contexts[{device, shader_cache}];
@@ -96,13 +94,13 @@ struct PyRenderer {
     }
 
     std::shared_ptr<PyPicture> render(std::optional<std::uint32_t> frame, py::object function, const Log& log) {
-        check_not_forked();
+        check_driver_not_forked();
         const Busy busy(*scene);
         Callback progress(std::move(function));
         auto picture = std::make_shared<PyPicture>();
         bool cancelled = false;
         {
-            const py::gil_scoped_release released;
+            const Unlocked unlocked;
             Stopwatch clock;
             const auto go_on = [&](double) {
                 return progress([&] { return progress_of({.samples_total = renderer.settings().samples}); });
@@ -130,12 +128,12 @@ struct PyRenderer {
     }
 
     std::optional<std::string> find_estimator(py::object function) {
-        check_not_forked();
+        check_driver_not_forked();
         const Busy busy(*scene);
         Callback progress(std::move(function));
         std::optional<Estimator> found;
         {
-            const py::gil_scoped_release released;
+            const Unlocked unlocked;
             found = renderer.find_estimator([&](double share) { return progress([&] { return py::float_(share); }); });
         }
         progress.rethrow();
@@ -189,7 +187,7 @@ std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const 
     RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
     settings.measure = measure;
     settings.pictures = pictures;
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     const std::uint32_t frame = settings.frame;
     FrameRenderer renderer(scene->scene, std::move(settings), options);
     return std::make_unique<PyRenderer>(
@@ -219,7 +217,7 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
     };
     SequenceTally tally;
     {
-        const py::gil_scoped_release released;
+        const Unlocked unlocked;
         tally = render_sequence(scene->scene, settings, renderer, options, events, sink);
     }
     progress.rethrow();
@@ -258,6 +256,7 @@ void bind_renderer(py::module_& module) {
         return rows;
     });
     module.def("devices", [] {
+        check_driver_not_forked();
         py::list rows;
         for (const gpu::DeviceAttempt& d : gpu::Context::probe())
             rows.append(py::make_tuple(d.name, d.taken, d.reason));

@@ -70,7 +70,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
         throw Error("line_width", "is not between 0 and {}", kLineWidth.upper);
     if (line_width) choice.line_width = *line_width;
     const Log sink = log_to(std::move(log));
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), camera, sink), std::move(saved)});
 }
 

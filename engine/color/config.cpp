@@ -2,6 +2,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <mutex>
 #include <sstream>
 
 #include "engine/color/ocio.h"
@@ -83,7 +84,8 @@ constexpr const char* kRec709Names[] = {"Linear Rec.709 (sRGB)",   "lin_rec709",
 }  // namespace
 
 ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) {
-    ocio::SetLoggingFunction([](const char*) {});  // a library does not print; errors are thrown
+    static std::once_flag once;  // the function is one for all threads, and OCIO has no lock for it
+    std::call_once(once, [] { ocio::SetLoggingFunction([](const char*) {}); });  // errors are thrown, not printed
     const char* const environment = std::getenv("OCIO");
     auto data = std::make_shared<Data>();
     std::string subject = "built-in colour config";

@@ -64,6 +64,12 @@ double seconds(const timeval& t) {
 
 }  // namespace
 
+void check_not_forked(pid_t owner, std::string_view subject) {
+    if (owner != getpid())
+        throw Error(subject,
+                    "this process was forked from one that has used it; multiprocessing has the start method 'spawn'");
+}
+
 Process::Process(const std::vector<std::string>& arguments, const ProcessOptions& options)
     : name_(arguments.at(0)), own_group_(options.own_group) {
     posix_spawn_file_actions_t files;

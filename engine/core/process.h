@@ -29,6 +29,10 @@ struct ProcessEnd {
     std::size_t peak_bytes = 0;  // greatest resident memory, bytes
 };
 
+/// Throws Error about `subject` unless this is the process `owner`. A process that was forked lacks the threads of the
+/// process before, which libraries would wait for without end.
+void check_not_forked(pid_t owner, std::string_view subject);
+
 /// A running program. Neither the program nor its own process group, if it has one, outlives the object.
 class Process {
   public:

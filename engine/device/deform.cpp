@@ -58,7 +58,11 @@ struct GpuDeformer::Job {
 };
 
 GpuDeformer::GpuDeformer(const gpu::Context& context, const gpu::Limits& limits)
-    : limits_(limits), programs_(context.binaries()), matrices_("joint matrices", 0), targets_("active targets", 0) {
+    : context_(context),
+      limits_(limits),
+      programs_(context.binaries()),
+      matrices_("joint matrices", 0),
+      targets_("active targets", 0) {
     constexpr std::size_t kMostTexels = std::numeric_limits<int>::max();  // GLSL counts texels in int
     limits_.texture_buffer_texels = std::min(limits_.texture_buffer_texels, kMostTexels);
 }
@@ -135,6 +139,17 @@ void GpuDeformer::upload_targets(Resident& shape, const Deformation& deformation
 
 std::vector<VertexArrays> GpuDeformer::deform(std::span<const Deformation> deformations) {
     std::vector<VertexArrays> moved;
+    const gpu::KeepCurrent keep;
+    try {
+        context_.make_current();
+    } catch (const Error&) {  // another thread uses it
+        for (const Deformation& d : deformations) {
+            moved.push_back(halflight::deform(d));
+            statistics_.vertices += moved.back().positions.size();
+            statistics_.vertices_on_cpu += moved.back().positions.size();
+        }
+        return moved;
+    }
     while (!deformations.empty()) {
         const std::size_t count = first_batch(deformations);
         std::ranges::move(deform_batch(deformations.first(count)), std::back_inserter(moved));

@@ -23,8 +23,8 @@ struct DeformStatistics {
 };
 
 /// Deformer that runs on the device. It owns device copies of shapes, and of morph targets that have been active.
-/// Shapes with more vertices than the driver's blocks and buffers hold are divided. The context must be current on the
-/// calling thread and outlive the object.
+/// Shapes with more vertices than the driver's blocks and buffers hold are divided. The context must outlive the
+/// object, and be current on the calling thread where the object is made or destroyed.
 class GpuDeformer final : public Deformer {
   public:
     /// Creates a deformer; `limits` are those of the context, or lower ones.
@@ -34,7 +34,8 @@ class GpuDeformer final : public Deformer {
     GpuDeformer& operator=(const GpuDeformer&) = delete;
     ~GpuDeformer() override;
 
-    /// Throws what RestShape throws, and Error where the driver runs out of memory.
+    /// Uses its own context, and leaves the current one as it is. Where its context is current on another thread, the
+    /// CPU deforms. Throws what RestShape throws, and Error where the driver runs out of memory.
     std::vector<VertexArrays> deform(std::span<const Deformation> deformations) override;
 
     /// Returns the statistics since the last call.
@@ -53,6 +54,7 @@ class GpuDeformer final : public Deformer {
     void start(const Job& job);
     VertexArrays read(const Job& job) const;
 
+    const gpu::Context& context_;
     gpu::Limits limits_;
     gpu::ProgramCache programs_;
     std::map<std::shared_ptr<const RestShape>, std::unique_ptr<Resident>> shapes_;

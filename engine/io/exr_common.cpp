@@ -2,10 +2,13 @@
 
 #include <Iex.h>
 #include <ImfThreading.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
 #include <thread>
+
+#include "engine/core/process.h"
 
 namespace halflight {
 
@@ -15,6 +18,8 @@ int exr_threads() {
         Imf::setGlobalThreadCount(count);
         return count;
     }();
+    static const pid_t owner = getpid();
+    check_not_forked(owner, "OpenEXR");
     return threads;
 }
 

@@ -13,7 +13,7 @@
 namespace halflight {
 
 /// Returns the number of worker threads; starts OpenEXR's pool on first use. The number does not affect the bytes
-/// written.
+/// written. Throws Error in a process that was forked after the first use.
 int exr_threads();
 
 /// Returns the matrix from the engine's camera space, looking along -Z, to the standard's, looking along +Z; its own

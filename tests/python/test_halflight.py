@@ -383,14 +383,37 @@ class Callbacks(InFolder):
         self.assertRegex(found[0], "in use by a renderer on another thread")
 
     def test_forked_processes_are_told(self):
-        self.renderer.render(progress=lambda p: False)
-        if (child := os.fork()) == 0:
-            try:
-                hl.render(self.renderer.scene, layers=[], **SMALL)
-            except hl.Error as error:
-                os._exit(7 if "forked" in str(error) else 8)
-            os._exit(9)
-        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 7)
+        """Libraries that have started threads in a process would wait for them in a forked one without end."""
+        begin = "import os, signal, sys\nimport halflight as hl\nscene, device, exr = sys.argv[1:]\n"
+        picture = "picture = hl.render(hl.load(scene), width=8, height=8, samples=1, layers=[], device=device)\n"
+        end = ("    except hl.Error as error:\n"
+               "        os._exit(7 if 'forked' in str(error) else 8)\n"
+               "    os._exit(9)\n"
+               "sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n")
+        fork = "if (child := os.fork()) == 0:\n    signal.alarm(60)\n    try:\n        "
+        for first, forked in [(picture, "hl.render(hl.load(scene), samples=1, device=device)"),
+                              ("hl.devices()", "hl.render(hl.load(scene), samples=1, device=device)"),
+                              (picture, "hl.devices()"),
+                              (picture + "picture.save(exr)", "picture.save(exr)"),
+                              (picture + "picture.save(exr)", "hl.load(scene, environment=exr)")]:
+            with self.subTest(first=first, forked=forked):
+                ended = subprocess.run([sys.executable, "-c", f"{begin}{first}\n{fork}{forked}\n{end}", str(CORNELL),
+                                        DEVICE, str(self.folder / "p.exr")], check=False)
+                self.assertEqual(ended.returncode, 7)
+
+    def test_the_interpreter_ends_beside_threads_at_work(self):
+        script = ("import sys, threading\nimport halflight as hl\nscene, device, kind = sys.argv[1:]\n"
+                  "begun = threading.Event()\n"
+                  "def paint():\n"
+                  "    hl.render(hl.load(scene), samples=100000, layers=[], device=device,\n"
+                  "              progress=(lambda p: begun.set()) if kind == 'progress' else None)\n"
+                  "threading.Thread(target=paint, daemon=True).start()\n"
+                  "begun.wait(None if kind == 'progress' else 1)\n"
+                  "print('end')\n")
+        for kind in ["progress", "none"]:
+            ended = subprocess.run([sys.executable, "-c", script, str(CORNELL), DEVICE, kind], check=False, timeout=120,
+                                   capture_output=True, text=True)
+            self.assertEqual((ended.returncode, ended.stdout), (0, "end\n"), ended.stderr)
 
 
 class Errors(InFolder):

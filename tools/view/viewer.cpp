@@ -86,7 +86,7 @@ Session::Opened Viewer::load_first() {
     window_size_ = window_.framebuffer_size();
     std::packaged_task<Session::Opened()> task(Session::starting(arguments_, colors_));
     std::future<Session::Opened> result = task.get_future();
-    std::thread loader([task = std::move(task)]() mutable {
+    std::jthread loader([task = std::move(task)]() mutable {
         task();
         Window::wake();
     });

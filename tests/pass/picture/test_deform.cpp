@@ -8,6 +8,7 @@
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
+#include <thread>
 
 #include "engine/device/deform.h"
 #include "engine/io/gltf/gltf.h"
@@ -207,6 +208,28 @@ TEST_F(Deform, GivesTheBitsOfTheCpu) {
     EXPECT_EQ(statistics.vertices_on_cpu, 0u);
     EXPECT_GT(statistics.seconds, 0);
     EXPECT_EQ(deformer.take_statistics().vertices, 0u) << "they have been moved out";
+}
+
+TEST_F(Deform, UsesItsOwnContext) {
+    const Kind kind{.targets = 5, .joints = 3};
+    Posable posable(kind, 1);
+    const Deformation d = posable.at(2);
+    gpu::Context other = test_context();
+    context.make_current();
+    GpuDeformer deformer(context);
+    {
+        other.make_current();
+        const gpu::Buffer numbers = gpu::Buffer::from("numbers", std::vector<std::uint32_t>(1000, 7));
+        expect_same(deformer.deform(std::span(&d, 1)).at(0), deform(d));
+        EXPECT_EQ(deformer.take_statistics().vertices_on_cpu, 0u);
+        EXPECT_EQ(numbers.read<std::uint32_t>(), std::vector<std::uint32_t>(1000, 7)) << "it is of the current context";
+        EXPECT_NO_THROW(other.check("GL errors of the other context"));
+    }
+    context.make_current();
+    VertexArrays found;
+    std::thread([&] { found = deformer.deform(std::span(&d, 1)).at(0); }).join();
+    expect_same(found, deform(d));
+    EXPECT_EQ(deformer.take_statistics().vertices_on_cpu, kind.vertices) << "its context is current on this thread";
 }
 
 TEST_F(Deform, DoesNotDependOnEarlierPosesOrOtherShapes) {
