@@ -51,6 +51,8 @@ TEST_F(Refusal, InvalidCommands) {
     for (const char* command : {"info", "render", "view"})
         expect({command, ""}, 2, "SCENE: expects the name of a file");
     expect({"info", scene, scene}, 2, ".*: is not expected; .*");
+    expect({"info", "--", "-none.glb"}, 1, "-none.glb: cannot read: No such file or directory");
+    expect({"info", "--", scene, "--needs"}, 2, "--needs: is not expected; .*");
     expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
     expect({"render", scene, folder / "out.bmp"}, 2, ".*out.bmp: an output is an .exr, .png, .jpg or .tif");
     expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr, .png, .jpg or .tif");

@@ -316,9 +316,10 @@ void check_leftovers(const CLI::App& app, const std::string& command) {
         if (option->get_positional() && std::ranges::find(option->results(), "") != option->results().end())
             throw UsageError(option->get_name(true), "expects the name of a file");
     const auto extras = app.remaining();
-    if (extras.empty()) return;
-    const std::string& word = extras.front();
-    throw UsageError(word, "is not expected{}; see {} --help", option_meant(app, word), command);
+    // The first "--" ends the options. CLI11 has taken the words after it as files.
+    const auto word = std::ranges::find_if(extras, [](const std::string& extra) { return extra != "--"; });
+    if (word == extras.end()) return;
+    throw UsageError(*word, "is not expected{}; see {} --help", option_meant(app, *word), command);
 }
 
 /// Converts messages of CLI11, which are "--option: what" or a sentence.
