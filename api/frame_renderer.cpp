@@ -13,6 +13,7 @@
 #include "engine/core/stopwatch.h"
 #include "engine/core/suggestion.h"
 #include "engine/gpu/program_binaries.h"
+#include "engine/io/exr.h"
 #include "engine/scene/material_lobes.h"
 #include "renderer/film.h"
 #include "renderer/held_out.h"
@@ -99,6 +100,7 @@ struct FrameRenderer::State {
             throw Error("render settings", settings.texture_lod
                                                ? "texture-lod needs a scene that was loaded with mip levels"
                                                : "the scene was loaded with mip levels, which need texture-lod");
+        (void)capture_date_now();  // throws for a damaged SOURCE_DATE_EPOCH
         take_open_settings();
         for (const std::string& layer : light_group_layers(settings)) check_light_group(layer);
         request_light_groups(settings, scene.scene());

@@ -73,6 +73,16 @@ void check_fits(const SceneSize& size, const std::filesystem::path& file, std::s
                     picture_bytes > 0 ? "at least " : "", text_of_bytes(picture_bytes)));
 }
 
+void check_tables(const SceneSize& size, const std::filesystem::path& file) {
+    // Texture buffers of Mesa's llvmpipe and of NVIDIA's driver end at 2^27 texels. Hierarchies in memory end at 2^25
+    // pairs of triangles (engine/rays/packed_bvh.cpp); some triangles have no partner.
+    constexpr std::size_t kMostTexels = std::size_t{1} << 27, kMostTriangles = 60'000'000;
+    if (size.vertex_texels > kMostTexels || size.stored > kMostTriangles)
+        throw BudgetError(file.string(),
+                          "has {} triangles and {} texels of vertex attributes; tables without pages hold {} and {}",
+                          size.stored, size.vertex_texels, kMostTriangles, kMostTexels);
+}
+
 std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSize& size, std::size_t picture_bytes,
                                             bool always) {
     // Pools in memory end at so many texels of a kind (engine/device/scene_buffers.h).
@@ -139,6 +149,7 @@ SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& optio
     SceneSize size = file_.size();
     size.moves = moves;
     tile_textures({&file_, 1}, size, picture_bytes, tile);
+    check_tables(size, path);
     check_fits(size, path, picture_bytes);
 }
 

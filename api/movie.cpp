@@ -1,5 +1,6 @@
 #include "api/halflight/movie.h"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -78,8 +79,9 @@ std::vector<std::uint8_t> movie_frame(const Image& view) {
     return bytes;
 }
 
-Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format)
-    : subject_(std::move(subject)), file_(file) {
+Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format,
+             std::function<void()> pulse)
+    : subject_(std::move(subject)), file_(file), pulse_(std::move(pulse)) {
     // A socket is used because a write to a pipe without a reader raises a signal, which the caller may handle.
     std::array<int, 2> ends{-1, -1};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
@@ -108,15 +110,20 @@ void Movie::add(const Image& view) {
     if (failed_) return;
     const std::vector<std::uint8_t> bytes = movie_frame(view);
     for (std::size_t done = 0; done < bytes.size() && !failed_;) {
-        const ssize_t sent = send(input_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
+        pollfd room{input_, POLLOUT, 0};
+        if (poll(&room, 1, 100) <= 0) {  // ffmpeg is busy, or there was a signal
+            if (pulse_) pulse_();
+            continue;
+        }
+        const ssize_t sent = send(input_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (sent > 0) done += static_cast<std::size_t>(sent);
-        failed_ = sent < 0 && errno != EINTR;
+        failed_ = sent < 0 && errno != EINTR && errno != EAGAIN;
     }
 }
 
 void Movie::finish() {
     close_input();
-    const ProcessEnd end = ffmpeg_->wait();
+    const ProcessEnd end = ffmpeg_->wait(pulse_);
     std::error_code none;
     const bool nothing = std::filesystem::file_size(file_, none) == 0;
     if (end.status == 0 && !failed_ && !nothing && is_complete(file_)) return;

@@ -225,6 +225,11 @@ void check_alpha(const std::filesystem::path& path, bool transparent) {
         throw Error(path.string(), "has no alpha channel for a transparent picture; .png, .tif and .exr do");
 }
 
+void check_size(const std::filesystem::path& path, const ivec2& size) {
+    if ((has_extension(path, "jpg") || has_extension(path, "jpeg")) && std::max(size.x, size.y) > kMostJpegSide)
+        throw Error(path.string(), "{} x {} pixels: the sides of a JPEG end at {}", size.x, size.y, kMostJpegSide);
+}
+
 LinearSpace working_space(const ColorConfig& config, const std::string& name) {
     return config.linear_space(name == "rec709" ? "" : name);
 }

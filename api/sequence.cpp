@@ -115,6 +115,14 @@ void append_line(const std::filesystem::path& path, const std::string& line) {
     char last = '\n';
     if (size > 0 && pread(file, &last, 1, size - 1) != 1) last = '\n';
     const std::string text = fmt::format("{}{}{}", last == '\n' ? "" : "\n", line, line.empty() ? "" : "\n");
+    // On a full disk, nothing is written instead of a part. Some file systems cannot reserve space.
+    const auto bytes = static_cast<off_t>(text.size());
+    const bool full = bytes > 0 && fallocate(file, FALLOC_FL_KEEP_SIZE, size, bytes) != 0 && errno == ENOSPC;
+    if (full) {
+        close(file);
+        errno = ENOSPC;
+    }
+    check(!full);
     std::string_view rest = text;  // a disk that fills takes a part, and the next call has the error
     ssize_t count = 0;
     while (!rest.empty() && ((count = write(file, rest.data(), rest.size())) >= 0 || errno == EINTR))
@@ -408,7 +416,10 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     if (!options.colors) options.colors = ColorConfig::load();
     if (o.movie && asked.transparent) throw Error(o.movie->string(), "a movie cannot be transparent");
     RenderSettings settings = of_sequence(asked, scene);
-    for (const auto& pattern : o.outputs) check_alpha(pattern, asked.transparent);
+    for (const auto& pattern : o.outputs) {
+        check_alpha(pattern, asked.transparent);
+        check_size(pattern, data_window(asked).size());
+    }
     settings.want_view = wants_view(o);
     settings.measure = o.stats.has_value();
     working_space(*options.colors, o.output.working_space);  // throws for unknown names
@@ -442,9 +453,13 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
             const bool srgb = display.find("sRGB") != std::string::npos;
             const MovieFormat format{data_window(settings).size(), scene.frame_rate(), srgb};
             write_atomically(*o.movie, [&](const std::filesystem::path& temporary) {
-                Movie movie(temporary, o.movie->string(), format);
+                Movie movie(temporary, o.movie->string(), format, [&] {
+                    if (events.go_on && !events.go_on()) throw Stopped();
+                });
                 make(&movie);
+                if (!frames.empty()) tally.stopped_in = frames.back();
                 movie.finish();
+                tally.stopped_in.reset();
             });
         } else {
             make(nullptr);

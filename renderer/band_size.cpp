@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "engine/core/error.h"
+#include "engine/settings/denoiser_windows.h"
 #include "passes/surface/raster_window.h"
 #include "shaders/shared/rays.h"
 
@@ -25,6 +26,14 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
     const std::size_t in_groups = static_cast<std::size_t>(limits.workgroup_count) * 64;
     const std::size_t in_blocks = limits.storage_block_bytes / scene.widest_record_bytes();
+    if (s.denoise)
+        for (const DenoiserWindow& w :
+             denoiser_windows(s.camera.optics, {s.width, s.height}, rendered_window(s, s.camera.optics)))
+            if (const int wide = w.size.x + 2 * w.margin; wide > limits.texture_size)
+                throw Error("render settings",
+                            "{} pixels wide, as a panorama is denoised with its margins: the driver allows {} (--crop "
+                            "renders parts)",
+                            wide, limits.texture_size);
     return first_band(s, std::min({s.band_pixels, most_paths, in_groups, in_blocks}), limits.texture_size);
 }
 

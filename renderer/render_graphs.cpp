@@ -5,6 +5,7 @@
 
 #include "engine/core/error.h"
 #include "engine/rays/batch_server.h"
+#include "passes/light/scatter.h"
 #include "passes/light/specular_chain.h"
 #include "passes/picture/aov.h"
 #include "renderer/band_size.h"
@@ -94,6 +95,17 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (needs().light_groups) most = std::min(most, limits.storage_block_bytes / needs().light_groups.path_bytes);
     if (needs().halves) most = std::min(most, limits.storage_block_bytes / needs().halves.path_bytes);
     band = first_band(asked, scene.buffers(), most, limits);
+    if (const auto groups = static_cast<std::size_t>(light_group_layers(settings).size()); groups > 0) {
+        const bool reuse = bool(needs().reuse);
+        const std::size_t widest = std::max({groups * 3 * sizeof(double), group_light_bytes(groups, reuse),
+                                             reuse ? groups * sizeof(shared::DirectLight) : 0});
+        if (band.paths() > limits.storage_block_bytes / widest)
+            throw Error(
+                "render settings",
+                "{} pixels wide with {} light groups: the driver's storage blocks hold {} bytes (--crop renders "
+                "parts)",
+                band.image.x, groups, limits.storage_block_bytes);
+    }
     // From here on, the rendered pixels are the picture; finish() cuts out those that were asked for.
     settings.width = band.image.x, settings.height = band.image.y;
     settings.crop.reset(), settings.overscan = 0;

@@ -66,6 +66,9 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes = 0);
 
+/// Throws BudgetError about the file where its geometry exceeds tables on the device, so that it needs pages.
+void check_tables(const SceneSize& size, const std::filesystem::path& file);
+
 /// Lets a temporary file (engine/io/texture_store.h) take the textures of files that do not fit into the memory budget,
 /// or all textures if `always` is set. `size` is that of the files together, and changes to what is left of it. Returns
 /// the file, or null where textures stay in memory.
@@ -82,7 +85,7 @@ void take_sun(Scene& pose, const Scene& from);
 /// A glTF file, its playing animations and its frame rate. It poses scenes; it holds none itself.
 class SceneFile {
   public:
-    /// Reads the file. Throws Error as GltfScene() and check_fits() do. moves: poses other than at_rest() are wanted,
+    /// Reads the file. Throws Error as GltfScene(), check_fits() and check_tables() do. moves: poses other than at_rest() are wanted,
     /// for which contents of the file are kept.
     SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes = 0,
               bool moves = true, bool tile_textures = false);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,8 +33,9 @@ std::vector<std::uint8_t> movie_frame(const Image& view);
 class Movie {
   public:
     /// Starts the ffmpeg in PATH, which writes `file`. Throws Error, whose text starts with `subject`, if there is
-    /// none.
-    Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format);
+    /// none. While ffmpeg is waited for, `pulse` is called, which may throw.
+    Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format,
+          std::function<void()> pulse = {});
     Movie(const Movie&) = delete;
     Movie& operator=(const Movie&) = delete;
     ~Movie();  ///< Ends ffmpeg unless finish() has; the file is then incomplete.
@@ -49,6 +51,7 @@ class Movie {
 
     std::string subject_;
     std::filesystem::path file_;
+    std::function<void()> pulse_;
     Spool errors_;                   // ffmpeg's stderr
     int input_ = -1;                 // write end of the pipe to ffmpeg's stdin; -1: closed
     std::optional<Process> ffmpeg_;  // ffmpeg itself, which the destructor terminates

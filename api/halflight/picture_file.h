@@ -70,6 +70,8 @@ bool is_picture_name(const std::filesystem::path& path);
 bool holds_view(const std::filesystem::path& path, TiffType tiff);
 /// Throws Error for a file that cannot hold the alpha of a transparent picture.
 void check_alpha(const std::filesystem::path& path, bool transparent);
+/// Throws Error for a file whose format cannot hold pictures of this size, pixels.
+void check_size(const std::filesystem::path& path, const ivec2& size);
 
 /// Returns the linear space that `name` stands for. Throws Error where the config has none of that name.
 LinearSpace working_space(const ColorConfig& config, const std::string& name);

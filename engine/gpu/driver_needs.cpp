@@ -92,6 +92,8 @@ void prepare_for_drivers() {
     static std::once_flag once;
     std::call_once(once, [] {
         check_address_space();
+        // The XDG Base Directory Specification ignores such values; Mesa does not.
+        if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
         secure_shader_cache();
         // Zink compiles copies of kernels for values of uniforms, unless a GPU runs them. After many values of one
         // kernel, Mesa 22.3 uses a copy for other values.

@@ -8,6 +8,7 @@ namespace halflight::gpu {
 /// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk,
 ///   disables that cache by MESA_SHADER_CACHE_DISABLE in the process's environment.
 /// - Sets ZINK_INLINE_UNIFORMS to 0 in the environment unless it is set.
+/// - Removes XDG_CACHE_HOME from the environment if it is no absolute path.
 void prepare_for_drivers();
 
 /// Returns whether Mesa keeps machine code of its software driver on disk, once a context has been created.

@@ -100,7 +100,7 @@ struct ExrAttributes {
 };
 
 /// Returns the current date. $SOURCE_DATE_EPOCH (seconds, shown as UTC) replaces the clock where files must be
-/// reproducible.
+/// reproducible. Throws Error where it is no number of seconds, or beyond the year 9999.
 std::string capture_date_now();
 /// Returns whether $SOURCE_DATE_EPOCH is set: files must then not depend on clocks.
 bool date_is_fixed();
@@ -140,6 +140,10 @@ struct ExrLimits {
     std::uint64_t max_bytes = std::uint64_t{4} << 30;  // bytes of the file, and of its pixels as floats
     std::string reason{};                              // phrase after the limit in errors, such as " (--memory)"
 };
+
+/// Returns the limits for pictures that programs render: sides of 65536 pixels, and 4 GiB, or what the memory budget
+/// has left (MemoryLedger::process()) where that is more.
+ExrLimits limits_of_renders();
 
 /// Reads a file with scan lines or tiles (the finest level): its first part, and the further parts that have the same
 /// data window and channels of other names. Throws Error for damaged, truncated, deep, subsampled and oversized data.

@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/exr.h"
 #include "engine/io/exr_common.h"
 
@@ -271,6 +272,11 @@ bool adds_to(const ExrFile& first, const Imf::Header& window, const Imf::Header&
 
 bool is_exr(std::string_view bytes) {
     return bytes.starts_with("\x76\x2f\x31\x01");
+}
+
+ExrLimits limits_of_renders() {
+    const ExrLimits usual;
+    return {65536, std::max<std::uint64_t>(usual.max_bytes, MemoryLedger::process().free())};
 }
 
 ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {

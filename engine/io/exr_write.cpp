@@ -18,7 +18,9 @@
 #include <half.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <ctime>
 
@@ -263,7 +265,15 @@ std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame) {
 std::string capture_date_now() {
     std::time_t now = std::time(nullptr);
     const char* const epoch = std::getenv("SOURCE_DATE_EPOCH");
-    if (epoch) now = static_cast<std::time_t>(std::strtoll(epoch, nullptr, 10));
+    if (epoch) {
+        constexpr std::int64_t kEnd = 253'402'300'800;  // year 10000, which the attribute cannot hold
+        std::int64_t seconds = -1;
+        const std::string_view text = epoch;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+        if (error != std::errc() || end != text.data() + text.size() || seconds < 0 || seconds >= kEnd)
+            throw Error("SOURCE_DATE_EPOCH", "expects seconds since 1970, not '{}'", text);
+        now = static_cast<std::time_t>(seconds);
+    }
     std::tm parts{};
     epoch ? gmtime_r(&now, &parts) : localtime_r(&now, &parts);
     char text[32];

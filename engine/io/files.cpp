@@ -1,7 +1,9 @@
 #include "engine/io/files.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <tbb/parallel_for.h>
 #include <unistd.h>
 
@@ -111,8 +113,12 @@ struct ReadableFile {
         return fstat(descriptor, &info) == 0 ? version_of(info) : Version{};
     }
 
-    /// Returns the path of the file that is open, whatever its name leads to now.
-    fs::path location() const { return fs::read_symlink(fmt::format("/proc/self/fd/{}", int{descriptor})); }
+    /// Returns the path of the file that is open, whatever its name leads to now; the path of its `name` without /proc.
+    fs::path location(const fs::path& name) const {
+        std::error_code no_proc;
+        const fs::path found = fs::read_symlink(fmt::format("/proc/self/fd/{}", int{descriptor}), no_proc);
+        return no_proc ? fs::absolute(name, no_proc) : found;
+    }
 
     /// Returns the time of the last change, in nanoseconds since 1970.
     std::int64_t modified() const { return static_cast<std::int64_t>(version[3] * 1'000'000'000 + version[4]); }
@@ -179,6 +185,10 @@ fs::path follow_links(const fs::path& path) {
     std::error_code none;
     for (int i = 0; i < kMaxLinks; ++i) {
         if (!fs::is_symlink(target, none)) return target;
+        struct statfs system {};
+        if (statfs((target.has_parent_path() ? target.parent_path() : ".").c_str(), &system) == 0 &&
+            system.f_type == PROC_SUPER_MAGIC)  // another file would take its place behind the stream's back
+            throw Error(path.string(), "cannot write: is a stream of a process, and files are replaced as a whole");
         target = target.parent_path() / fs::read_symlink(target, none);
     }
     throw Error(path.string(), "cannot write: {}", reason(ELOOP));
@@ -327,7 +337,7 @@ struct ByteSource::File {
     static inline std::atomic<int> kept{0};
 
     explicit File(const fs::path& p)
-        : path(p), open(std::in_place, p), location(open->location()), version(open->version), size(open->bytes) {
+        : path(p), open(std::in_place, p), location(open->location(p)), version(open->version), size(open->bytes) {
         if (++kept > kKeptOpen) close();
     }
     File(const File&) = delete;

@@ -22,9 +22,12 @@ ImageHeader read_jpeg_header(const std::string& subject, std::string_view bytes,
 /// for truncated, damaged and CMYK files, and for sides longer than `max_side`.
 void read_jpeg(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image);
 
+/// Longest side of the JPEG files of libjpeg, pixels.
+inline constexpr int kMostJpegSide = 65500;
+
 /// Encodes width * height * 3 bytes of sRGB, top row first. Chroma is not subsampled. quality: 1 to 100. comment: at
 /// most 65533 bytes; empty: none. Equal bytes give equal files. Throws Error with `subject`, also for sides above
-/// 65500.
+/// kMostJpegSide.
 std::string encode_jpeg(const std::string& subject, int width, int height, const std::vector<std::uint8_t>& rgb,
                         int quality, std::string_view comment = {});
 

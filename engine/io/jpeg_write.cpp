@@ -96,6 +96,8 @@ class Encoder {
 
 }  // namespace
 
+static_assert(kMostJpegSide == JPEG_MAX_DIMENSION);
+
 std::string encode_jpeg(const std::string& subject, int width, int height, const std::vector<std::uint8_t>& rgb,
                         int quality, std::string_view comment) {
     if (width < 1 || height < 1) throw Error(subject, "no pixels to write");

@@ -276,7 +276,7 @@ class Packer {
         if (!child.leaf()) return kBvhTag | (tree.first_node + child.first);
         switch (tree.leaves) {
             case Tree::Leaves::instances:
-                return kBvhTag | shared::kBvhInstance | tree.bvh->primitives[child.first];
+                return shared::kBvhInstance | index_word(tree.bvh->primitives[child.first], "instances");
             case Tree::Leaves::roots:
                 return kBvhTag | space.trees[1 + tree.bvh->primitives[child.first]].first_node;
             case Tree::Leaves::pairs:

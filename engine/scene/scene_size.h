@@ -19,6 +19,7 @@ struct SceneSize {
     std::size_t decoding_bytes = 0;     // working memory of image decoders, which ends with loading
     std::size_t vertices = 0;           // number of vertices of all meshes
     std::size_t stored = 0;             // number of triangles of all meshes
+    std::size_t vertex_texels = 0;      // texels of vertex attributes on the device; 0 for a loaded scene
     std::size_t drawn = 0;              // number of triangles of all instances
     bool moves = false;                 // contents are kept for other poses
     bool paged = false;                 // geometry is in pages, whose server traces all rays

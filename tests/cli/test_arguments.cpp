@@ -1,4 +1,5 @@
 // Tests refusals of the program: exit status, one clear line, and no files left behind.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -208,6 +209,16 @@ TEST_F(Refusal, NamesWhatWasMeant) {
     expect_render({"--log", folder.path}, 1, ".*: cannot write: Is a directory");
     expect_render({"--log", std::string(300, 'a')}, 1, "a+.*: cannot write: File name too long");
     expect_render({"--aov", "none,albedo"}, 2, "--aov: none stands alone");
+    expect_render({"--stats", "/dev/stdout"}, 1, "/dev/stdout: cannot write: is a stream of a process, .*");
+    for (const char* date : {"", "junk", "12x", "-1", "99999999999999999999"})
+        expect_render({"--quiet"}, 1, fmt::format("SOURCE_DATE_EPOCH: expects seconds since 1970, not '{}'", date),
+                      {.environment = {fmt::format("SOURCE_DATE_EPOCH={}", date)}});
+    expect({"render", scene, folder / "tall.jpg", "--width", "8", "--height", "65504", "--quiet"}, 1,
+           ".*tall.jpg: 8 x 65504 pixels: the sides of a JPEG end at 65500");
+    if (test_device() == "software")  // textures of llvmpipe have 16384 texels a side
+        expect({"render", scene, folder / "wide.exr", "--width", "16384", "--height", "16", "--projection", "panorama",
+                "--denoise", "--samples", "2", "--quiet"},
+               1, "render settings: 16512 pixels wide, as a panorama is denoised with its margins: .*");
     expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
     expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
     expect_render({"--camera", "frnt"}, 1,

@@ -1,8 +1,11 @@
 // Tests checkpoints of single pictures: halflight render --checkpoint.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <optional>
+#include <thread>
 
 #include "tests/cli/output_test.h"
 
@@ -18,13 +21,17 @@ class CheckpointOption : public Output {
         all.insert(all.end(), more.begin(), more.end());
         return all;
     }
-    /// Runs the program and ends it by a signal once the checkpoint has a file.
-    Outcome stop(const Strings& command, int signal) const {
+    /// Runs the program and ends it by a signal, and by another one 5 ms later, once the checkpoint has a file.
+    Outcome stop(const Strings& command, int signal, std::optional<int> another = {}) const {
         bool sent = false;
         RunOptions options;
         options.terminal = true;  // the progress bar gives something to watch
         options.watch = [&](pid_t child, const std::string&) {
-            if (!sent && std::filesystem::exists(saved)) sent = kill(child, signal) == 0;
+            if (sent || !std::filesystem::exists(saved)) return;
+            sent = kill(child, signal) == 0;
+            if (!another) return;
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            kill(child, *another);
         };
         return run_program(command, options);
     }
@@ -51,6 +58,18 @@ TEST_F(CheckpointOption, InterruptedPicturesGoOnToTheSameBits) {
     EXPECT_NE(rest.err.find("goes on after"), std::string::npos) << rest.err;
     EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
     EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+TEST_F(CheckpointOption, TwoSignalsAtOnceAreOneRequest) {
+    const Outcome stopped = stop(arguments(file("a.exr")), SIGTERM, SIGHUP);  // timeout(1) sends its signal twice
+    EXPECT_EQ(stopped.status, 128 + SIGTERM) << stopped.err;
+    EXPECT_NE(stopped.err.find("; the same command goes on from its checkpoint of "), std::string::npos) << stopped.err;
+}
+
+TEST_F(CheckpointOption, LimitsOfCpuSecondsKeepTheSamples) {
+    const Outcome stopped = stop(arguments(file("a.exr")), SIGXCPU);
+    EXPECT_EQ(stopped.status, 128 + SIGXCPU) << stopped.err;
+    EXPECT_NE(stopped.err.find("; the same command goes on from its checkpoint of "), std::string::npos) << stopped.err;
 }
 
 TEST_F(CheckpointOption, NoSamplesAreNoCheckpoint) {

@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <regex>
+#include <string_view>
+#include <thread>
 
 #include "engine/io/png.h"
 #include "tests/cli/animated_scenes.h"
@@ -122,6 +126,36 @@ TEST_F(MovieTest, WithoutFfmpegNothingIsRendered) {
                                  std::regex("halflight: .*m.mp4: cannot be made: ffmpeg: is no program in PATH\n")))
         << outcome.err;
     EXPECT_EQ(files(), Strings{});
+}
+
+TEST_F(MovieTest, OneSignalEndsTheWaitForFfmpeg) {
+    install("exec sleep 1000\n");
+    // Small frames fit into the pipe, and the last wait is for the end of ffmpeg. Large ones wait for room in it.
+    for (const char* size : {"16", "600"}) {
+        bool sent = false;
+        RunOptions options{.environment = {"PATH=" + path}, .most_seconds = 100};
+        options.watch = [&](pid_t child, const std::string& err) {
+            const char* const shown = size == std::string_view("16") ? "frame 2 written" : "pixels, camera";
+            if (sent || err.find(shown) == std::string::npos) return;
+            std::this_thread::sleep_for(std::chrono::seconds(2));
+            sent = kill(child, SIGTERM) == 0;
+        };
+        const Outcome outcome =
+            run_program({"render", scene, out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-2", "--width", size,
+                         "--height", size, "--samples", "1", "--exposure", "0", "--overwrite"},
+                        options);
+        EXPECT_EQ(outcome.status, 128 + SIGTERM) << outcome.err;
+        EXPECT_EQ(std::ranges::count_if(files(), [](const std::string& f) { return f.find("mp4") != f.npos; }), 0);
+    }
+}
+
+TEST_F(MovieTest, ParentsMayIgnoreTheEndOfChildren) {
+    install_recorder();
+    const Outcome outcome = run_program(
+        {"render", scene, "--movie", out("m.mp4"), "--frames", "1", "--width", "8", "--height", "8", "--samples", "1"},
+        {.environment = {"PATH=" + path}, .wrapper = {"sh", "-c", "trap '' CHLD; exec \"$@\"", "sh"}});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(fs::exists(out("m.mp4")));
 }
 
 TEST_F(MovieTest, ErrorsOfFfmpegAreReported) {

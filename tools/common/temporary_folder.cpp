@@ -6,15 +6,13 @@
 #include <cerrno>
 #include <system_error>
 
+#include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
 
 namespace halflight {
 
 TemporaryFolder::TemporaryFolder() {
-    std::error_code missing;
-    const std::filesystem::path base = std::filesystem::temp_directory_path(missing);
-    if (missing) throw Error("TMPDIR", "names no folder");
-    std::string name = base / "halflight-XXXXXX";
+    std::string name = scratch_folder() / "halflight-XXXXXX";
     if (!mkdtemp(name.data())) throw Error(name, "cannot be made: {}", std::generic_category().message(errno));
     path = name;
 }

@@ -129,6 +129,7 @@ void render_picture(const RenderArguments& a) {
                             .exr_tile = a.exr.tile});
     Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
+    for (const auto& path : a.outputs) check_size(path, data_window(settings).size());
     times.load = clock.lap();
     stop_point(a.outputs[0], "before rendering");
 

@@ -8,7 +8,7 @@
 namespace halflight::view {
 
 Image read_linear(const std::filesystem::path& path) {
-    const ExrFile file = read_exr(path);
+    const ExrFile file = read_exr(path, limits_of_renders());
     Image image = file.image({"R", "G", "B"});
     const auto& space = file.attributes.chromaticities;
     if (!space || same_space(*space, kRec709)) return image;

@@ -23,7 +23,9 @@ namespace {
 struct MeshSize {
     std::size_t bytes = 0;
     std::size_t triangles = 0;
+    std::size_t vertices = 0;
     std::size_t decoding_bytes = 0;  // working memory of the decoder, largest of the primitives
+    bool tangents = false, coordinates = false, colors = false;  // some vertices have such attributes
 };
 
 /// Returns the number of elements of an accessor, all of which the file holds.
@@ -64,11 +66,14 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
             primitive.material == kNone ? nullptr : &materials[static_cast<std::size_t>(primitive.material)];
         std::size_t each = 2 * sizeof(vec3);
         if (stroke) each += sizeof(vec3) + sizeof(std::uint32_t);  // Strokes, until the mesh is finished
-        if (tangent_texture_of(material)) each += sizeof(vec4);
-        if (has("COLOR_0")) each += sizeof(vec4);
+        const bool tangents = tangent_texture_of(material).has_value(), colors = has("COLOR_0");
+        if (tangents) each += sizeof(vec4);
+        if (colors) each += sizeof(vec4);
         each += sizeof(vec2) * (has("TEXCOORD_0") + has("TEXCOORD_1"));
+        size.tangents |= tangents, size.colors |= colors, size.coordinates |= has("TEXCOORD_0") || has("TEXCOORD_1");
         size.bytes += vertices * each + triangles * (sizeof(uvec3) + sizeof(std::uint32_t));
         size.triangles += triangles;
+        size.vertices += vertices;
     }
     return size;
 }
@@ -122,6 +127,7 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
     const GltfNodes nodes = resolve_nodes(document);
     std::map<int, MeshSize> sizes;
     std::set<std::tuple<int, int, std::vector<double>>> stored;
+    std::size_t vertices = 0;  // number in `stored`, and in meshes of a transform of their own
     for (const int index : nodes.shown) {
         const gltf::Node& node = document.model.nodes[static_cast<std::size_t>(index)];
         if (node.mesh == kNone) continue;
@@ -145,6 +151,7 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
             size.instance_bytes = plus(size.instance_bytes, flat, others);
             size.stored = plus(size.stored, flat, mesh.triangles);
             size.geometry_bytes = plus(size.geometry_bytes, flat, mesh.bytes);
+            vertices = plus(vertices, flat, mesh.vertices);
             size.largest_mesh = std::max(size.largest_mesh, mesh.bytes);
             if (flat == instances) continue;
         }
@@ -153,8 +160,15 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
         size.stored += mesh.triangles;
         size.geometry_bytes += mesh.bytes;
         size.largest_mesh = std::max(size.largest_mesh, mesh.bytes);
+        vertices = plus(vertices, 1, mesh.vertices);
     }
     const ImageSizes images = measure_images(document, materials);
+    const auto any = [&](bool MeshSize::*attribute) {
+        return std::ranges::any_of(sizes, [&](const auto& mesh) { return mesh.second.*attribute; });
+    };
+    const bool textures = images.texels > 0 && any(&MeshSize::coordinates);
+    size.vertex_texels =
+        plus(0, vertices, std::size_t{1} + textures + any(&MeshSize::tangents) + any(&MeshSize::colors));
     size.texture_bytes = images.texels;
     size.pinned_bytes = images.pinned;
     size.largest_image = images.largest;

@@ -314,6 +314,11 @@ TEST_F(GltfPrimitive, PointsAndLinesThatCannotBeDrawn) {
     EXPECT_EQ(drawn.size().stored, 80000000u);
     EXPECT_GT(drawn.size().geometry_bytes, std::size_t{2} << 30);
     EXPECT_EQ(none.size().stored, 0u);
+    b = {};
+    b.add_triangle();
+    EXPECT_EQ(GltfScene(write("corners.glb", b.glb())).size().vertex_texels, 3u);
+    b.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = b.floats("VEC3", std::vector<float>(9, 0.5f));
+    EXPECT_EQ(GltfScene(write("colours.glb", b.glb())).size().vertex_texels, 6u);
 }
 
 TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {

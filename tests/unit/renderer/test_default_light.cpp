@@ -112,6 +112,22 @@ TEST(NeutralSky, AddedWhereOnlyDisplaysGlow) {
     EXPECT_FALSE(needs_sky(scene)) << "the file has a lamp";
 }
 
+TEST(SceneTables, ScenesBeyondTheirLimitsGoToPages) {
+    SceneSize size;
+    size.stored = 60'000'000, size.vertex_texels = std::size_t{1} << 27;
+    EXPECT_NO_THROW(check_tables(size, "large.glb"));
+    SceneSize triangles = size, texels = size;
+    ++triangles.stored, ++texels.vertex_texels;
+    bool paged = false;
+    for (const SceneSize& larger : {triangles, texels}) {
+        EXPECT_THROW(check_tables(larger, "large.glb"), BudgetError);
+        paged = false;
+        load_whole_or_paged(
+            {.scene = "large.glb"}, [&] { check_tables(larger, "large.glb"); }, [&] { paged = true; });
+        EXPECT_TRUE(paged);
+    }
+}
+
 TEST(NeutralSky, AddedToSeeThroughScenes) {
     Scene scene = helmet();
     add_led(scene, 0.02f, vec3(1));

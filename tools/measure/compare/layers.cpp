@@ -102,7 +102,7 @@ const Layer* PictureFile::find(const std::string& layer) const {
 }
 
 PictureFile read_picture(const std::filesystem::path& path) try {
-    const ExrLimits limits;
+    const ExrLimits limits = limits_of_renders();
     PictureFile file;
     file.name = path.string();
     const std::string bytes = read_file(path, limits.max_bytes);

@@ -117,7 +117,7 @@ class ExternalPainter final : public Painter {
         Painted painted{{}, printed_times(printed, time)};
         painted.picture.samples = budget.samples;
         try {
-            painted.picture.beauty = read_exr(output_).image({"R", "G", "B"});
+            painted.picture.beauty = read_exr(output_, limits_of_renders()).image({"R", "G", "B"});
         } catch (const Error& error) {
             throw Error(external_.name, "its picture cannot be used: {}{}", error.what(), quote);
         }

@@ -61,7 +61,7 @@ bool is_rec709(const Chromaticities& c) {
 }
 
 Reference read_reference(const std::filesystem::path& path, const View& view) {
-    const ExrFile exr = read_exr(path);
+    const ExrFile exr = read_exr(path, limits_of_renders());
     if (exr.width != view.width || exr.height != view.height)
         throw Error(path.string(), "the reference has {} x {} pixels, the pictures are to have {} x {}", exr.width,
                     exr.height, view.width, view.height);
