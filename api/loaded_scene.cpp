@@ -149,8 +149,8 @@ SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& optio
     SceneSize size = file_.size();
     size.moves = moves;
     tile_textures({&file_, 1}, size, picture_bytes, tile);
-    check_tables(size, path);
     check_fits(size, path, picture_bytes);
+    check_tables(size, path);
 }
 
 void SceneFile::play(const std::string& animation, const Log& log) {
