@@ -67,7 +67,7 @@ requires(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) struct Value<T> {
         if (error != std::errc() || at != end || !in_range)
             return fmt::format("expects {}a {} from {} to {}, not '{}'", s.zero ? "0 or " : "",
                                type == Setting::Type::whole ? "whole number" : "number", s.lower, s.upper, text);
-        value = static_cast<T>(parsed);
+        value = static_cast<T>(parsed) + T(0);  // makes 0 of -0, which settings files do not hold
         return "";
     }
 };
