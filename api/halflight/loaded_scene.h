@@ -85,8 +85,8 @@ void take_sun(Scene& pose, const Scene& from);
 /// A glTF file, its playing animations and its frame rate. It poses scenes; it holds none itself.
 class SceneFile {
   public:
-    /// Reads the file. Throws Error as GltfScene(), check_fits() and check_tables() do. moves: poses other than at_rest() are wanted,
-    /// for which contents of the file are kept.
+    /// Reads the file. Throws Error as GltfScene(), check_fits() and check_tables() do. moves: poses other than
+    /// at_rest() are wanted, for which contents of the file are kept.
     SceneFile(const std::filesystem::path& path, const GltfOptions& options, std::size_t picture_bytes = 0,
               bool moves = true, bool tile_textures = false);
     /// Takes an open file.

@@ -6,13 +6,14 @@
 #include <cerrno>
 #include <system_error>
 
-#include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
 
 namespace halflight {
 
 TemporaryFolder::TemporaryFolder() {
-    std::string name = scratch_folder() / "halflight-XXXXXX";
+    std::error_code missing;
+    const std::filesystem::path base = std::filesystem::temp_directory_path(missing);
+    std::string name = (missing ? "/tmp" : base) / "halflight-XXXXXX";
     if (!mkdtemp(name.data())) throw Error(name, "cannot be made: {}", std::generic_category().message(errno));
     path = name;
 }
