@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <mutex>
+#include <string_view>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -31,9 +32,17 @@ GLbitfield storage_flags() {
     return GL_DYNAMIC_STORAGE_BIT | (maps ? GL_MAP_READ_BIT | GL_MAP_WRITE_BIT : 0);
 }
 
+/// NVIDIA's driver 580.159 does not order a clear of a buffer before later writes of more than 64 KiB to it. The clear
+/// has been seen to take texels away that were written after it.
+void wait_for_clear() {
+    const auto* const vendor = reinterpret_cast<const char*>(glGetString(GL_VENDOR));
+    if (vendor != nullptr && std::string_view(vendor).starts_with("NVIDIA")) glFinish();
+}
+
 void fill_range(GLuint id, std::size_t offset, std::size_t bytes, std::uint32_t word) {
     glClearNamedBufferSubData(id, GL_R32UI, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes),
                               GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
+    wait_for_clear();
 }
 
 }  // namespace

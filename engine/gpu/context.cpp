@@ -79,6 +79,22 @@ const char* error_name(GLenum error) {
     }
 }
 
+/// Calls what runs after a loss of the context. Epoxy looks a function up at its first call, and ends the process where
+/// the driver has no context then, as NVIDIA's after a reset.
+void look_up_functions() {
+    glGetGraphicsResetStatus();
+    glGetError();
+    glFinish();
+    glMemoryBarrier(GL_ALL_BARRIER_BITS);
+    glDeleteBuffers(0, nullptr);
+    glDeleteFramebuffers(0, nullptr);
+    glDeleteQueries(0, nullptr);
+    glDeleteTextures(0, nullptr);
+    glDeleteVertexArrays(0, nullptr);
+    glDeleteShader(0);
+    glDeleteProgram(0);
+}
+
 std::int64_t now() {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
@@ -113,6 +129,7 @@ struct Context::State {
     }
 
     void set_up() {
+        look_up_functions();
         renderer = gl_string(GL_RENDERER);
         version = gl_string(GL_VERSION);
         limits = query_limits();

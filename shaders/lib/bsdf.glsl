@@ -30,7 +30,7 @@ vec3 base_normal(Bsdf b, vec3 wo) {
 // Returns the reflectance below the coat, with the Fresnel terms of normal incidence. The factors of rough lobes contain
 // the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
 vec3 reflectance(Bsdf b, vec3 wo) {
-    vec3 sum = b.diffuse;
+    precise vec3 sum = b.diffuse;  // terms of lobes that no material has must not change bits
 #ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
     sum += b.diffuse_through;
 #endif

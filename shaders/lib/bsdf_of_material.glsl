@@ -178,7 +178,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
 #ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
     float through = average(b.diffuse_through);
     diffuse += through;
-    b.p_through = through > 0.0 ? through / diffuse : 0.0;
+    b.p_through = through > 0.0 ? min(through / diffuse, 1.0) : 0.0;  // a quotient may be rounded up
 #endif
 #ifdef HALFLIGHT_GLOSSY
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
@@ -194,7 +194,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.p_sheen = glossy > 0.0 ? sheen / glossy : 0.0;
 #endif
     float sum = diffuse + glossy;
-    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // a black surface may pick either component
+    b.p_diffuse = glossy > 0.0 ? min(diffuse / sum, 1.0) : 1.0;  // a black surface may pick either component
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
 #endif

@@ -72,8 +72,10 @@ TEST_F(Light, GroupsOfAllIntensities) {
     };
     for (const Reuse reuse : {Reuse::off, Reuse::sixteen}) {
         const auto plain = layers(1, 1, reuse);
-        const auto extreme = layers(0x1p66f, 0x1p-100f, reuse);
-        const double factors[] = {0x1p66, 0x1p-100};
+        // Hardware takes denormal numbers for zero, to which light of the smallest factor comes.
+        const float least = context.software() ? 0x1p-100f : 0x1p-80f;
+        const auto extreme = layers(0x1p66f, least, reuse);
+        const double factors[] = {0x1p66, double{least}};
         for (const std::size_t g : {0u, 1u}) {
             Image scaled = plain[g];
             for (float& v : scaled.pixels) v = static_cast<float>(v * factors[g]);

@@ -212,7 +212,7 @@ TEST_F(ShadingSolid, SingleScatteringIsReciprocal) {
     int lit = 0;
     for (const vec4& f : found) {
         EXPECT_NEAR(f.x, f.y, 1e-3 * f.x + 1e-6);
-        EXPECT_NEAR(f.z, 0, 1e-4);
+        EXPECT_NEAR(f.z, 0, 5e-4);  // near total reflection, F changes by thousands of roundings of the cosine
         lit += f.x > 0;
     }
     EXPECT_GT(lit, 50);

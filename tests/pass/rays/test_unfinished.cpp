@@ -56,7 +56,7 @@ TEST_F(UnfinishedTest, LongTraversalsAreCorrectOrCounted) {
             EXPECT_EQ(counted, 0u);
         }
         // The software driver cannot finish this case. Another driver may, and must then be correct.
-        if (sheets == 40000) {
+        if (sheets == 40000 && context.software()) {
             EXPECT_GT(counted, 0u);
         }
     }

@@ -157,6 +157,20 @@ TEST_F(BufferTest, StartsAsZeros) {
     EXPECT_EQ(buffer.read<std::uint8_t>(), std::vector<std::uint8_t>(37, 0));
 }
 
+TEST_F(BufferTest, WritesComeAfterClears) {
+    for (const std::size_t words : {16384u, 16448u, 65536u, 1u << 20}) {  // NVIDIA's driver copies from 64 KiB on
+        std::vector<std::uint32_t> values(words);
+        std::iota(values.begin(), values.end(), 1u);
+        Buffer buffer("b", words * sizeof(std::uint32_t));  // clears it, too
+        buffer.write(std::span<const std::uint32_t>(values));
+        EXPECT_EQ(buffer.read<std::uint32_t>(), values) << words;
+        std::ranges::reverse(values);
+        buffer.fill(~0u);
+        buffer.write(std::span<const std::uint32_t>(values));
+        EXPECT_EQ(buffer.read<std::uint32_t>(), values) << words;
+    }
+}
+
 TEST_F(BufferTest, OddSizesKeepTheirLastBytes) {
     const std::vector<std::uint8_t> bytes{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
     EXPECT_EQ(Buffer::from("odd", bytes).read<std::uint8_t>(), bytes);
