@@ -166,7 +166,7 @@ TEST_F(ShadingSampling, MapsPreserveAreas) {
         EXPECT_TRUE(t.x >= 0 && t.y >= 0 && t.x + t.y <= 1);
         triangle += t / double(kGrid * kGrid);
         triangle_squared += t * t / double(kGrid * kGrid);
-        EXPECT_LT(found[i + 2].x, 2e-6f);  // up to 16 roundings, and 2 ulp of an inverse square root
+        EXPECT_LT(found[i + 2].x, context.software() ? 1e-6f : 2e-6f);  // inverse square roots may have 2 ulp
         EXPECT_NEAR(found[i + 2].y, 1, 1e-6);
         EXPECT_EQ(found[i + 2].z, 0);
         EXPECT_TRUE(found[i + 3].x >= 0 && found[i + 3].x < 1e-30f);

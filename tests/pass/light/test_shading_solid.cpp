@@ -212,7 +212,8 @@ TEST_F(ShadingSolid, SingleScatteringIsReciprocal) {
     int lit = 0;
     for (const vec4& f : found) {
         EXPECT_NEAR(f.x, f.y, 1e-3 * f.x + 1e-6);
-        EXPECT_NEAR(f.z, 0, 5e-4);  // near total reflection, F changes by thousands of roundings of the cosine
+        // Near total reflection, F changes by thousands of roundings of the cosine.
+        EXPECT_NEAR(f.z, 0, context.software() ? 1e-4 : 5e-4);
         lit += f.x > 0;
     }
     EXPECT_GT(lit, 50);
