@@ -75,8 +75,8 @@ void check_fits(const SceneSize& size, const std::filesystem::path& file, std::s
 
 void check_tables(const SceneSize& size, const std::filesystem::path& file) {
     // Texture buffers of Mesa's llvmpipe and of NVIDIA's driver end at 2^27 texels. Hierarchies in memory end at 2^25
-    // pairs of triangles (engine/rays/packed_bvh.cpp); some triangles have no partner.
-    constexpr std::size_t kMostTexels = std::size_t{1} << 27, kMostTriangles = 60'000'000;
+    // pairs of triangles (engine/rays/packed_bvh.cpp), and a triangle may have no partner.
+    constexpr std::size_t kMostTexels = std::size_t{1} << 27, kMostTriangles = std::size_t{1} << 25;
     if (size.vertex_texels > kMostTexels || size.stored > kMostTriangles)
         throw BudgetError(file.string(),
                           "has {} triangles and {} texels of vertex attributes; tables without pages hold {} and {}",

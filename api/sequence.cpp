@@ -115,14 +115,14 @@ void append_line(const std::filesystem::path& path, const std::string& line) {
     char last = '\n';
     if (size > 0 && pread(file, &last, 1, size - 1) != 1) last = '\n';
     const std::string text = fmt::format("{}{}{}", last == '\n' ? "" : "\n", line, line.empty() ? "" : "\n");
-    // On a full disk, nothing is written instead of a part. Some file systems cannot reserve space.
+    // On a full disk or quota, nothing is written instead of a part. Some file systems cannot reserve space.
     const auto bytes = static_cast<off_t>(text.size());
-    const bool full = bytes > 0 && fallocate(file, FALLOC_FL_KEEP_SIZE, size, bytes) != 0 && errno == ENOSPC;
-    if (full) {
+    if (bytes > 0 && fallocate(file, FALLOC_FL_KEEP_SIZE, size, bytes) != 0 && (errno == ENOSPC || errno == EDQUOT)) {
+        const int full = errno;
         close(file);
-        errno = ENOSPC;
+        errno = full;
+        check(false);
     }
-    check(!full);
     std::string_view rest = text;  // a disk that fills takes a part, and the next call has the error
     ssize_t count = 0;
     while (!rest.empty() && ((count = write(file, rest.data(), rest.size())) >= 0 || errno == EINTR))

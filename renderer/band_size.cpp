@@ -29,7 +29,7 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
     if (s.denoise)
         for (const DenoiserWindow& w :
              denoiser_windows(s.camera.optics, {s.width, s.height}, rendered_window(s, s.camera.optics)))
-            if (const int wide = w.size.x + 2 * w.margin; wide > limits.texture_size)
+            if (const int wide = w.size.x + 2 * w.margin; w.margin > 0 && wide > limits.texture_size)
                 throw Error("render settings",
                             "{} pixels wide, as a panorama is denoised with its margins: the driver allows {} (--crop "
                             "renders parts)",

@@ -135,7 +135,7 @@ class SceneFile {
 class LoadedScene {
   public:
     /// Reads the files; the log gets the warnings. Throws Error that names file and element, before anything is decoded
-    /// where the scene does not fit into memory (check_fits()).
+    /// where the scene does not fit into memory (check_fits(), check_tables()).
     explicit LoadedScene(SceneChoice choice, const CameraChoice& camera = {}, const Log& log = {});
     LoadedScene(LoadedScene&&) noexcept;
     LoadedScene& operator=(LoadedScene&&) noexcept;

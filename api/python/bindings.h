@@ -65,8 +65,8 @@ using SettingTexts = std::map<std::string, std::string>;
 /// Returns a log that passes lines to Python: sink(is_warning, line). May be used without the GIL.
 Log log_to(py::object sink);
 
-/// Gives up the GIL during its lifetime, for long work. The interpreter ends after such work: at its end, Python ends
-/// threads that ask for the GIL, and the process with those that come from C++.
+/// Gives up the GIL during its lifetime, for long work. At its end, the interpreter waits for such work, because Python
+/// then terminates threads that request the GIL, and a thread inside C++ would abort the process.
 class Unlocked {
   public:
     Unlocked() = default;  ///< Throws Error once the interpreter is about to end.

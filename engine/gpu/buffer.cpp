@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <mutex>
-#include <string_view>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/gl_string.h"
+#include "engine/gpu/mapping.h"
 #include "engine/gpu/texture.h"
 
 namespace halflight::gpu {
@@ -27,16 +28,13 @@ std::size_t backing(std::size_t bytes) {
 
 /// Returns the flags of a buffer's storage. Drivers that render on the processor can map it at no cost (mapping.h).
 GLbitfield storage_flags() {
-    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    const bool maps = renderer != nullptr && is_software_renderer(renderer);
-    return GL_DYNAMIC_STORAGE_BIT | (maps ? GL_MAP_READ_BIT | GL_MAP_WRITE_BIT : 0);
+    return GL_DYNAMIC_STORAGE_BIT | (renders_on_processor() ? GL_MAP_READ_BIT | GL_MAP_WRITE_BIT : 0);
 }
 
-/// NVIDIA's driver 580.159 does not order a clear of a buffer before later writes of more than 64 KiB to it. The clear
-/// has been seen to take texels away that were written after it.
+/// NVIDIA's driver 580.159 does not order a clear of a buffer before a later write of more than 64 KiB to it: the clear
+/// has overwritten texels of such writes.
 void wait_for_clear() {
-    const auto* const vendor = reinterpret_cast<const char*>(glGetString(GL_VENDOR));
-    if (vendor != nullptr && std::string_view(vendor).starts_with("NVIDIA")) glFinish();
+    if (gl_string(GL_VENDOR).starts_with("NVIDIA")) glFinish();
 }
 
 void fill_range(GLuint id, std::size_t offset, std::size_t bytes, std::uint32_t word) {

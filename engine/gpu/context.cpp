@@ -15,6 +15,7 @@
 #include "engine/core/error.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/driver_needs.h"
+#include "engine/gpu/gl_string.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/gpu/program_limits.h"
 
@@ -32,11 +33,6 @@ std::optional<std::size_t> parse_index(std::string_view text) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
     return value;
-}
-
-std::string gl_string(GLenum name) {
-    const GLubyte* text = glGetString(name);
-    return text == nullptr ? "" : reinterpret_cast<const char*>(text);
 }
 
 template <class T>
@@ -93,6 +89,9 @@ void look_up_functions() {
     glDeleteVertexArrays(0, nullptr);
     glDeleteShader(0);
     glDeleteProgram(0);
+    const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    glClientWaitSync(fence, 0, 0);
+    glDeleteSync(fence);
 }
 
 std::int64_t now() {
@@ -201,7 +200,7 @@ struct Search {
         DeviceAttempt& attempt = attempts[i];
         try {
             EglContext candidate(devices_[i], options_.debug);
-            const std::string renderer = gl_string(GL_RENDERER);
+            const std::string renderer(gl_string(GL_RENDERER));
             if (attempt.name.find(renderer) == std::string::npos) (attempt.name += ", ") += renderer;
             attempt.reason = refuse(is_software_renderer(renderer));
             if (!attempt.reason.empty()) return;

@@ -4,12 +4,12 @@
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/gl_string.h"
 
 namespace halflight::gpu {
 
 bool renders_on_processor() {
-    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    return renderer != nullptr && is_software_renderer(renderer);
+    return is_software_renderer(gl_string(GL_RENDERER));
 }
 
 Mapping::Mapping(const Buffer& buffer, Access access) : id_(buffer.id()) {

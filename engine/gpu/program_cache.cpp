@@ -18,6 +18,7 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/driver_needs.h"
+#include "engine/gpu/gl_string.h"
 
 namespace halflight::gpu {
 namespace {
@@ -51,9 +52,8 @@ bool has_one_thread() {
 }  // namespace
 
 bool can_compile_ahead() {
-    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    return renderer != nullptr && std::string_view(renderer).starts_with("llvmpipe") &&
-           eglGetCurrentContext() != EGL_NO_CONTEXT && !has_one_thread() && mesa_keeps_code();
+    return gl_string(GL_RENDERER).starts_with("llvmpipe") && eglGetCurrentContext() != EGL_NO_CONTEXT &&
+           !has_one_thread() && mesa_keeps_code();
 }
 
 /// Programs that a second thread compiles.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "engine/gpu/dispatch_pieces.h"
+#include "engine/gpu/gl_string.h"
 
 namespace halflight::gpu {
 namespace {
@@ -80,8 +81,7 @@ RunLimits asked_limits() {
     }
     limits.storage_block_bytes = limit_of(GL_MAX_SHADER_STORAGE_BLOCK_SIZE);
     limits.uniform_block_bytes = limit_of(GL_MAX_UNIFORM_BLOCK_SIZE);
-    const auto* const renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    limits.dispatch_seconds = dispatch_limit(renderer == nullptr ? "" : renderer);
+    limits.dispatch_seconds = dispatch_limit(gl_string(GL_RENDERER));
     return limits;
 }
 

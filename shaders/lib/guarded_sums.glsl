@@ -14,7 +14,7 @@ vec3 guarded(vec3 v, float least, uint pass) {
     bvec3 infinite = equal(magnitude, uvec3(0x7f800000u));
     bvec3 nan = greaterThan(magnitude, uvec3(0x7f800000u));
     v = mix(v, vec3(0.0), bvec3(uvec3(infinite) | uvec3(nan)));
-    // Signs are tested by bits, because hardware takes denormal numbers for zero.
+    // Signs are tested by bits, because hardware flushes denormal numbers to zero.
     bvec3 below = least == 0.0 ? greaterThan(floatBitsToUint(v), uvec3(0x80000000u)) : bvec3(false);
     uvec3 bad = uvec3(how_many(nan), how_many(infinite), how_many(below));
     // A loop without iterations costs nothing, unlike a branch not taken.

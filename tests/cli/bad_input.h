@@ -10,10 +10,12 @@
 
 namespace halflight::test {
 
-#ifdef HALFLIGHT_SANITIZED  // takes four times as long, like the limits of whole tests (tests/CMakeLists.txt)
+/// Limit of CPU time, seconds. With sanitizers it is four times as long, as those of whole tests are
+/// (tests/CMakeLists.txt).
+#ifdef HALFLIGHT_SANITIZED
 inline constexpr double kMaxCpuSeconds = 40;
 #else
-inline constexpr double kMaxCpuSeconds = 10;  ///< limit of CPU time, seconds
+inline constexpr double kMaxCpuSeconds = 10;
 #endif
 inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< limit of resident memory, bytes
 

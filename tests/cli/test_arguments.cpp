@@ -1,10 +1,13 @@
 // Tests refusals of the program: exit status, one clear line, and no files left behind.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/mount.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <fstream>
 #include <regex>
 
@@ -215,15 +218,30 @@ TEST_F(Refusal, NamesWhatWasMeant) {
                       {.environment = {fmt::format("SOURCE_DATE_EPOCH={}", date)}});
     expect({"render", scene, folder / "tall.jpg", "--width", "8", "--height", "65504", "--quiet"}, 1,
            ".*tall.jpg: 8 x 65504 pixels: the sides of a JPEG end at 65500");
-    if (test_device() == "software")  // textures of llvmpipe have 16384 texels a side
-        expect({"render", scene, folder / "wide.exr", "--width", "16384", "--height", "16", "--projection", "panorama",
-                "--denoise", "--samples", "2", "--quiet"},
-               1, "render settings: 16512 pixels wide, as a panorama is denoised with its margins: .*");
+    expect({"render", scene, folder / "tall.#.jpg", "--frames", "1-2", "--width", "8", "--height", "65504", "--quiet"},
+           1, ".*tall.#.jpg: 8 x 65504 pixels: the sides of a JPEG end at 65500");
     expect_render({"--size", "16x16"}, 2, "--size: is not expected; the options are --width and --height; see .*");
     expect_render({"--aov", "depht"}, 2, "--aov: has no layer 'depht'; .*; did you mean 'depth'\\?");
     expect_render({"--camera", "frnt"}, 1,
                   ".*: no camera 'frnt': its cameras: 0 'front', 1 'above'; did you mean 'front'\\?");
     expect({"rendr"}, 2, "rendr: is no command; .*; did you mean 'render'\\?");
+}
+
+TEST_F(Refusal, PicturesWiderThanTheDriverAllows) {
+    if (test_device() != "software") GTEST_SKIP() << "the limits are those of llvmpipe";
+    const auto expect_wide = [&](const char* width, std::vector<std::string> more, const char* message) {
+        more.insert(more.begin(), {"render", scene, folder / "wide.exr", "--width", width, "--height", "16",
+                                   "--samples", "2", "--quiet"});
+        expect(more, 1, message);
+    };
+    expect_wide("16384", {"--projection", "panorama", "--denoise"},
+                "render settings: 16512 pixels wide, as a panorama is denoised with its margins: .*");
+    expect_wide("16400", {"--denoise"}, "render settings: 16400 pixels wide: the driver allows 16384");
+    std::vector<std::string> groups = {"--env", "white"};
+    for (int i = 0; i < 31; ++i) groups.insert(groups.end(), {"--light-group", fmt::format("g{}=environment", i)});
+    expect_wide("16384", groups,
+                "render settings: 16384 pixels wide with 32 light groups: the driver's storage blocks hold 134217728 "
+                "bytes .*");
 }
 
 TEST_F(Refusal, MissingSceneElements) {
@@ -372,6 +390,35 @@ TEST_F(Refusal, PicturesAreNamedWhereStatisticsFail) {
     EXPECT_TRUE(std::regex_search(outcome.err, std::regex("wrote .*out.exr: 1 samples per pixel.*\nhalflight: .*"
                                                           "stats.json: .*No space left on device\n$")))
         << outcome.err;
+}
+
+TEST_F(Refusal, FullDisksHoldWholeLinesOfStatistics) {
+    const std::string disk = folder / "disk";
+    if (!mount_disk(disk, 16384)) GTEST_SKIP() << "needs the right to mount a small disk";
+    const Outcome outcome =
+        run_program({"render", scene, folder / "f.#.exr", "--frames", "1-8", "--width", "16", "--height", "16",
+                     "--samples", "1", "--stats", disk + "/stats.jsonl", "--quiet"});
+    const std::string lines = read_text(disk + "/stats.jsonl");
+    umount(disk.c_str());
+    EXPECT_EQ(outcome.status, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find("stats.jsonl: cannot write: No space left on device"), std::string::npos) << outcome.err;
+    EXPECT_GT(lines.size(), 4096u);
+    EXPECT_TRUE(lines.ends_with("}\n")) << lines.substr(lines.size() - std::min<std::size_t>(lines.size(), 80));
+}
+
+TEST_F(Refusal, ALaterSignalEndsTheProgramWhereItWaits) {
+    // Nothing reads the help text, so the program waits for room in the pipe.
+    const std::string pipe = folder / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const int ends = open(pipe.c_str(), O_RDWR | O_CLOEXEC);
+    ASSERT_GE(fcntl(ends, F_SETPIPE_SZ, 4096), 4096);
+    const Outcome outcome = run_program(
+        {"render", "--help"},
+        {.wrapper = {"sh", "-c", "\"$@\" & p=$!; sleep 2; kill -TERM $p; sleep 0.7; kill -HUP $p; wait $p", "sh"},
+         .stdout_path = pipe,
+         .most_seconds = 30});
+    close(ends);  // ends the program if it still waits
+    EXPECT_EQ(outcome.status, 128 + SIGHUP);
 }
 
 }  // namespace

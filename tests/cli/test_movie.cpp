@@ -129,15 +129,20 @@ TEST_F(MovieTest, WithoutFfmpegNothingIsRendered) {
 }
 
 TEST_F(MovieTest, OneSignalEndsTheWaitForFfmpeg) {
-    install("exec sleep 1000\n");
+    const fs::path reads = folder / "reads";
+    install("dd bs=1 count=1 of=/dev/null 2>/dev/null\n: > '" + reads.string() + "'\nexec sleep 1000\n");
     // Small frames fit into the pipe, and the last wait is for the end of ffmpeg. Large ones wait for room in it.
     for (const char* size : {"16", "600"}) {
         bool sent = false;
+        fs::remove(reads);
         RunOptions options{.environment = {"PATH=" + path}, .most_seconds = 100};
         options.watch = [&](pid_t child, const std::string& err) {
             const char* const shown = size == std::string_view("16") ? "frame 2 written" : "pixels, camera";
             if (sent || err.find(shown) == std::string::npos) return;
-            std::this_thread::sleep_for(std::chrono::seconds(2));
+            for (int i = 0; i < 600 && !fs::exists(reads); ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            EXPECT_TRUE(fs::exists(reads)) << size;
+            std::this_thread::sleep_for(std::chrono::seconds(1));
             sent = kill(child, SIGTERM) == 0;
         };
         const Outcome outcome =

@@ -98,7 +98,7 @@ TEST_F(Textures, CanBeUsedFromALaterFrameOn) {
 }
 
 TEST_F(Textures, StayWithinTheMemoryBudget) {
-    constexpr std::size_t kBudget = std::size_t{500} << 20;  // bytes; in memory the textures take 630 MB
+    [[maybe_unused]] constexpr std::size_t kBudget = std::size_t{500} << 20;  // bytes; the textures in memory: 630 MB
     const std::string scene = hall(30, 1024);
     const Outcome outcome = render(scene, "a.exr", {"--memory", "500M", "--stats", file("a.json")});
     ASSERT_EQ(outcome.status, 0) << outcome.err;

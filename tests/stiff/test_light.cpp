@@ -72,7 +72,7 @@ TEST_F(Light, GroupsOfAllIntensities) {
     };
     for (const Reuse reuse : {Reuse::off, Reuse::sixteen}) {
         const auto plain = layers(1, 1, reuse);
-        // Hardware takes denormal numbers for zero, to which light of the smallest factor comes.
+        // Hardware flushes denormal numbers to zero, and the light of the smallest factor would be one.
         const float least = context.software() ? 0x1p-100f : 0x1p-80f;
         const auto extreme = layers(0x1p66f, least, reuse);
         const double factors[] = {0x1p66, double{least}};

@@ -10,7 +10,7 @@ namespace halflight {
 /// A new, empty folder that only this user can read. The destructor removes it with all its contents.
 class TemporaryFolder {
   public:
-    TemporaryFolder();  ///< Makes the folder. Throws Error on failure.
+    TemporaryFolder();  ///< Makes the folder, below /tmp if TMPDIR names no folder. Throws Error on failure.
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
     ~TemporaryFolder();

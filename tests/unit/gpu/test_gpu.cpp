@@ -158,7 +158,7 @@ TEST_F(BufferTest, StartsAsZeros) {
 }
 
 TEST_F(BufferTest, WritesComeAfterClears) {
-    for (const std::size_t words : {16384u, 16448u, 65536u, 1u << 20}) {  // NVIDIA's driver copies from 64 KiB on
+    for (const std::size_t words : {16384u, 16448u, 65536u, 1u << 20}) {  // NVIDIA: above 64 KiB
         std::vector<std::uint32_t> values(words);
         std::iota(values.begin(), values.end(), 1u);
         Buffer buffer("b", words * sizeof(std::uint32_t));  // clears it, too

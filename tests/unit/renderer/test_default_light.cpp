@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <cmath>
+#include <cstdint>
 
 #include "api/default_camera.h"
 #include "api/default_light.h"
@@ -10,7 +11,9 @@
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/loaded_scene.h"
 #include "tests/support/error_message.h"
+#include "tests/support/process.h"
 #include "tests/support/scenes.h"
+#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight {
 namespace {
@@ -114,7 +117,7 @@ TEST(NeutralSky, AddedWhereOnlyDisplaysGlow) {
 
 TEST(SceneTables, ScenesBeyondTheirLimitsGoToPages) {
     SceneSize size;
-    size.stored = 60'000'000, size.vertex_texels = std::size_t{1} << 27;
+    size.stored = std::size_t{1} << 25, size.vertex_texels = std::size_t{1} << 27;
     EXPECT_NO_THROW(check_tables(size, "large.glb"));
     SceneSize triangles = size, texels = size;
     ++triangles.stored, ++texels.vertex_texels;
@@ -126,6 +129,22 @@ TEST(SceneTables, ScenesBeyondTheirLimitsGoToPages) {
             {.scene = "large.glb"}, [&] { check_tables(larger, "large.glb"); }, [&] { paged = true; });
         EXPECT_TRUE(paged);
     }
+}
+
+TEST(SceneTables, FilesBeyondThemAreRefusedBeforeTheyAreDecoded) {
+    GltfBuilder b;  // each point becomes 80 triangles
+    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0})}})["mode"] = 0;
+    b.json["meshes"][0]["primitives"][0]["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>(1000000, 1));
+    const TemporaryFolder folder;
+    const std::filesystem::path path = folder / "points.glb";
+    write_text(path, b.glb());
+    MemoryLedger& memory = MemoryLedger::process();
+    const std::size_t limit = memory.limit();
+    memory.set_limit(SIZE_MAX);
+    const std::string message = error_message([&] { const SceneFile file(path, {.line_width = 1}); });
+    memory.set_limit(limit);
+    EXPECT_EQ(message, path.string() + ": has 80000000 triangles and 42000000 texels of vertex attributes; tables "
+                                       "without pages hold 33554432 and 134217728");
 }
 
 TEST(NeutralSky, AddedToSeeThroughScenes) {
@@ -232,7 +251,7 @@ TEST(NeutralSky, ManyInstancesOfEmissiveTrianglesTakeLittleMemory) {
     const bool expected = needs_sky(scene);
     scene.instances.insert(scene.instances.end(), kInstances - 1, instance);
     scene.materials[material].emission /= float(kInstances);
-    const std::size_t before = peak_bytes();
+    [[maybe_unused]] const std::size_t before = peak_bytes();
     EXPECT_EQ(needs_sky(scene), expected);
 #ifndef HALFLIGHT_SANITIZED
     EXPECT_LT(peak_bytes() - before, std::size_t{96} << 20);
