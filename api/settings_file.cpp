@@ -61,7 +61,7 @@ CameraPose read_pose(const Element& e) {
     try {
         camera_of(pose);
     } catch (const Error& error) {
-        e.fail("{}", error.what());
+        e.fail("{}", error.reason());
     }
     return pose;
 }

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -19,6 +20,12 @@ class Error : public std::runtime_error {
     template <class... Args>
     Error(std::string_view subject, fmt::format_string<Args...> format, Args&&... args) requires(sizeof...(Args) > 0)
         : Error(subject, std::string_view(fmt::format(format, std::forward<Args>(args)...))) {}
+
+    /// Returns the message without its subject, for callers that name the subject themselves.
+    std::string_view reason() const;
+
+  private:
+    std::size_t reason_;  // where it begins in what()
 };
 
 }  // namespace halflight

@@ -64,8 +64,7 @@ void add_file_options(Options& options, RenderArguments& a) {
             try {
                 a.exr.compression = exr_compression_named(text);
             } catch (const Error& error) {
-                const std::string what = error.what();
-                throw UsageError(option, "{}", what.substr(what.find(": ") + 2));
+                throw UsageError(option, "{}", error.reason());
             }
         });
     options.value("--aov-names", "NAME",

@@ -136,7 +136,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
                     parse_size(text);
                     return std::string();
                 } catch (const Error& error) {
-                    return std::string(error.what()).substr(std::string_view("--size: ").size());
+                    return std::string(error.reason());
                 }
             },
             ""));
