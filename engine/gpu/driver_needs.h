@@ -4,7 +4,8 @@
 namespace halflight::gpu {
 
 /// Prepares the process for its first context, before a driver is loaded; later calls do nothing.
-/// - Throws Error where a limit of the address space (RLIMIT_AS) leaves too little for a driver.
+/// - Throws Error where a limit of the address space (RLIMIT_AS) or of the stack (RLIMIT_STACK) leaves too little for
+///   a driver.
 /// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk,
 ///   disables that cache by MESA_SHADER_CACHE_DISABLE in the process's environment.
 /// - Sets ZINK_INLINE_UNIFORMS to 0 in the environment unless it is set.

@@ -152,6 +152,13 @@ TEST_F(Info, ListsDevices) {
     for (const auto& device : devices) EXPECT_FALSE(device.at("reason").get<std::string>().empty()) << device;
 }
 
+TEST_F(Info, FailsWhereNoDeviceWorks) {
+    // The loader of EGL finds drivers by the files in this folder.
+    const Outcome none = run_program({"info", "--device"}, {.environment = {"__EGL_VENDOR_LIBRARY_DIRS=/dev/null"}});
+    EXPECT_EQ(none.status, 1);
+    EXPECT_EQ(none.err, "halflight: GPU: no device offers OpenGL 4.5\n");
+}
+
 TEST_F(Info, HelpAndVersion) {
     for (const Strings& arguments : {Strings{"--help"}, Strings{"render", "--help"}, Strings{"info", "-h"}}) {
         const Outcome help = run_program(arguments);

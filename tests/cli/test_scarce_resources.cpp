@@ -1,5 +1,5 @@
-// Tests the program where the system has little to give: a full disk of the driver's cache, little address space, and
-// files that are pipes, devices or links.
+// Tests the program where the system has little to give: a full disk of the driver's cache, little address space or
+// stack, and files that are pipes, devices or links.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -65,6 +65,22 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
             << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
     }
+}
+
+TEST(ScarceResources, ALimitOfTheStackIsNamed) {
+    const TemporaryFolder folder;
+    const auto with_stack = [&](int kib) {
+        return run_program(picture(folder / "a.exr"),
+                           {.wrapper = {"prlimit", "--stack=" + std::to_string(kib * 1024)}});
+    };
+    const Outcome small = with_stack(256);
+    EXPECT_EQ(small.status, 1);
+    EXPECT_EQ(small.err, "halflight: GPU: the stack is limited to 256 KiB (ulimit -s); drivers need 1024 KiB\n");
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
+#ifndef HALFLIGHT_SANITIZED  // sanitizers enlarge the frames of functions
+    const Outcome enough = with_stack(1024);
+    EXPECT_EQ(enough.status, 0) << enough.err;
+#endif
 }
 
 TEST(AwkwardFiles, LogsThatCannotBeWrittenAreNamed) {

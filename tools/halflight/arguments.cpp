@@ -109,7 +109,8 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         .add_option("SCENE", info.scene,
                     "glTF 2.0 scene, .gltf or .glb, a list of such files, NAME.parts.json, or a page file")
         ->type_name("");
-    info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
+    info_app.add_flag("--device", info.device,
+                      "lists the devices, and why each was or was not chosen; fails if none works");
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
     info_app.add_flag(

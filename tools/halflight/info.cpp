@@ -253,6 +253,8 @@ void run_info(const InfoArguments& a) {
     if (a.needs) facts["left_out"] = left_out_facts(a, scene, tables);
     all.update(facts);
     if (a.json) fmt::print("{}\n", all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    if (a.device && std::ranges::none_of(all["devices"], [](const Json& d) { return d["taken"].get<bool>(); }))
+        throw Error("GPU", "no device offers OpenGL 4.5");
 }
 
 }  // namespace halflight
