@@ -86,10 +86,7 @@ std::string read(const fs::path& path) {
     try {
         return read_file(path, kMaxConfigBytes);
     } catch (const Error& e) {
-        const std::string_view message = e.what();
-        // A very long path is shortened in the message, and stays there.
-        const std::string subject = path.string() + ": ";
-        throw ocio::Exception(message.starts_with(subject) ? message.data() + subject.size() : message.data());
+        throw ocio::Exception(std::string(e.reason()).c_str());
     }
 }
 

@@ -21,7 +21,7 @@ class Error : public std::runtime_error {
     Error(std::string_view subject, fmt::format_string<Args...> format, Args&&... args) requires(sizeof...(Args) > 0)
         : Error(subject, std::string_view(fmt::format(format, std::forward<Args>(args)...))) {}
 
-    /// Returns the message without its subject, for callers that name the subject themselves.
+    /// Returns the message without its subject; the whole message if that has been shortened within the subject.
     std::string_view reason() const;
 
   private:

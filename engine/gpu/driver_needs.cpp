@@ -58,9 +58,11 @@ bool reserve_index(const fs::path& folder) {
 }
 
 void check_address_space() {
+    rlimit stack{}, limit{};
+    const bool known = getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY;
+    const std::uint64_t stack_bytes = known ? stack.rlim_cur : 8 * kMiB;  // of a thread
     // Measured with Mesa's software driver on small scenes: 420 MiB, and a stack per thread.
-    const std::uint64_t needed = 512 * kMiB + 8 * kMiB * std::thread::hardware_concurrency();
-    rlimit limit{};
+    const std::uint64_t needed = 512 * kMiB + stack_bytes * std::thread::hardware_concurrency();
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
     const std::uint64_t used = used_address_space();
     const std::uint64_t free = limit.rlim_cur > used ? limit.rlim_cur - used : 0;
@@ -71,7 +73,7 @@ void check_address_space() {
 }
 
 void check_stack() {
-    // Measured with Mesa's software driver on small scenes: 320 KiB. Its threads get stacks of the limit's size, too.
+    // The smallest limit that worked with Mesa's software driver was 320 KiB. The rest is a margin for larger shaders.
     constexpr rlim_t kNeeded = rlim_t{1} << 20;
     rlimit limit{};
     if (getrlimit(RLIMIT_STACK, &limit) == 0 && limit.rlim_cur < kNeeded)

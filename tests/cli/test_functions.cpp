@@ -120,6 +120,11 @@ TEST(Console, OneLineForAnyText) {
     EXPECT_LE(cut.size(), kMostMessage);
     EXPECT_TRUE(cut.starts_with("xö") && cut.ends_with("öend") && cut.find("ö [...] ö") != std::string::npos) << cut;
     EXPECT_LE(std::string(Error(longest, longest).what()).size(), kMostMessage);
+    EXPECT_EQ(Error("", "why").reason(), "why");
+    EXPECT_EQ(Error("a: b\n", "why: so").reason(), "why: so");
+    EXPECT_EQ(Error("a", "").reason(), "a:");
+    EXPECT_TRUE(Error("a", longest).reason().starts_with("ö"));
+    EXPECT_EQ(Error(longest, "why").reason(), Error(longest, "why").what());
 }
 
 TEST(PictureSize, MissingSizesFollowFromTheCamera) {

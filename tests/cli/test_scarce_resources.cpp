@@ -65,6 +65,10 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
             << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
     }
+    const Outcome stacks =  // threads get stacks of the limit's size
+        run_program(picture(folder / "a.exr"), {.wrapper = {"prlimit", "--as=1100000000", "--stack=1000000000"}});
+    EXPECT_EQ(stacks.status, 1);
+    EXPECT_NE(stacks.err.find("drivers need "), std::string::npos) << stacks.err;
 }
 
 TEST(ScarceResources, ALimitOfTheStackIsNamed) {

@@ -44,8 +44,7 @@ auto parsed(F f, const std::string& option, const std::string& text) {
     try {
         return f(option, text);
     } catch (const Error& error) {
-        const std::string what = error.what();
-        throw UsageError(option, "{}", what.substr(option.size() + 2));
+        throw UsageError(option, "{}", error.reason());
     }
 }
 

@@ -254,7 +254,7 @@ void run_info(const InfoArguments& a) {
     all.update(facts);
     if (a.json) fmt::print("{}\n", all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     if (a.device && std::ranges::none_of(all["devices"], [](const Json& d) { return d["taken"].get<bool>(); }))
-        throw Error("GPU", "no device offers OpenGL 4.5");
+        throw Error("GPU", "no device works{}", all["devices"].empty() ? "; EGL lists none" : "");
 }
 
 }  // namespace halflight
