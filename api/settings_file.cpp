@@ -42,7 +42,9 @@ Json parse_json(std::string_view text, const fs::path& path) {
 }
 
 CameraPose read_pose(const Element& e) {
-    e.check_keys({"from", "at", "up", "vfov_degrees", "vfov", "ortho_height", "near", "far"});
+    std::set<std::string> known{"from", "at", "up", "vfov_degrees", "ortho_height", "near", "far"};
+    if (e.find("vfov")) known.insert("vfov");  // of earlier releases; no message suggests it
+    e.check_keys(known);
     CameraPose pose;
     with(e, "from", [&](const Element& v) { pose.from = v.triple(-kFar, kFar); });
     with(e, "at", [&](const Element& v) { pose.at = v.triple(-kFar, kFar); });

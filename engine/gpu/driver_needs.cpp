@@ -1,17 +1,22 @@
 #include "engine/gpu/driver_needs.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <pwd.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <latch>
 #include <mutex>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -23,6 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+constexpr std::uint64_t kThreadStack = 8 * kMiB;
 
 /// Returns the bytes of address space that the process uses.
 std::uint64_t used_address_space() {
@@ -50,7 +56,7 @@ bool reserve_index(const fs::path& folder) {
     const fs::path index = folder / "index";
     const bool is_new = access(index.c_str(), F_OK) != 0;
     const int file = open(index.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (file < 0) return true;  // Mesa cannot open it either, and has no cache
+    if (file < 0) return false;  // Mesa cannot open it either, and would say so on stderr
     const bool reserved = posix_fallocate(file, 0, kIndexBytes) == 0;
     close(file);
     if (!reserved && is_new) unlink(index.c_str());
@@ -58,11 +64,9 @@ bool reserve_index(const fs::path& folder) {
 }
 
 void check_address_space() {
-    rlimit stack{}, limit{};
-    const bool known = getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY;
-    const std::uint64_t stack_bytes = known ? stack.rlim_cur : 8 * kMiB;  // of a thread
     // Measured with Mesa's software driver on small scenes: 420 MiB, and a stack per thread.
-    const std::uint64_t needed = 512 * kMiB + stack_bytes * std::thread::hardware_concurrency();
+    const std::uint64_t needed = 512 * kMiB + kThreadStack * std::thread::hardware_concurrency();
+    rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
     const std::uint64_t used = used_address_space();
     const std::uint64_t free = limit.rlim_cur > used ? limit.rlim_cur - used : 0;
@@ -79,6 +83,36 @@ void check_stack() {
     if (getrlimit(RLIMIT_STACK, &limit) == 0 && limit.rlim_cur < kNeeded)
         throw Error("GPU", "the stack is limited to {} KiB (ulimit -s); drivers need {} KiB", limit.rlim_cur / 1024,
                     kNeeded / 1024);
+}
+
+/// Threads reserve as much address space as the stack may grow to, which may be more than there is.
+void limit_thread_stacks() {
+#ifdef __GLIBC__
+    pthread_attr_t attributes;
+    if (pthread_getattr_default_np(&attributes) != 0) return;
+    std::size_t size = 0;
+    if (pthread_attr_getstacksize(&attributes, &size) == 0 && size > kThreadStack &&
+        pthread_attr_setstacksize(&attributes, kThreadStack) == 0)
+        pthread_setattr_default_np(&attributes);
+    pthread_attr_destroy(&attributes);
+#endif
+}
+
+/// Mesa's software driver waits without end for threads that could not be started.
+void check_threads() {
+    const std::size_t wanted = std::min(std::thread::hardware_concurrency(), 16u) + 4;  // of the driver, and ours
+    std::latch checked(1);
+    std::vector<std::jthread> threads;
+    std::string problem;
+    try {
+        while (threads.size() < wanted) threads.emplace_back([&] { checked.wait(); });
+    } catch (const std::system_error& error) {
+        problem = error.code().message();
+    }
+    checked.count_down();
+    if (!problem.empty())
+        throw Error("GPU", "{} threads can be started, drivers need {}: {} (ulimit -u, ulimit -v)", threads.size(),
+                    wanted, problem);
 }
 
 void secure_shader_cache() {
@@ -104,12 +138,16 @@ void prepare_for_drivers() {
     std::call_once(once, [] {
         check_address_space();
         check_stack();
+        limit_thread_stacks();
+        check_threads();
         // The XDG Base Directory Specification ignores such values; Mesa does not.
         if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
         secure_shader_cache();
         // Zink compiles copies of kernels for values of uniforms, unless a GPU runs them. After many values of one
         // kernel, Mesa 22.3 uses a copy for other values.
         setenv("ZINK_INLINE_UNIFORMS", "0", 0);
+        // Drivers that do not work are skipped, or named by an Error.
+        setenv("EGL_LOG_LEVEL", "fatal", 0);
     });
 }
 

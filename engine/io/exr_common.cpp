@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <system_error>
 #include <thread>
 
 #include "engine/core/process.h"
@@ -15,8 +16,13 @@ namespace halflight {
 int exr_threads() {
     static const int threads = [] {
         const int count = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-        Imf::setGlobalThreadCount(count);
-        return count;
+        try {
+            Imf::setGlobalThreadCount(count);
+            return count;
+        } catch (const std::system_error&) {  // a finished picture must not be lost for want of threads
+            Imf::setGlobalThreadCount(0);
+            return 0;
+        }
     }();
     static const pid_t owner = getpid();
     check_not_forked(owner, "OpenEXR");

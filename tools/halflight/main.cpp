@@ -4,6 +4,7 @@
 #include <exception>
 #include <new>
 #include <string_view>
+#include <system_error>
 
 #include "engine/gpu/release_driver.h"
 #include "tools/cli/console.h"
@@ -53,6 +54,9 @@ int run(int argc, char** argv) {
         return fail(128 + error.signal, error.what());  // shells report a death by signal with this status
     } catch (const std::bad_alloc&) {
         return fail(failure, "out of memory");
+    } catch (const std::system_error& error) {
+        const bool threads = error.code() == std::errc::resource_unavailable_try_again;
+        return fail(failure, threads ? "no further thread can be started (ulimit -u, ulimit -v)" : error.what());
     } catch (const std::exception& error) {
         return fail(failure, error.what());
     }

@@ -192,6 +192,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"lights\": [{\"direction\": [0, 0, 0]}]"), "lights[0].direction: is no direction");
     EXPECT_EQ(with("\"environment\": {\"tint\": [0, -1, 0]}"), "environment.tint[1]: is no number from 0 to 1");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 1]}"), "camera.from: is no list of three numbers");
+    EXPECT_EQ(with("\"camera\": {\"fov\": 40}"), "camera: there is no setting 'fov'");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 0]}"), "camera: from and at are the same point");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 1], \"near\": 2, \"far\": 1}"), "camera: far must be beyond near");
     EXPECT_EQ(with("\"environment\": {\"map\": \"a\", \"color\": [1, 1, 1]}"),
