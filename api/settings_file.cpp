@@ -43,7 +43,7 @@ Json parse_json(std::string_view text, const fs::path& path) {
 
 CameraPose read_pose(const Element& e) {
     std::set<std::string> known{"from", "at", "up", "vfov_degrees", "ortho_height", "near", "far"};
-    if (e.find("vfov")) known.insert("vfov");  // of earlier releases; no message suggests it
+    if (e.find("vfov")) known.insert("vfov");  // files of earlier releases have it; no message suggests it
     e.check_keys(known);
     CameraPose pose;
     with(e, "from", [&](const Element& v) { pose.from = v.triple(-kFar, kFar); });

@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
-constexpr std::uint64_t kThreadStack = 8 * kMiB;
+constexpr std::uint64_t kThreadStack = 8 * kMiB;  // greatest stack of a thread
 
 /// Returns the bytes of address space that the process uses.
 std::uint64_t used_address_space() {
@@ -100,7 +100,7 @@ void limit_thread_stacks() {
 
 /// Mesa's software driver waits without end for threads that could not be started.
 void check_threads() {
-    const std::size_t wanted = std::min(std::thread::hardware_concurrency(), 16u) + 4;  // of the driver, and ours
+    const std::size_t wanted = std::min(std::thread::hardware_concurrency(), 16u) + 4;  // four may be ours
     std::latch checked(1);
     std::vector<std::jthread> threads;
     std::string problem;
