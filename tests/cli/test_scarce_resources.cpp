@@ -65,8 +65,8 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
             << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
     }
-    const Outcome stacks =  // threads would get stacks of 1 GB, and the driver would wait for them
-        run_program(picture(folder / "a.exr"), {.wrapper = {"prlimit", "--as=1100000000", "--stack=1000000000"}});
+    const Outcome stacks =  // threads would get stacks of 4 GB, and the driver would wait for them
+        run_program(picture(folder / "a.exr"), {.wrapper = {"prlimit", "--as=8000000000", "--stack=4000000000"}});
     EXPECT_EQ(stacks.status, 0) << stacks.err;
 }
 
