@@ -1,5 +1,5 @@
-// Tests the program where the system has little to give: a full disk of the driver's cache, little address space or
-// stack, and files that are pipes, devices or links.
+// Tests the program where the system has little to give: a full disk of the driver's cache, or limits of address space,
+// stack and threads. Other tests give it files that are pipes, devices or links.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
