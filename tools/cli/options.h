@@ -38,13 +38,15 @@ inline double real(const std::string& option, const std::string& text, double lo
     return number<double>(option, text, lower, upper, "a number");
 }
 
-/// Calls f(option, text) and turns its Error into a UsageError.
+/// Calls f(option, text) and turns its Error, whose subject begins with the option, into a UsageError. The rest of the
+/// subject names an element of the text ("--material: floor") and stays in the message.
 template <class F>
 auto parsed(F f, const std::string& option, const std::string& text) {
     try {
         return f(option, text);
     } catch (const Error& error) {
-        throw UsageError(option, "{}", error.reason());
+        const std::string what = error.what();
+        throw UsageError(option, "{}", what.substr(option.size() + 2));
     }
 }
 
