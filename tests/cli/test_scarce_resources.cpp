@@ -73,8 +73,9 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
 TEST(ScarceResources, ALimitOfThreadsIsNamed) {
     const std::vector<std::string> nobody{"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"};
     if (run_program({"--version"}, {.wrapper = nobody}).status != 0) GTEST_SKIP() << "needs another user's rights";
-    RunOptions few{.wrapper = nobody};
-    few.wrapper.insert(few.wrapper.end(), {"prlimit", "--nproc=3"});
+    // setpriv comes last, because it can start a program in a folder that only root may enter.
+    RunOptions few{.wrapper = {"prlimit", "--nproc=3"}};
+    few.wrapper.insert(few.wrapper.end(), nobody.begin(), nobody.end());
     const Outcome outcome = run_program({"info", "--device"}, few);
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("threads can be started, drivers need "), std::string::npos) << outcome.err;
