@@ -203,7 +203,9 @@ TEST_F(ViewEdit, UnsavedEditsAreAskedAbout) {
         while [ ! -f '{2}' ]; do xdotool key Return; sleep 0.1; done
     )",
                                                file("window"), file("asked"), settings));
-    Process input({"sh", file("keys.sh")}, ProcessOptions{.environment = {fmt::format("DISPLAY={}", display->name())}});
+    // xdotool waits without end for a title that does not come.
+    Process input({"timeout", "90", "sh", file("keys.sh")},
+                  ProcessOptions{.environment = {fmt::format("DISPLAY={}", display->name())}});
     RunOptions options;
     options.environment = {fmt::format("DISPLAY={}", display->name()), "LIBGL_ALWAYS_SOFTWARE=1"};
     options.most_seconds = 60;
