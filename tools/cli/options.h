@@ -39,14 +39,17 @@ inline double real(const std::string& option, const std::string& text, double lo
 }
 
 /// Calls f(option, text) and turns its Error, whose subject begins with the option, into a UsageError. The rest of the
-/// subject names an element of the text ("--material: floor") and stays in the message.
+/// subject names an element of the text ("--material: floor") and stays in the message. So does the whole subject if it
+/// is a path that had to be shortened.
 template <class F>
 auto parsed(F f, const std::string& option, const std::string& text) {
     try {
         return f(option, text);
     } catch (const Error& error) {
-        const std::string what = error.what();
-        throw UsageError(option, "{}", what.substr(option.size() + 2));
+        const std::string begin = option + ": ";
+        std::string_view what = error.what();
+        if (what.starts_with(begin)) what.remove_prefix(begin.size());
+        throw UsageError(option, "{}", what);
     }
 }
 
