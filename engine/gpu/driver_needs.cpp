@@ -11,12 +11,12 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <latch>
 #include <mutex>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -107,8 +107,8 @@ void check_threads() {
     std::string problem;
     try {
         while (threads.size() < wanted) threads.emplace_back([&] { checked.wait(); });
-    } catch (const std::system_error& error) {
-        problem = error.code().message();
+    } catch (const std::exception& error) {
+        problem = error.what();
     }
     checked.count_down();
     if (!problem.empty())

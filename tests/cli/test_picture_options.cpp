@@ -226,7 +226,10 @@ TEST_F(PictureOptions, JpegAndTiffHoldTheView) {
         EXPECT_EQ(outcome.status, 2);
         return outcome.err;
     };
-    EXPECT_NE(unusable({file("a.jpg"), "--transparent"}).find("a.jpg: has no alpha channel"), std::string::npos);
+    std::string folders;
+    for (int i = 0; i < 5; ++i) folders += std::string(200, 'x') + '/';  // more than a message holds
+    for (const auto& path : {file("a.jpg"), file(folders + "a.jpg")})
+        EXPECT_NE(unusable({path, "--transparent"}).find("a.jpg: has no alpha channel"), std::string::npos);
     EXPECT_NE(unusable({file("a.png"), "--jpeg-quality", "5"}).find("needs a .jpg output"), std::string::npos);
     EXPECT_NE(unusable({file("a.jpg"), "--jpeg-quality", "0"}).find("from 1 to 100"), std::string::npos);
     EXPECT_NE(unusable({file("a.png"), "--tiff-type", "8"}).find("needs a .tif output"), std::string::npos);

@@ -39,8 +39,7 @@ inline double real(const std::string& option, const std::string& text, double lo
 }
 
 /// Calls f(option, text) and turns its Error, whose subject begins with the option, into a UsageError. The rest of the
-/// subject names an element of the text ("--material: floor") and stays in the message. So does the whole subject if it
-/// is a path that had to be shortened.
+/// subject names an element of the text ("--material: floor") and stays in the message.
 template <class F>
 auto parsed(F f, const std::string& option, const std::string& text) {
     try {

@@ -222,12 +222,11 @@ void check(const RenderArguments& a, const CLI::App& app) {
         throw UsageError("OUTPUT", "is missing; see halflight {} --help", app.get_name());
     for (const auto& path : a.outputs) {
         if (!is_picture_name(path)) throw UsageError(path.string(), "an output is an {}", picture_extensions());
-        parsed(
-            [&](const std::string&, const std::string&) {
-                check_alpha(path, a.settings.transparent);
-                return 0;
-            },
-            path.string(), "");
+        try {
+            check_alpha(path, a.settings.transparent);
+        } catch (const Error& error) {
+            throw UsageError(path.string(), "{}", error.reason());
+        }
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
