@@ -5,22 +5,22 @@
 #include <pwd.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <filesystem>
 #include <fstream>
-#include <latch>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/thread_limit.h"
 
 namespace halflight::gpu {
 namespace {
@@ -56,16 +56,30 @@ bool reserve_index(const fs::path& folder) {
     const fs::path index = folder / "index";
     const bool is_new = access(index.c_str(), F_OK) != 0;
     const int file = open(index.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (file < 0) return false;  // Mesa cannot open it either, and would say so on stderr
+    if (file < 0) return false;  // Mesa 22.3 cannot open it either, and would say so on stderr
     const bool reserved = posix_fallocate(file, 0, kIndexBytes) == 0;
     close(file);
     if (!reserved && is_new) unlink(index.c_str());
     return reserved;
 }
 
+/// Returns the threads of each of the two pools of Mesa's software driver, which has at most 32 (Mesa 22.3).
+int pool_threads() {
+    int threads = static_cast<int>(std::thread::hardware_concurrency());
+    if (const char* const asked = std::getenv("LP_NUM_THREADS"))
+        std::from_chars(asked, asked + std::strlen(asked), threads);
+    return std::clamp(threads, 1, 32);
+}
+
+/// Returns the threads that a picture takes besides the main one: two pools, TBB's workers, the writer of Mesa's cache,
+/// and a reader of files. Two are spare, because the kernel counts ended threads for a while.
+int needed_threads() {
+    return 2 * pool_threads() + tbb::this_task_arena::max_concurrency() - 1 + 4;
+}
+
 void check_address_space() {
-    // Measured with Mesa's software driver on small scenes: 420 MiB, and a stack per thread.
-    const std::uint64_t needed = 512 * kMiB + kThreadStack * std::thread::hardware_concurrency();
+    // Measured with Mesa's software driver on small scenes: 420 MiB with the 8 threads that two cores take.
+    const std::uint64_t needed = 448 * kMiB + kThreadStack * static_cast<std::uint64_t>(needed_threads());
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
     const std::uint64_t used = used_address_space();
@@ -88,6 +102,8 @@ void check_stack() {
 /// Threads reserve as much address space as the stack may grow to, which may be more than there is.
 void limit_thread_stacks() {
 #ifdef __GLIBC__
+    rlimit limit{};
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
     pthread_attr_t attributes;
     if (pthread_getattr_default_np(&attributes) != 0) return;
     std::size_t size = 0;
@@ -100,20 +116,12 @@ void limit_thread_stacks() {
 
 /// Mesa's software driver waits without end for threads that could not be started.
 void check_threads() {
-    // Measured with Mesa's software driver on two cores: a picture takes seven threads besides the main one.
-    const std::size_t wanted = std::min(std::thread::hardware_concurrency(), 16u) + 5;
-    std::latch checked(1);
-    std::vector<std::jthread> threads;
-    std::string problem;
-    try {
-        while (threads.size() < wanted) threads.emplace_back([&] { checked.wait(); });
-    } catch (const std::exception& error) {
-        problem = error.what();
-    }
-    checked.count_down();
-    if (!problem.empty())
-        throw Error("GPU", "{} threads can be started, drivers need {}: {} (ulimit -u, ulimit -v)", threads.size(),
-                    wanted, problem);
+    const int needed = needed_threads(), started = startable_threads(needed);
+    if (started < needed)
+        throw Error("GPU",
+                    "only {} of the {} threads that drivers need can be started (ulimit -u, ulimit -v, pids.max of the "
+                    "cgroup); --threads lowers the need",
+                    started, needed);
 }
 
 void secure_shader_cache() {

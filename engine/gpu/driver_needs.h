@@ -5,8 +5,8 @@ namespace halflight::gpu {
 
 /// Prepares the process for its first context, before a driver is loaded; later calls do nothing.
 /// - Throws Error where a limit of the address space (RLIMIT_AS), of the stack (RLIMIT_STACK) or of threads
-///   (RLIMIT_NPROC) leaves too little for a driver.
-/// - Limits the stacks of threads that start later to 8 MiB each, with glibc.
+///   (RLIMIT_NPROC, cgroups) leaves too little for a driver.
+/// - Limits the stacks of threads that start later to 8 MiB each where the address space is limited, with glibc.
 /// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk,
 ///   disables that cache by MESA_SHADER_CACHE_DISABLE in the process's environment.
 /// - Sets ZINK_INLINE_UNIFORMS to 0 and EGL_LOG_LEVEL to "fatal" in the environment unless they are set.

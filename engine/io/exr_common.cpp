@@ -6,23 +6,22 @@
 
 #include <algorithm>
 #include <cstring>
-#include <system_error>
 #include <thread>
 
 #include "engine/core/process.h"
+#include "engine/core/thread_limit.h"
 
 namespace halflight {
 
 int exr_threads() {
     static const int threads = [] {
         const int count = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-        try {
-            Imf::setGlobalThreadCount(count);
-            return count;
-        } catch (const std::system_error&) {  // a finished picture must not be lost for want of threads
-            Imf::setGlobalThreadCount(0);
-            return 0;
-        }
+        // OpenEXR uses freed memory where a part of its threads cannot be started, and a finished picture must not be
+        // lost. The kernel may still count the threads of this check when OpenEXR starts its own, so there are twice as
+        // many.
+        if (startable_threads(2 * count) < 2 * count) return 0;
+        Imf::setGlobalThreadCount(count);
+        return count;
     }();
     static const pid_t owner = getpid();
     check_not_forked(owner, "OpenEXR");

@@ -2,8 +2,12 @@
 // stack and threads. Other tests give it files that are pipes, devices or links.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <regex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/process.h"
@@ -65,20 +69,46 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
             << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
     }
+    const std::vector<std::string> large_stack{"prlimit", "--stack=4000000000"};
+    if (run_program({"--version"}, {.wrapper = large_stack}).status != 0) return;  // the system forbids such stacks
     const Outcome stacks =  // threads would get stacks of 4 GB, and the driver would wait for them
         run_program(picture(folder / "a.exr"), {.wrapper = {"prlimit", "--as=8000000000", "--stack=4000000000"}});
     EXPECT_EQ(stacks.status, 0) << stacks.err;
 }
 
+/// Returns the threads that drivers need, besides the main one, as the program names them.
+int needed_threads(const std::string& message) {
+    std::smatch found;
+    const std::regex text("only \\d+ of the (\\d+) threads that drivers need can be started");
+    return std::regex_search(message, found, text) ? std::stoi(found[1]) : 0;
+}
+
 TEST(ScarceResources, ALimitOfThreadsIsNamed) {
-    const std::vector<std::string> nobody{"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"};
-    if (run_program({"--version"}, {.wrapper = nobody}).status != 0) GTEST_SKIP() << "needs another user's rights";
-    // setpriv comes last, because it can start a program in a folder that only root may enter.
-    RunOptions few{.wrapper = {"prlimit", "--nproc=3"}};
-    few.wrapper.insert(few.wrapper.end(), nobody.begin(), nobody.end());
-    const Outcome outcome = run_program({"info", "--device"}, few);
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.err.find("threads can be started, drivers need "), std::string::npos) << outcome.err;
+    // The limit counts all processes of a user, so the test takes a user without any.
+    const std::string user = std::to_string(100'000 + getpid());
+    const std::vector<std::string> as_user{"setpriv", "--reuid=" + user, "--regid=" + user, "--clear-groups"};
+    if (run_program({"--version"}, {.wrapper = as_user}).status != 0) GTEST_SKIP() << "needs another user's rights";
+    const TemporaryFolder folder;
+    std::filesystem::copy_file(kScene, folder / "scene.glb");
+    std::filesystem::permissions(folder / "", std::filesystem::perms::all);
+    const auto with_threads = [&](int most, const std::vector<std::string>& more = {}) {
+        // setpriv comes last, because it can start a program in a folder that only root may enter.
+        RunOptions few{.wrapper = {"prlimit", "--nproc=" + std::to_string(most + 1)}, .most_seconds = 300};
+        few.wrapper.insert(few.wrapper.end(), as_user.begin(), as_user.end());
+        std::vector<std::string> arguments = picture(folder / "a.exr", more);
+        arguments[1] = folder / "scene.glb";
+        return run_program(arguments, few);
+    };
+    const int all = needed_threads(with_threads(2).err), one = needed_threads(with_threads(2, {"--threads", "1"}).err);
+    EXPECT_GT(one, 2);
+    EXPECT_GE(all, one);
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
+    EXPECT_EQ(needed_threads(with_threads(all - 1).err), all);
+    for (const auto& [most, more] : {std::pair{all, std::vector<std::string>{}}, {one, {"--threads", "1"}}}) {
+        const Outcome enough = with_threads(most, more);
+        EXPECT_EQ(enough.status, 0) << enough.err;
+        EXPECT_TRUE(std::filesystem::remove(folder / "a.exr"));
+    }
 }
 
 TEST(ScarceResources, ALimitOfTheStackIsNamed) {

@@ -69,6 +69,12 @@ int fail(int status, std::string_view what) {
     return status;
 }
 
+int fail(int status, const std::system_error& error) {
+    const bool threads = error.code() == std::errc::resource_unavailable_try_again;
+    return fail(status, threads ? "no further thread can be started (ulimit -u, ulimit -v, pids.max of the cgroup)"
+                                : std::string_view(error.what()));
+}
+
 void open_log(const std::filesystem::path& file) {
     make_folder_of(file);
     check_takes_text(file);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "api/halflight/log.h"
 #include "engine/core/one_line.h"
@@ -25,6 +26,8 @@ void put(std::FILE* stream, std::string_view text);
 
 /// Prints "halflight: WHAT" on stderr as one line, and writes it to the log file. Returns `status`, for main().
 int fail(int status, std::string_view what);
+/// Prints an error of the system likewise, and names the limits where a thread could not be started.
+int fail(int status, const std::system_error& error);
 
 /// Opens the log file of the process. Messages of all levels are appended to it, each with date and time (UTC). Throws
 /// Error if it cannot be opened.

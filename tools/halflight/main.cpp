@@ -55,8 +55,7 @@ int run(int argc, char** argv) {
     } catch (const std::bad_alloc&) {
         return fail(failure, "out of memory");
     } catch (const std::system_error& error) {
-        const bool threads = error.code() == std::errc::resource_unavailable_try_again;
-        return fail(failure, threads ? "no further thread can be started (ulimit -u, ulimit -v)" : error.what());
+        return fail(failure, error);
     } catch (const std::exception& error) {
         return fail(failure, error.what());
     }

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <exception>
 #include <new>
+#include <system_error>
 #include <vector>
 
 #include "tools/cli/console.h"
@@ -30,6 +31,8 @@ int main(int argc, char** argv) {
         return fail(2, error.what());
     } catch (const std::bad_alloc&) {
         return fail(1, "out of memory");
+    } catch (const std::system_error& error) {
+        return fail(1, error);
     } catch (const std::exception& error) {
         return fail(1, error.what());
     }
