@@ -93,7 +93,9 @@ TEST(ScarceResources, ALimitOfThreadsIsNamed) {
     std::filesystem::permissions(folder / "", std::filesystem::perms::all);
     const auto with_threads = [&](int most, const std::vector<std::string>& more = {}) {
         // setpriv comes last, because it can start a program in a folder that only root may enter.
-        RunOptions few{.wrapper = {"prlimit", "--nproc=" + std::to_string(most + 1)}, .most_seconds = 300};
+        RunOptions few{.environment = {"HALFLIGHT_SHADER_SOURCES"},  // a folder that the user may not write to
+                       .wrapper = {"prlimit", "--nproc=" + std::to_string(most + 1)},
+                       .most_seconds = 300};
         few.wrapper.insert(few.wrapper.end(), as_user.begin(), as_user.end());
         std::vector<std::string> arguments = picture(folder / "a.exr", more);
         arguments[1] = folder / "scene.glb";
