@@ -153,8 +153,8 @@ TEST_F(Info, ListsDevices) {
 }
 
 TEST_F(Info, FailsWhereNoDeviceWorks) {
-    const Outcome all = run_program({"info", "--device", "--json"});
-    for (const auto& device : nlohmann::json::parse(all.out).at("devices")) {
+    const auto all = nlohmann::json::parse(run_program({"info", "--device", "--json"}).out);
+    for (const auto& device : all.at("devices")) {
         const auto name = device.at("name").get<std::string>();
         if (name.starts_with("EGL device") && name.find(", software") == std::string::npos)
             GTEST_SKIP() << "Mesa alone reads MESA_GL_VERSION_OVERRIDE";
