@@ -105,7 +105,9 @@ TEST(ScarceResources, ALimitOfThreadsIsNamed) {
     EXPECT_GT(one, 2);
     EXPECT_GE(all, one);
     EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
-    EXPECT_EQ(needed_threads(with_threads(all - 1).err), all);
+    const Outcome refused = with_threads(all - 1);
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_EQ(needed_threads(refused.err), all) << refused.err;
     for (const auto& [most, more] : {std::pair{all, std::vector<std::string>{}}, {one, {"--threads", "1"}}}) {
         const Outcome enough = with_threads(most, more);
         EXPECT_EQ(enough.status, 0) << enough.err;
