@@ -3,9 +3,10 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <pwd.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <tbb/task_arena.h>
+#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -63,23 +64,29 @@ bool reserve_index(const fs::path& folder) {
     return reserved;
 }
 
-/// Returns the threads of each of the two pools of Mesa's software driver, which has at most 32 (Mesa 22.3).
+/// Returns the greatest number of threads in each of the two pools of Mesa's software driver (Mesa 22.3). The driver
+/// counts the processors that the process may use, which are fewer than the machine's in a cpuset.
 int pool_threads() {
-    int threads = static_cast<int>(std::thread::hardware_concurrency());
+    cpu_set_t allowed;
+    int threads = sched_getaffinity(0, sizeof allowed, &allowed) == 0
+                      ? CPU_COUNT(&allowed)
+                      : static_cast<int>(std::thread::hardware_concurrency());
     if (const char* const asked = std::getenv("LP_NUM_THREADS"))
         std::from_chars(asked, asked + std::strlen(asked), threads);
     return std::clamp(threads, 1, 32);
 }
 
-/// Returns the threads that a picture takes besides the main one: two pools, TBB's workers, the writer of Mesa's cache,
-/// and a reader of files. Two are spare, because the kernel counts ended threads for a while.
-int needed_threads() {
-    return 2 * pool_threads() + tbb::this_task_arena::max_concurrency() - 1 + 4;
+/// Returns the threads that pictures take besides the main one: TBB's workers, and two pools, the writer of Mesa's
+/// cache and a reader or renderer for each display. Two are spare for each, because the kernel counts ended threads for
+/// a while.
+int needed_threads(int displays) {
+    const auto builders = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    return displays * (2 * pool_threads() + 4) + static_cast<int>(builders) - 1;
 }
 
-void check_address_space() {
+void check_address_space(int threads) {
     // Measured with Mesa's software driver on small scenes: 420 MiB with the 8 threads that two cores take.
-    const std::uint64_t needed = 448 * kMiB + kThreadStack * static_cast<std::uint64_t>(needed_threads());
+    const std::uint64_t needed = 448 * kMiB + kThreadStack * static_cast<std::uint64_t>(threads);
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
     const std::uint64_t used = used_address_space();
@@ -115,12 +122,12 @@ void limit_thread_stacks() {
 }
 
 /// Mesa's software driver waits without end for threads that could not be started.
-void check_threads() {
-    const int needed = needed_threads(), started = startable_threads(needed);
+void check_threads(int needed) {
+    const int started = startable_threads(needed);
     if (started < needed)
         throw Error("GPU",
                     "only {} of the {} threads that drivers need can be started (ulimit -u, ulimit -v, pids.max of the "
-                    "cgroup); --threads lowers the need",
+                    "cgroup); --threads and LP_NUM_THREADS lower the need",
                     started, needed);
 }
 
@@ -142,13 +149,14 @@ bool mesa_keeps_code() {
            access((folder / "index").c_str(), W_OK) == 0;
 }
 
-void prepare_for_drivers() {
+void prepare_for_drivers(int displays) {
     static std::once_flag once;
-    std::call_once(once, [] {
-        check_address_space();
+    std::call_once(once, [displays] {
+        const int threads = needed_threads(displays);
+        check_address_space(threads);
         check_stack();
         limit_thread_stacks();
-        check_threads();
+        check_threads(threads);
         // The XDG Base Directory Specification ignores such values; Mesa does not.
         if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
         secure_shader_cache();

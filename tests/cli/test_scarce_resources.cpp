@@ -1,15 +1,16 @@
 // Tests the program where the system has little to give: a full disk of the driver's cache, or limits of address space,
 // stack and threads. Other tests give it files that are pipes, devices or links.
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <regex>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "tests/cli/virtual_display.h"
 #include "tests/support/process.h"
 
 namespace halflight::test {
@@ -76,43 +77,81 @@ TEST(ScarceResources, ALimitOfTheAddressSpaceIsNamed) {
     EXPECT_EQ(stacks.status, 0) << stacks.err;
 }
 
-/// Returns the threads that drivers need, besides the main one, as the program names them.
-int needed_threads(const std::string& message) {
-    std::smatch found;
-    const std::regex text("only \\d+ of the (\\d+) threads that drivers need can be started");
-    return std::regex_search(message, found, text) ? std::stoi(found[1]) : 0;
-}
+/// Runs the program with limits of threads. They count all processes of a user, so tests take a user without any.
+class FewThreads : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (run_program({"--version"}, {.wrapper = as_user}).status != 0) GTEST_SKIP() << "needs another user's rights";
+        std::filesystem::copy_file(kScene, scene);
+        std::filesystem::permissions(folder / "", std::filesystem::perms::all);
+    }
+    /// Lets the program start at most `most` threads besides the main one.
+    Outcome run_with(int most, const std::vector<std::string>& arguments) const {
+        RunOptions few{.environment = environment, .wrapper = wrapper, .most_seconds = 300};
+        for (const std::string& word : {std::string("prlimit"), "--nproc=" + std::to_string(most + 1)})
+            few.wrapper.push_back(word);
+        // setpriv comes last, because it can start a program in a folder that only root may enter.
+        few.wrapper.insert(few.wrapper.end(), as_user.begin(), as_user.end());
+        return run_program(arguments, few);
+    }
+    Outcome render(int most, const std::vector<std::string>& more = {}) const {
+        std::vector<std::string> arguments = picture(folder / "a.exr", more);
+        arguments[1] = scene;
+        return run_with(most, arguments);
+    }
+    /// Returns the threads that drivers need, besides the main one, as the message names them; 0 if it does not.
+    static int needed(const Outcome& outcome) {
+        std::smatch found;
+        const std::regex text("only \\d+ of the (\\d+) threads that drivers need can be started");
+        return std::regex_search(outcome.err, found, text) ? std::stoi(found[1]) : 0;
+    }
 
-TEST(ScarceResources, ALimitOfThreadsIsNamed) {
-    // The limit counts all processes of a user, so the test takes a user without any.
+    TemporaryFolder folder{};
+    const std::string scene = folder / "scene.glb";
     const std::string user = std::to_string(100'000 + getpid());
     const std::vector<std::string> as_user{"setpriv", "--reuid=" + user, "--regid=" + user, "--clear-groups"};
-    if (run_program({"--version"}, {.wrapper = as_user}).status != 0) GTEST_SKIP() << "needs another user's rights";
-    const TemporaryFolder folder;
-    std::filesystem::copy_file(kScene, folder / "scene.glb");
-    std::filesystem::permissions(folder / "", std::filesystem::perms::all);
-    const auto with_threads = [&](int most, const std::vector<std::string>& more = {}) {
-        // setpriv comes last, because it can start a program in a folder that only root may enter.
-        RunOptions few{.environment = {"HALFLIGHT_SHADER_SOURCES"},  // a folder that the user may not write to
-                       .wrapper = {"prlimit", "--nproc=" + std::to_string(most + 1)},
-                       .most_seconds = 300};
-        few.wrapper.insert(few.wrapper.end(), as_user.begin(), as_user.end());
-        std::vector<std::string> arguments = picture(folder / "a.exr", more);
-        arguments[1] = folder / "scene.glb";
-        return run_program(arguments, few);
-    };
-    const int all = needed_threads(with_threads(2).err), one = needed_threads(with_threads(2, {"--threads", "1"}).err);
-    EXPECT_GT(one, 2);
-    EXPECT_GE(all, one);
-    EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
-    const Outcome refused = with_threads(all - 1);
+    std::vector<std::string> wrapper{};
+    std::vector<std::string> environment{"HALFLIGHT_SHADER_SOURCES",  // a folder that the user may not write to
+                                         "MESA_SHADER_CACHE_DIR", "XDG_CACHE_HOME=" + (folder / "cache").string()};
+};
+
+TEST_F(FewThreads, AreNamedByRender) {
+    const int all = needed(render(2));
+    EXPECT_GT(all, 2);
+    const Outcome refused = render(all - 1);
     EXPECT_EQ(refused.status, 1);
-    EXPECT_EQ(needed_threads(refused.err), all) << refused.err;
-    for (const auto& [most, more] : {std::pair{all, std::vector<std::string>{}}, {one, {"--threads", "1"}}}) {
-        const Outcome enough = with_threads(most, more);
-        EXPECT_EQ(enough.status, 0) << enough.err;
-        EXPECT_TRUE(std::filesystem::remove(folder / "a.exr"));
-    }
+    EXPECT_EQ(needed(refused), all) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
+    const Outcome enough = render(all);
+    EXPECT_EQ(enough.status, 0) << enough.err;
+}
+
+/// TBB has no worker then, and each of the driver's two pools has one thread.
+TEST_F(FewThreads, SufficeForOneThreadOrProcessor) {
+    constexpr int kOne = 6;
+    EXPECT_EQ(needed(render(kOne - 1, {"--threads", "1"})), kOne);
+    const Outcome one_thread = render(kOne, {"--threads", "1"});
+    EXPECT_EQ(one_thread.status, 0) << one_thread.err;
+    wrapper = {"taskset", "--cpu-list", std::to_string(sched_getcpu())};
+    EXPECT_EQ(needed(render(kOne - 1)), kOne);
+    const Outcome one_processor = render(kOne);
+    EXPECT_EQ(one_processor.status, 0) << one_processor.err;
+}
+
+/// The viewer has two displays, one for the window and one for the thread that renders.
+TEST_F(FewThreads, AreNamedByTheViewer) {
+    if (run_program({"view", "--help"}).status != 0) GTEST_SKIP() << "the viewer was not built";
+    const VirtualDisplay display;
+    if (display.name().empty()) GTEST_SKIP() << display.why_not();
+    environment.insert(environment.end(), {"DISPLAY=" + display.name(), "LIBGL_ALWAYS_SOFTWARE=1"});
+    write_text(folder / "script.txt", "wait samples 2\nscreenshot " + (folder / "a.exr").string() + "\n");
+    const std::vector<std::string> view = {"view",      scene, "--size",   "16x16",
+                                           "--threads", "1",   "--script", folder / "script.txt"};
+    constexpr int kOne = 12;
+    EXPECT_EQ(needed(run_with(kOne - 1, view)), kOne);
+    const Outcome enough = run_with(kOne, view);
+    EXPECT_EQ(enough.status, 0) << enough.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / "a.exr"));
 }
 
 TEST(ScarceResources, ALimitOfTheStackIsNamed) {
