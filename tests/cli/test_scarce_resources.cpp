@@ -130,18 +130,22 @@ TEST_F(FewThreads, AreNamedByRender) {
     EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
     const Outcome enough = render(all);
     EXPECT_EQ(enough.status, 0) << enough.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / "a.exr"));
 }
 
 /// TBB has no worker then, and each of the driver's two pools has one thread at most.
 TEST_F(FewThreads, SufficeForOneThreadOrProcessor) {
     constexpr int kOne = 6;
+    EXPECT_TRUE(std::filesystem::remove(folder / "a.exr"));
     EXPECT_EQ(needed(render(kOne - 1, {"--threads", "1"})), kOne);
     const Outcome one_thread = render(kOne, {"--threads", "1"});
     EXPECT_EQ(one_thread.status, 0) << one_thread.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / "a.exr"));
     wrapper = {"taskset", "--cpu-list", std::to_string(sched_getcpu())};
     EXPECT_EQ(needed(render(kOne - 1)), kOne);
     const Outcome one_processor = render(kOne);
     EXPECT_EQ(one_processor.status, 0) << one_processor.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / "a.exr"));
 }
 
 /// The viewer has two displays, one for the window and one for the thread that renders.
