@@ -15,7 +15,7 @@ struct Row {
     std::string_view layer, blender, arnold;
 };
 // docs/colour-and-layers.md has the same table.
-constexpr Row kRows[] = {
+constexpr Row kNames[] = {
     {"rgba", "ViewLayer.Combined.", ""},
     {"emission", "ViewLayer.Emit.", "emission."},
     {"direct_diffuse", "ViewLayer.DiffDir.", "diffuse_direct."},
@@ -42,7 +42,7 @@ std::vector<std::string> renamed(AovNames names, std::string_view layer, const s
     if (names == AovNames::halflight) return channels;
     const bool blender = names == AovNames::blender;
     std::string start;
-    if (const auto row = std::ranges::find(kRows, layer, &Row::layer); row != std::end(kRows))
+    if (const auto row = std::ranges::find(kNames, layer, &Row::layer); row != std::end(kNames))
         start = blender ? row->blender : row->arnold;
     else if (layer.starts_with(kLightGroupLayer))
         start = fmt::format("{}{}.", blender ? "ViewLayer.Combined_" : "RGBA_", layer.substr(kLightGroupLayer.size()));

@@ -12,14 +12,15 @@
 namespace halflight {
 namespace {
 
-constexpr int kPoints = 192;  // points within the bounds
-constexpr int kRays = 48;     // rays from each point
+constexpr int kPoints = 192;     // points within the bounds
+constexpr int kDirections = 48;  // rays from each point
 
 /// Returns directions that are spread evenly over the sphere (spherical Fibonacci points).
 std::vector<dvec3> directions() {
     std::vector<dvec3> all;
-    for (int i = 0; i < kRays; ++i) {
-        const double y = 1 - (2 * i + 1.0) / kRays, r = std::sqrt(1 - y * y), phi = i * kPi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < kDirections; ++i) {
+        const double y = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - y * y),
+                     phi = i * kPi * (3 - std::sqrt(5.0));
         all.emplace_back(r * std::cos(phi), y, r * std::sin(phi));
     }
     return all;
@@ -40,7 +41,7 @@ std::vector<dvec3> enclosed_points(const rays::SceneProbe& probe) {
         int hits = 0, front = 0;
         for (const dvec3& direction : around)
             if (const auto hit = probe.trace(point, direction)) ++hits, front += hit->front;
-        if (hits >= kHits * kRays && front >= kFront * hits) enclosed.push_back(point);
+        if (hits >= kHits * kDirections && front >= kFront * hits) enclosed.push_back(point);
     }
     return enclosed;
 }

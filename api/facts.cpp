@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"

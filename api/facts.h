@@ -1,7 +1,7 @@
 // Facts about a scene for `halflight info`: contents, repairs, and the memory to render it.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 // Names of a scene's objects for `halflight info --names`, with the options of `halflight render` that edit them.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 #include <vector>

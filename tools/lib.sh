@@ -46,10 +46,8 @@ install_packages() {
 }
 
 # build_release TARGET...: builds targets of the release preset in build/. Warnings are errors in CI.
-# Checkouts in other folders share compiled objects in the cache of ccache.
 build_release() {
     local werror=OFF
-    export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=true
     [ -z "${CI:-}" ] || werror=ON
     (
         cd "$root"

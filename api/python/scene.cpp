@@ -4,6 +4,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <variant>
 
 #include "api/python/bindings.h"

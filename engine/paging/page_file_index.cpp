@@ -162,6 +162,7 @@ bool ranges_fit(const PageIndex& index) {
 std::string bytes_of(const StoredIndex& stored) {
     const PageIndex& index = stored.index;
     std::string bytes;
+    bytes.reserve(sizeof(PageIndex));  // GCC 12 sees an overflow in a string that grows here
     const auto add = [&](const auto& value) { append_bytes(&value, 1, bytes); };
     add(index.limits.bytes), add(index.limits.alpha_tested);
     add(index.alpha_tests), add(index.origin), add(index.bounds);

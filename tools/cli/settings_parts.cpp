@@ -17,7 +17,7 @@ constexpr std::string_view kLists[] = {"lights", "materials", "transforms",     
                                        "hide",   "bookmarks", "shadow_catchers", "light_groups"};
 
 /// Returns a number for settings that decide together; 0: the setting stands alone.
-int group_of(std::string_view key) {
+int joint_group(std::string_view key) {
     for (const std::string_view name : {"focus", "fstop", "aperture", "sensor", "blades", "blade-rotation"})
         if (key == name) return 1;
     for (const std::string_view name : {"display", "view", "look"})
@@ -36,7 +36,7 @@ SettingsParts::SettingsParts(std::string_view text, std::filesystem::path path) 
     Json groups[3];
     for (const auto& [key, value] : file.items()) {
         if (key == kVersionKey) continue;
-        const int group = group_of(key);
+        const int group = joint_group(key);
         if (group > 0) {
             groups[group][key] = value;
         } else if (std::ranges::find(kLists, key) == std::end(kLists) || !value.is_structured()) {

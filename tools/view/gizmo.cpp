@@ -13,11 +13,11 @@ namespace halflight::view {
 namespace {
 
 constexpr std::array kNames = {"none", "move", "rotate", "scale"};
-constexpr double kMiddle = 0.12;  // half size of the handle in the middle, lengths of handles
-constexpr double kGap = 0.2;      // distance of the other handles from the origin, lengths of handles
-constexpr double kLeast = 1e-6;   // least factor of a scale
-constexpr int kRingSteps = 64;    // lines of a ring
-constexpr double kEdgeOn = 0.08;  // cosine of the angle below which a ring counts as seen from the side
+constexpr double kMiddle = 0.12;      // half size of the handle in the middle, lengths of handles
+constexpr double kGap = 0.2;          // distance of the other handles from the origin, lengths of handles
+constexpr double kLeastScale = 1e-6;  // least factor of a scale
+constexpr int kRingSteps = 64;        // lines of a ring
+constexpr double kEdgeOn = 0.08;      // cosine of the angle below which a ring counts as seen from the side
 
 NodeEdit own_edit(const SceneEdits& edits, const std::string& name) {
     const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);
@@ -204,7 +204,7 @@ void Gizmo::drag(Session& session, const dvec2& point) {
         for (int i = 0; i < 3; ++i) {
             if (d.axis != kAll && d.axis != i) continue;
             const double scale = std::clamp(d.node.scale[i] * factor, kEditScale.lower, kEditScale.upper);
-            if (std::abs(scale) >= kLeast) edit.scale[i] = scale;
+            if (std::abs(scale) >= kLeastScale) edit.scale[i] = scale;
         }
     }
     d.last = point;

@@ -103,7 +103,7 @@ DisplayImage relative_errors(const Image& variance, const Image& beauty) {
 }
 
 DisplayImage data_picture(const std::string& view, const Image& image) {
-    constexpr float kNothing = 1e9f;  // depths beyond it belong to no surface
+    constexpr float kNoSurface = 1e9f;  // depths beyond it belong to no surface
     constexpr int kVarianceDecades = 4;
     if (view == "variance")
         return on_scale(
@@ -114,7 +114,8 @@ DisplayImage data_picture(const std::string& view, const Image& image) {
     if (view == "position") return {positions(image), true};
     if (view == "motion") return {motions(image), true};
     if (view == "depth")
-        return on_scale(image, "world units", [](const float* p, int, int) { return *p < kNothing ? *p : kInfinity; });
+        return on_scale(image, "world units",
+                        [](const float* p, int, int) { return *p < kNoSurface ? *p : kInfinity; });
     if (view == "ids")
         return {mapped(image,
                        [](const float* p, int, int) {

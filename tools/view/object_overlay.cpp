@@ -12,12 +12,12 @@
 namespace halflight::view {
 namespace {
 
-constexpr ImU32 kLine = IM_COL32(255, 160, 32, 255), kBehind = IM_COL32(0, 0, 0, 160);
+constexpr ImU32 kLine = IM_COL32(255, 160, 32, 255), kBehindLine = IM_COL32(0, 0, 0, 160);
 constexpr ImU32 kLight = IM_COL32(255, 240, 160, 255);
 constexpr ImU32 kAxes[] = {IM_COL32(240, 70, 80, 255), IM_COL32(110, 200, 60, 255), IM_COL32(70, 130, 255, 255),
                            IM_COL32(235, 235, 235, 255)};
 constexpr ImU32 kLit = IM_COL32(255, 230, 60, 255);
-constexpr double kHandle = 90, kReach = 9;  // pixels of the window at scale 1
+constexpr double kHandle = 90, kHandleReach = 9;  // pixels of the window at scale 1
 
 /// Draws in pixels of the picture.
 class Pen {
@@ -37,7 +37,7 @@ class Pen {
         return {static_cast<float>(point.x), static_cast<float>(point.y)};
     }
     void lines(const std::vector<PictureLine>& all, ImU32 color, float width) {
-        for (const auto& [c, w] : {std::pair(kBehind, width + 2), std::pair(color, width)})
+        for (const auto& [c, w] : {std::pair(kBehindLine, width + 2), std::pair(color, width)})
             for (const PictureLine& line : all) list_.AddLine(at(line[0]), at(line[1]), c, w);
     }
     ImDrawList& list() { return list_; }
@@ -84,7 +84,7 @@ void draw_lights(Pen& pen, const Session& session, const ivec2& size, float scal
         const ImVec2 p = pen.at(*pixel);
         const bool selected = session.selection == Selection{ObjectKind::light, i};
         const ImU32 color = selected ? kLine : kLight;
-        pen.list().AddCircleFilled(p, 6 * scale, kBehind);
+        pen.list().AddCircleFilled(p, 6 * scale, kBehindLine);
         pen.list().AddCircle(p, 5 * scale, color, 0, 2 * scale);
         if (selected) pen.list().AddCircle(p, 9 * scale, color, 0, 2 * scale);
     }
@@ -97,7 +97,7 @@ double ObjectOverlay::handle_length(const Rectangle& picture, const ivec2& size,
 }
 
 double ObjectOverlay::handle_reach(const Rectangle& picture, const ivec2& size, float scale) {
-    return kReach * double{scale} * size.y / std::max(picture.size.y, 1);
+    return kHandleReach * double{scale} * size.y / std::max(picture.size.y, 1);
 }
 
 std::optional<std::size_t> ObjectOverlay::light_at(const Session& session, const ivec2& size, const dvec2& point,
@@ -128,7 +128,7 @@ void ObjectOverlay::draw(const Session& session, const Gizmo& gizmo, const Recta
     const ImVec2 extent = ImGui::CalcTextSize(words.c_str());
     const float left = float(picture.origin.x) + (float(picture.size.x) - extent.x) / 2;
     const float top = float(picture.end().y) - 3 * extent.y;
-    pen.list().AddRectFilled({left - 4, top - 2}, {left + extent.x + 4, top + extent.y + 2}, kBehind, 3);
+    pen.list().AddRectFilled({left - 4, top - 2}, {left + extent.x + 4, top + extent.y + 2}, kBehindLine, 3);
     pen.list().AddText({left, top}, IM_COL32(255, 255, 255, 255), words.c_str());
 }
 

@@ -22,7 +22,7 @@ struct LabelArea {
 
 /// Draws text on a dark background, wrapped at the width of the area, and moved to stay inside the area. `align` is the
 /// share of the text that is left of x. Returns the y at which the next label may begin.
-float label(const LabelArea& room, float x, float y, float align, const std::string& text) {
+float draw_label(const LabelArea& room, float x, float y, float align, const std::string& text) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float width = room.right - room.left;
     const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
@@ -82,9 +82,9 @@ void drag_line(const Rectangle& picture, float& split) {
 float draw_split(const LabelArea& room, const Overlay& overlay, float& split) {
     const Rectangle& picture = overlay.picture;
     if (!overlay.shown.empty()) {
-        float next = label(room, room.left, room.top, 0, "A: " + overlay.here);
-        next = label(room, room.left, next, 0, "B: " + *overlay.other);
-        return label(room, room.left, next, 0, "Shown: " + overlay.shown);
+        float next = draw_label(room, room.left, room.top, 0, "A: " + overlay.here);
+        next = draw_label(room, room.left, next, 0, "B: " + *overlay.other);
+        return draw_label(room, room.left, next, 0, "Shown: " + overlay.shown);
     }
     drag_line(picture, split);
     const float x = static_cast<float>(picture.origin.x) + split * static_cast<float>(picture.size.x);
@@ -97,8 +97,9 @@ float draw_split(const LabelArea& room, const Overlay& overlay, float& split) {
     left.right = x - kMargin, right.left = x + kMargin;
     const bool beside = left.right - left.left >= least && right.right - right.left >= least;
     if (beside)
-        return std::max(label(left, left.right, room.top, 1, here), label(right, right.left, room.top, 0, other));
-    return label(room, x + kMargin, label(room, x - kMargin, room.top, 1, here), 0, other);
+        return std::max(draw_label(left, left.right, room.top, 1, here),
+                        draw_label(right, right.left, room.top, 0, other));
+    return draw_label(room, x + kMargin, draw_label(room, x - kMargin, room.top, 1, here), 0, other);
 }
 
 }  // namespace
@@ -121,7 +122,7 @@ void draw_overlay(const Overlay& overlay, float& split) {
         const float height = ImGui::CalcTextSize(notice.c_str(), nullptr, false, room.right - room.left).y;
         const bool above = next + height <= static_cast<float>(overlay.picture.origin.y) || below + height > lowest;
         float& y = above ? next : below;
-        y = label(room, 0.5f * (room.left + room.right), y, 0.5f, notice);
+        y = draw_label(room, 0.5f * (room.left + room.right), y, 0.5f, notice);
     }
 }
 

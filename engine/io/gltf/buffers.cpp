@@ -1,5 +1,7 @@
 #include "engine/io/gltf/buffers.h"
 
+#include <nlohmann/json.hpp>
+
 namespace halflight {
 namespace {
 

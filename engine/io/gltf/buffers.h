@@ -1,7 +1,7 @@
 // Buffers of a glTF file, and the compressed contents of its buffer views.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "engine/io/gltf/document.h"
 

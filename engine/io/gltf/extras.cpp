@@ -1,6 +1,7 @@
 #include "engine/io/gltf/extras.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/core/error.h"

@@ -1,7 +1,7 @@
 // Data of applications in the extras of glTF files.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <vector>
 

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"

@@ -1,7 +1,7 @@
 // The schema of glTF's JSON: properties, their types, and the targets of their indices.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace halflight {

@@ -1,7 +1,7 @@
 // Writes the measurements of whole frames as tables and as JSON.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "tools/measure/bench/bench.h"

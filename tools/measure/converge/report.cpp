@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "engine/core/metrics.h"
 #include "tools/measure/converge/conclusions.h"

@@ -1,7 +1,7 @@
 // Writes a measurement as JSON, as CSV and as an HTML page.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #include "tools/measure/leftout/measure.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "engine/core/image_tools.h"
