@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "tests/support/process.h"
-#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight::test {
 namespace {
@@ -98,6 +97,16 @@ void add_turning_box(AnimatedScene& scene) {
 }
 
 }  // namespace
+
+void animate_pointer(GltfBuilder& scene, const std::string& pointer, const char* type,
+                     const std::vector<float>& values) {
+    const Json extension = {{"KHR_animation_pointer", {{"pointer", pointer}}}};
+    const Json sampler = {{"input", scene.floats("SCALAR", {0, 1})}, {"output", scene.floats(type, values)}};
+    scene.json["extensionsUsed"].push_back("KHR_animation_pointer");
+    scene.push("animations",
+               {{"channels", {{{"sampler", 0}, {"target", {{"path", "pointer"}, {"extensions", extension}}}}}},
+                {"samplers", {sampler}}});
+}
 
 std::filesystem::path write_animated_scene(const std::filesystem::path& folder) {
     AnimatedScene scene;

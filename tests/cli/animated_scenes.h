@@ -5,8 +5,14 @@
 #include <filesystem>
 
 #include "engine/core/math.h"
+#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight::test {
+
+/// Adds an animation of one second that leads a property, such as "/materials/0/emissiveFactor", from its first to its
+/// last value (KHR_animation_pointer). `type` is that of a value.
+void animate_pointer(GltfBuilder& scene, const std::string& pointer, const char* type,
+                     const std::vector<float>& values);
 
 /// Writes a scene of three boxes on a floor under a lamp, one second long, at 24 frames per second. One box bends (a
 /// skin of two joints, cubic and linear keys), one has a morph target, and one rotates. Cameras: "still" and "moving".

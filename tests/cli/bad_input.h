@@ -1,23 +1,12 @@
 // Runs each bad input in its own process with limits. The program must load it, or refuse it in one line.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
 
-#include "tests/support/process.h"
+#include "tests/cli/command_test.h"
 
 namespace halflight::test {
-
-/// Limit of CPU time, seconds. With sanitizers it is four times as long, as those of whole tests are
-/// (tests/CMakeLists.txt).
-#ifdef HALFLIGHT_SANITIZED
-inline constexpr double kMaxCpuSeconds = 40;
-#else
-inline constexpr double kMaxCpuSeconds = 10;
-#endif
-inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< limit of resident memory, bytes
 
 enum class Fate {
     loaded,   // exit status 0
@@ -25,7 +14,7 @@ enum class Fate {
     untidy,   // refused, but with several lines or none
     crashed,
     hung,
-    greedy,  // memory beyond kMaxBytes
+    greedy,  // memory beyond 1 GiB
 };
 
 struct Verdict {
@@ -35,23 +24,26 @@ struct Verdict {
 
 /// Runs the program under the limits. If the environment variable HALFLIGHT_BAD_INPUT_TABLE is set, a table with a row
 /// per case is printed at the end.
-Verdict judge(const std::string& name, const std::vector<std::string>& arguments);
+Verdict judge(const std::string& name, const Strings& arguments);
 
 /// Prints a fate in messages of gtest.
 std::ostream& operator<<(std::ostream& out, Fate fate);
 
-/// Returns the command line that renders 4 x 4 pixels with a scene, an environment or a colour config.
-std::vector<std::string> with_scene(const std::string& scene);
-std::vector<std::string> with_environment(const std::string& map);
-std::vector<std::string> with_config(const std::string& config);
+/// Return the command line that renders 4 x 4 pixels with a scene, an environment or a colour config.
+Strings with_scene(const std::string& scene);
+Strings with_environment(const std::string& map);
+Strings with_config(const std::string& config);
 
-/// Returns lengths at which a file of `size` bytes is truncated. The first fields, the middle and the last byte are
-/// cut. test_fuzz_regressions reads files of many more lengths in its own process.
+/// Returns the `info` command that reads what a `render` command reads, and takes less time since it needs no device.
+/// Commands that read more, or have a budget of memory, stay as they are.
+Strings reading(const Strings& arguments);
+
+/// Returns lengths at which a file of `size` bytes is truncated. test_fuzz_regressions reads files of many more lengths
+/// in its own process.
 std::vector<std::size_t> prefix_lengths(std::size_t size);
 
-/// Expects a refusal whose message contains all of `words`: the file, the element, and the fault.
-void expect_refused(const std::string& name, const std::vector<std::string>& arguments,
-                    const std::vector<std::string>& words);
-void expect_loaded(const std::string& name, const std::vector<std::string>& arguments);
+/// Expects that reading() is refused with a message that contains all of `parts`: the file, the element, and the fault.
+void expect_refused(const std::string& name, const Strings& arguments, const Strings& parts);
+void expect_loaded(const std::string& name, const Strings& arguments);
 
 }  // namespace halflight::test

@@ -1,48 +1,51 @@
 // Converts scenes to page files and renders them, for tests of pages.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "tests/support/process.h"
+#include "tests/cli/command_test.h"
 #include "tests/unit/io/gltf_builder.h"
-#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 
-using Strings = std::vector<std::string>;
+/// Returns the vertices of a square field, whose heights are products of the coordinates modulo `period`, and the
+/// corners of its 2 side^2 triangles.
+inline std::pair<std::vector<float>, std::vector<std::uint32_t>> field(int side, int period, float height) {
+    std::vector<float> positions;
+    std::vector<std::uint32_t> indices;
+    for (int y = 0; y <= side; ++y)
+        for (int x = 0; x <= side; ++x)
+            positions.insert(positions.end(), {float(x), height * float((x * y) % period), float(y)});
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            const auto i = static_cast<std::uint32_t>(y * (side + 1) + x);
+            indices.insert(indices.end(), {i, i + 1, i + side + 1, i + 1, i + side + 2, i + side + 1});
+        }
+    return {positions, indices};
+}
 
-class Pack : public testing::Test {
+class Pack : public CommandTest {
   protected:
-    std::string file(const std::string& name) const { return folder / name; }
-    Outcome pack(const std::string& from, const std::string& to, Strings more = {},
-                 const RunOptions& options = {}) const {
-        Strings arguments = {"pack", from, to};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments, options);
+    /// Returns the name of a page file of the scene, which replaces the last one.
+    std::string packed(const std::string& scene) const {
+        std::filesystem::remove(file("a.pages"));
+        done(words("pack", scene, file("a.pages"), "--quiet"));
+        return file("a.pages");
     }
-    /// Renders a scene in memory or from pages, which gives the same file.
-    Outcome render(const std::string& scene, const std::string& output, Strings view, const Strings& more) const {
-        Strings arguments = {"render", scene, file(output), "--primary", "traced", "--reproducible", "--quiet"};
-        arguments.insert(arguments.end(), view.begin(), view.end());
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments);
+    /// Renders a scene in memory or from pages, which gives the same file. Returns the file.
+    template <class... Parts>
+    std::string picture(const std::string& scene, const Parts&... more) const {
+        done(words("render", scene, file("a.exr"), "--primary traced --reproducible --quiet", more...));
+        return read_text(file("a.exr"));
     }
     /// Writes a field of 2 side^2 triangles for each instance, and returns its name. 200 of them take some seconds.
     /// Further meshes have one instance each. If `lifts` is set, an animation of two seconds moves the last of them.
     std::string large_scene(int instances = 200, int side = 71, int meshes = 1, bool lifts = false) const {
         GltfBuilder b;
-        std::vector<float> positions, places;
-        std::vector<std::uint32_t> indices;
-        for (int y = 0; y <= side; ++y)
-            for (int x = 0; x <= side; ++x) positions.insert(positions.end(), {float(x), float((x * y) % 7), float(y)});
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) {
-                const auto i = static_cast<std::uint32_t>(y * (side + 1) + x);
-                indices.insert(indices.end(), {i, i + 1, i + side + 1, i + 1, i + side + 2, i + side + 1});
-            }
+        const auto [positions, indices] = field(side, 7, 1);
+        std::vector<float> places;
         for (int i = 0; i < instances; ++i)
             places.insert(places.end(), {float(side * (i % 14)), 0, float(side * (i / 14))});
         Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}});
@@ -65,7 +68,6 @@ class Pack : public testing::Test {
         write_text(file("field.glb"), b.glb());
         return file("field.glb");
     }
-    TemporaryFolder folder;
 };
 
 }  // namespace halflight::test

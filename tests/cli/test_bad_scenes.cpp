@@ -1,4 +1,5 @@
-// Tests scenes that are invalid, and valid ones that look invalid: sizes, numbers, text, structure.
+// Tests scenes that are invalid, and valid ones that look invalid: sizes, numbers, text, structure. Faults that need no
+// limits of time and memory are in tests/unit/io/test_gltf_errors.cpp.
 #include <cmath>
 #include <limits>
 
@@ -9,12 +10,16 @@
 namespace halflight::test {
 namespace {
 
-class BadScenes : public testing::Test {
+class BadScenes : public CommandTest {
   protected:
-    void refused(const std::string& name, const std::string& bytes, const std::vector<std::string>& words) {
-        expect_refused("scene: " + name, command(bytes), with_file(words));
+    void refused(const std::string& name, const std::string& bytes, const Strings& parts) {
+        write_text(file("scene.gltf"), bytes);
+        expect_refused("scene: " + name, with_scene(file("scene.gltf")), words(std::string("/scene.gltf: "), parts));
     }
-    void loaded(const std::string& name, const std::string& bytes) { expect_loaded("scene: " + name, command(bytes)); }
+    void loaded(const std::string& name, const std::string& bytes) {
+        write_text(file("scene.gltf"), bytes);
+        expect_loaded("scene: " + name, with_scene(file("scene.gltf")));
+    }
 
     /// Returns the glTF text of a triangle, with `value` at the JSON pointer `pointer`.
     static std::string triangle_with(const char* pointer, const Json& value) {
@@ -29,35 +34,21 @@ class BadScenes : public testing::Test {
         b.add_triangle()["attributes"][attribute] = b.floats(type, components);
         return b.glb();
     }
-
-  private:
-    std::vector<std::string> command(const std::string& bytes) {
-        write_text(folder_ / "scene.gltf", bytes);
-        return with_scene(folder_ / "scene.gltf");
-    }
-    static std::vector<std::string> with_file(std::vector<std::string> words) {
-        words.push_back("/scene.gltf: ");
-        return words;
-    }
-
-    TemporaryFolder folder_;
 };
 
 const std::string kAsset = R"({"asset": {"version": "2.0"})";
 
 TEST_F(BadScenes, SizesBeyondTheFile) {
-    for (const std::uint64_t count : {1ull << 31, (1ull << 32) - 1, 1ull << 32, 1ull << 53, (1ull << 63), ~0ull})
+    for (const std::uint64_t count : {1ull << 31, 1ull << 32, 1ull << 53, ~0ull})
         refused(fmt::format("{} vertices", count), triangle_with("/accessors/0/count", count), {"s[0]"});
-    for (const Json& count : {Json(-1), Json(1.5), Json("3"), Json(nullptr), Json::array({3})})
-        refused("vertices: " + count.dump(), triangle_with("/accessors/0/count", count), {"accessors[0].count"});
     for (const char* at : {"/accessors/0/byteOffset", "/bufferViews/0/byteOffset", "/bufferViews/0/byteLength"})
-        for (const std::uint64_t offset : {1ull << 30, (1ull << 53) - 12, 1ull << 53, ~0ull - 11, ~0ull})
+        for (const std::uint64_t offset : {(1ull << 53) - 12, ~0ull - 11})
             refused(fmt::format("{} of {}", at, offset), triangle_with(at, offset),
                     {at[1] == 'a' ? "accessors[0]" : "bufferViews[0]"});
-    for (const std::uint64_t stride : {1ull, 253ull, 1ull << 31, ~0ull})
+    for (const std::uint64_t stride : {253ull, ~0ull})
         refused(fmt::format("stride of {}", stride), triangle_with("/bufferViews/0/byteStride", stride),
                 {"bufferViews[0]"});
-    for (const std::uint64_t length : {1ull << 30, 1ull << 31, 1ull << 53, ~0ull})
+    for (const std::uint64_t length : {1ull << 31, ~0ull})
         refused(fmt::format("buffer of {} bytes", length), triangle_with("/buffers/0/byteLength", length),
                 {"buffers[0]"});
 }
@@ -133,13 +124,10 @@ TEST_F(BadScenes, ClaimsOfAFewBytes) {
 
 TEST_F(BadScenes, InvalidNumbers) {
     const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity(), big = 3e38f;
-    for (const float x : {nan, inf, -inf, big}) {
+    for (const float x : {nan, -inf, big}) {
         const std::string value = fmt::format("{}", x);
         const std::string one = triangle_of("POSITION", "VEC3", {x, 0, 0, 1, 0, 0, 0, 1, 0});
-        if (x == big)
-            refused("position of " + value, one, {"nodes[0]"});
-        else
-            loaded("position of " + value, one);
+        x == big ? refused("position of " + value, one, {"nodes[0]"}) : loaded("position of " + value, one);
         loaded("all positions of " + value, triangle_of("POSITION", "VEC3", std::vector<float>(9, x)));
         loaded("normals of " + value, triangle_of("NORMAL", "VEC3", std::vector<float>(9, x)));
         loaded("texture coordinates of " + value, triangle_of("TEXCOORD_0", "VEC2", std::vector<float>(6, x)));
@@ -157,7 +145,7 @@ TEST_F(BadScenes, InvalidNumbers) {
         b.add_triangle();
         b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
             b.floats("VEC3", {0, x, 0});
-        refused(fmt::format("instance at {}", x), b.glb(), {"nodes[0]", "instance 0"});
+        refused(fmt::format("instance at {}", x), b.glb(), {"nodes[0]"});
     }
     refused("NaN in JSON", kAsset + R"(, "nodes": [{"translation": [NaN, 0, 0]}]})", {"parse error"});
     refused("1e999 in JSON", kAsset + R"(, "nodes": [{"translation": [1e999, 0, 0]}]})", {"overflow"});
@@ -174,50 +162,29 @@ TEST_F(BadScenes, InvalidNumbers) {
 }
 
 TEST_F(BadScenes, Nodes) {
-    const auto nodes = [](std::size_t count, const std::function<Json(std::size_t)>& node) {
+    const auto nodes = [](const Json& list) {
         GltfBuilder b;
         b.add_triangle();
-        b.json["nodes"].clear();
-        for (std::size_t i = 0; i < count; ++i) b.json["nodes"].push_back(node(i));
+        b.json["nodes"] = list;
         return b.glb();
     };
-    refused("node that is its own child",
-            nodes(1,
-                  [](auto) {
-                      return Json{{"children", {0}}};
-                  }),
-            {"nodes[0]", "ancestor"});
-    refused("nodes in a circle",
-            nodes(3,
-                  [](auto i) {
-                      return Json{{"children", {(i + 1) % 3}}};
-                  }),
-            {"nodes[0]", "ancestor"});
-    refused("circle of 100000",
-            nodes(100000,
-                  [](auto i) {
-                      return Json{{"children", {(i + 1) % 100000}}};
-                  }),
-            {"nodes[0]", "ancestor"});
-    refused("node with two parents",
-            nodes(3,
-                  [](auto i) {
-                      return i < 2 ? Json{{"children", {2}}} : Json{{"mesh", 0}};
-                  }),
+    constexpr int kMany = 100000;
+    Json circle = Json::array(), deep = Json::array(), row = Json::array();
+    for (int i = 0; i < kMany; ++i) {
+        circle.push_back({{"children", {(i + 1) % kMany}}});
+        deep.push_back(i + 1 < kMany ? Json{{"children", {i + 1}}} : Json{{"mesh", 0}});
+        for (int k = 0; k < 2; ++k) row.push_back({{"mesh", 0}, {"translation", {2 * i + k, 0, 0}}});
+    }
+    refused("node that is its own child", nodes(Json::parse(R"([{"children": [0]}])")), {"nodes[0]"});
+    refused("nodes in a circle", nodes(Json::parse(R"([{"children": [1]}, {"children": [2]}, {"children": [0]}])")),
+            {"nodes[0]"});
+    refused("circle of 100000", nodes(circle), {"nodes[0]"});
+    refused("node with two parents", nodes(Json::parse(R"([{"children": [2]}, {"children": [2]}, {"mesh": 0}])")),
             {"nodes[2]"});
-    refused("child 2^32 - 1",
-            nodes(1,
-                  [](auto) {
-                      return Json{{"children", {4294967295u}}};
-                  }),
-            {"nodes[0].children[0]"});
-    loaded("100000 nodes deep", nodes(100000, [](auto i) {
-               return i + 1 < 100000 ? Json{{"children", {i + 1}}} : Json{{"mesh", 0}};
-           }));
-    loaded("1000000 nodes of nothing", nodes(1000000, [](auto) { return Json::object(); }));
-    loaded("200000 nodes of one mesh", nodes(200000, [](auto i) {
-               return Json{{"mesh", 0}, {"translation", {i, 0, 0}}};
-           }));
+    refused("child 2^32 - 1", nodes(Json::parse(R"([{"children": [4294967295]}])")), {"nodes[0].children[0]"});
+    loaded("100000 nodes deep", nodes(deep));
+    loaded("1000000 nodes of nothing", nodes(std::vector<Json>(1000000, Json::object())));
+    loaded("200000 nodes of one mesh", nodes(row));
     GltfBuilder b;
     for (int i = 0; i < 20000; ++i) {
         b.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
@@ -227,11 +194,6 @@ TEST_F(BadScenes, Nodes) {
 }
 
 TEST_F(BadScenes, Text) {
-    refused("empty", "", {"empty"});
-    refused("one blank", " ", {"neither"});
-    refused("not JSON", "a cube", {"neither"});
-    refused("STL", "solid cube", {"is an STL file; export glTF 2.0"});
-    refused("open brace", "{", {"parse error"});
     for (const char* bracket : {"[", "{\"a\":"}) {
         std::string deep;
         for (int i = 0; i < 100000; ++i) deep += bracket;
@@ -242,7 +204,6 @@ TEST_F(BadScenes, Text) {
     refused("lone surrogate", kAsset + R"(, "nodes": [{"name": "\ud800"}]})", {"surrogate"});
     refused("UTF-16", std::string("\xff\xfe{\0", 4), {"neither"});
     refused("NUL", kAsset + std::string("\0", 1) + "}", {"parse error"});
-    loaded("byte order mark", "\xef\xbb\xbf" + kAsset + "}");
     loaded("name with line ends", kAsset + R"(, "nodes": [{"name": "a\nb\r\u001b[31mc"}]})");
     refused("line ends in an extension", kAsset + R"(, "extensionsRequired": ["a\nb\u001b[31m"]})", {"a", "b"});
     refused("a million keys that are not closed",
@@ -257,9 +218,6 @@ TEST_F(BadScenes, Text) {
     const std::string doubled = kAsset + R"(, "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 7, "POSITION": 0}}]}], "nodes": [{"mesh": 0}]})";
     loaded("attribute twice: the last one counts, as in JSON.parse", doubled);
-    refused("version 3", R"({"asset": {"version": "3.0"}})", {"3.0"});
-    refused("required extension", kAsset + R"(, "extensionsRequired": ["EXT_unknown"]})", {"EXT_unknown"});
-    refused("extensions that are a number", kAsset + R"(, "extensionsUsed": 3})", {"extensionsUsed"});
 }
 
 /// Counts of compressed data that the file cannot hold, alone and together with the counts of accessors.
@@ -300,18 +258,6 @@ TEST_F(BadScenes, CompressedBombs) {
         glb.replace(counts, 2 * std::strlen(number), std::string(number) + number);
         refused(fmt::format("Draco with {} bytes of count", std::strlen(number)), glb, {"meshes[0].primitives[0]"});
     }
-}
-
-TEST_F(BadScenes, Truncated) {
-    GltfBuilder b;
-    b.add_triangle();
-    b.add_buffer();
-    const std::string glb = b.glb();
-    const std::string gltf = kAsset + R"(, "nodes": [{"name": "a"}]})";
-    for (const std::string& whole : {glb, gltf})
-        for (const std::size_t length : prefix_lengths(whole.size()))
-            refused(fmt::format("{} of {} bytes", length, whole.size()), whole.substr(0, length), {});
-    loaded("all bytes and one more", glb + "x");
 }
 
 }  // namespace

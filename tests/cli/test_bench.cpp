@@ -1,11 +1,10 @@
-// Tests halflight-bench and `halflight bench`: figures for every kind of ray and every method, and errors.
-#include <gtest/gtest.h>
+// Tests programs that measure: halflight-bench and `halflight bench` rays of every kind and method, halflight-leftout
+// and `halflight info --needs --time` left-out parts, with and without each.
+#include <csignal>
+#include <regex>
+#include <set>
 
-#include <algorithm>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
-#include "tests/support/process.h"
+#include "tests/cli/command_test.h"
 
 namespace halflight::test {
 namespace {
@@ -13,15 +12,8 @@ namespace {
 using Json = nlohmann::json;
 
 const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
-const std::vector<std::string> kKinds{"primary", "hard",       "soft",    "glossy", "diffuse",
-                                      "ao",      "connection", "bounce2", "mixed"};
-const std::vector<std::string> kMethods{"naive",  "plain",  "compute", "kept",   "auto",
-                                        "raster", "embree", "packets", "ceiling"};
 
-Outcome run_bench(std::vector<std::string> arguments) {
-    if (HALFLIGHT_IS_COMMAND) arguments.insert(arguments.begin(), "bench");
-    return run_program(arguments);
-}
+using Bench = CommandTest;
 
 void expect_quartiles(const Json& q) {
     EXPECT_GT(q["lower"], 0);
@@ -29,36 +21,34 @@ void expect_quartiles(const Json& q) {
     EXPECT_LE(q["median"], q["upper"]);
 }
 
-TEST(Bench, WritesTablesAndJson) {
-    const TemporaryFolder folder;
-    const std::string file = folder / "figures.json";
-    const Outcome outcome = run_bench({"--scene", kCornell, "--size", "64x48", "--turns", "2", "--json", file});
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const Json report = Json::parse(read_text(file));
+TEST_F(Bench, WritesTablesAndJson) {
+    const Strings all_kinds = words("primary hard soft glossy diffuse ao connection bounce2 mixed");
+    const Strings all_methods = words("naive plain compute kept auto raster embree packets ceiling");
+    const Outcome outcome =
+        done(words("bench --size 64x48 --turns 2 --scene", kCornell, "--json", file("figures.json")));
+    const Json report = json_file(file("figures.json"));
     EXPECT_EQ(report["schema"], 3);
     EXPECT_EQ(report["turns"], 2);
     ASSERT_EQ(report["scenes"].size(), 1u);
     EXPECT_EQ(report["scenes"][0]["rays_that_disagree"], 0);
     EXPECT_TRUE(report["scenes"][0]["left_out"].empty());
     const Json& kinds = report["scenes"][0]["kinds"];
-    ASSERT_EQ(kinds.size(), kKinds.size());
-    for (std::size_t k = 0; k < kKinds.size(); ++k) {
-        SCOPED_TRACE(kKinds[k]);
-        EXPECT_EQ(kinds[k]["kind"], kKinds[k]);
-        EXPECT_NE(outcome.out.find("\n  " + kKinds[k]), std::string::npos);
+    ASSERT_EQ(kinds.size(), all_kinds.size());
+    for (std::size_t k = 0; k < all_kinds.size(); ++k) {
+        SCOPED_TRACE(all_kinds[k]);
+        EXPECT_EQ(kinds[k]["kind"], all_kinds[k]);
+        expect_has(outcome.out, "\n  " + all_kinds[k]);
         EXPECT_GT(kinds[k]["live_rays"], 1000);
         EXPECT_LE(kinds[k]["live_rays"], kinds[k]["rays"]);
         EXPECT_LE(kinds[k]["hits"], kinds[k]["live_rays"]);
-        for (const std::string& name : kMethods) {
+        for (const std::string& name : all_methods) {
             SCOPED_TRACE(name);
             const Json& method = kinds[k]["methods"][name];
-            EXPECT_EQ(method["seconds"].size(), 2u);
-            EXPECT_EQ(method["cpu_seconds"].size(), 2u);
+            for (const char* clock : {"seconds", "cpu_seconds"}) EXPECT_EQ(method[clock].size(), 2u);
             expect_quartiles(method["mrays_per_second"]);
-            for (const char* other : {"plain", "naive", "embree"}) expect_quartiles(method["times_as_fast_as"][other]);
-            if (method["times_as_fast_as"].contains(name)) {
-                EXPECT_EQ(method["times_as_fast_as"][name]["median"], 1.0);
-            }
+            const Json& ratios = method["times_as_fast_as"];
+            for (const char* other : {"plain", "naive", "embree"}) expect_quartiles(ratios[other]);
+            EXPECT_TRUE(!ratios.contains(name) || ratios[name]["median"] == 1.0);
             EXPECT_LE(method["rays_that_differ"], method["exact"] == true ? 0 : 5);
         }
     }
@@ -70,27 +60,26 @@ TEST(Bench, WritesTablesAndJson) {
     EXPECT_EQ(methods["kept"]["figures"]["made"], 0);
     EXPECT_GT(methods["kept"]["figures"]["entries"], 0);
     EXPECT_TRUE(methods["raster"]["figures"].contains("queries"));
-    EXPECT_NE(kinds[0]["methods"]["packets"]["note"].get<std::string>().find("rtcIntersect"), std::string::npos);
 }
 
-TEST(Bench, MeasuresOnlyRequestedCases) {
-    const Outcome outcome = run_bench({"--scene", kCornell, "--size", "32x32", "--turns", "1", "--kinds", "ao,hard",
-                                       "--methods", "plain", "--nodes", "float", "--robust", "--clock", "cpu"});
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("(float)"), std::string::npos);
-    EXPECT_NE(outcome.out.find("Mrays/s, CPU time"), std::string::npos);
-    for (const char* other : {"glossy", "diffuse", "naive", "packets"})
-        EXPECT_EQ(outcome.out.find(other), std::string::npos) << other;
-}
-
-TEST(Bench, WholeFrames) {
-    const TemporaryFolder folder;
-    const std::string file = folder / "frames.json";
+/// The benchmark is a program of its own, too.
+TEST_F(Bench, MeasuresOnlyRequestedCases) {
     const Outcome outcome =
-        run_bench({"--frames", "--scene", kCornell, "--size", "48x32", "--samples", "10", "--views", "3", "--reference",
-                   "64", "--variants", "off,compute,fresh,auto,raster,naive", "--json", file});
+        run(words(std::string(HALFLIGHT_BENCH), "--scene", kCornell, "--size 32x32 --turns 1 --kinds ao,hard",
+                  "--methods plain --nodes float --robust --clock cpu"));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const Json report = Json::parse(read_text(file));
+    expect_has(outcome.out, "(float)");
+    expect_has(outcome.out, "CPU time");
+    for (const char* other : {"glossy", "diffuse", "naive", "packets"}) EXPECT_FALSE(has(outcome.out, other)) << other;
+    const Outcome wrong = run(words(std::string(HALFLIGHT_BENCH), "--scene", kCornell, "--turns 0"));
+    EXPECT_EQ(wrong.status, 2);
+    EXPECT_EQ(std::ranges::count(wrong.err, '\n'), 1) << wrong.err;
+}
+
+TEST_F(Bench, WholeFrames) {
+    done(words("bench --frames --scene", kCornell, "--size 48x32 --samples 10 --views 3 --reference 64",
+               "--variants off,compute,fresh,auto,raster,naive --json", file("frames.json")));
+    const Json report = json_file(file("frames.json"));
     ASSERT_EQ(report["frames"].size(), 1u);
     const Json& frames = report["frames"][0];
     EXPECT_EQ(frames["pixels_that_differ"], 0);
@@ -122,47 +111,70 @@ TEST(Bench, WholeFrames) {
     EXPECT_LT(errors[0]["seconds"]["off"], errors[4]["seconds"]["off"]);
 }
 
-TEST(Bench, ChecksFilesBeforeMeasuring) {
-    for (const std::vector<std::string>& wrong :
-         {std::vector<std::string>{"--scene", kCornell, "missing.glb"},
-          std::vector<std::string>{"--scene", kCornell, "--json", "/nowhere/figures.json"}}) {
-        const Outcome outcome = run_bench(wrong);
-        EXPECT_EQ(outcome.status, 1);
-        EXPECT_EQ(outcome.out, "");
-        EXPECT_NE(outcome.err.find(wrong.back()), std::string::npos) << outcome.err;
+TEST_F(Bench, RefusesBeforeMeasuring) {
+    const Strings scene = words("bench --scene", kCornell);
+    refused(1, words("bench --scene missing.glb"), "missing.glb: ");
+    refused(1, words(scene, "missing.glb"), "missing.glb: ");
+    refused(1, words(scene, "--json /nowhere/figures.json"), "/nowhere/figures.json: ");
+    for (const char* options : {"--camera nobody", "--frames --size 9000x9000"}) {
+        const Outcome outcome = run_program(words(scene, options));
+        EXPECT_EQ(outcome.status, 1) << options;
+        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
     }
 }
 
-TEST(Bench, ExplainsInvalidOptions) {
-    const std::pair<std::vector<std::string>, std::string> cases[] = {
-        {{"--clock", "sun"}, "--clock: expects one of wall, cpu, not 'sun'"},
-        {{"--nodes", "x"}, "--nodes: expects one of auto, grid, float, not 'x'"},
-        {{"--frames", "--variants", "off,none"},
-         "--variants: expects one of naive, off, compute, fresh, auto, raster, not 'none'"},
-        {{"--turns", "many"}, "--turns: expects a whole number from 1 to 10000, not 'many'"}};
-    for (auto [arguments, message] : cases) {
-        arguments.insert(arguments.begin(), {"--scene", kCornell});
-        const Outcome outcome = run_bench(arguments);
+class LeftOutTool : public CommandTest {
+  protected:
+    const std::string scene = copy_room(folder.path);
+};
+
+TEST_F(LeftOutTool, ComparesAllAndItems) {
+    const Outcome outcome =
+        run(words(std::string(HALFLIGHT_LEFTOUT), scene, "--width 32 --height 32 --samples 2 --turns 3",
+                  "--starts 2 --items --json", file("figures.json"), "--item", std::string("coat textures"), "--item",
+                  std::string("tile lists")));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json row = json_file(file("figures.json")).at(0);
+    Json alone;
+    for (const Json& part : row.at("left_out"))
+        if (part.contains("kept_alone")) {
+            EXPECT_EQ(part.at("what"), "coat textures") << "tile lists cannot be kept";
+            alone = part.at("kept_alone");
+        }
+    EXPECT_EQ(alone.at("added").get<std::set<std::string>>().count("clearcoat"), 1u);
+    for (const Json& figures : {row, alone}) {
+        EXPECT_GT(figures.at("bytes").at("kept"), figures.at("bytes").at("lean"));
+        EXPECT_EQ(figures.at("seconds_per_sample").at("kept").size(), 3u);
+        EXPECT_EQ(figures.at("compile_seconds").at("lean").size(), 2u);
+        EXPECT_LE(figures.at("time_ratio").at("lower"), figures.at("time_ratio").at("upper"));
+        EXPECT_EQ(figures.at("same_bits"), true);
+    }
+    expect_has(outcome.out, "\ncoat textures ");
+}
+
+TEST_F(LeftOutTool, RefusesUnknownNames) {
+    for (const char* options : {"--items --item smell", "--item clearcoat"}) {  // items need --items
+        const Outcome outcome = run(words(std::string(HALFLIGHT_LEFTOUT), scene, options));
         EXPECT_EQ(outcome.status, 2);
-        EXPECT_NE(outcome.err.find(": " + message + "\n"), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
     }
 }
 
-TEST(Bench, FailsWithOneLine) {
-    struct Case {
-        int status;  // 2: an invalid command line
-        std::vector<std::string> arguments;
-    };
-    for (const Case& wrong :
-         {Case{1, {"--scene", "missing.glb"}}, Case{2, {"--scene", kCornell, "--size", "wide"}},
-          Case{2, {"--scene", kCornell, "--size", "4294967297x9"}}, Case{2, {"--scene", kCornell, "--turns", "0"}},
-          Case{1, {"--frames", "--scene", kCornell, "--size", "9000x9000"}},
-          Case{1, {"--scene", kCornell, "--camera", "nobody"}}}) {
-        const Outcome outcome = run_bench(wrong.arguments);
-        EXPECT_EQ(outcome.status, wrong.status) << outcome.err;
-        EXPECT_EQ(outcome.err.find("halflight"), 0u) << outcome.err;
-        EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
-    }
+/// `halflight info` measures row by row. The run ends after the first one that has figures.
+TEST_F(LeftOutTool, InfoMeasuresUntilItIsInterrupted) {
+    const std::string rows = file("rows");
+    const std::string interrupt = "\"$@\" >'" + rows + "' & p=$!; until grep -q ' \\[[0-9.]*, [0-9.]*\\]' '" + rows +
+                                  "' || ! kill -0 $p; do sleep 0.1; done; kill -TERM $p; wait $p";
+    const Outcome outcome = run_program({"info", "--needs", "--time", scene},
+                                        {.wrapper = {"bash", "-c", interrupt, "bash"}, .most_seconds = 120});
+    EXPECT_EQ(outcome.status, 128 + SIGTERM) << outcome.err;
+    expect_has(outcome.err, "room.gltf: interrupted");
+    const std::string text = read_text(rows);
+    const std::regex row(R"(\n  [a-z ]+ +\d+  (\d+\.\d+) \[(\d+\.\d+), (\d+\.\d+)\]  )");
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(text, found, row)) << text;
+    EXPECT_GT(std::stod(found[2]), 0);
+    EXPECT_LE(std::stod(found[2]), std::stod(found[3]));
 }
 
 }  // namespace

@@ -1,23 +1,16 @@
 // Tests `halflight compare`: exit status, figures, missing layers, non-finite values, maps.
-#include <gtest/gtest.h>
-
-#include <bit>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "engine/core/metrics.h"
-#include "engine/io/exr.h"
-#include "engine/io/files.h"
 #include "engine/io/png.h"
-#include "tests/support/process.h"
+#include "tests/cli/command_test.h"
 #include "tools/measure/common/flip.h"
 
 namespace halflight::test {
 namespace {
 
 using Json = nlohmann::json;
-using Strings = std::vector<std::string>;
 constexpr int kSide = 16;
 
 Image picture(int channels, float value) {
@@ -32,51 +25,40 @@ Image ids(std::uint32_t id) {
     return image;
 }
 
-class Compare : public testing::Test {
+class Compare : public CommandTest {
   protected:
     /// Writes colour, depth and ids; `offset` is added to red.
     std::string exr(const std::string& name, float offset, const ExrAttributes& attributes = {}) {
         Image color = picture(3, 0.5f);
         for (std::size_t i = 0; i < color.pixels.size(); i += 3) color.pixels[i] += offset;
-        write_exr(folder / name,
+        write_exr(file(name),
                   {{{"R", "G", "B"}, color},
                    {{"Z"}, picture(1, 4)},
                    {{"normal.X", "normal.Y", "normal.Z"}, picture(3, 0)},
                    {{"ids.material"}, ids(0x7fc00001u), ExrType::uint32}},
                   attributes);
-        return folder / name;
+        return file(name);
     }
     std::string png(const std::string& name, float value) {
-        write_png(folder / name, picture(3, value));
-        return folder / name;
+        write_png(file(name), picture(3, value));
+        return file(name);
     }
-    Outcome compare(Strings arguments, int status) {
-        arguments.insert(arguments.begin(), "compare");
-        const Outcome outcome = run_program(arguments);
+    static Outcome compare(const Strings& arguments, int status) {
+        const Outcome outcome = run_program(words("compare", arguments));
         EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
-        EXPECT_EQ(outcome.err.empty(), status < 3) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
         return outcome;
     }
-    Json figures(Strings arguments, int status) {
-        arguments.push_back("--json");
-        const Json json = Json::parse(compare(arguments, status).out);
+    static Json figures(const Strings& arguments, int status) {
+        const Json json = Json::parse(compare(words(arguments, "--json"), status).out);
         EXPECT_EQ(json["exit_status"], status);
         return json;
     }
-    /// Expects one line on stderr that contains `text`.
-    void expect_error(const Strings& arguments, int status, const std::string& text) {
-        const Outcome outcome = compare(arguments, status);
-        EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
-        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-        EXPECT_EQ(outcome.out, "");
-    }
-
-    TemporaryFolder folder;
 };
 
 TEST_F(Compare, EqualPicturesAreEqual) {
     const std::string a = exr("a.exr", 0), b = exr("b.exr", 0);
-    EXPECT_NE(compare({a, b}, 0).out.find("\nsame\n"), std::string::npos);
+    expect_has(compare({a, b}, 0).out, "\nsame\n");
     EXPECT_EQ(figures({a, b}, 0)["layers"].size(), 4u);
     compare({png("a.png", 0.5f), png("b.png", 0.5f)}, 0);
 }
@@ -97,54 +79,44 @@ TEST_F(Compare, FiguresEqualThoseOfTheLibrary) {
 
 TEST_F(Compare, ThresholdsDecide) {
     const std::string a = exr("a.exr", 0.25f), b = exr("b.exr", 0);  // the mse is 0.0208
-    const Strings mse{a, b, "--metric", "mse"};
-    const auto with = [&](const Strings& more) {
-        Strings all = mse;
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
-    };
-    for (const Strings& none : {Strings{}, {"--fail", "0"}})
-        EXPECT_EQ(figures(with(none), 2)["layers"][0]["metrics"]["mse"]["verdict"], "fail");
-    EXPECT_NE(compare(with({"--fail", "0.03"}), 0).out.find("\nwithin the thresholds\n"), std::string::npos);
-    EXPECT_EQ(figures(with({"--fail", "0.03"}), 0)["verdict"], "within the thresholds");
+    const Strings mse = words(a, b, "--metric mse");
+    for (const char* none : {"", "--fail 0"})
+        EXPECT_EQ(figures(words(mse, none), 2)["layers"][0]["metrics"]["mse"]["verdict"], "fail");
+    EXPECT_EQ(figures(words(mse, "--fail 0.03"), 0)["verdict"], "within the thresholds");
     EXPECT_EQ(figures({a, a}, 0)["verdict"], "same");
-    EXPECT_EQ(figures(with({"--fail", "0.02"}), 2)["verdict"], "fail");
-    compare(with({"--fail", "0.02"}), 2);
-    compare(with({"--warn", "0.02"}), 1);
-    compare(with({"--warn", "0.02", "--fail", "0.0205"}), 2);
-    compare({a, b, "--fail", "mse=0.03,relmse=0.001"}, 2);
-    compare({a, b, "--fail", "0,mse=0.03,relmse=1,flip=1"}, 0);
-    const Outcome outcome = compare(with({"--fail", "0.02"}), 2);
-    EXPECT_NE(outcome.out.find("fail: RGB: mse 0.0208333 is above 0.02"), std::string::npos) << outcome.out;
-    expect_error(with({"--fail", "flip=0.1"}), 4, "flip: has a threshold");
+    EXPECT_EQ(figures(words(mse, "--fail 0.02"), 2)["verdict"], "fail");
+    compare(words(mse, "--warn 0.02"), 1);
+    compare(words(mse, "--warn 0.02 --fail 0.0205"), 2);
+    compare(words(a, b, "--fail mse=0.03,relmse=0.001"), 2);
+    compare(words(a, b, "--fail 0,mse=0.03,relmse=1,flip=1"), 0);
+    expect_has(compare(words(mse, "--fail 0.02"), 2).out, "fail: RGB: mse 0.0208333");
 }
 
 TEST_F(Compare, ADifferenceWhoseSquareUnderflowsCounts) {
     const auto tiny = [&](const char* name, float value) {
         Image image(kSide, kSide, 3);
         image.pixels[5] = value;
-        write_exr(folder / name, {{{"R", "G", "B"}, image}}, {});
-        return (folder / name).string();
+        write_exr(file(name), {{{"R", "G", "B"}, image}}, {});
+        return file(name);
     };
     compare({tiny("a.exr", 1e-30f), tiny("b.exr", 0)}, 2);
-    compare({folder / "a.exr", folder / "b.exr", "--fail", "0"}, 0);  // the mse is 0 as a float
+    compare({file("a.exr"), file("b.exr"), "--fail", "0"}, 0);  // the mse is 0 as a float
 }
 
 TEST_F(Compare, IdsAndMissingLayersFailWhateverTheThresholds) {
     const std::string a = exr("a.exr", 0);
-    write_exr(folder / "b.exr",
+    write_exr(file("b.exr"),
               {{{"R", "G", "B"}, picture(3, 0.5f)},
                {{"albedo.R", "albedo.G", "albedo.B"}, picture(3, 0)},
                {{"ids.material"}, ids(0x7fc00002u), ExrType::uint32}},
               {});
-    const std::string b = folder / "b.exr";
+    const std::string b = file("b.exr");
     const Outcome outcome = compare({a, b, "--fail", "9"}, 2);
-    EXPECT_NE(outcome.out.find("missing in " + a + ": albedo\n"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("missing in " + b + ": Z, normal\n"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("fail: ids.material: ids differ\n"), std::string::npos) << outcome.out;
+    expect_has(outcome.out, "missing in " + a + ": albedo\n");
+    expect_has(outcome.out, "missing in " + b + ": Z, normal\n");
+    expect_has(outcome.out, "fail: ids.material: ids differ\n");
     compare({a, b, "--layer", "RGB"}, 0);
     compare({a, b, "--layer", "RGB,ids.material", "--fail", "9"}, 2);
-    expect_error({a, b, "--layer", "beauty"}, 4, "beauty: is a layer of neither picture");
 }
 
 // The Cryptomatte layers hold ids as floats, for which an error would be meaningless.
@@ -157,13 +129,13 @@ TEST_F(Compare, CryptomattesAreIds) {
         }
         ExrAttributes attributes;
         attributes.extra["cryptomatte/3ae39a5/name"] = "CryptoObject";
-        write_exr(folder / name, {{{"CryptoObject00.R", "CryptoObject00.G"}, image}}, attributes);
-        return (folder / name).string();
+        write_exr(file(name), {{{"CryptoObject00.R", "CryptoObject00.G"}, image}}, attributes);
+        return file(name);
     };
     const std::string a = matte("a.exr", 0x248bfa47), same = matte("same.exr", 0x248bfa47),
                       other = matte("other.exr", 0x248bfa48);
     compare({a, same}, 0);
-    EXPECT_NE(compare({a, other, "--fail", "9"}, 2).out.find("CryptoObject00.R: ids differ"), std::string::npos);
+    expect_has(compare({a, other, "--fail", "9"}, 2).out, "CryptoObject00.R: ids differ");
 }
 
 TEST_F(Compare, NonFinitePixelsAreCountedAndExcluded) {
@@ -171,17 +143,17 @@ TEST_F(Compare, NonFinitePixelsAreCountedAndExcluded) {
     const auto with = [&](const char* name, float first, float second, float add) {
         Image image = picture(3, 0.5f + add);
         image.pixels[0] = first, image.pixels[99] = second;
-        write_exr(folder / name, {{{"R", "G", "B"}, image}}, {});
-        return (folder / name).string();
+        write_exr(file(name), {{{"R", "G", "B"}, image}}, {});
+        return file(name);
     };
     const std::string a = with("a.exr", nan, inf, 0.1f), b = with("b.exr", nan, inf, 0), c = with("c.exr", 0, inf, 0);
-    const Json same = figures({a, b, "--fail", "9", "--map", folder / "map.exr"}, 0)["layers"][0];
+    const Json same = figures({a, b, "--fail", "9", "--map", file("map.exr")}, 0)["layers"][0];
     EXPECT_EQ(same["not_finite_pixels"], Json({2, 2}));
     EXPECT_NEAR(same["metrics"]["mse"]["value"], 0.01, 1e-6);  // only the finite pixels count
     const Json other = figures({b, c, "--fail", "9"}, 2)["layers"][0];
     EXPECT_EQ(other["not_finite_pixels"], Json({2, 1}));
     EXPECT_EQ(other["not_finite_alike"], false);
-    const ExrFile map = read_exr(folder / "map.exr");
+    const ExrFile map = read_exr(file("map.exr"));
     ASSERT_TRUE(map.find("RGB.mse") && map.find("RGB.flip") && map.find("RGB.relmse"));
     EXPECT_TRUE(std::isnan(map.find("RGB.mse")->values[0]) && std::isnan(map.find("RGB.mse")->values[33]));
     EXPECT_NEAR(map.find("RGB.mse")->values[1], 0.01, 1e-6);
@@ -191,38 +163,36 @@ TEST_F(Compare, MapShowsWhere) {
     const std::string a = png("a.png", 0.5f);
     Image other = picture(3, 0.5f);
     for (int y = 0; y < kSide; ++y) std::fill_n(other.at(0, y), 3 * 4, 1.0f);  // the left quarter
-    write_png(folder / "b.png", other);
-    const Outcome outcome = compare({folder / "b.png", a, "--map", folder / "new/map.png"}, 2);
-    EXPECT_NE(outcome.out.find("map.png: RGB.flip from 0 to 1"), std::string::npos) << outcome.out;
-    const Image map = read_png("map", read_file(folder / "new/map.png", 1 << 20), 64);
+    write_png(file("b.png"), other);
+    const Outcome outcome = compare({file("b.png"), a, "--map", file("new/map.png")}, 2);
+    expect_has(outcome.out, "map.png: RGB.flip from 0 to 1");
+    const Image map = read_png("map", read_text(file("new/map.png")), 64);
     ASSERT_EQ(map.width, kSide);
     const auto light = [&](int x) { return map.at(x, 8)[0] + map.at(x, 8)[1] + map.at(x, 8)[2]; };
     EXPECT_GT(light(1), 4 * light(15) + 0.1f);
 }
 
 TEST_F(Compare, IncompatiblePicturesAreAnError) {
-    const std::string a = exr("a.exr", 0), b = png("b.png", 0.5f);
-    write_exr(folder / "small.exr", {{{"R", "G", "B"}, Image(4, 4, 3)}}, {});
+    const std::string a = exr("a.exr", 0), b = png("b.png", 0.5f), same = exr("same.exr", 0);
+    write_exr(file("small.exr"), {{{"R", "G", "B"}, Image(4, 4, 3)}}, {});
     ExrAttributes acescg;
     acescg.chromaticities = kAp1;
-    write_text(folder / "text", "text");
-    expect_error({a, folder / "small.exr"}, 3, "is 16 x 16 pixels");
-    expect_error({a, b}, 4, "display");
-    expect_error({a, exr("c.exr", 0, acescg)}, 4, "primaries");
-    expect_error({a, folder / "no.exr"}, 4, "no.exr: ");
-    expect_error({a, folder / "text"}, 4, "neither");
-    expect_error({a, folder.path}, 4, folder.path.string());
-    expect_error({a}, 4, "REFERENCE: is missing");
-    expect_error({a, a, "--metric", "psnr"}, 4, "--metric: there is no metric 'psnr'");
-    expect_error({a, a, "--fail", "-1"}, 4, "--fail: expects a number");
-    expect_error({a, a, "--ppd", "nan"}, 4, "--ppd: expects a number");
-    expect_error({a, a, "--map", folder / "map.jpg"}, 4, "--map: is an .exr or a .png");
-    expect_error({a, a, "--map", folder / "a.exr/map.png"}, 4, "a.exr/map.png: ");
-    const std::string before = read_file(a, 1 << 20);
-    expect_error({a, exr("d.exr", 0), "--map", folder / "../" / folder.path.filename() / "a.exr"}, 4,
-                 "is both input and output");
-    expect_error({folder / "d.exr", a, "--map", a}, 4, "is both input and output");
-    EXPECT_EQ(read_file(a, 1 << 20), before);
+    const std::string other = exr("acescg.exr", 0, acescg), before = read_text(a);
+    write_text(file("text"), "text");
+    refused(3, {"compare", a, file("small.exr")}, "16 x 16");
+    for (const auto& [arguments, element] :
+         {std::pair(Strings{b}, "display"),
+          {{other}, "primaries"},
+          {{file("no.exr")}, "no.exr: "},
+          {{file("text")}, "text: "},
+          {{folder.path}, folder.path.c_str()},
+          {{a, "--layer", "beauty"}, "beauty"},
+          {{a, "--metric", "mse", "--fail", "flip=0.1"}, "flip"},
+          {{a, "--map", file("a.exr/map.png")}, "map.png: "},
+          {{same, "--map", file("../" + folder.path.filename().string() + "/a.exr")}, "is both input and output"},
+          {{same, "--map", same}, "is both input and output"}})
+        refused(4, words("compare", a, arguments), element);
+    EXPECT_EQ(read_text(a), before);
 }
 
 }  // namespace

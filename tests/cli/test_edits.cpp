@@ -1,95 +1,69 @@
-// Tests edits by name on the command line and in settings files, names of `info`, and pictures of all cameras.
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-#include <sstream>
+// Tests `halflight render --settings`, edits by name on the command line and in settings files, names of `info`, and
+// pictures of all cameras.
 #include <utility>
 
 #include "engine/core/image_tools.h"
-#include "engine/io/exr.h"
-#include "tests/support/process.h"
+#include "tests/cli/output_test.h"
 
 namespace halflight::test {
 namespace {
 
-class Edits : public testing::Test {
+class Edits : public Output {
   protected:
-    using Strings = std::vector<std::string>;
-    std::string file(const std::string& name) const { return folder / name; }
     Outcome run(const std::string& output, const Strings& more) {
-        Strings all{"render", scene, file(output), "--width", "24", "--height", "18", "--samples", "2", "--quiet"};
-        all.insert(all.end(), more.begin(), more.end());
-        return run_program(all);
+        return run_program(words("render", scene, file(output), "--width 24 --height 18 --samples 2 --quiet", more));
     }
     Image render(const Strings& more) {
         const Outcome outcome = run("a.exr", more);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return read_exr(file("a.exr")).image({"R", "G", "B", "A"});
+        return picture("a.exr");
     }
+    Image picture(const std::string& name) const { return read_exr(file(name)).image({"R", "G", "B", "A"}); }
     std::string settings(const std::string& more) {
-        write_text(folder / "s.json", "{\"halflight_settings\": 1, " + more + "}");
+        write_text(file("s.json"), "{\"halflight_settings\": 1, " + more + "}");
         return file("s.json");
     }
-
-    TemporaryFolder folder;
-    std::string scene = copy_room(folder.path);
 };
 
 TEST_F(Edits, OptionsAndFilesMakeTheSamePictures) {
     const Image plain = render({});
-    const std::pair<Strings, std::string> cases[] = {
-        {{"--material", "floor.base_color=#20c040", "--material", "floor.roughness=0.25"},
+    const std::pair<const char*, const char*> cases[] = {
+        {"--material floor.base_color=#20c040 --material floor.roughness=0.25",
          R"("materials": {"floor": {"base_color": "#20c040", "roughness": 0.25}})"},
-        {{"--node", "1=translate:0.5,0,0,rotate:0,0,20"},
+        {"--node 1=translate:0.5,0,0,rotate:0,0,20",
          R"("nodes": {"1": {"translate": [0.5, 0, 0], "rotate": [0, 0, 20]}})"},
-        {{"--hide", "mesh:lamp", "--env", "white"}, R"("hide": ["mesh:lamp"], "environment": {"color": [1, 1, 1]})"},
-        {{"--shadow-catcher", "*", "--env", "white"},
-         R"("shadow_catchers": ["*"], "environment": {"color": [1, 1, 1]})"},
-        {{"--light", "*=temperature:2700,factor:2", "--sky", "40,20"},
+        {"--hide mesh:lamp --env white", R"("hide": ["mesh:lamp"], "environment": {"color": [1, 1, 1]})"},
+        {"--shadow-catcher * --env white", R"("shadow_catchers": ["*"], "environment": {"color": [1, 1, 1]})"},
+        {"--light *=temperature:2700,factor:2 --sky 40,20",
          R"("lights": {"*": {"temperature": 2700, "factor": 2}}, "environment": {"sky": {"elevation": 40, "azimuth": 20}})"}};
     for (const auto& [options, json] : cases) {
-        const Image by_options = render(options);
-        EXPECT_FALSE(same_bits(by_options, plain)) << options[1];
-        EXPECT_TRUE(same_bits(by_options, render({"--settings", settings(json)}))) << options[1];
+        const Image by_options = render(words(options));
+        EXPECT_FALSE(same_bits(by_options, plain)) << options;
+        EXPECT_TRUE(same_bits(by_options, render({"--settings", settings(json)}))) << options;
     }
     // Options come after the file, key by key.
     const std::string red = settings(R"("materials": {"floor": {"base_color": "#f00", "roughness": 0.25}})");
-    EXPECT_TRUE(
-        same_bits(render({"--settings", red, "--material", "floor.base_color=#20c040"}), render(cases[0].first)));
+    EXPECT_TRUE(same_bits(render(words("--settings", red, "--material floor.base_color=#20c040")),
+                          render(words(cases[0].first))));
     // Earlier files have indices.
     const std::string old = settings(R"("materials": {"0": {"base_color": [1, 0, 0, 1], "roughness": 0.25}})");
-    EXPECT_TRUE(same_bits(render({"--settings", old}), render({"--settings", red})));
+    EXPECT_TRUE(same_bits(render({"--settings", old}),
+                          render(words("--material floor.base_color=#f00 --material floor.roughness=0.25"))));
 }
 
 TEST_F(Edits, UnusableEditsAreOneLine) {
-    const auto refused = [&](const Strings& options) {
-        const Outcome outcome = run("a.exr", options);
-        EXPECT_NE(outcome.status, 0);
-        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-        EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
-        return std::pair(outcome.status, outcome.err);
-    };
-    using Refusal = std::pair<int, std::string>;
-    EXPECT_EQ(refused({"--material", "flor.roughness=0.2"}),
-              Refusal(1, "halflight: --material: " + scene + ": there is no material 'flor'; did you mean 'floor'?\n"));
-    EXPECT_EQ(refused({"--material", "floor.rough=0.2"}),
-              Refusal(2, "halflight: --material: floor: materials have no property 'rough'\n"));
-    EXPECT_EQ(refused({"--light", "sun"}),
-              Refusal(2, "halflight: --light: expects NAME=KEY:VALUE,... or NAME=off, not 'sun'\n"));
-    EXPECT_EQ(refused({"--light", "sun=off"}),
-              Refusal(1, "halflight: --light: " + scene + ": there is no light 'sun'; the scene has none\n"));
-    EXPECT_EQ(refused({"--hide", "nobody"}).first, 1);
-    EXPECT_EQ(refused({"--settings", settings(R"("nodes": {"crate": {"scale": 2}})")}).second,
-              "halflight: " + file("s.json") + ": nodes: " + scene +
-                  ": there is no node 'crate'; `halflight info SCENE --names` lists the names\n");
+    const std::string missing = settings(R"("nodes": {"crate": {"scale": 2}})");
+    for (const auto& [options, element] :
+         {std::pair(words("--material flor.roughness=0.2"),
+                    "room.gltf: there is no material 'flor'; did you mean 'floor'"),
+          std::pair(words("--light sun=off"), "room.gltf: there is no light 'sun'"),
+          std::pair(words("--hide nobody"), "nobody"),
+          std::pair(Strings{"--settings", missing}, "room.gltf: there is no node 'crate'")})
+        refused(1, words("render", scene, file("a.exr"), options), element);
 }
 
 TEST_F(Edits, NamesCanBePastedBack) {
-    const Outcome names = run_program({"info", scene, "--names"});
-    ASSERT_EQ(names.status, 0) << names.err;
+    const Outcome names = done({"info", scene, "--names"});
     Strings options;
     std::istringstream lines(names.out);
     for (std::string line; std::getline(lines, line);) {
@@ -100,84 +74,196 @@ TEST_F(Edits, NamesCanBePastedBack) {
         options.push_back(value.starts_with('\'') ? value.substr(1, value.size() - 2) : value);
     }
     EXPECT_NE(std::ranges::find(options, "floor.base_color=0.7,0.5,0.3,1"), options.end()) << names.out;
-    EXPECT_NE(names.out.find("--camera above\n"), std::string::npos) << names.out;
-    EXPECT_NE(names.out.find("--hide mesh:lamp\n"), std::string::npos) << names.out;
+    expect_has(names.out, "--camera above\n");
+    expect_has(names.out, "--hide mesh:lamp\n");
     EXPECT_TRUE(same_bits(render(options), render({})));
-    const Outcome edited = run_program({"info", scene, "--names", "--material", "floor.metallic=0.5"});
-    EXPECT_NE(edited.out.find("floor.metallic=0.5"), std::string::npos) << edited.out;
+    expect_has(done(words("info", scene, "--names --material floor.metallic=0.5")).out, "floor.metallic=0.5");
 }
 
 TEST_F(Edits, FingerprintsIncludeThem) {
-    const auto sequence = [&](const Strings& more) {
-        Strings all{"--frames", "1-2", "--bounces", "0"};
-        all.insert(all.end(), more.begin(), more.end());
-        return run("f.#.exr", all).status;
-    };
-    ASSERT_EQ(sequence({}), 0);
-    EXPECT_EQ(sequence({}), 0) << "the frames are kept";
-    for (const Strings& edit :
-         {Strings{"--hide", "mesh:lamp"}, Strings{"--node", "1=scale:2"}, Strings{"--material", "floor.roughness=0.2"}})
-        EXPECT_EQ(sequence(edit), 1) << edit[1] << ": those are other frames";
+    const auto status = [&](const char* more) { return run("f.#.exr", words("--frames 1 --bounces 0", more)).status; };
+    ASSERT_EQ(status(""), 0);
+    EXPECT_EQ(status(""), 0) << "the frame is kept";
+    for (const char* edit : {"--hide mesh:lamp", "--node 1=scale:2", "--material floor.roughness=0.2"})
+        EXPECT_EQ(status(edit), 1) << edit << ": that is another frame";
 }
 
 TEST_F(Edits, HoldInAllFramesWithMotionBlur) {
-    ASSERT_EQ(run("m.#.exr", {"--frames", "1-2", "--shutter", "0.5", "--shutter-times", "2", "--hide", "mesh:lamp",
-                              "--env", "white", "--aov", "motion"})
-                  .status,
-              0);
+    const Outcome outcome = run(
+        "m.#.exr", words("--frames 1-2 --shutter 0.5 --shutter-times 2 --hide mesh:lamp", "--env white --aov motion"));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
 }
 
 TEST_F(Edits, AllCamerasMakeAPictureEach) {
-    ASSERT_EQ(run("shot.exr", {"--camera", "all"}).status, 0);
-    for (const char* camera : {"front", "above"}) {
-        const Image one = read_exr(file(fmt::format("shot.{}.exr", camera))).image({"R", "G", "B", "A"});
-        EXPECT_TRUE(same_bits(one, render({"--camera", camera}))) << camera;
-    }
+    ASSERT_EQ(run("shot.exr", words("--camera all")).status, 0);
+    for (const std::string camera : {"front", "above"})
+        EXPECT_TRUE(same_bits(picture("shot." + camera + ".exr"), render({"--camera", camera}))) << camera;
     std::string text = read_text(scene);  // cameras whose names are numbers of each other
     for (const auto& [from, to] : {std::pair("\"front\"", "\"1\""), std::pair("\"above\"", "\"0\"")})
         for (std::size_t at = 0; (at = text.find(from)) != std::string::npos;) text.replace(at, 7, to);
-    const std::string digits = file("digits.gltf"), named = std::exchange(scene, digits);
-    write_text(digits, text);
-    ASSERT_EQ(run("digit.exr", {"--camera", "all"}).status, 0);
-    for (const auto& [digit, name] : {std::pair("1", "front"), std::pair("0", "above")})
-        EXPECT_TRUE(same_bits(read_exr(file(fmt::format("digit.{}.exr", digit))).image({"R", "G", "B", "A"}),
-                              read_exr(file(fmt::format("shot.{}.exr", name))).image({"R", "G", "B", "A"})))
-            << name;
+    const std::string named = std::exchange(scene, file("digits.gltf"));
+    write_text(scene, text);
+    ASSERT_EQ(run("digit.exr", words("--camera all")).status, 0);
+    EXPECT_TRUE(same_bits(picture("digit.1.exr"), picture("shot.front.exr")));
+    EXPECT_TRUE(same_bits(picture("digit.0.exr"), picture("shot.above.exr")));
     scene = named;
-    ASSERT_EQ(run("{camera}/shot.#.exr", {"--camera", "all", "--frames", "1-2"}).status, 0);
+    ASSERT_EQ(run("{camera}/shot.#.exr", words("--camera all --frames 1-2")).status, 0);
     EXPECT_TRUE(std::filesystem::exists(file("front/shot.2.exr")));
     EXPECT_TRUE(std::filesystem::exists(file("above/shot.1.exr")));
     EXPECT_FALSE(std::filesystem::exists(file("{camera}")));
 
     // One camera fails, and the other one does not.
     std::filesystem::create_directory(file("g.front.exr"));
-    const Outcome failed = run("g.exr", {"--camera", "all"});
+    const Outcome failed = run("g.exr", words("--camera all"));
     EXPECT_EQ(failed.status, 1);
-    EXPECT_NE(failed.err.find("g.front.exr: "), std::string::npos) << failed.err;
-    EXPECT_NE(failed.err.find("--camera all: 1 of 2 cameras failed"), std::string::npos) << failed.err;
+    expect_has(failed.err, "g.front.exr: ");
+    expect_has(failed.err, "--camera all: ");
     EXPECT_TRUE(std::filesystem::exists(file("g.above.exr")));
 }
 
 TEST_F(Edits, NamesHoldThatOfTheCamera) {
     ASSERT_EQ(run("{camera}.exr", {}).status, 0);
-    ASSERT_EQ(run("{camera}.exr", {"--camera", "above"}).status, 0);
-    ASSERT_EQ(run("{camera}.#.exr", {"--camera", "1", "--frames", "1"}).status, 0);
+    ASSERT_EQ(run("{camera}.exr", words("--camera above")).status, 0);
+    ASSERT_EQ(run("{camera}.#.exr", words("--camera 1 --frames 1")).status, 0);
     for (const char* name : {"front.exr", "above.exr", "above.1.exr"})
         EXPECT_TRUE(std::filesystem::exists(file(name))) << name;
     EXPECT_FALSE(std::filesystem::exists(file("{camera}.exr")));
-    const Outcome free = run("{camera}.exr", {"--look-from", "1,1,1", "--look-at", "0,0,0"});
-    EXPECT_EQ(free.status, 1);
-    EXPECT_NE(free.err.find("{camera} stands for a camera of the scene"), std::string::npos) << free.err;
+    refused(1, words("render", scene, file("{camera}.exr"), "--look-from 1,1,1 --look-at 0,0,0"), "{camera}");
 }
 
 TEST_F(Edits, TheSunOfTheSkyLeavesNamesToTheScene) {
-    auto json = nlohmann::json::parse(read_text(scene));
+    auto json = json_file(scene);
     json["extensionsUsed"].push_back("KHR_lights_punctual");
     json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"name", "sun"}, {"type", "directional"}}};
     json["scenes"][0]["nodes"].push_back(json["nodes"].size());
     json["nodes"].push_back({{"name", "sun"}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
     write_text(scene, json.dump());
-    EXPECT_EQ(run("a.exr", {"--sky", "40,120", "--light", "sun=0.5", "--light", "sky sun=0.5"}).status, 0);
+    render(words("--sky 40,120 --light sun=0.5 --light", std::string("sky sun=0.5")));
+}
+
+class Settings : public Edits {
+  protected:
+    /// Runs the program without a number of samples.
+    Outcome run(const std::string& output, const Strings& more) {
+        return run_program(words("render", scene, file(output), "--width 24 --height 18 --quiet", more));
+    }
+    ExrFile rendered(const Strings& more) {
+        const Outcome outcome = run("a.exr", more);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_exr(file("a.exr"));
+    }
+    static bool same(const ExrFile& a, const ExrFile& b) {
+        return std::ranges::equal(a.channels, b.channels, same_values);
+    }
+};
+
+TEST_F(Settings, AreEquivalentToOptions) {
+    const std::string s = settings(R"("camera": "above", "samples": 3, "bounces": 1, "exposure": 1,
+                                      "environment": {"color": [0.2, 0.6, 0.4], "intensity": 2, "tint": [1, 0.5, 1]})");
+    const Strings options = words("--camera above --samples 3 --bounces 1 --env 0.4,0.6,0.8");
+    const ExrFile expected = rendered(options), by_file = rendered({"--settings", s});
+    EXPECT_TRUE(same(by_file, expected));
+    expect_has(by_file.attributes.comments, "3 samples, 1 bounces");
+
+    const Strings others = words("--camera front --samples 2 --bounces 0");
+    const ExrFile own = rendered(words("--settings", s, others));
+    EXPECT_FALSE(same(own, expected));
+    EXPECT_TRUE(same(own, rendered(words(others, "--env 0.4,0.6,0.8"))));
+
+    ASSERT_EQ(run("a.png", words(options, "--exposure 1")).status, 0);
+    ASSERT_EQ(run("b.png", {"--settings", s}).status, 0);
+    EXPECT_EQ(read_text(file("a.png")), read_text(file("b.png")));
+}
+
+TEST_F(Settings, HaveSizeAndBiases) {
+    const std::string s = settings(R"("samples": 2, "size": [40, 20], "preview": "filter,temporal", "clamp": 0.01)");
+    const auto picture = [&](const Strings& more) {
+        done(words("render", scene, file("a.exr"), "--quiet", more));
+        return read_exr(file("a.exr"));
+    };
+    const auto size = [&](const char* more) {
+        const ExrFile exr = picture(words("--settings", s, "--bounces 0 --samples 1", more));
+        return ivec2(exr.width, exr.height);
+    };
+    EXPECT_EQ(size(""), ivec2(40, 20));
+    EXPECT_EQ(size("--width 10"), ivec2(10, 5)) << "the file's shape";
+    EXPECT_EQ(size("--height 10"), ivec2(20, 10));
+    EXPECT_EQ(size("--width 10 --height 10"), ivec2(10, 10));
+
+    const auto bias = [](const ExrFile& exr) { return exr.attributes.extra.contains("bias"); };
+    const ExrFile by_file = picture({"--settings", s});
+    EXPECT_TRUE(bias(by_file));
+    EXPECT_TRUE(same(by_file, picture(words("--width 40 --height 20 --samples 2 --preview filter --clamp 0.01"))))
+        << "temporal is for frames";
+    EXPECT_FALSE(bias(picture(words("--settings", s, "--preview none --clamp 0"))));
+    // Options for an error target or a shutter take precedence over modes of the file that exclude them.
+    EXPECT_FALSE(bias(picture(words("--settings", s, "--clamp 0 --error 1e9 --samples 16"))));
+    for (const char* more : {"--denoise", "--crop 0,0,16,16", "--overscan 2", "--adaptive --samples 16",
+                             "--sample-parts 2", "--checkpoint 60"}) {
+        ExrFile made = picture(words("--settings", s, "--clamp 0", more));
+        EXPECT_FALSE(has(made.attributes.extra["bias"], "preview")) << more;
+    }
+    EXPECT_EQ(run("p.exr", words("--settings", s, "--part 1/2")).status, 0);
+    const Strings frames = words("--settings", s, "--frames 1-2");
+    EXPECT_EQ(run("e.#.exr", words(frames, "--shutter 0.5 --shutter-times 2")).status, 0);
+    refused(2, words("render", scene, file("f.#.exr"), frames, "--part 1/2"), "temporal");
+    EXPECT_EQ(run("f.#.exr", words(frames, "--part 1/2 --preview filter")).status, 0);
+    EXPECT_EQ(run("g.#.exr", frames).status, 0);
+    expect_has(bias_of(file("g.2.exr")), "earlier pictures");
+}
+
+TEST_F(Settings, HaveALensWhoseApertureAnFNumberReplaces) {
+    const std::string s = settings(R"("focus": "2", "aperture": 40, "exposure": 1)");
+    const ExrFile wide = rendered({"--settings", s});
+    const ExrFile narrow = rendered(words("--settings", s, "--fstop 8"));
+    EXPECT_TRUE(same(wide, rendered(words("--focus 2 --aperture 40"))));
+    EXPECT_TRUE(same(narrow, rendered(words("--focus 2 --fstop 8"))));
+    EXPECT_FALSE(same(wide, narrow));
+    ASSERT_EQ(run("b.png", words("--settings", s, "--fstop 8")).status, 0);
+    ASSERT_EQ(run("c.png", words("--focus 2 --fstop 8 --exposure 1")).status, 0);
+    EXPECT_EQ(read_text(file("b.png")), read_text(file("c.png"))) << "an f-number beside a focus sets no exposure";
+}
+
+TEST_F(Settings, HaveCamerasOfTheirOwn) {
+    const std::string pose = R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], )";
+    for (const auto& [field, option] :
+         {std::pair(R"("vfov": 0.7853981633974483})", ""), std::pair(R"("vfov_degrees": 33.3})", "--vfov 33.3")})
+        EXPECT_TRUE(same(rendered({"--settings", settings(pose + field)}),
+                         rendered(words("--look-from 1,2,5 --look-at 0,0.5,0 --samples 2", option))));
+}
+
+TEST_F(Settings, EditTheLightOfSequencesToo) {
+    settings(R"("samples": 1)");
+    const auto sequence = [&](const std::string& name) {
+        return run(name + ".##.exr", words("--settings", file("s.json"), "--frames 1-2 --reproducible"));
+    };
+    ASSERT_EQ(sequence("a").status, 0);
+    settings(R"("samples": 1, "emission": 0.5)");
+    EXPECT_EQ(sequence("a").status, 1) << "those are other frames";
+    ASSERT_EQ(sequence("b").status, 0);
+    const Image bright = read_exr(file("a.01.exr")).image({"R", "G", "B"});
+    const Image dim = read_exr(file("b.01.exr")).image({"R", "G", "B"});
+    for (std::size_t i = 0; i < dim.pixels.size(); ++i) EXPECT_NEAR(dim.pixels[i], bright.pixels[i] / 2, 1e-4);
+}
+
+TEST_F(Settings, InvalidFilesAreRefused) {
+    refused(1, words("render", scene, file("a.exr"), "--settings", file("no.json")), file("no.json") + ": ");
+    const std::pair<const char*, std::string> rows[] = {
+        {R"("samples": 0)", "samples: "},
+        {R"("camera": "nobody")", scene + ": no camera 'nobody'"},
+        {R"("materials": {"2": {"roughness": 0.5}})", "materials: " + scene + ": there is no material 2"}};
+    for (const auto& [text, element] : rows)
+        refused(1, words("render", scene, file("a.exr"), "--settings", settings(text)), "s.json: " + element);
+    // The file's contents are checked together with the rest of the command line.
+    write_exr(file("sky.exr"), {ExrLayer{{"R", "G", "B"}, Image(2, 1, 3)}}, {});
+    const std::string sky = read_text(file("sky.exr"));
+    EXPECT_EQ(run("sky.exr", {"--settings", settings(R"("environment": {"map": "sky.exr"})")}).status, 2);
+    EXPECT_EQ(read_text(file("sky.exr")), sky);
+    settings("\"samples\": 3");
+    refused(2,
+            words("render", scene, file("a.##.exr"), "--settings", file("s.json"),
+                  "--frames 1 --shutter 0.5 --shutter-times 5"),
+            "--shutter-times: ");
 }
 
 }  // namespace

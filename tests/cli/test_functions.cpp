@@ -13,14 +13,14 @@
 namespace halflight {
 namespace {
 
-TEST(Progress, ClockText) {
+TEST(ProgressText, ClockText) {
     EXPECT_EQ(clock_text(-1), "0:00");
     EXPECT_EQ(clock_text(7.9), "0:07");
     EXPECT_EQ(clock_text(754), "12:34");
     EXPECT_EQ(clock_text(3723), "1:02:03");
 }
 
-TEST(Progress, RemainingFollowsThePace) {
+TEST(ProgressText, RemainingFollowsThePace) {
     EXPECT_DOUBLE_EQ(seconds_remaining({16, 64, 4}, 0).value(), 12);
     EXPECT_DOUBLE_EQ(seconds_remaining({64, 64, 4}, 0).value(), 0);
     EXPECT_EQ(seconds_remaining({0, 64, 4}, 0), std::nullopt);             // nothing is known yet
@@ -30,7 +30,7 @@ TEST(Progress, RemainingFollowsThePace) {
     EXPECT_EQ(progress_text({0, 64, 4}, 0), "0/64 samples, 0:04 elapsed");
 }
 
-TEST(Progress, EarlierRunsAddToTheShareAndNotToThePace) {
+TEST(ProgressText, EarlierRunsAddToTheShareAndNotToThePace) {
     const EarlierRuns earlier{32, 100};
     EXPECT_DOUBLE_EQ(seconds_remaining({48, 64, 4}, 0, earlier).value(), 4);
     EXPECT_EQ(seconds_remaining({32, 64, 4}, 0, earlier), std::nullopt);
@@ -38,7 +38,7 @@ TEST(Progress, EarlierRunsAddToTheShareAndNotToThePace) {
     EXPECT_DOUBLE_EQ(seconds_remaining({48, 1 << 24, 4}, 110, earlier).value(), 6);
 }
 
-TEST(Progress, AsJson) {
+TEST(ProgressText, AsJson) {
     EXPECT_EQ(progress_json({0, 64, 2}, 0), R"("share": 0.0000, "samples": 0, "samples_total": 64, "seconds": 2.00, )"
                                             R"("seconds_remaining": null)");
     EXPECT_EQ(progress_json({48, 64, 4}, 0, {32, 100}),
@@ -59,7 +59,7 @@ std::string shown(double time_limit, const std::function<void(SequenceDisplay&)>
     return text;
 }
 
-TEST(Progress, OfFramesWithATimeLimit) {
+TEST(ProgressText, OfFramesWithATimeLimit) {
     EXPECT_EQ(shown(10,
                     [](SequenceDisplay& d) {
                         d.show(1, {3, kMaxSamples, 4});
@@ -68,7 +68,7 @@ TEST(Progress, OfFramesWithATimeLimit) {
               "\"seconds_remaining\": 6.00}\n");
 }
 
-TEST(Progress, CountsFramesOfOtherProcesses) {
+TEST(ProgressText, CountsFramesOfOtherProcesses) {
     const std::string text = shown(0, [](SequenceDisplay& d) {
         d.found(1, 1, 2);
         d.made(2, 1, 0, 4);
@@ -78,7 +78,7 @@ TEST(Progress, CountsFramesOfOtherProcesses) {
               "{\"frame\": 2, \"made\": 1, \"failed\": 0, \"found\": 1, \"frames\": 2, \"seconds\": 4.00}\n");
 }
 
-TEST(Progress, OfASequence) {
+TEST(ProgressText, OfASequence) {
     EXPECT_EQ(sequence_text(0, 24, 0), "0/24 frames, 0.00 s/frame, 0:00 remaining");
     EXPECT_EQ(sequence_text(3, 24, 3.6), "3/24 frames, 1.20 s/frame, 0:26 remaining");
     EXPECT_EQ(sequence_text(24, 24, 48), "24/24 frames, 2.00 s/frame, 0:00 remaining");

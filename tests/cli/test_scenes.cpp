@@ -1,17 +1,13 @@
 // Tests halflight-scenes: it reproduces the committed scenes byte by byte, they are valid, and large scenes have
 // the requested features.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "engine/core/math.h"
-#include "tests/support/process.h"
+#include "engine/io/gltf/gltf.h"
+#include "tests/cli/command_test.h"
 
 namespace halflight::test {
 namespace {
@@ -68,25 +64,14 @@ struct Glb {
         const auto narrow = values<std::uint16_t>(source);
         return {narrow.begin(), narrow.end()};
     }
-
-    std::uint64_t triangles_of_mesh(std::size_t mesh) const {
-        std::uint64_t count = 0;
-        for (const Json& primitive : json["meshes"][mesh]["primitives"])
-            count += accessor(primitive["indices"])["count"].get<std::uint64_t>() / 3;
-        return count;
-    }
-
-    std::uint64_t triangles() const {
-        std::uint64_t count = 0;
-        for (const Json& node : json["nodes"]) {
-            if (!node.contains("mesh")) continue;
-            const std::uint64_t mesh = triangles_of_mesh(node["mesh"]);
-            const Json::json_pointer many("/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION");
-            count += mesh * (node.contains(many) ? accessor(node.at(many))["count"].get<std::uint64_t>() : 1);
-        }
-        return count;
-    }
 };
+
+/// Counts the triangles of all instances.
+std::uint64_t triangles_of(const Scene& scene) {
+    std::uint64_t count = 0;
+    for (const Instance& instance : scene.instances) count += scene.meshes[std::size_t(instance.mesh)].triangles.size();
+    return count;
+}
 
 vec3 triple(const Json& json) {
     return {json[0].get<float>(), json[1].get<float>(), json[2].get<float>()};
@@ -128,339 +113,235 @@ void expect_sound(const Glb& glb, const std::string& name) {
     }
 }
 
-Outcome make(const std::vector<std::string>& command, const fs::path& output) {
-    std::vector<std::string> arguments = command;
-    arguments.insert(arguments.begin() + 1, output.string());
-    return run_program(arguments);
+/// Runs halflight-scenes; the name of the output comes after the kind of scene.
+Outcome make(Strings command, const fs::path& output) {
+    command.insert(command.begin() + 1, output.string());
+    return run(words(std::string(HALFLIGHT_SCENES), command));
+}
+void expect_made(const Outcome& outcome) {
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
 }
 
-TEST(Scenes, AreReproducedByteByByte) {
+TEST(Scenes, AreReproducedByteByByteSoundAndSelfContained) {
     const TemporaryFolder folder;
-    for (const auto& [name, command] : kCommands) {
-        const Outcome outcome = make(command, folder / name);
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
-        EXPECT_TRUE(read_text(folder / name) == read_text(kScenes / name)) << name;
-    }
-}
-
-TEST(Scenes, EveryCommittedSceneHasACommand) {
-    std::set<std::string> committed, made;
+    std::set<std::string> committed, reproduced;
     for (const fs::directory_entry& entry : fs::directory_iterator(kScenes))
         if (entry.path().extension() == ".glb") committed.insert(entry.path().filename());
-    for (const auto& [name, command] : kCommands) made.insert(name);
-    EXPECT_EQ(committed, made);
-}
-
-TEST(Scenes, AreSmallAndSelfContained) {
     std::uintmax_t bytes = 0;
     for (const auto& [name, command] : kCommands) {
-        const Glb glb(kScenes / name);
+        SCOPED_TRACE(name);
+        reproduced.insert(name);
+        expect_made(make(command, folder / name));
+        EXPECT_TRUE(read_text(folder / name) == read_text(kScenes / name));
         bytes += fs::file_size(kScenes / name);
-        EXPECT_FALSE(glb.json["buffers"][0].contains("uri")) << name;
-        EXPECT_FALSE(glb.json["cameras"].empty()) << name;
-        for (const Json& image : glb.json.value("images", Json::array())) EXPECT_FALSE(image.contains("uri")) << name;
+        const Glb glb(kScenes / name);
+        EXPECT_FALSE(glb.json["buffers"][0].contains("uri"));
+        EXPECT_FALSE(glb.json["cameras"].empty());
+        for (const Json& image : glb.json.value("images", Json::array())) EXPECT_FALSE(image.contains("uri"));
+        expect_sound(glb, name);
     }
+    EXPECT_EQ(committed, reproduced) << "every committed scene has a command";
     EXPECT_LT(bytes, 12U << 20);
 }
 
-TEST(Scenes, HaveSoundGeometry) {
-    for (const auto& [name, command] : kCommands) expect_sound(Glb(kScenes / name), name);
-}
-
-TEST(Scenes, AtriumHasThePromisedSizeAndViews) {
-    const Glb glb(kScenes / "atrium.glb");
-    EXPECT_GE(glb.triangles(), 50'000U);
-    EXPECT_LE(glb.triangles(), 100'000U);
+/// A kind of scene that consists of placed models.
+struct Kind {
+    std::string name;
+    std::vector<int> triangles;         // some counts; the first one is the cheapest that has all models
+    double tolerance;                   // of the counts, relative
+    std::vector<std::string> in_parts;  // options of a scene in several parts
+    int in_all_parts;                   // its triangles
+    std::uintmax_t part_bytes;          // limit of a part, bytes
     std::vector<std::string> cameras;
-    for (const Json& camera : glb.json["cameras"]) cameras.push_back(camera["name"]);
-    EXPECT_EQ(cameras, (std::vector<std::string>{"nave", "balcony", "detail"}));
-    EXPECT_EQ(glb.json["extensions"]["HALFLIGHT_environment"]["color"].size(), 3U);
-}
-
-class City : public ::testing::Test {
-  protected:
-    Glb city(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), "city");
-        const Outcome outcome = make(arguments, folder / "city.glb");
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return Glb(folder / "city.glb");
-    }
-
-    TemporaryFolder folder;
 };
 
-TEST_F(City, HasTheRequestedNumberOfTriangles) {
-    for (const int triangles : {1000, 20'000, 300'000}) {
-        const auto within = [&](std::uint64_t count) {
-            EXPECT_NEAR(static_cast<double>(count), triangles, 0.01 * triangles);
-        };
-        const std::vector<std::string> arguments{"--triangles", std::to_string(triangles)};
-        const auto with = [&](const char* option) {
-            std::vector<std::string> more = arguments;
-            more.emplace_back(option);
-            return more;
-        };
-        const std::uint64_t instanced = city(arguments).triangles();
-        within(instanced);
-        EXPECT_EQ(city(with("--flatten")).triangles(), instanced);
-        EXPECT_EQ(city(with("--gpu-instancing")).triangles(), instanced);
-    }
+std::ostream& operator<<(std::ostream& out, const Kind& kind) {
+    return out << kind.name;
 }
 
-TEST_F(City, IsValidInEveryForm) {
-    expect_sound(city({"--triangles", "20000"}), "instanced");
-    const Glb flat = city({"--triangles", "20000", "--flatten"});
-    expect_sound(flat, "flattened");
-    std::set<int> meshes;
-    for (const Json& node : flat.json["nodes"])
-        EXPECT_TRUE(!node.contains("mesh") || meshes.insert(node["mesh"].get<int>()).second) << "shared mesh";
-    EXPECT_GT(meshes.size(), 1U);
-    EXPECT_EQ(flat.json["cameras"].size(), 2U);
-}
-
-TEST_F(City, FlattenedEqualsInstanced) {
-    // Sums all corners in world space; transforms are rotations about +y and translations.
-    const auto sum_of = [](const Glb& glb) {
-        dvec3 sum(0);
-        for (const Json& node : glb.json["nodes"]) {
-            if (!node.contains("mesh")) continue;
-            const dvec3 move = node.contains("translation") ? dvec3(triple(node["translation"])) : dvec3(0);
-            const double y = node.contains("rotation") ? node["rotation"][1].get<double>() : 0;
-            const double w = node.contains("rotation") ? node["rotation"][3].get<double>() : 1;
-            const double cosine = 1 - 2 * y * y, sine = 2 * y * w;
-            for (const Json& primitive : glb.json["meshes"][node["mesh"].get<std::size_t>()]["primitives"])
-                for (const vec3& p : glb.values<vec3>(glb.accessor(primitive["attributes"]["POSITION"])))
-                    sum += dvec3(cosine * p.x + sine * p.z, p.y, cosine * p.z - sine * p.x) + move;
-        }
-        return sum;
-    };
-    const dvec3 instanced = sum_of(city({"--triangles", "50000"}));
-    const dvec3 flattened = sum_of(city({"--triangles", "50000", "--flatten"}));
-    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(instanced[axis] / flattened[axis], 1, 1e-6);
-}
-
-TEST_F(City, IsSplitIntoPartsBelowTheLimit) {
-    constexpr std::uintmax_t kLimit = 16U << 20;
-    const Outcome outcome =
-        make({"city", "--triangles", "800000", "--flatten", "--parts", "--part-size", "16"}, folder / "big.glb");
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const Json index = Json::parse(read_text(folder / "big.parts.json"));
-    EXPECT_GT(index["parts"].size(), 2U);
-    EXPECT_EQ(folder.entries().size(), index["parts"].size() + 1);
-    std::uint64_t triangles = 0;
-    for (const Json& part : index["parts"]) {
-        const fs::path path = folder / part["uri"].get<std::string>();
-        const Glb glb(path);
-        EXPECT_LE(fs::file_size(path), kLimit);
-        EXPECT_EQ(part["bytes"], fs::file_size(path));
-        EXPECT_EQ(part["triangles"], glb.triangles());
-        EXPECT_EQ(glb.json.contains("cameras"), part == index["parts"][0]);
-        triangles += glb.triangles();
-    }
-    EXPECT_EQ(index["triangles"], triangles);
-    EXPECT_NEAR(static_cast<double>(triangles), 800'000, 8'000);
-}
-
-TEST_F(City, RefusesInOneLine) {
-    const auto refused = [&](std::vector<std::string> arguments, const char* why) {
-        const Outcome outcome = make(arguments, folder / "city.glb");
-        EXPECT_NE(outcome.status, 0);
-        EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
-        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-        EXPECT_TRUE(folder.entries().empty());
-    };
-    refused({"city", "--triangles", "50"}, "fewer than");
-    refused({"city", "--triangles", "200000000", "--flatten"}, "--parts");
-    for (const auto& arguments : {std::vector<std::string>{}, {"city"}, {"cornell", "--bogus", "a.glb"}}) {
-        const Outcome usage = run_program(arguments);
-        EXPECT_EQ(usage.status, 2);
-        EXPECT_TRUE(usage.err.starts_with("halflight-scenes: ")) << usage.err;
-        EXPECT_EQ(std::count(usage.err.begin(), usage.err.end(), '\n'), 1) << usage.err;
-    }
-    const Outcome unwritable = make({"cornell"}, folder / "missing" / "cornell.glb");
-    EXPECT_NE(unwritable.status, 0);
-    EXPECT_NE(unwritable.err.find("missing/cornell.glb"), std::string::npos) << unwritable.err;
-}
-
-/// Scenes that consist of placed models.
-class Assemblies : public ::testing::TestWithParam<const char*> {
+class Assemblies : public CommandTest, public ::testing::WithParamInterface<Kind> {
   protected:
-    Glb scene(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), GetParam());
-        const Outcome outcome = make(arguments, folder / "scene.glb");
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return Glb(folder / "scene.glb");
+    /// Makes and loads a scene.
+    template <class... Parts>
+    Scene scene(const Parts&... options) const {
+        expect_made(make(words(GetParam().name, options...), folder / "scene.glb"));
+        return load_gltf(folder / "scene.glb");
     }
-
-    TemporaryFolder folder;
+    static void expect_about(std::uint64_t triangles, int wanted) {
+        EXPECT_NEAR(static_cast<double>(triangles), wanted, GetParam().tolerance * wanted);
+    }
 };
 
 TEST_P(Assemblies, HaveTheRequestedNumberOfTriangles) {
-    for (const int triangles : {250'000, 500'000, 1'000'000}) {
+    for (const int triangles : GetParam().triangles) {
         const std::string count = std::to_string(triangles);
-        const std::uint64_t instanced = scene({"--triangles", count}).triangles();
-        EXPECT_NEAR(static_cast<double>(instanced), triangles, 0.03 * triangles);
-        EXPECT_EQ(scene({"--triangles", count, "--flatten"}).triangles(), instanced);
-        EXPECT_EQ(scene({"--triangles", count, "--gpu-instancing"}).triangles(), instanced);
+        const std::uint64_t instanced = triangles_of(scene("--triangles", count));
+        expect_about(instanced, triangles);
+        for (const char* form : {"--flatten", "--gpu-instancing"})
+            EXPECT_EQ(triangles_of(scene("--triangles", count, form)), instanced) << form;
     }
 }
 
-TEST_P(Assemblies, AreValidInEveryForm) {
-    for (const char* triangles : {"250000", "1000000"}) {
-        expect_sound(scene({"--triangles", triangles}), "instanced");
-        const Glb flat = scene({"--triangles", triangles, "--flatten"});
-        expect_sound(flat, "flattened");
-        std::vector<std::string> cameras;
-        for (const Json& camera : flat.json["cameras"]) cameras.push_back(camera["name"]);
-        EXPECT_EQ(cameras, (std::vector<std::string>{"inside", "air"}));
-    }
-}
-
-TEST_P(Assemblies, FlattenedEqualInstanced) {
-    const auto sum_of = [](const Glb& glb) {  // sums all corners in world space
+TEST_P(Assemblies, AreValidAndEqualInEveryForm) {
+    const auto sum_of_corners = [](const Scene& of) {
         dvec3 sum(0);
-        for (const Json& node : glb.json["nodes"]) {
-            if (!node.contains("mesh")) continue;
-            const dvec3 move = node.contains("translation") ? dvec3(triple(node["translation"])) : dvec3(0);
-            const Json turn = node.value("rotation", Json{0, 0, 0, 1});
-            const dvec3 axis(turn[0], turn[1], turn[2]);
-            for (const Json& primitive : glb.json["meshes"][node["mesh"].get<std::size_t>()]["primitives"])
-                for (const vec3& p : glb.values<vec3>(glb.accessor(primitive["attributes"]["POSITION"]))) {
-                    const dvec3 t = 2.0 * glm::cross(axis, dvec3(p));
-                    sum += dvec3(p) + turn[3].get<double>() * t + glm::cross(axis, t) + move;
-                }
-        }
+        for (const Instance& instance : of.instances)
+            for (const vec3& p : of.meshes[std::size_t(instance.mesh)].positions)
+                sum += dvec3(instance.object_to_world * dvec4(p, 1));
         return sum;
     };
-    const Glb shared = scene({"--triangles", "250000"});
-    const dvec3 instanced = sum_of(shared);
-    const Glb flat = scene({"--triangles", "250000", "--flatten"});
-    const dvec3 flattened = sum_of(flat);
-    const double most = std::max({std::abs(instanced.x), std::abs(instanced.y), std::abs(instanced.z)});
-    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(instanced[axis], flattened[axis], 1e-6 * most);
-    EXPECT_LT(shared.bytes.size(), flat.bytes.size() / 2);
+    scene("--triangles", std::to_string(GetParam().triangles.back()));
+    expect_sound(Glb(folder / "scene.glb"), "detailed");
+    const std::string count = std::to_string(GetParam().triangles.front());
+    const dvec3 shared = sum_of_corners(scene("--triangles", count));
+    expect_sound(Glb(folder / "scene.glb"), "instanced");
+    const auto bytes = fs::file_size(folder / "scene.glb");
+    const Scene flat = scene("--triangles", count, "--flatten");
+    expect_sound(Glb(folder / "scene.glb"), "flattened");
+    EXPECT_LT(bytes, fs::file_size(folder / "scene.glb"));
+    EXPECT_EQ(flat.instances.size(), flat.meshes.size()) << "a shared mesh";
+    Strings cameras;
+    for (const Camera& camera : flat.cameras) cameras.push_back(camera.name);
+    EXPECT_EQ(cameras, GetParam().cameras);
+    const dvec3 flattened = sum_of_corners(flat);
+    const double most = std::max({std::abs(shared.x), std::abs(shared.y), std::abs(shared.z)});
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(shared[axis], flattened[axis], 1e-6 * most);
 }
 
-TEST_P(Assemblies, AreDeterministicAndNeedLittleMemory) {
+TEST_P(Assemblies, AreSplitIntoPartsBelowTheLimit) {
+    const int wanted = GetParam().in_all_parts;
+    const bool flat = std::ranges::count(GetParam().in_parts, "--flatten") > 0;
     for (const char* run : {"a", "b"}) {
         fs::create_directory(folder / run);
         RunOptions options;
 #ifndef HALFLIGHT_SANITIZED
-        options.wrapper = {"prlimit", "--data=100000000"};
+        if (!flat) options.wrapper = {"prlimit", "--data=100000000"};  // parts are made one after the other
 #endif
-        const Outcome outcome = run_program(
-            {GetParam(), fs::path(folder / run) / "big.glb", "--triangles", "3000000", "--parts", "--part-size", "32"},
-            options);
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        expect_made(halflight::test::run(
+            words(std::string(HALFLIGHT_SCENES), GetParam().name, fs::path(folder / run) / "big.glb",
+                  "--parts --triangles", std::to_string(wanted), GetParam().in_parts),
+            options));
     }
-    const Json index = Json::parse(read_text(fs::path(folder / "a") / "big.parts.json"));
-    EXPECT_TRUE(read_text(fs::path(folder / "b") / "big.parts.json") ==
-                read_text(fs::path(folder / "a") / "big.parts.json"));
+    EXPECT_TRUE(read_text(file("b/big.parts.json")) == read_text(file("a/big.parts.json")));
+    const Json index = json_file(file("a/big.parts.json"));
     EXPECT_GT(index["parts"].size(), 1U);
+    EXPECT_EQ(std::size_t(std::distance(fs::directory_iterator(folder / "a"), {})), index["parts"].size() + 1);
     std::uint64_t triangles = 0;
     for (const Json& part : index["parts"]) {
-        const std::string name = part["uri"];
-        EXPECT_TRUE(read_text(fs::path(folder / "a") / name) == read_text(fs::path(folder / "b") / name)) << name;
-        triangles += Glb(fs::path(folder / "a") / name).triangles();
+        const std::string name = part["uri"], bytes = read_text(fs::path(folder / "a") / name);
+        EXPECT_TRUE(bytes == read_text(fs::path(folder / "b") / name)) << name;
+        const std::uint64_t own = triangles_of(load_gltf(fs::path(folder / "a") / name));
+        EXPECT_LE(bytes.size(), GetParam().part_bytes);
+        EXPECT_EQ(part["bytes"], bytes.size());
+        EXPECT_EQ(part["triangles"], own);
+        EXPECT_EQ(Glb(fs::path(folder / "a") / name).json.contains("cameras"), part == index["parts"][0]);
+        triangles += own;
     }
     EXPECT_EQ(index["triangles"], triangles);
-    EXPECT_NEAR(static_cast<double>(triangles), 3e6, 0.03 * 3e6);
+    expect_about(triangles, wanted);
 }
 
-TEST_P(Assemblies, RefuseTooFewTriangles) {
-    const Outcome outcome = make({GetParam(), "--triangles", "5000"}, folder / "few.glb");
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.err.find("5000 triangles are fewer than the "), std::string::npos) << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_TRUE(folder.entries().empty());
+const Kind kKinds[] = {
+    {"city",
+     {20'000, 1000, 300'000},
+     0.01,
+     words("--flatten --part-size 16"),
+     800'000,
+     16U << 20,
+     words("street aerial")},
+    {"airliner", {250'000, 1'000'000}, 0.03, words("--part-size 32"), 3'000'000, 32U << 20, words("inside air")},
+    {"powerplants", {250'000, 1'000'000}, 0.03, words("--part-size 32"), 3'000'000, 32U << 20, words("inside air")}};
+
+INSTANTIATE_TEST_SUITE_P(Large, Assemblies, ::testing::ValuesIn(kKinds),
+                         [](const auto& one) { return one.param.name; });
+
+class Generated : public CommandTest {
+  protected:
+    template <class... Parts>
+    Glb made(const Parts&... command) const {
+        expect_made(make(words(command...), folder / "a.glb"));
+        return Glb(folder / "a.glb");
+    }
+    void expect_refused(int status, const Strings& command, const char* output, const char* element) const {
+        const Outcome outcome = make(command, folder / output);
+        EXPECT_EQ(outcome.status, status) << outcome.err;
+        EXPECT_TRUE(outcome.err.starts_with("halflight-scenes: ")) << outcome.err;
+        expect_has(outcome.err, element);
+        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+        EXPECT_TRUE(folder.entries().empty());
+    }
+};
+
+TEST_F(Generated, RefusalsAreOneLine) {
+    expect_refused(1, words("city --triangles 50"), "a.glb", "city: ");
+    expect_refused(1, words("city --triangles 200000000 --flatten"), "a.glb", "--parts");
+    expect_refused(2, words("cornell --bogus"), "a.glb", "--bogus");
+    expect_refused(1, words("cornell"), "missing/cornell.glb", "missing/cornell.glb");
+    for (const char* kind : {"airliner", "powerplants"})
+        expect_refused(1, words(kind, "--triangles 5000"), "a.glb", "5000 triangles are fewer than");
+    expect_refused(1, words("emitters --lights 100 --triangles 211"), "a.glb", "212 triangles");
+    expect_refused(2, words("emitters --lights 0"), "a.glb", "--lights");
+    for (const char* triangles : {"0", "-3", "99999999999"})
+        expect_refused(2, words("emitters --triangles", triangles), "a.glb", "--triangles");
+    expect_refused(1, words("emitters"), "hall.png", "hall.png");
+    EXPECT_EQ(run({HALFLIGHT_SCENES}).status, 2);
+    EXPECT_EQ(run({HALFLIGHT_SCENES, "city"}).status, 2);
+    EXPECT_EQ(
+        run(words(std::string(HALFLIGHT_SCENES), "path", kScenes / "cornell.glb", file("a.glb"), "--camera nobody"))
+            .status,
+        1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Large, Assemblies, ::testing::Values("airliner", "powerplants"),
-                         [](const auto& one) { return std::string(one.param); });
-
-TEST(Emitters, HasTheRequestedLights) {
-    const TemporaryFolder folder;
-    const auto hall = [&](const std::vector<std::string>& arguments) {
-        std::vector<std::string> command{"emitters"};
-        command.insert(command.end(), arguments.begin(), arguments.end());
-        const Outcome outcome = make(command, folder / "hall.glb");
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return Glb(folder / "hall.glb");
-    };
+TEST_F(Generated, EmittersHaveTheRequestedLights) {
     const auto lamps = [](const Glb& glb) {
         std::size_t triangles = 0;
-        for (const Json& mesh : glb.json["meshes"]) {
+        for (const Json& mesh : glb.json["meshes"])
             for (const Json& primitive : mesh["primitives"]) {
                 const Json& material = glb.json["materials"][primitive["material"].get<std::size_t>()];
                 if (material.contains("emissiveFactor")) triangles += glb.indices(primitive).size() / 3;
             }
-        }
         return triangles / 2;
     };
-    for (const int lights : {1, 10, 2000}) {
-        for (const int triangles : {4012, 12345}) {
-            const Glb glb = hall({"--lights", std::to_string(lights), "--triangles", std::to_string(triangles)});
-            EXPECT_EQ(glb.triangles(), static_cast<std::uint64_t>(triangles));
-            EXPECT_EQ(lamps(glb), static_cast<std::size_t>(lights));
-        }
+    for (const auto& [lights, triangles] : {std::pair(1u, 4012u), {10u, 12345u}, {2000u, 12345u}}) {
+        const Glb glb = made("emitters --lights", std::to_string(lights), "--triangles", std::to_string(triangles));
+        EXPECT_EQ(triangles_of(load_gltf(folder / "a.glb")), triangles);
+        EXPECT_EQ(lamps(glb), lights);
     }
-    expect_sound(hall({"--lights", "500"}), "hall");
-    const std::string once = read_text(folder / "hall.glb");
-    hall({"--lights", "500"});
-    EXPECT_TRUE(read_text(folder / "hall.glb") == once);
-
-    const auto refused = [&](const std::vector<std::string>& command, const char* file, const char* why) {
-        const Outcome outcome = make(command, folder / file);
-        EXPECT_NE(outcome.status, 0);
-        EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
-        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-        EXPECT_FALSE(fs::exists(folder / file));
-    };
-    refused({"emitters", "--lights", "100", "--triangles", "211"}, "few.glb", "100 lights in a hall are 212 triangles");
-    refused({"emitters", "--lights", "0"}, "none.glb", "--lights");
-    for (const char* triangles : {"0", "-3", "99999999999"})
-        refused({"emitters", "--triangles", triangles}, "none.glb", "--triangles: Value");
-    refused({"emitters"}, "hall.png", "hall.png: is not the name of a .glb");
+    expect_sound(made("emitters --lights 500"), "hall");
+    const std::string once = read_text(file("a.glb"));
+    made("emitters --lights 500");
+    EXPECT_TRUE(read_text(file("a.glb")) == once);
 }
 
-TEST(Hall, HasTheRequestedTextures) {
-    const TemporaryFolder folder;
+TEST_F(Generated, HallsHaveTheRequestedTextures) {
     for (const int textures : {1, 7, 70}) {
         SCOPED_TRACE(textures);
-        const auto hall = [&] {
-            const Outcome outcome =
-                make({"hall", "--textures", std::to_string(textures), "--texture-size", "20"}, folder / "hall.glb");
-            EXPECT_EQ(outcome.status, 0) << outcome.err;
-            return Glb(folder / "hall.glb");
+        const auto files = [&] {
+            const Glb glb = made("hall --texture-size 20 --textures", std::to_string(textures));
+            std::vector<std::string> all{read_text(file("a.glb"))};
+            for (const Json& image : glb.json["images"]) all.push_back(read_text(folder / image["uri"]));
+            return all;
         };
-        const Glb glb = hall();
+        const auto all = files();
+        EXPECT_EQ(all.size(), static_cast<std::size_t>(textures) + 1);
+        EXPECT_EQ(std::set<std::string>(all.begin(), all.end()).size(), all.size());
+        EXPECT_TRUE(files() == all);
+        const Glb glb(folder / "a.glb");
         expect_sound(glb, "hall");
-        ASSERT_EQ(glb.json["images"].size(), static_cast<std::size_t>(textures));
-        std::vector<std::string> files{read_text(folder / "hall.glb")};
-        for (const Json& image : glb.json["images"]) files.push_back(read_text(folder / image["uri"]));
-        const std::set<std::string> different(files.begin(), files.end());
-        EXPECT_EQ(different.size(), files.size());
         std::set<std::size_t> used;
         for (const Json& mesh : glb.json["meshes"])
             for (const Json& primitive : mesh["primitives"]) used.insert(primitive["material"].get<std::size_t>());
         EXPECT_EQ(used.size(), glb.json["materials"].size());
-        hall();
-        std::vector<std::string> again{read_text(folder / "hall.glb")};
-        for (const Json& image : glb.json["images"]) again.push_back(read_text(folder / image["uri"]));
-        EXPECT_TRUE(again == files);
     }
 }
 
-TEST(Eel, RestPoseEqualsTheModel) {
-    const TemporaryFolder folder;
-    const auto eel = [&](const char* triangles) {
-        const Outcome outcome = make({"eel", "--triangles", triangles}, folder / "eel.glb");
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return Glb(folder / "eel.glb");
-    };
-    for (const char* triangles : {"100", "5000", "70000"})
-        EXPECT_NEAR(static_cast<double>(eel(triangles).triangles()), std::stod(triangles), 0.05 * std::stod(triangles));
-    const Glb glb = eel("3000");
+TEST_F(Generated, EelsRestAsTheModel) {
+    for (const char* triangles : {"100", "5000", "70000"}) {
+        made("eel --triangles", triangles);
+        const auto count = static_cast<double>(triangles_of(load_gltf(folder / "a.glb")));
+        EXPECT_NEAR(count, std::stod(triangles), 0.05 * count);
+    }
+    const Glb glb = made("eel --triangles 3000");
     expect_sound(glb, "eel");
     const auto values = [&]<class T>(const Json& accessor) {
         return glb.values<T>(glb.json["accessors"][accessor.get<std::size_t>()]);
@@ -489,12 +370,10 @@ TEST(Eel, RestPoseEqualsTheModel) {
         for (const vec4& turn : values.operator()<vec4>(sampler["output"])) EXPECT_NEAR(glm::length(turn), 1, 1e-6);
 }
 
-TEST(Path, FliesACameraThroughAScene) {
-    const TemporaryFolder folder;
-    const std::string out = folder / "path.glb";
-    const Outcome outcome =
-        run_program({"path", kScenes / "cornell.glb", out, "--frames", "5", "--fps", "2", "--degrees", "90"});
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+TEST_F(Generated, PathsFlyACameraThroughAScene) {
+    const std::string out = file("path.glb");
+    expect_made(run(
+        words(std::string(HALFLIGHT_SCENES), "path", kScenes / "cornell.glb", out, "--frames 5 --fps 2 --degrees 90")));
     const Glb before(kScenes / "cornell.glb"), after(out);
     EXPECT_EQ(after.bytes.substr(0, before.bytes.size()), before.bytes) << "the rest stays as it is";
     const Json& animation = after.json["animations"].at(0);
@@ -513,7 +392,6 @@ TEST(Path, FliesACameraThroughAScene) {
     const float step = glm::distance(places[0], places[1]);
     for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(glm::distance(places[i], places[i + 1]), step, 1e-4f * step);
     EXPECT_NEAR(glm::distance(places[0], places[4]) / step, std::sqrt(0.5) / std::sin(kPi / 16), 1e-3);
-    EXPECT_EQ(run_program({"path", kScenes / "cornell.glb", out, "--camera", "nobody"}).status, 1);
 }
 
 }  // namespace

@@ -1,42 +1,30 @@
 // Tests motion blur: known profiles, and no blur of static scenes.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <map>
-#include <regex>
 #include <tuple>
 
-#include "engine/io/exr.h"
 #include "renderer/cryptomatte.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/support/process.h"
+#include "tests/cli/command_test.h"
 
 namespace halflight::test {
 namespace {
 
-using Strings = std::vector<std::string>;
-
 constexpr int kSide = 32;               // pixels
 constexpr double kPixel = 4.0 / kSide;  // world units per pixel
 
-class Shutter : public testing::Test {
+class Shutter : public CommandTest {
   protected:
     Outcome run(const std::string& scene, const Strings& more) {
-        Strings arguments = {"render", scene, "--width", std::to_string(kSide), "--height", std::to_string(kSide),
-                             "--fps",  "1"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments);
+        return run_program(words("render", scene, "--width 32 --height 32 --fps 1", more));
     }
     ExrFile picture(const std::string& scene, const Strings& more) {
-        const std::string file = folder / "picture.exr";
-        Strings arguments = {file};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const Outcome outcome = run(scene, arguments);
+        const Outcome outcome = run(scene, words(file("picture.exr"), more));
         EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return read_exr(file);
+        return read_exr(file("picture.exr"));
     }
     /// Returns the values of a channel in the middle row.
     static std::vector<double> row(const ExrFile& file, const std::string& channel) {
@@ -44,7 +32,6 @@ class Shutter : public testing::Test {
         return {values.begin() + kSide * kSide / 2, values.begin() + kSide * (kSide / 2 + 1)};
     }
 
-    TemporaryFolder folder;
     const std::string sliding = write_sliding_light(folder.path);
 };
 
@@ -73,23 +60,18 @@ double rms_error(const std::vector<double>& profile, double travel) {
 // Each of the 32 times is known to 1/32 of the path of 2 units, which is half a pixel. The width of a pixel adds to
 // this, so four times are uncertain at each edge.
 TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
-    const Strings settings = {"--frame", "1", "--samples", "32", "--shutter-times", "32"};
-    const auto profile = [&](const Strings& more) {
-        Strings all = settings;
-        all.insert(all.end(), more.begin(), more.end());
-        return row(picture(sliding, all), "R");
-    };
-    const std::map<std::string, Strings> movements = {{"the square", {"--animation", "slide", "--camera", "still"}},
-                                                      {"the camera", {"--animation", "pan", "--camera", "panning"}}};
+    const std::map<const char*, const char*> movements = {{"the square", "--animation slide --camera still"},
+                                                          {"the camera", "--animation pan --camera panning"}};
     for (const auto& [what, movement] : movements) {
         for (const double open : {1.0, 0.5}) {
             SCOPED_TRACE(fmt::format("{} moves, shutter {}", what, open));
             std::vector<double> mean(kSide, 0.0);
             constexpr int kSeeds = 4;
             for (int seed = 0; seed < kSeeds; ++seed) {
-                Strings more = movement;
-                more.insert(more.end(), {"--shutter", std::to_string(open), "--seed", std::to_string(seed)});
-                const std::vector<double> one = profile(more);
+                const std::vector<double> one =
+                    row(picture(sliding, words("--frame 1 --samples 32 --shutter-times 32", movement, "--shutter",
+                                               std::to_string(open), "--seed", std::to_string(seed))),
+                        "R");
                 double light = 0;
                 for (int x = 0; x < kSide; ++x) {
                     const double value = one[static_cast<std::size_t>(x)];
@@ -102,20 +84,20 @@ TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
             EXPECT_LT(rms_error(mean, 2 * open), 0.02);
         }
     }
-    const Strings sharp = {"--frame", "1", "--animation", "slide", "--camera", "still"};
-    EXPECT_GT(rms_error(row(picture(sliding, sharp), "R"), 2), 0.2) << "without --shutter";
+    const ExrFile sharp = picture(sliding, words("--frame 1 --animation slide --camera still"));
+    EXPECT_GT(rms_error(row(sharp, "R"), 2), 0.2) << "without --shutter";
 }
 
 TEST_F(Shutter, CameraAndSquareMoveInOppositeDirections) {
-    const ExrFile file = picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "all", "--camera",
-                                           "panning", "--shutter", "0.5", "--shutter-times", "32"});
+    const ExrFile file = picture(
+        sliding, words("--frame 1 --samples 32 --animation all --camera panning", "--shutter 0.5 --shutter-times 32"));
     EXPECT_LT(rms_error(row(file, "R"), 2), 0.05) << "twice as fast as each of them";
 }
 
 TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
     const ExrFile file =
-        picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera", "still", "--shutter",
-                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // one ray gives both
+        picture(sliding, words("--frame 1 --samples 32 --animation slide --camera still --shutter 1",
+                               "--aov cryptoobject,depth --estimator camera=1"));  // one ray gives both
     const auto light = row(file, "R"), coverage = row(file, "CryptoObject00.G"), depth = row(file, "Z");
     const std::vector<float>& ids = file.find("CryptoObject00.R")->values;
     int partly = 0;
@@ -135,20 +117,13 @@ TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
 // The samples are equal. The sums of the parts are rounded to float32 before they are added.
 TEST_F(Shutter, StaticScenesDoNotChange) {
     const std::string scene = write_animated_scene(folder.path);
-    const Strings settings = {
-        "--frame",     "3",
-        "--animation", "none",
-        "--samples",   "11",
-        "--aov",       "emission,direct_diffuse,indirect_diffuse,samples,albedo,normal,position,ids,cryptoobject"};
+    const Strings settings =
+        words("--frame 3 --animation none --samples 11 --aov",
+              "emission,direct_diffuse,indirect_diffuse,samples,albedo,normal,position,ids,cryptoobject");
     // Shadows on catchers are ratios of sums over all times.
-    const Strings catching[] = {
-        {}, {"--shadow-catcher", "floor", "--transparent"}, {"--shadow-catcher", "floor", "--env", "white"}};
-    for (const Strings& more : catching) {
-        Strings all = settings;
-        all.insert(all.end(), more.begin(), more.end());
-        Strings open = all;
-        open.insert(open.end(), {"--shutter", "0.5"});
-        const ExrFile sharp = picture(scene, all), blurred = picture(scene, open);
+    for (const char* more : {"", "--shadow-catcher floor --transparent", "--shadow-catcher floor --env white"}) {
+        const ExrFile sharp = picture(scene, words(settings, more));
+        const ExrFile blurred = picture(scene, words(settings, more, "--shutter 0.5"));
         ASSERT_EQ(sharp.channels.size(), blurred.channels.size());
         for (std::size_t c = 0; c < sharp.channels.size(); ++c) {
             const ExrChannel &a = sharp.channels[c], &b = blurred.channels[c];
@@ -160,21 +135,19 @@ TEST_F(Shutter, StaticScenesDoNotChange) {
                 different +=
                     same_bits || std::abs(a.values[i] - b.values[i]) <= 5e-7f * (1 + std::abs(a.values[i])) ? 0 : 1;
             }
-            EXPECT_EQ(different, 0u) << a.name << ' ' << more.size();
+            EXPECT_EQ(different, 0u) << a.name << more;
         }
-        EXPECT_EQ(blurred.attributes.extra.at("shutter"), "open for 0.5 of a frame, 8 times");
+        expect_has(blurred.attributes.extra.at("shutter"), "0.5 of a frame, 8 times");
         EXPECT_FALSE(sharp.attributes.extra.contains("shutter"));
     }
 }
 
 TEST_F(Shutter, FramesDoNotDependOnTheRun) {
     const std::string scene = write_animated_scene(folder.path);
-    const auto make = [&](const std::string& into, const std::string& frames, const std::string& open = "0.7",
-                          const std::string& times = "2") {
-        std::filesystem::create_directory(folder / into);
-        return run(scene,
-                   {folder / into / "f.#.exr", "--frames", frames, "--samples", "4", "--shutter", open,
-                    "--shutter-times", times, "--camera", "moving", "--aov", "variance,motion", "--reproducible"});
+    const auto make = [&](const std::string& into, const std::string& frames,
+                          const char* shutter = "--shutter 0.7 --shutter-times 2") {
+        return run(scene, words(folder / into / "f.#.exr", "--frames", frames, "--samples 4 --camera moving", shutter,
+                                "--aov variance,motion --reproducible"));
     };
     ASSERT_EQ(make("whole", "1-3").status, 0);
     for (const char* frame : {"3", "2", "1"}) ASSERT_EQ(make("alone", frame).status, 0);
@@ -182,8 +155,8 @@ TEST_F(Shutter, FramesDoNotDependOnTheRun) {
         const std::string name = fmt::format("f.{}.exr", frame);
         EXPECT_EQ(read_text(folder / "whole" / name), read_text(folder / "alone" / name)) << frame;
     }
-    EXPECT_EQ(make("whole", "1", "0.6").status, 1) << "is no other frame";
-    EXPECT_EQ(make("whole", "1", "0.7", "1").status, 1) << "is no other frame";
+    for (const char* other : {"--shutter 0.6 --shutter-times 2", "--shutter 0.7 --shutter-times 1"})
+        EXPECT_EQ(make("whole", "1", other).status, 1) << other;
     EXPECT_EQ(make("whole", "1").status, 0);
 }
 
@@ -193,12 +166,9 @@ TEST_F(Shutter, MotionIsOfSquareAndCamera) {
                                                     {"all", "panning", 16.0},
                                                     {"none", "still", 0.0}}) {
         // At two frames per second the square moves by one unit, or 8 pixels, per frame. At 1 s it is in the middle.
-        const std::string file = folder / "motion.exr";
-        const Outcome outcome =
-            run_program({"render", sliding, file, "--width", "32", "--frame", "2", "--fps", "2", "--samples", "1",
-                         "--animation", animation, "--camera", camera, "--aov", "motion"});
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
-        const ExrFile picture = read_exr(file);
+        done(words("render", sliding, file("motion.exr"), "--width 32 --frame 2 --fps 2 --samples 1 --aov motion",
+                   "--animation", animation, "--camera", camera));
+        const ExrFile picture = read_exr(file("motion.exr"));
         const auto x = row(picture, "motion.X"), y = row(picture, "motion.Y");
         for (std::size_t i = 0; i < kSide; ++i) {
             if (camera != std::string("panning")) {
@@ -209,28 +179,6 @@ TEST_F(Shutter, MotionIsOfSquareAndCamera) {
             EXPECT_NEAR(y[i], 0, 1e-3) << animation << " " << i;
         }
     }
-}
-
-TEST_F(Shutter, InvalidOptions) {
-    const auto refused = [&](const Strings& more, const std::string& message) {
-        Strings arguments = {"render", sliding, folder / "a.exr"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const Outcome outcome = run_program(arguments);
-        EXPECT_EQ(outcome.status, 2) << message;
-        EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << outcome.err;
-    };
-    const auto open = [](Strings more) {
-        more.insert(more.end(), {"--animation", "all", "--shutter", "0.5"});
-        return more;
-    };
-    refused({"--shutter", "0.5"}, "--shutter: needs --frames or --animation");
-    refused({"--shutter", "1.5"}, "--shutter: expects a number from 0 to 1, not '1.5'");
-    refused({"--animation", "all", "--shutter-times", "4"}, "--shutter-times: needs --shutter");
-    refused(open({"--time", "1"}), "--shutter: cannot be given together with --time");
-    refused(open({"--error", "1"}), "--shutter: cannot be given together with --error");
-    refused(open({"--samples", "4", "--shutter-times", "5"}), "--shutter-times: 4 samples are too few for 5 times");
-    refused(open({"--samples", "5", "--shutter-times", "4", "--aov", "variance"}),
-            "--shutter-times: the layer variance takes two samples at each time: 5 samples are too few for 4 times");
 }
 
 }  // namespace

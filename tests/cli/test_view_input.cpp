@@ -1,8 +1,4 @@
 // Tests real input of mouse and keys, regions, inspection and comparison in the viewer.
-#include <algorithm>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
 #include "tests/cli/view_test.h"
 
 namespace halflight::test {
@@ -11,9 +7,7 @@ namespace {
 class ViewInput : public ViewTest {
   protected:
     /// Returns the exposure in a file of the command `state`.
-    double exposure(const char* state) const {
-        return nlohmann::json::parse(read_text(file(state)))["exposure"].get<double>();
-    }
+    double exposure(const char* state) const { return json(state)["exposure"]; }
 };
 
 class RealInput : public ViewInput {
@@ -27,15 +21,14 @@ class RealInput : public ViewInput {
     /// Runs the viewer with real input by a shell script, which starts once there is a picture. Returns the state after
     /// the input and a further command. `first` are commands before the input, `more` options.
     nlohmann::json input_state(const std::string& shell, const std::string& then, const std::string& first = "",
-                               const std::vector<std::string>& more = {}) {
+                               const Strings& more = {}) {
         for (const char* name : {"ready.json", "typed"}) std::filesystem::remove(folder / name);
         write_text(folder / "input.sh", fmt::format("until [ -f {0} ]; do sleep 0.1; done\n{1}\ntouch {2}\n",
                                                     file("ready.json"), shell, file("typed")));
         Process input({"sh", file("input.sh")}, ProcessOptions{.environment = {"DISPLAY=" + display->name()}});
-        expect_done(view(
-            first + "wait samples 1\nstate @ready.json\ninput until @typed\n" + then + "\nstate @state.json\n", more));
+        show(first + "wait samples 1\nstate @ready.json\ninput until @typed\n" + then + "\nstate @state.json\n", more);
         input.wait();
-        return nlohmann::json::parse(read_text(file("state.json")));
+        return json("state.json");
     }
 };
 
@@ -49,7 +42,7 @@ TEST_F(RealInput, NoInputIsLost) {
                                    "");
     EXPECT_EQ(state["exposure"], 50 * 0.25) << "each tap adds a quarter of a stop";
     EXPECT_EQ(state["clicks"], 50);
-    EXPECT_EQ(state["view"], nlohmann::json::parse(read_text(file("ready.json")))["view"])
+    EXPECT_EQ(state["view"], json("ready.json")["view"])
         << "a change of exposure has discarded samples, or Ctrl-S has moved the camera";
 }
 
@@ -73,7 +66,7 @@ TEST_F(RealInput, SavesInAnotherFile) {
                             file("kept.json"), file("asked.json")),
                 "wait samples 1");
     EXPECT_EQ(read_text(file("asked.json")), "kept") << "it was replaced before the user agreed";
-    const auto saved = nlohmann::json::parse(read_text(file("kept.json")));
+    const auto saved = json("kept.json");
     EXPECT_EQ(saved["exposure"], 0.25) << "later saves go to the same file";
 }
 
@@ -87,7 +80,7 @@ TEST_F(ViewInput, OtherEnvironmentsAreMetered) {
     ExrLayer bright{{"R", "G", "B"}, Image(2, 1, 3)};
     std::ranges::fill(bright.image.pixels, 5000.0f);
     write_exr(file("bright.exr"), {bright}, {});
-    expect_done(view(R"(
+    show(R"(
         wait samples 1
         state @first.json
         environment @bright.exr
@@ -102,36 +95,30 @@ TEST_F(ViewInput, OtherEnvironmentsAreMetered) {
         wait samples 1
         window @c.png
         state @again.json
+        undo
+        intensity 0
+        emission 10000
+        wait samples 1
+        state @edited.json
+        key M
+        window @m.png
+        state @metered.json
         exposure 1
         environment white
         wait samples 1
         window @d.png
-        state @chosen.json)"));
+        state @chosen.json)");
     EXPECT_EQ(exposure("first.json"), 0);
     EXPECT_NEAR(exposure("bright.json"), -std::log2(5000), 3);
     EXPECT_EQ(exposure("undone.json"), 0);
     EXPECT_NEAR(exposure("again.json"), -std::log2(5000), 3) << "an undo has ended metering";
+    EXPECT_EQ(exposure("edited.json"), 0) << "an edit of the light is not metered";
+    EXPECT_NEAR(exposure("metered.json"), -std::log2(10000), 3);
     EXPECT_EQ(exposure("chosen.json"), 1) << "the user has chosen it";
 }
 
-TEST_F(ViewInput, PicturesAreMeteredOnRequest) {
-    expect_done(view(R"(
-        wait samples 1
-        state @first.json
-        intensity 0
-        emission 10000
-        wait samples 1
-        state @bright.json
-        key M
-        window @metered.png
-        state @metered.json)"));
-    EXPECT_EQ(exposure("first.json"), 0);
-    EXPECT_EQ(exposure("bright.json"), 0) << "an edit of the light is not metered";
-    EXPECT_NEAR(exposure("metered.json"), -std::log2(10000), 3);
-}
-
 TEST_F(ViewInput, InspectsPixelsAndCompares) {
-    expect_done(view(R"(
+    show(R"(
         wait samples 3
         screenshot @seen.exr
         screenshot @seen.png
@@ -154,8 +141,7 @@ TEST_F(ViewInput, InspectsPixelsAndCompares) {
         split 1
         view luminance
         wait first
-        screenshot @luminance.png)"));
-    const auto json = [&](const char* name) { return nlohmann::json::parse(read_text(file(name))); };
+        screenshot @luminance.png)");
     const auto probe = json("probe.json");
     const Image seen = exr("seen.exr");
     for (int c = 0; c < 3; ++c) EXPECT_EQ(probe["value"][std::size_t(c)].get<float>(), seen.at(160, 170)[c]);
@@ -178,24 +164,21 @@ TEST_F(ViewInput, InspectsPixelsAndCompares) {
         for (int c = 0; c < 3; ++c) black.pixels[std::size_t(4 * i + c)] = 0, twice.pixels[std::size_t(4 * i + c)] *= 2;
     write_exr(file("black.exr"), {{{"R", "G", "B", "A"}, black}}, {});
     write_exr(file("twice.exr"), {{{"R", "G", "B", "A"}, twice}}, {});
-    expect_done(view(R"(
+    show(R"(
         wait samples 3
         against @black.exr
         comparison difference
         screenshot @from-black.png
         against @twice.exr
-        screenshot @from-twice.png)"));
+        screenshot @from-twice.png)");
     EXPECT_GT(std::ranges::max(png("seen.png").pixels), 0.5) << "black pictures would show no difference either";
     EXPECT_EQ(difference(png("from-black.png"), png("seen.png")), 0);
     EXPECT_EQ(difference(png("from-twice.png"), png("seen.png")), 0);
-    const Outcome wrong = view("wait samples 1\nscreenshot @a.png\nagainst @a.png\ncomparison difference\n");
-    EXPECT_EQ(wrong.err, fmt::format("halflight: {}4: comparison: a linear picture and a display-encoded one have no "
-                                     "difference\n",
-                                     file("script.txt:")));
+    expect_error("wait samples 1\nscreenshot @a.png\nagainst @a.png\ncomparison difference\n", 4, "comparison: ");
 }
 
 TEST_F(ViewInput, RegionsTakeSamplesAndKeepThem) {
-    expect_done(view(R"(
+    show(R"(
         wait samples 2
         screenshot @two.exr
         region 100 60 210 170
@@ -204,11 +187,10 @@ TEST_F(ViewInput, RegionsTakeSamplesAndKeepThem) {
         screenshot @region.exr
         region off
         wait samples 8
-        screenshot @whole.exr)"));
-    EXPECT_EQ(nlohmann::json::parse(read_text(file("state.json")))["region"], nlohmann::json({100, 60, 210, 170}));
-    render({file("eight.exr"), "--samples", "8"});
-    EXPECT_TRUE(same_bits(exr("whole.exr"), exr("eight.exr"))) << "samples were lost";
-    const Image region = exr("region.exr"), two = exr("two.exr"), eight = exr("eight.exr");
+        screenshot @whole.exr)");
+    EXPECT_EQ(json("state.json")["region"], nlohmann::json({100, 60, 210, 170}));
+    const Image region = exr("region.exr"), two = exr("two.exr"), eight = render("eight.exr", "--samples 8");
+    EXPECT_TRUE(same_bits(exr("whole.exr"), eight)) << "samples were lost";
     for (int y = 0; y < region.height; ++y)
         for (int x = 0; x < region.width; ++x)
             for (int c = 0; c < 3; ++c) {
@@ -218,12 +200,9 @@ TEST_F(ViewInput, RegionsTakeSamplesAndKeepThem) {
                 else
                     ASSERT_EQ(region.at(x, y)[c], two.at(x, y)[c]) << "it has taken further samples";
             }
-    EXPECT_NE(read_exr(file("region.exr")).attributes.comments.find("2 samples, 8 in the region 100,60,210,170"),
-              std::string::npos);
-    const std::string at = file("script.txt:");
-    EXPECT_EQ(view("region 400 10 500 20\n").err,
-              fmt::format("halflight: {}1: region: has no pixels of the picture\n", at));
-    EXPECT_EQ(view("region on\n").err, fmt::format("halflight: {}1: 'region' takes X0 Y0 X1 Y1 or off\n", at));
+    expect_has(read_exr(file("region.exr")).attributes.comments, "8 in the region 100,60,210,170");
+    expect_error("region 400 10 500 20\n", 1, "region: ");
+    expect_error("region on\n", 1, "'region'");
 }
 
 TEST_F(RealInput, RegionsAreDrawnWithTheMouse) {

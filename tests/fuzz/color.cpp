@@ -18,16 +18,6 @@ void check_view(const ColorConfig& config, const ViewTransform& wanted) {
     if (view.gpu_shader().glsl.find("ocio_view") == std::string::npos) throw Broken("the shader has no function");
 }
 
-/// Calls f and swallows an Error, so that the calls after it still run.
-template <class F>
-void attempt(F f) {
-    try {
-        f();
-    } catch (const Error& error) {
-        check_message(error, "");
-    }
-}
-
 }  // namespace
 
 void color(std::string_view input) {
@@ -38,11 +28,12 @@ void color(std::string_view input) {
         input.remove_prefix(std::min(end + 1, input.size()));
     }
     const MemoryFile file(input);
-    attempt([&] {
+    check_errors("", [&] {
         const ColorConfig config = input.empty() ? ColorConfig::load() : ColorConfig::load(file.path());
-        attempt([&] { check_view(config, {names[0], names[1], names[2]}); });
-        attempt([&] { config.linear_space(names[3]); });
-        for (const std::string& display : config.displays()) attempt([&] { check_view(config, {display, "", ""}); });
+        check_errors("", [&] { check_view(config, {names[0], names[1], names[2]}); });
+        check_errors("", [&] { config.linear_space(names[3]); });
+        for (const std::string& display : config.displays())
+            check_errors("", [&] { check_view(config, {display, "", ""}); });
     });
 }
 

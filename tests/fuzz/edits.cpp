@@ -64,13 +64,7 @@ void apply_to_scene(const SceneEdits& edits) {
 }  // namespace
 
 void edits(std::string_view input) {
-    SavedSettings read;
-    try {
-        read = parse_settings(input, kFile);
-    } catch (const Error& error) {
-        return check_message(error, kFile.string());
-    }
-    apply_to_scene(read.edits);
+    check_errors(kFile.string(), [&] { apply_to_scene(parse_settings(input, kFile).edits); });
 }
 
 }  // namespace halflight::fuzz

@@ -12,7 +12,7 @@ void environment(std::string_view input) {
     const MemoryFile file(input);
     ExrLimits limits;
     limits.max_side = 1024;  // small files can hold large pictures
-    try {
+    check_errors(file.path().string(), [&] {
         SceneReport report;
         const Environment loaded = load_environment(file.path(), report, limits);
         const Image& map = loaded.map;
@@ -24,9 +24,7 @@ void environment(std::string_view input) {
         if (!std::isfinite(cells.integral)) throw Broken("the integral of the map is not finite");
         for (const double weight : cells.weights)
             if (!(std::isfinite(weight) && weight >= 0)) throw Broken("a weight is not finite or negative");
-    } catch (const Error& error) {
-        check_message(error, file.path().string());
-    }
+    });
 }
 
 }  // namespace halflight::fuzz

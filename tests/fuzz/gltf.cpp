@@ -29,7 +29,7 @@ std::string pack_glb(std::string_view json, std::string_view binary) {
 /// Poses the file. A pose may be refused because of data that the rest pose ignores; otherwise it must be valid.
 void pose(const std::filesystem::path& path, const GltfOptions& options) {
     GltfScene scene(path, options);
-    try {
+    check_errors("", [&] {
         std::vector<std::size_t> all(scene.animations().size());
         std::iota(all.begin(), all.end(), std::size_t{0});
         scene.surfaces_move(all);
@@ -37,9 +37,7 @@ void pose(const std::filesystem::path& path, const GltfOptions& options) {
             const Scene posed = scene.at(seconds, all);
             if (posed.cameras.size() != scene.cameras_at(seconds, all).size()) throw Broken("cameras differ");
         }
-    } catch (const Error& error) {
-        check_message(error, "");
-    }
+    });
 }
 
 }  // namespace
@@ -52,7 +50,7 @@ void gltf(std::string_view input) {
     GltfOptions options;
     options.max_image_side = 1024;  // small files can hold large pictures
     MemoryLedger::process().set_limit(kProgramBytes + (std::size_t{512} << 20));
-    try {
+    check_errors("", [&] {
         // Half of the files draw points and lines, unless these are too many: an accessor may have no data.
         constexpr std::size_t kMostBytes = std::size_t{1} << 26;
         options.line_width = packed.size() % 2 == 0 ? 0.1 : 0;
@@ -68,9 +66,7 @@ void gltf(std::string_view input) {
             if (!all_finite(position)) throw Broken("a position in the tables is not finite");
         for (const vec4& row : lights.rows)
             if (!all_finite(vec3(row))) throw Broken("a light is not finite");
-    } catch (const Error& error) {
-        check_message(error, "");
-    }
+    });
 }
 
 }  // namespace halflight::fuzz

@@ -25,4 +25,14 @@ class MemoryFile {
 /// Throws Broken unless the message is one line that starts with `subject`.
 void check_message(const Error& error, std::string_view subject);
 
+/// Calls f(). Its errors must be one line that starts with `subject`.
+template <class F>
+void check_errors(std::string_view subject, F f) {
+    try {
+        f();
+    } catch (const Error& error) {
+        check_message(error, subject);
+    }
+}
+
 }  // namespace halflight::fuzz

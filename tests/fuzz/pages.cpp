@@ -72,15 +72,7 @@ class InputPages final : public paging::PageSource {
     std::vector<std::string_view> blocks_, pages_;
 };
 
-/// Calls f(); its errors must be about the pages.
-template <class F>
-void check_errors(F f) {
-    try {
-        f();
-    } catch (const Error& error) {
-        check_message(error, "pages: ");
-    }
-}
+constexpr const char* kSubject = "pages: ";  // of errors
 
 void check_hierarchy(const paging::PageIndex& index) {
     const rays::Bvh top = paging::hierarchy_over(index);
@@ -100,9 +92,9 @@ void pages(std::string_view input) {
     if (!stored) return;
     const InputPages source(std::move(stored->index), input);
     check_hierarchy(source.index());
-    check_errors([&] { paging::resident_tables(source); });
+    check_errors(kSubject, [&] { paging::resident_tables(source); });
     for (std::uint32_t page = 0; page < std::min<std::size_t>(source.index().pages.size(), kMostPages); ++page) {
-        check_errors([&] {
+        check_errors(kSubject, [&] {
             const paging::LoadedPage loaded = paging::read_with_rows(source, page);
             const std::string defect = test::SlotCheck(loaded, source.index()).defect();
             if (!defect.empty()) throw Broken(defect);
@@ -112,7 +104,7 @@ void pages(std::string_view input) {
     for (std::uint32_t first = 0; first < end; first += paging::kTrianglesPerBlock) {
         std::vector<std::uint32_t> triangles(std::min(paging::kTrianglesPerBlock, end - first));
         std::iota(triangles.begin(), triangles.end(), first);
-        check_errors([&] {
+        check_errors(kSubject, [&] {
             paging::TriangleRows rows;
             source.read_rows(triangles, rows);
             for (const uvec4& t : rows.triangles) {

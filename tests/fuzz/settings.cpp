@@ -34,14 +34,12 @@ void write_and_read(const SavedSettings& settings) {
 }  // namespace
 
 void settings(std::string_view input) {
-    try {
+    check_errors(kFile.string(), [&] {
         const SavedSettings read = parse_settings(input, kFile);
         if (const auto* pose = std::get_if<CameraPose>(&read.camera)) check_pose(*pose);
         for (const Bookmark& bookmark : read.bookmarks) check_pose(bookmark.pose);
         write_and_read(read);
-    } catch (const Error& error) {
-        check_message(error, kFile.string());
-    }
+    });
 }
 
 }  // namespace halflight::fuzz

@@ -3,10 +3,12 @@
 
 FOLDER has the final sources of the programs that tests have linked (HALFLIGHT_SHADER_SOURCES). Sources older than the
 build are removed. Kernels of shaders/ that are still missing are made by small renders, so that the test also runs alone.
-Prints errors, warnings and the number of variants by kernel.
+Variants of a kernel differ in the macros at their head. They are compiled until each two values that macros have together
+in some variant have been compiled together. Prints errors, warnings and the number of variants by kernel.
 """
 import collections
 import concurrent.futures
+import itertools
 import os
 import pathlib
 import re
@@ -40,10 +42,10 @@ MAKERS = [
     (["specular_chain.comp"], "{P} render {S}/still-life.glb y.exr --width 32 --samples 2 --denoise"),
     (["connection.comp"], "{P} bench --scene {S}/cornell.glb --size 64x48 --turns 1 --kinds connection --methods plain"),
     (["trace_paged.comp"], "{P} pack {S}/cornell.glb h && {P} render {S}/cornell.glb h.exr --pages h --width 32 --samples 1"),
-    (["page_ends.comp"], "{T}/test_paging"),
-    (["deform.comp"], "{T}/test_deform"),
-    (["nl_means.comp"], "{T}/test_native_means"),
-    (["radiance_cache_age.comp"], "{T}/test_radiance_cache"),
+    (["page_ends.comp"], "{T}/test_pass_rays --sources=test_paging.cpp"),
+    (["deform.comp"], "{T}/test_pass_picture --sources=test_deform.cpp"),
+    (["nl_means.comp"], "{T}/test_pass_picture --sources=test_native_means.cpp"),
+    (["radiance_cache_age.comp"], "{T}/test_pass_light --sources=test_radiance_cache.cpp"),
     (["view.frag"], "printf 'wait first\\nquit\\n' >q; xvfb-run -a {P} view {S}/cornell.glb --script q"),
 ]
 
@@ -92,6 +94,26 @@ def kernel_of(source):
     return source.stem.rpartition("-")[0]
 
 
+def macros(source):
+    """Returns the macros at the head of a source, with their values."""
+    head = itertools.takewhile(lambda line: line.startswith("#"), source.read_text().splitlines()[1:])
+    return dict(re.match(r"#define (\S+) ?(.*)", line).groups() for line in head if line.startswith("#define "))
+
+
+def covering(sources):
+    """Returns those of the variants of a kernel that contain each pair of values of two macros."""
+    values = {source: macros(source) for source in sources}
+    names = sorted({name for known in values.values() for name in known})
+    chosen, covered = [], set()
+    for source in sorted(sources, key=lambda s: (-len(values[s]), s.name)):
+        settings = [(name, values[source].get(name)) for name in names]
+        pairs = set(itertools.combinations(settings, 2)) if len(names) > 1 else {tuple(settings)}
+        if not pairs <= covered:
+            chosen.append(source)
+            covered |= pairs
+    return chosen
+
+
 def without_program(checkout, build, folder):
     """Returns the kernels of which the folder has no program, without those of a viewer that cannot run."""
     made = {kernel_of(source) for source in folder.glob(SOURCES)}
@@ -130,7 +152,11 @@ def main():
     programs = {}
     for source in sorted(folder.glob(SOURCES)):
         programs.setdefault(source.stem, []).append(source)
-    kernels = [stages[0] for stages in programs.values() if len(stages) == 1]
+    variants = {}
+    for stages in programs.values():
+        if len(stages) == 1:
+            variants.setdefault(kernel_of(stages[0]), []).append(stages[0])
+    kernels = [source for sources in variants.values() for source in covering(sources)]
     batches = [(compiled, kernels[i:i + BATCH]) for i in range(0, len(kernels), BATCH)]
     batches += [(linked, stages) for stages in programs.values() if len(stages) > 1]
     refused, warnings = 0, {}
@@ -148,7 +174,7 @@ def main():
         print(f"{count:5} {kernel}")
     for line, where in warnings.items():
         print(line, "in", ", ".join(sorted(where)))
-    print(f"{len(programs)} programs, {sum(map(len, programs.values()))} stages, {refused} refused, "
+    print(f"{len(programs)} programs, {len(kernels)} of {sum(map(len, variants.values()))} kernels compiled, {refused} refused, "
           f"{len(warnings)} kinds of warnings")
     missing = without_program(checkout, build, folder)
     if missing:

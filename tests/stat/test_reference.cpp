@@ -1,8 +1,10 @@
 // Tests the oracle's path tracing: closed furnaces, components, determinism, transforms, precision.
 #include "engine/reference/reference.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/reference/random.h"
@@ -16,12 +18,13 @@ namespace {
 
 using namespace test;
 
-/// Expects a mean within four standard errors, and a 95 % interval narrower than +- `precision`.
-void expect_mean(const ReferenceResult& result, double expected, double precision, const std::string& what) {
+/// Expects a mean within four standard errors, and a 95 % interval narrower than +- 0.5 %. A bias of 1.6 % is found
+/// with a probability of 99 %, and a correct mean is refused with one of 6e-5.
+void expect_mean(const ReferenceResult& result, double expected, const std::string& what) {
     for (int c = 0; c < 3; ++c) {
         const MeanRadiance mean = mean_radiance(result, c);
         EXPECT_NEAR(mean.value, expected, 4 * mean.error + 2e-4 * expected) << what;
-        EXPECT_LT(1.96 * mean.error, precision * expected) << what;
+        EXPECT_LT(1.96 * mean.error, 0.005 * expected) << what;
     }
     EXPECT_EQ(result.non_finite_samples, 0u) << what;
     EXPECT_EQ(count_non_finite(result.beauty).nans, 0u) << what;
@@ -42,64 +45,43 @@ TEST(Reference, ClosedBoxSumsTheSeriesOfItsAlbedo) {
     for (int bounces = 0; bounces <= 40; ++bounces, power *= albedo) {
         expected += power;
         if (bounces != 0 && bounces != 1 && bounces != 2 && bounces != 5 && bounces != 40) continue;
-        const ReferenceResult result = render_oracle(scene, inside, 24, 512, bounces);
-        expect_mean(result, expected, 0.003, "bounces " + std::to_string(bounces));
+        const ReferenceResult result = render_oracle(scene, inside, 24, 192, bounces);
+        expect_mean(result, expected, "bounces " + std::to_string(bounces));
     }
     EXPECT_NEAR(expected, 1 / (1 - albedo), 1e-3);
 }
 
 TEST(Reference, WhiteFurnaceIsOneForEveryMaterial) {
-    struct Case {
-        const char* name;
-        Material material;
-    };
-    std::vector<Case> cases;
+    std::vector<std::pair<const char*, Material>> cases = {{"diffuse", diffuse_material(vec3(1))}};
     for (const float roughness : {0.0f, 0.1f, 0.5f, 1.0f}) {
-        cases.push_back({"metal", metal_material(vec3(1), roughness)});
+        cases.emplace_back("metal", metal_material(vec3(1), roughness));
         Material dielectric = metal_material(vec3(1), roughness);
         dielectric.metallic = 0;
         for (const float ior : {1.0f, 1.5f, 2.5f}) {
             dielectric.ior = ior;
-            cases.push_back({"dielectric", dielectric});
+            cases.emplace_back("dielectric", dielectric);
         }
         dielectric.specular = 0.4f;
-        cases.push_back({"specular", dielectric});
-        dielectric.specular = 1;
-        dielectric.clearcoat = 0.9f;
-        dielectric.clearcoat_roughness = 0.3f;
-        cases.push_back({"clearcoat", dielectric});
+        cases.emplace_back("specular", dielectric);
+        dielectric.specular = 1, dielectric.clearcoat = 0.9f, dielectric.clearcoat_roughness = 0.3f;
+        cases.emplace_back("clearcoat", dielectric);
         dielectric.transmission = 0.7f;
-        cases.push_back({"transmission under clearcoat", dielectric});
+        cases.emplace_back("transmission under clearcoat", dielectric);
         dielectric.clearcoat = 0;
-        cases.push_back({"transmission", dielectric});
+        cases.emplace_back("transmission", dielectric);
     }
-    cases.push_back({"diffuse", diffuse_material(vec3(1))});
-    for (const Case& c : cases) {
+    for (const auto& [name, material] : cases) {
         Scene scene;
         scene.environment.color = vec3(1);
-        add_quad(scene, add_material(scene, c.material), {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
+        add_quad(scene, add_material(scene, material), {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
         for (const double height : {0.3, 4.0}) {  // grazing and steep views; both sides are front sides
             const Camera camera = look_at_camera({2, height == 4.0 ? -height : height, 1}, {0, 0, 0}, {0, 1, 0}, 0.02);
-            const std::string what = std::string(c.name) + " roughness " + std::to_string(c.material.roughness) +
-                                     " ior " + std::to_string(c.material.ior) + " height " + std::to_string(height);
-            const int samples = c.material.roughness == 1 ? 640 : 320;
-            expect_mean(render_oracle(scene, camera, 24, samples, 1), 1, 0.003, what);
+            const std::string what =
+                fmt::format("{}, roughness {}, ior {}, height {}", name, material.roughness, material.ior, height);
+            const int samples = material.roughness == 1 ? 256 : 128;
+            expect_mean(render_oracle(scene, camera, 24, samples, 1), 1, what);
         }
     }
-}
-
-TEST(Reference, DentedWhiteBoxStaysWhite) {
-    // The shape is concave, so light is reflected many times before it reaches the sky.
-    Scene scene;
-    scene.environment.color = vec3(1);
-    const int white = add_material(scene, diffuse_material(vec3(1)));
-    add_box(scene, white, {-1, -1, -1}, {1, -0.9f, 1});
-    add_box(scene, white, {-1, -0.9f, -1}, {-0.8f, 1, 1});
-    add_box(scene, white, {-0.8f, -0.9f, -1}, {1, 1, -0.8f});
-    const ReferenceResult result =
-        render_oracle(scene, look_at_camera({3, 3, 3}, {-0.4, -0.4, -0.4}, {0, 1, 0}, 0.3), 24, 256, 64);
-    expect_mean(result, 1, 0.003, "dented");
-    EXPECT_EQ(*result.alpha.at(12, 12), 1);
 }
 
 TEST(Reference, NoLightLeaksThroughClosedWalls) {
@@ -132,18 +114,17 @@ TEST(Reference, ComponentsSumToBeauty) {
     EXPECT_GT(direct_glossy, 0);
     EXPECT_GT(indirect_glossy, 0);
 
-    // The picture of one bounce has only direct components, and the metal has no diffuse component.
+    // The picture of one bounce has only direct components, and the metal (instance 7) has no diffuse component.
     const ReferenceResult one = render_oracle(scene, scene.cameras[0], 32, 16, 1);
     for (const float value : one.components.indirect_diffuse.pixels) EXPECT_EQ(value, 0);
-    for (std::size_t i = 0; i < r.aovs.instance.size(); ++i) {
-        if (r.aovs.instance[i] == 7 && *r.alpha.at(int(i % 32), int(i / 32)) == 1) {
-            const bool edge = i % 32 == 0 || r.aovs.instance[i - 1] != 7 || r.aovs.instance[i + 1] != 7 ||
-                              r.aovs.instance[i - 32] != 7 || r.aovs.instance[i + 32] != 7;
-            if (!edge) {
-                EXPECT_EQ(one.components.direct_diffuse.pixels[3 * i], 0);
-            }
-        }
+    int inner = 0;
+    for (std::size_t i = 33; i + 33 < r.aovs.instance.size(); ++i) {
+        const std::size_t pixel_and_neighbours[] = {i, i - 1, i + 1, i - 32, i + 32};
+        if (std::ranges::any_of(pixel_and_neighbours, [&](std::size_t p) { return r.aovs.instance[p] != 7; })) continue;
+        EXPECT_EQ(one.components.direct_diffuse.pixels[3 * i], 0);
+        ++inner;
     }
+    EXPECT_GT(inner, 10);
 }
 
 TEST(Reference, DoesNotDependOnThreadsAndSplitsIntoRanges) {
@@ -206,18 +187,15 @@ Scene bumpy_box() {
 
 TEST(Reference, TransformsOfInstancesAndMeshesAreEqual) {
     const Scene scene = bumpy_box();
-    const ReferenceResult plain = render_oracle(scene, scene.cameras[0], 32, 64, 4);
     const dmat4 mirror(dvec4(-1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 0, 0, 1));
     const dmat4 stretch(dvec4(3, 0, 0, 0), dvec4(0.5, 0.2, 0, 0), dvec4(0, 0, -7, 0), dvec4(0, 5, 0, 1));
     for (const auto& [name, transform] : {std::pair{"reference-mirrored", mirror}, {"reference-stretched", stretch}}) {
-        Scene moved = with_baked_transform(scene, transform);
+        Scene still = scene;
         if (transform == stretch) {  // not orthogonal: baking changes tangent frames, so bumps are off
-            for (Mesh& mesh : moved.meshes) mesh.tangents.clear();
+            for (Mesh& mesh : still.meshes) mesh.tangents.clear();
         }
-        Scene flat = scene;
-        for (Mesh& mesh : flat.meshes) mesh.tangents.clear();
-        const ReferenceResult expected =
-            transform == stretch ? render_oracle(flat, scene.cameras[0], 32, 64, 4) : plain;
+        const Scene moved = with_baked_transform(still, transform);
+        const ReferenceResult expected = render_oracle(still, scene.cameras[0], 32, 64, 4);
         const ReferenceResult result = render_oracle(moved, scene.cameras[0], 32, 64, 4, 2);
         EXPECT_TRUE(agree(name, {result.beauty, result.variance, 64}, {expected.beauty, expected.variance, 64},
                           {.block = 8, .relative_difference = 0}));

@@ -1,7 +1,9 @@
 // Tests the oracle's material and its albedo tables without a scene.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 #include "engine/core/statistics.h"
@@ -25,118 +27,104 @@ struct Case {
     BsdfParameters parameters;
 };
 
+BsdfParameters coated(BsdfParameters p, double clearcoat, double roughness) {
+    p.clearcoat = clearcoat, p.clearcoat_roughness = roughness;
+    return p;
+}
+
+BsdfParameters with_sheen(BsdfParameters p, double color, double roughness) {
+    p.sheen_color = dvec3(color), p.sheen_roughness = roughness;
+    return p;
+}
+
+BsdfParameters brushed(BsdfParameters p, double strength, double phi) {
+    p.anisotropy = strength, p.rough_direction = direction_at(0, phi);
+    return p;
+}
+
+BsdfParameters solid(BsdfParameters p, bool front = true) {
+    p.inside.thickness = 1, p.front = front;
+    return p;
+}
+
 /// Returns white materials of every kind, whose albedo is 1 (SHADING.md, "White furnace").
 std::vector<Case> white_materials() {
     std::vector<Case> cases;
-    for (const double roughness : {0.0, 0.1, 0.5, 1.0}) {
-        cases.push_back({"metal", {.roughness = roughness}});
-        for (const double ior : {1.0, 1.5, 2.5}) {
-            cases.push_back({"dielectric", {.metallic = 0, .roughness = roughness, .ior = ior}});
-        }
-        cases.push_back({"half metal", {.metallic = 0.5, .roughness = roughness}});
-        cases.push_back({"specular 0.5", {.metallic = 0, .roughness = roughness, .specular = 0.5}});
-        cases.push_back({"specular colour", {.metallic = 0, .roughness = roughness, .specular_color = dvec3(30)}});
-        cases.push_back({"transmission", {.metallic = 0, .roughness = roughness, .transmission = 0.7}});
-        for (const double coat : {0.0, 0.3, 1.0}) {
-            cases.push_back(
-                {"coated", {.metallic = 0, .roughness = roughness, .clearcoat = 0.8, .clearcoat_roughness = coat}});
-        }
-        cases.push_back({"sheen", {.metallic = 0, .sheen_color = dvec3(1), .sheen_roughness = roughness}});
-        cases.push_back({"coated sheen over metal",
-                         {.roughness = 0.4,
-                          .clearcoat = 0.5,
-                          .clearcoat_roughness = 0.3,
-                          .sheen_color = dvec3(0.7),
-                          .sheen_roughness = roughness}});
-        for (const double through : {0.4, 1.0}) {
-            cases.push_back({"leaf", {.metallic = 0, .roughness = roughness, .diffuse_transmission = through}});
-            cases.push_back({"coated half metallic leaf that transmits",
-                             {.metallic = 0.5,
-                              .roughness = roughness,
-                              .clearcoat = 0.5,
-                              .clearcoat_roughness = 0.3,
-                              .transmission = 0.5,
-                              .diffuse_transmission = through,
-                              .sheen_color = dvec3(0.5),
-                              .sheen_roughness = 0.5}});
+    const auto add = [&](const char* name, const BsdfParameters& p) { cases.push_back({name, p}); };
+    for (const double r : {0.0, 0.1, 0.5, 1.0}) {
+        add("metal", {.roughness = r});
+        for (const double ior : {1.0, 1.5, 2.5}) add("dielectric", {.metallic = 0, .roughness = r, .ior = ior});
+        add("half metal", {.metallic = 0.5, .roughness = r});
+        add("specular 0.5", {.metallic = 0, .roughness = r, .specular = 0.5});
+        add("specular colour", {.metallic = 0, .roughness = r, .specular_color = dvec3(30)});
+        add("transmission", {.metallic = 0, .roughness = r, .transmission = 0.7});
+        for (const double coat : {0.0, 0.3, 1.0}) add("coated", coated({.metallic = 0, .roughness = r}, 0.8, coat));
+        add("sheen", with_sheen({.metallic = 0}, 1, r));
+        add("coated sheen over metal", with_sheen(coated({.roughness = 0.4}, 0.5, 0.3), 0.7, r));
+        for (const double t : {0.4, 1.0}) {
+            add("leaf", {.metallic = 0, .roughness = r, .diffuse_transmission = t});
+            const BsdfParameters leaf{.metallic = 0.5, .roughness = r, .transmission = 0.5, .diffuse_transmission = t};
+            add("coated half metallic leaf that transmits", with_sheen(coated(leaf, 0.5, 0.3), 0.5, 0.5));
         }
         for (const double strength : {0.3, 0.8}) {
-            const dvec3 direction = direction_at(0, 1 - strength);
-            cases.push_back(
-                {"brushed metal", {.roughness = roughness, .anisotropy = strength, .rough_direction = direction}});
-            cases.push_back({"brushed transmission",
-                             {.metallic = 0.2,
-                              .roughness = roughness,
-                              .transmission = 0.6,
-                              .anisotropy = strength,
-                              .rough_direction = direction}});
+            add("brushed metal", brushed({.roughness = r}, strength, 1 - strength));
+            add("brushed transmission",
+                brushed({.metallic = 0.2, .roughness = r, .transmission = 0.6}, strength, 1 - strength));
         }
-    }
-    for (const double roughness : {0.0, 0.1, 0.5, 1.0}) {
         for (const double ior : {1.0, 1.33, 2.4, 20.0}) {
-            for (const bool front : {true, false}) {
-                cases.push_back({"solid",
-                                 {.metallic = 0,
-                                  .roughness = roughness,
-                                  .ior = ior,
-                                  .transmission = 1,
-                                  .inside = {.thickness = 1},
-                                  .front = front}});
-            }
+            for (const bool front : {true, false})
+                add("solid", solid({.metallic = 0, .roughness = r, .ior = ior, .transmission = 1}, front));
         }
         for (const double specular : {0.0, 0.4}) {
-            cases.push_back({"solid of little specular",
-                             {.metallic = 0,
-                              .roughness = roughness,
-                              .specular = specular,
-                              .ior = 2,
-                              .transmission = 1,
-                              .inside = {.thickness = 1}}});
+            add("solid of little specular",
+                solid({.metallic = 0, .roughness = r, .specular = specular, .ior = 2, .transmission = 1}));
         }
-        cases.push_back({"coated half solid",
-                         {.metallic = 0.3,
-                          .roughness = roughness,
-                          .clearcoat = 0.5,
-                          .clearcoat_roughness = 0.3,
-                          .transmission = 0.6,
-                          .inside = {.thickness = 1}}});
-        cases.push_back({"candle",
-                         {.metallic = 0,
-                          .roughness = roughness,
-                          .transmission = 0.3,
-                          .diffuse_transmission = 0.6,
-                          .inside = {.thickness = 1},
-                          .front = false}});
-        cases.push_back({"brushed half solid",
-                         {.metallic = 0.3,
-                          .roughness = roughness,
-                          .transmission = 0.6,
-                          .anisotropy = 0.7,
-                          .rough_direction = direction_at(0, 1),
-                          .inside = {.thickness = 1}}});
+        const BsdfParameters half{.metallic = 0.3, .roughness = r, .transmission = 0.6};
+        add("coated half solid", solid(coated(half, 0.5, 0.3)));
+        add("brushed half solid", solid(brushed(half, 0.7, 1)));
+        add("candle", solid({.metallic = 0, .roughness = r, .transmission = 0.3, .diffuse_transmission = 0.6}, false));
     }
     return cases;
 }
 
+/// Compares the quadrature of an albedo with `kSamples` sampled directions.
+template <class Alpha>
+void expect_albedo(const Albedo& albedo, const dvec3& wo, const Alpha& alpha, double tolerance, Random& random) {
+    constexpr int kSamples = 40000;
+    const auto visibility = [&](const dvec3& wi) {
+        if constexpr (std::is_same_v<Alpha, double>) {
+            return ggx_visibility(wo.z, wi.z, alpha);
+        } else {
+            return ggx_visibility(wo, wi, alpha);
+        }
+    };
+    RunningMoments one, b;
+    for (int i = 0; i < kSamples; ++i) {
+        const double u1 = random.uniform(), u2 = random.uniform();
+        const dvec3 h = sample_visible_normal(wo, alpha, u1, u2);
+        const dvec3 wi = 2 * dot(wo, h) * h - wo;
+        const double f = wi.z <= 0 ? 0 : visibility(wi) * ggx_distribution(h, alpha) * wi.z;
+        const double value = f / reflection_pdf(wo, h, alpha);
+        one.add(value);
+        b.add(value * schlick(dot(wo, h)));
+    }
+    EXPECT_NEAR(albedo.one(), one.mean(), 4 * one.standard_error() + tolerance) << wo.z;
+    EXPECT_NEAR(albedo.b, b.mean(), 4 * b.standard_error() + tolerance) << wo.z;
+}
+
 TEST(ReferenceAlbedo, QuadratureAgreesWithMonteCarlo) {
     Random random(1);
+    // The error of values that are almost always 1 or 0 is not normal. The tolerance adds one sample.
     for (const double alpha : {0.001, 0.01, 0.1, 0.4, 1.0}) {
-        for (const double mu : {0.01, 0.1, 0.5, 1.0}) {
-            const dvec3 wo = direction_at(mu);
-            RunningMoments one, b;
-            for (int i = 0; i < 40000; ++i) {
-                const double u1 = random.uniform(), u2 = random.uniform();
-                const dvec3 h = sample_visible_normal(wo, alpha, u1, u2);
-                const dvec3 wi = 2 * dot(wo, h) * h - wo;
-                const double f = wi.z <= 0 ? 0 : ggx_visibility(mu, wi.z, alpha) * ggx_distribution(h, alpha) * wi.z;
-                const double value = f / reflection_pdf(wo, h, alpha);
-                one.add(value);
-                b.add(value * schlick(dot(wo, h)));
+        for (const double mu : {0.01, 0.1, 0.5, 1.0})
+            expect_albedo(integrate_albedo(mu, alpha), direction_at(mu), alpha, 3e-5, random);
+    }
+    for (const dvec2 alpha : {dvec2(0.9, 0.01), dvec2(0.5, 0.2), dvec2(0.2, 1e-4)}) {
+        for (const double mu : {0.02, 0.3, 1.0}) {
+            for (const double phi : {0.0, 0.9, 1.5}) {
+                const dvec3 wo = direction_at(mu, phi);
+                expect_albedo(integrate_albedo(wo, alpha), wo, alpha, 1e-3, random);
             }
-            const Albedo e = integrate_albedo(mu, alpha);
-            // The error of values that are almost always 1 or 0 is not normal. The tolerance adds one sample.
-            EXPECT_NEAR(e.one(), one.mean(), 4 * one.standard_error() + 3e-5) << mu << ' ' << alpha;
-            EXPECT_NEAR(e.b, b.mean(), 4 * b.standard_error() + 3e-5) << mu << ' ' << alpha;
         }
     }
 }
@@ -155,28 +143,8 @@ TEST(ReferenceAlbedo, TableAgreesWithQuadrature) {
     EXPECT_LT(error.mean(), 5e-6);
 }
 
-TEST(ReferenceAlbedo, AnisotropicQuadratureAgreesWithMonteCarloAndItsTable) {
+TEST(ReferenceAlbedo, AnisotropicTableAgreesWithQuadrature) {
     Random random(8);
-    for (const dvec2 alpha : {dvec2(0.9, 0.01), dvec2(0.5, 0.2), dvec2(0.2, 1e-4)}) {
-        for (const double mu : {0.02, 0.3, 1.0}) {
-            for (const double phi : {0.0, 0.9, 1.5}) {
-                const dvec3 wo = direction_at(mu, phi);
-                RunningMoments one, b;
-                for (int i = 0; i < 40000; ++i) {
-                    const double u1 = random.uniform(), u2 = random.uniform();
-                    const dvec3 h = sample_visible_normal(wo, alpha, u1, u2);
-                    const dvec3 wi = 2 * dot(wo, h) * h - wo;
-                    const double f = wi.z <= 0 ? 0 : ggx_visibility(wo, wi, alpha) * ggx_distribution(h, alpha) * wi.z;
-                    const double value = f / reflection_pdf(wo, h, alpha);
-                    one.add(value);
-                    b.add(value * schlick(dot(wo, h)));
-                }
-                const Albedo e = integrate_albedo(wo, alpha);
-                EXPECT_NEAR(e.one(), one.mean(), 4 * one.standard_error() + 1e-3) << mu << ' ' << phi << ' ' << alpha.x;
-                EXPECT_NEAR(e.b, b.mean(), 4 * b.standard_error() + 1e-3) << mu << ' ' << phi << ' ' << alpha.x;
-            }
-        }
-    }
     RunningMoments error;
     for (int i = 0; i < 2000; ++i) {
         const double roughness = 0.03 + 0.97 * random.uniform(), strength = random.uniform();
@@ -218,21 +186,28 @@ TEST(ReferenceAlbedo, SheenAgreesWithMonteCarloAndItsTable) {
     }
 }
 
-TEST(ReferenceBsdf, WhiteMaterialsLoseNoEnergy) {
+TEST(ReferenceBsdf, WhiteMaterialsLoseNoEnergyAndColouredOnesGainNone) {
     Random random(3);
     for (const Case& c : white_materials()) {
+        const double table = c.parameters.is_solid() ? 5e-3 : c.parameters.anisotropy > 0 ? 3e-3 : 2e-4;
+        BsdfParameters coloured = c.parameters;
+        coloured.base_color = {0.9, 0.5, 0.1};
         for (const double mu : {0.05, 0.4, 0.95}) {
-            const Bsdf bsdf(c.parameters, direction_at(mu), kUp, kUp, kUp);
-            RunningMoments weight;
-            for (int i = 0; i < 20000; ++i) {
-                const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
-                const auto sample = bsdf.sample(u, u1, u2);
-                weight.add(sample ? sample->weight.x : 0);
-            }
-            const double table = c.parameters.is_solid() ? 5e-3 : c.parameters.anisotropy > 0 ? 3e-3 : 2e-4;
-            EXPECT_NEAR(weight.mean(), 1, 4 * weight.standard_error() + table)
-                << c.name << " roughness " << c.parameters.roughness << " mu " << mu;
-            EXPECT_LT(weight.standard_error(), 0.01) << c.name;
+            SCOPED_TRACE(fmt::format("{} roughness {} mu {}", c.name, c.parameters.roughness, mu));
+            const auto weight = [&](const BsdfParameters& parameters, int samples) {
+                const Bsdf bsdf(parameters, direction_at(mu), kUp, kUp, kUp);
+                RunningMoments moments;
+                for (int i = 0; i < samples; ++i) {
+                    const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
+                    const auto s = bsdf.sample(u, u1, u2);
+                    moments.add(s ? std::max({s->weight.x, s->weight.y, s->weight.z}) : 0);
+                }
+                return moments;
+            };
+            const RunningMoments white = weight(c.parameters, 20000), dim = weight(coloured, 5000);
+            EXPECT_NEAR(white.mean(), 1, 4 * white.standard_error() + table);
+            EXPECT_LT(white.standard_error(), 0.01);
+            EXPECT_LT(dim.mean(), 1 + table + 4 * dim.standard_error());
         }
     }
 }
@@ -282,27 +257,10 @@ TEST(ReferenceThinFilm, LimitsAreKnown) {
     EXPECT_LT(thin_film_reflectance({1.33, 2 * thickness}, dvec3(0), 1).y, 0.5 * std::pow(0.33 / 2.33, 2));
 }
 
-TEST(ReferenceBsdf, ColouredMaterialsNeverGainEnergy) {
-    Random random(4);
-    for (Case c : white_materials()) {
-        c.parameters.base_color = {0.9, 0.5, 0.1};
-        for (const double mu : {0.05, 0.4, 0.95}) {
-            const Bsdf bsdf(c.parameters, direction_at(mu), kUp, kUp, kUp);
-            RunningMoments weight;
-            for (int i = 0; i < 5000; ++i) {
-                const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
-                const auto sample = bsdf.sample(u, u1, u2);
-                weight.add(sample ? std::max({sample->weight.x, sample->weight.y, sample->weight.z}) : 0);
-            }
-            const double table = c.parameters.is_solid() ? 5e-3 : c.parameters.anisotropy > 0 ? 3e-3 : 2e-4;
-            EXPECT_LT(weight.mean(), 1 + table + 4 * weight.standard_error()) << c.name << " mu " << mu;
-        }
-    }
-}
-
-/// Compares a histogram of one component's sampled directions with the integral of the density from evaluate().
+/// Compares a histogram of one component's sampled directions with the integral of the density from evaluate(). Over
+/// 300 cells, an rms difference of 6 % of the density is found with a probability of 99 %, at an error rate of 1e-4.
 void test_sampling(const Bsdf& bsdf, Component component, Random& random, const std::string& name) {
-    constexpr int kRows = 20, kColumns = 24, kSub = 12, kSamples = 100000;
+    constexpr int kRows = 20, kColumns = 24, kSub = 8, kSamples = 40000;
     const auto pdf = [&](double z, double phi) {
         const Bsdf::Value value = bsdf.evaluate(direction_at(z, phi));
         return component == Component::diffuse ? value.pdf_diffuse : value.pdf_glossy;
@@ -345,59 +303,33 @@ void test_sampling(const Bsdf& bsdf, Component component, Random& random, const 
     EXPECT_GT(test::chi_square_tail(chi_square, cells), 1e-4) << name << ": " << chi_square << " over " << cells;
 }
 
+/// Makes the direction of the brushing perpendicular to a normal.
+BsdfParameters turned_to(const dvec3& n, BsdfParameters p) {
+    if (p.anisotropy > 0) p.rough_direction = normalize(p.rough_direction - dot(p.rough_direction, n) * n);
+    return p;
+}
+
 TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
     const Case cases[] = {
         {"metal 0.4", {.roughness = 0.4}},
         {"metal 1", {.roughness = 1}},
         {"dielectric", {.metallic = 0, .roughness = 0.5}},
         {"transmission", {.metallic = 0, .roughness = 0.6, .transmission = 0.8}},
-        {"coated", {.metallic = 0, .roughness = 0.8, .clearcoat = 1, .clearcoat_roughness = 0.4}},
-        {"coated metal", {.roughness = 0, .clearcoat = 1, .clearcoat_roughness = 0.5}},
-        {"sheen", {.roughness = 0, .sheen_color = dvec3(1), .sheen_roughness = 0.8}},
-        {"solid", {.metallic = 0, .roughness = 0.6, .transmission = 0.8, .inside = {.thickness = 1}}},
-        {"solid from inside",
-         {.metallic = 0,
-          .roughness = 0.5,
-          .ior = 1.4,
-          .transmission = 0.8,
-          .inside = {.thickness = 1},
-          .front = false}},
-        {"coated half solid",
-         {.metallic = 0.2,
-          .roughness = 0.7,
-          .clearcoat = 0.5,
-          .clearcoat_roughness = 0.5,
-          .transmission = 0.6,
-          .inside = {.thickness = 1}}},
+        {"coated", coated({.metallic = 0, .roughness = 0.8}, 1, 0.4)},
+        {"coated metal", coated({.roughness = 0}, 1, 0.5)},
+        {"sheen", with_sheen({.roughness = 0}, 1, 0.8)},
+        {"solid", solid({.metallic = 0, .roughness = 0.6, .transmission = 0.8})},
+        {"solid from inside", solid({.metallic = 0, .roughness = 0.5, .ior = 1.4, .transmission = 0.8}, false)},
+        {"coated half solid", solid(coated({.metallic = 0.2, .roughness = 0.7, .transmission = 0.6}, 0.5, 0.5))},
         {"sheen over all",
-         {.metallic = 0,
-          .roughness = 0.4,
-          .clearcoat = 0.5,
-          .clearcoat_roughness = 0.5,
-          .transmission = 0.5,
-          .sheen_color = dvec3(0.8),
-          .sheen_roughness = 0.6}},
-        {"brushed metal", {.roughness = 0.4, .anisotropy = 0.7, .rough_direction = direction_at(0, 0.3)}},
-        {"brushed",
-         {.metallic = 0,
-          .roughness = 0.5,
-          .clearcoat = 0.5,
-          .clearcoat_roughness = 0.5,
-          .transmission = 0.5,
-          .anisotropy = 0.6,
-          .rough_direction = direction_at(0, 2)}},
+         with_sheen(coated({.metallic = 0, .roughness = 0.4, .transmission = 0.5}, 0.5, 0.5), 0.8, 0.6)},
+        {"brushed metal", brushed({.roughness = 0.4}, 0.7, 0.3)},
+        {"brushed", brushed(coated({.metallic = 0, .roughness = 0.5, .transmission = 0.5}, 0.5, 0.5), 0.6, 2)},
         {"leaf", {.metallic = 0, .roughness = 0.5, .transmission = 0.4, .diffuse_transmission = 0.6}},
-        {"candle",
-         {.metallic = 0, .roughness = 0.5, .diffuse_transmission = 0.7, .inside = {.thickness = 1}, .front = false}},
+        {"candle", solid({.metallic = 0, .roughness = 0.5, .diffuse_transmission = 0.7}, false)},
         {"film", {.metallic = 0.5, .roughness = 0.5, .iridescence = 0.8}},
         {"brushed solid with a film",
-         {.metallic = 0.2,
-          .roughness = 0.5,
-          .transmission = 0.6,
-          .iridescence = 0.5,
-          .anisotropy = 0.6,
-          .rough_direction = direction_at(0, 2),
-          .inside = {.thickness = 1}}},
+         solid(brushed({.metallic = 0.2, .roughness = 0.5, .transmission = 0.6, .iridescence = 0.5}, 0.6, 2))},
     };
     Random random(5);
     // The normals differ from each other and from the geometric one, so that the side rules cut into the lobes.
@@ -405,20 +337,14 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
     for (const Case& c : cases) {
         for (const double mu : {0.2, 0.9}) {
             const Bsdf straight(c.parameters, direction_at(mu, 1), kUp, kUp, kUp);
-            BsdfParameters turned = c.parameters;  // the direction is perpendicular to the normal
-            if (turned.anisotropy > 0)
-                turned.rough_direction = normalize(turned.rough_direction - dot(turned.rough_direction, n) * n);
-            const Bsdf tilted(turned, direction_at(mu, 1), kUp, n, n_k);
+            const Bsdf tilted(turned_to(n, c.parameters), direction_at(mu, 1), kUp, n, n_k);
             test_sampling(straight, Component::glossy, random, c.name);
             test_sampling(tilted, Component::glossy, random, std::string("tilted ") + c.name);
             if (c.parameters.metallic < 1) test_sampling(tilted, Component::diffuse, random, c.name);
         }
         // The mirror direction of this view at the normal is below the horizon.
         const dvec3 away = direction_at(std::cos(0.17), 1 + kPi);
-        BsdfParameters turned = c.parameters;
-        if (turned.anisotropy > 0)
-            turned.rough_direction = normalize(turned.rough_direction - dot(turned.rough_direction, away) * away);
-        const Bsdf bent(turned, direction_at(0.3, 1), kUp, away, away);
+        const Bsdf bent(turned_to(away, c.parameters), direction_at(0.3, 1), kUp, away, away);
         test_sampling(bent, Component::glossy, random, std::string("bent ") + c.name);
     }
 }

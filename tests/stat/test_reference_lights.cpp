@@ -124,7 +124,7 @@ TEST(ReferenceLights, BlendedLightsAndBlockersCountByAlpha) {
 
     scene.materials.back().alpha_mode = AlphaMode::blend;
     scene.materials.back().base_color.a = 0.25f;
-    const MeanRadiance thin = mean_radiance(render_oracle(scene, at_origin(), 16, 4096, 1));
+    const MeanRadiance thin = mean_radiance(render_oracle(scene, at_origin(), 16, 1536, 1));
     EXPECT_NEAR(thin.value, 0.25 * full, 4 * thin.error + 0.003 * full);
 
     scene.materials.back().alpha_mode = AlphaMode::opaque;
@@ -133,7 +133,7 @@ TEST(ReferenceLights, BlendedLightsAndBlockersCountByAlpha) {
     veil.base_color.a = 0.5f;
     add_quad(scene, add_material(scene, veil), {-3, 1, -3}, {6, 0, 0}, {0, 0, 6});
     const Camera below = look_at_camera({0.5, 0.5, 0}, {0, 0, 0}, {0, 1, 0}, 1e-5);
-    const MeanRadiance veiled = mean_radiance(render_oracle(scene, below, 16, 4096, 1));
+    const MeanRadiance veiled = mean_radiance(render_oracle(scene, below, 16, 1536, 1));
     EXPECT_NEAR(veiled.value, 0.5 * full, 4 * veiled.error + 0.003 * full);
 }
 
@@ -229,7 +229,7 @@ TEST(ReferenceLights, AllStrategiesAgree) {
     ReferenceSettings settings;
     settings.width = settings.height = 24;
     settings.bounces = 2;
-    settings.samples = 1024;
+    settings.samples = 512;
     settings.camera = look_at_camera({2, 1.2, 2.5}, {0, 0.4, 0}, {0, 1, 0}, 0.7);
     const ReferenceScene prepared(scene);
     const ReferenceResult mis = render_reference(prepared, settings);
@@ -240,7 +240,7 @@ TEST(ReferenceLights, AllStrategiesAgree) {
         const ReferenceResult alone = render_reference(prepared, other);
         EXPECT_TRUE(
             agree(strategy == ReferenceStrategy::lights_only ? "reference-lights-only" : "reference-surfaces-only",
-                  {alone.beauty, alone.variance, 1024}, {mis.beauty, mis.variance, 1024},
+                  {alone.beauty, alone.variance, 512}, {mis.beauty, mis.variance, 512},
                   {.block = 4, .relative_difference = 0}));
         EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // MIS must reduce the noise
     }

@@ -87,27 +87,22 @@ TEST(ReferenceTextures, AffectTheirParameters) {
     const double srgb_half = std::pow((128 / 255.0 + 0.055) / 1.055, 2.4);
     Material m;
     m.base_color = {1, 0.5f, 1, 1};
-    m.base_color_texture = texture;
-    EXPECT_NEAR(surface_of(m, 0, 128, 255, 255).parameters.base_color.g, 0.5 * srgb_half, 1e-7);
-    m = {};
-    m.metallic_roughness_texture = texture;
-    EXPECT_NEAR(surface_of(m, 0, 51, 102, 0).parameters.roughness, 0.2, 1e-7);
-    EXPECT_NEAR(surface_of(m, 0, 51, 102, 0).parameters.metallic, 0.4, 1e-7);
-    m = {};
     m.emission = {2, 2, 2};
-    m.emission_texture = texture;
-    EXPECT_NEAR(surface_of(m, 255, 128, 0, 0).emitted.y, 2 * srgb_half, 1e-7);
-    m = {};
-    m.specular_texture = texture;
-    m.specular_color_texture = texture;
-    EXPECT_NEAR(surface_of(m, 0, 128, 0, 51).parameters.specular, 0.2, 1e-7);
-    EXPECT_NEAR(surface_of(m, 0, 128, 0, 51).parameters.specular_color.g, srgb_half, 1e-7);
-    m = {};
     m.clearcoat = m.transmission = m.clearcoat_roughness = 1;
-    m.clearcoat_texture = m.transmission_texture = m.clearcoat_roughness_texture = texture;
-    EXPECT_NEAR(surface_of(m, 51, 102, 0, 0).parameters.clearcoat, 0.2, 1e-7);
-    EXPECT_NEAR(surface_of(m, 51, 102, 0, 0).parameters.transmission, 0.2, 1e-7);
-    EXPECT_NEAR(surface_of(m, 51, 102, 0, 0).parameters.clearcoat_roughness, 0.4, 1e-7);
+    for (TextureRef* ref :
+         {&m.base_color_texture, &m.metallic_roughness_texture, &m.emission_texture, &m.specular_texture,
+          &m.specular_color_texture, &m.clearcoat_texture, &m.transmission_texture, &m.clearcoat_roughness_texture})
+        *ref = texture;
+    const Surface s = surface_of(m, 51, 128, 102, 77);
+    EXPECT_NEAR(s.parameters.base_color.g, 0.5 * srgb_half, 1e-7);
+    EXPECT_NEAR(s.parameters.roughness, 128 / 255.0, 1e-7);
+    EXPECT_NEAR(s.parameters.metallic, 0.4, 1e-7);
+    EXPECT_NEAR(s.emitted.y, 2 * srgb_half, 1e-7);
+    EXPECT_NEAR(s.parameters.specular, 77 / 255.0, 1e-7);
+    EXPECT_NEAR(s.parameters.specular_color.g, srgb_half, 1e-7);
+    EXPECT_NEAR(s.parameters.clearcoat, 0.2, 1e-7);
+    EXPECT_NEAR(s.parameters.transmission, 0.2, 1e-7);
+    EXPECT_NEAR(s.parameters.clearcoat_roughness, 128 / 255.0, 1e-7);
 }
 
 TEST(ReferenceTextures, NormalMapsTiltTheirOwnNormal) {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "tests/stiff/stiff.h"
+#include "tests/support/select_tests.h"
 
 namespace halflight::test {
 namespace {
@@ -61,6 +62,7 @@ int main(int argc, char** argv) {
     const std::string_view option = argc == 2 ? argv[1] : "";
     const bool table = option == "--table", json = option == "--json";
     testing::InitGoogleTest(&argc, argv);
+    if (!halflight::test::select_tests(argc, argv)) return 1;
     testing::UnitTest& tests = *testing::UnitTest::GetInstance();
     if (table || json) {
         testing::TestEventListeners& listeners = tests.listeners();

@@ -40,6 +40,14 @@ void StiffTest::expect_mean(const std::string& name, const MeanValue& found, dou
            "four standard errors" + (systematic > 0 ? ", and " + systematic_reason : ""));
 }
 
+void StiffTest::expect_both(const std::string& name, const Scene& scene, const Camera& camera, int size,
+                            int oracle_size, int bounces, double exact, double systematic,
+                            const std::string& systematic_reason) {
+    expect_mean(name, mean_of(picture(scene, camera, size, 64, bounces)), exact, systematic, systematic_reason);
+    expect_mean(name + ", oracle", mean_of(render_oracle(scene, camera, oracle_size, 64, bounces)), exact, systematic,
+                systematic_reason);
+}
+
 RenderResult StiffTest::picture(const Scene& scene, const RenderSettings& settings) {
     RenderResult result = render(context, scene, settings);
     for (const BadValues& bad : result.stats.bad_values)
@@ -70,6 +78,10 @@ MeanValue mean_of(const RenderResult& result, int x0, int x1, int y0, int y1) {
         }
     }
     return {sum / count, std::sqrt(variance) / count};
+}
+
+double brightest(const Image& image) {
+    return *std::ranges::max_element(image.pixels);
 }
 
 double pixels_that_differ(const Image& a, const Image& b) {

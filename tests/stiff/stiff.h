@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -15,6 +15,7 @@
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
 #include "tests/support/reference_renders.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 
@@ -41,10 +42,23 @@ class StiffTest : public GpuTest {
     static void expect_mean(const std::string& name, const MeanValue& found, double exact, double systematic = 0,
                             const std::string& systematic_reason = "");
 
+    /// Expects the mean of a square picture by the engine, and by the oracle at `oracle_size`, of 64 samples.
+    void expect_both(const std::string& name, const Scene& scene, const Camera& camera, int size, int oracle_size,
+                     int bounces, double exact, double systematic = 0, const std::string& systematic_reason = "");
+
     /// Renders a picture and fails the test if a pass produced a NaN, an infinity or a negative radiance.
     RenderResult picture(const Scene& scene, const RenderSettings& settings);
     RenderResult picture(const Scene& scene, const Camera& camera, int size, int samples, int bounces) {
         return picture(scene, small_settings(camera, size, size, samples, bounces));
+    }
+};
+
+/// The one of several figures that is nearest to its bound, or farthest beyond it.
+struct Worst {
+    double figure = 0;
+    double bound = 1;
+    void add(double other, double other_bound) {
+        if (other / other_bound >= figure / bound) figure = other, bound = other_bound;
     }
 };
 
@@ -54,6 +68,8 @@ MeanValue mean_of(const ReferenceResult& result);
 /// Returns the mean over pixels [x0, x1) x [y0, y1); its error comes from the pixels' variances.
 MeanValue mean_of(const RenderResult& result, int x0, int x1, int y0, int y1);
 
+/// Returns the greatest value of an image, over all channels.
+double brightest(const Image& image);
 /// Returns the number of pixels that differ in any bit of any channel.
 double pixels_that_differ(const Image& a, const Image& b);
 /// Returns the share of pixels with a channel whose difference exceeds `tolerance` times the value in the other
@@ -70,5 +86,14 @@ double polygon_irradiance(const dvec3& p, const dvec3& n, const std::vector<dvec
 /// by the square of distances.
 Scene scaled(Scene scene, double factor);
 Scene moved(Scene scene, const dvec3& by);
+
+/// Returns load(FILE) of a GltfBuilder's file in a temporary folder, where `load` is load_gltf() or makes a GltfScene.
+template <class Builder, class F>
+auto loaded(const Builder& builder, const F& load) {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder / "scene.glb";
+    std::ofstream(file, std::ios::binary) << builder.glb();
+    return load(file);
+}
 
 }  // namespace halflight::test

@@ -6,7 +6,6 @@
 #include "engine/io/gltf/gltf.h"
 #include "tests/stiff/stiff.h"
 #include "tests/unit/io/gltf_builder.h"
-#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -41,10 +40,7 @@ class Animations : public StiffTest {
         return b;
     }
     static GltfScene open(const GltfBuilder& builder) {
-        const TemporaryFolder folder;
-        const std::filesystem::path file = folder / "moves.glb";
-        std::ofstream(file, std::ios::binary) << builder.glb();
-        return GltfScene(file);
+        return loaded(builder, [](const auto& file) { return GltfScene(file); });
     }
     Image picture_of(const Scene& scene) { return picture(scene, scene.cameras.at(0), 24, 2, 3).beauty; }
     Image at_rest(int node, const Json& place) { return picture_of(open(resting(node, place)).at(0, {})); }

@@ -7,7 +7,6 @@
 #include "engine/io/environment.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
-#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -24,11 +23,21 @@ class Light : public StiffTest {
     }
     /// Compares the radiance of a spot of the floor, by the engine and by the oracle, with the exact value.
     void expect_spot(const std::string& name, const Scene& scene, const dvec3& at, double size, double irradiance) {
-        const Camera camera = spot_camera(at, {0.3, 0.5, 0.6}, size);
-        const double exact = kAlbedo / kPi * irradiance;
-        const std::string reason = "1/1000 for what the spot's size and slant change";
-        expect_mean(name, mean_of(picture(scene, camera, 16, 64, 1)), exact, 1e-3, reason);
-        expect_mean(name + ", oracle", mean_of(render_oracle(scene, camera, 16, 64, 1)), exact, 1e-3, reason);
+        expect_both(name, scene, spot_camera(at, {0.3, 0.5, 0.6}, size), 16, 16, 1, kAlbedo / kPi * irradiance, 1e-3,
+                    "1/1000 for what the spot's size and slant change");
+    }
+    /// Returns a room with a lamp of 1 cd above its floor, beside another closed room.
+    static Scene two_rooms() {
+        Scene rooms = closed_box(diffuse_material(vec3(kAlbedo)));
+        add_box(rooms, 0, {3, -1, -1}, {5, 1, 1});
+        add_lamp(rooms, LightType::point, {0, 0, 0}, 1);
+        return rooms;
+    }
+    /// Expects the floor under the lamp of two_rooms() to have the radiance of this lamp.
+    void expect_floor(const std::string& name, const Scene& scene, int size) {
+        const Camera camera = look_at_camera({0, 0, 0}, {0, -1, 0}, {0, 0, -1}, 0.02);
+        expect_mean("floor under a lamp, " + name, mean_of(picture(scene, camera, size, 1024, 1)), kAlbedo / kPi, 1e-3,
+                    "1/1000 for the view's 0.02 rad");
     }
     static int add_lamp(Scene& scene, LightType type, const dvec3& at, float intensity) {
         PunctualLight& lamp = scene.lights.emplace_back();
@@ -38,7 +47,6 @@ class Light : public StiffTest {
         lamp.intensity = vec3(intensity);
         return static_cast<int>(scene.lights.size()) - 1;
     }
-    static double brightest(const Image& image) { return *std::max_element(image.pixels.begin(), image.pixels.end()); }
     /// Returns the radiance of a map by its definition in engine/scene/scene.h.
     static double looked_up(const Image& map, double u, double v) {
         const double x = u * map.width - 0.5, y = v * map.height - 0.5;
@@ -128,19 +136,13 @@ TEST_F(Light, DarkBesideBright) {
     expect_mean("glowing room beside one 10^8 times as bright", mean_of(picture(scene, camera_in_box(), 24, 64, 8)),
                 2 * (1 - std::pow(0.5, 9)));
 
-    Scene lamps = closed_box(diffuse_material(vec3(kAlbedo)));
-    add_box(lamps, 0, {3, -1, -1}, {5, 1, 1});
-    add_lamp(lamps, LightType::point, {0, 0, 0}, 1);
+    Scene lamps = two_rooms();
     add_lamp(lamps, LightType::point, {4, 0, 0}, 1e8f);
-    const Camera camera = look_at_camera({0, 0, 0}, {0, -1, 0}, {0, 0, -1}, 0.02);
-    expect_mean("floor under a lamp, another one of 10^8 behind a wall", mean_of(picture(lamps, camera, 16, 1024, 1)),
-                kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
+    expect_floor("another one of 10^8 behind a wall", lamps, 16);
 
-    Scene closed = closed_box(diffuse_material(vec3(kAlbedo)));
-    add_lamp(closed, LightType::point, {0, 0, 0}, 1);
+    Scene closed = two_rooms();
     closed.environment.color = vec3(1e8f);
-    expect_mean("floor under a lamp in a closed room, a sky of 10^8 outside",
-                mean_of(picture(closed, camera, 16, 1024, 1)), kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
+    expect_floor("a sky of 10^8 outside of its closed room", closed, 16);
 }
 
 TEST_F(Light, ManyOfAllKinds) {
@@ -176,13 +178,9 @@ TEST_F(Light, ManyOfAllKinds) {
     expect_spot("64 squares, bulbs and spots", scene, dvec3(0), 0.01, exact);
 
     // The lamp is dim compared to 40 neighbours behind a wall, which nearly all samples select by power.
-    Scene rooms = closed_box(diffuse_material(vec3(kAlbedo)));
-    add_box(rooms, 0, {3, -1, -1}, {5, 1, 1});
-    add_lamp(rooms, LightType::point, {0, 0, 0}, 1);
+    Scene rooms = two_rooms();
     for (int i = 0; i < 40; ++i) add_lamp(rooms, LightType::point, {4, 0.02 * i - 0.4, 0}, 1e8f);
-    const Camera camera = look_at_camera({0, 0, 0}, {0, -1, 0}, {0, 0, -1}, 0.02);
-    expect_mean("floor under a lamp, 40 others of 10^8 behind a wall", mean_of(picture(rooms, camera, 64, 1024, 1)),
-                kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
+    expect_floor("40 others of 10^8 behind a wall", rooms, 64);
 }
 
 TEST_F(Light, OnePixelSun) {
@@ -277,7 +275,7 @@ TEST_F(Light, BrokenEnvironments) {
     }
     expect("scenes made by hand with such maps: rendered nevertheless", taken, 0, "scenes", "validate() refuses them");
 
-    Image black(8, 4, 3);
+    const Image black(8, 4, 3);
     write_exr(file, {{{"R", "G", "B"}, black}}, {});
     scene.environment = load_environment(file, scene.report);
     expect("all zero map: brightest pixel", brightest(rgb(picture(scene, camera_in_box(), 8, 4, 2).beauty)), 0,
@@ -349,9 +347,7 @@ TEST_F(Light, NoArea) {
     const int line = add_quad(scene, light, {-1, 1, -1}, {2, 0, 0}, {0, 0, 2});
     scene.instances[static_cast<std::size_t>(line)].object_to_world[2] = dvec4(0);
     const Camera camera = spot_camera(dvec3(0), {0.3, 0.5, 0.6}, 0.1);
-    expect_mean("sky and a light flattened to a line", mean_of(picture(scene, camera, 16, 64, 2)), kAlbedo);
-    expect_mean("sky and a light flattened to a line, oracle", mean_of(render_oracle(scene, camera, 16, 64, 2)),
-                kAlbedo);
+    expect_both("sky and a light flattened to a line", scene, camera, 16, 16, 2, kAlbedo);
 }
 
 TEST_F(Light, ManyTriangles) {

@@ -37,46 +37,34 @@ TEST_F(Samples, NothingIsNoisy) {
     expect_all("even sky", result, 21);
 }
 
-/// Radiance of lamps. The variance of the last one is beyond floats.
-constexpr float kRadiance[] = {1e-12f, 1.0f, 1e18f, 1e30f};
-
 TEST_F(Samples, LampsOfAnyRadiance) {
-    double relative = 0;  // standard error over mean
-    for (const float radiance : kRadiance) {
+    std::map<std::string, double> relative;                      // standard error over mean
+    for (const float radiance : {1e-12f, 1.0f, 1e18f, 1e30f}) {  // the variance of the last one is beyond floats
         Scene scene = cornell_box();
         for (Material& material : scene.materials)
             if (material.emission != vec3(0)) material.emission = vec3(radiance);
-        const RenderResult result = adaptive(scene, scene.cameras[0], 48, 32);
-        const RenderResult even = picture(scene, small_settings(scene.cameras[0], 48, 48, 32, 4));
-        const double difference = std::abs(mean_of(result).value / mean_of(even).value - 1);
-        if (radiance < 1e30f) relative = std::hypot(mean_of(result).error, mean_of(even).error) / mean_of(even).value;
-        const std::string name = fmt::format("lamp of radiance {:g}", radiance);
-        expect(name, difference / relative, 4, "standard errors", "adaptive and even samples have the same mean");
-        expect_all(name, result, 32);
-    }
-}
-
-TEST_F(Samples, ErrorsOfLampsOfAnyRadiance) {
-    std::map<ErrorMetric, double> relative;  // standard error over mean
-    for (const float radiance : kRadiance) {
-        Scene scene = cornell_box();
-        for (Material& material : scene.materials)
-            if (material.emission != vec3(0)) material.emission = vec3(radiance);
-        const RenderResult even = picture(scene, small_settings(scene.cameras[0], 48, 48, 64, 4));
-        for (const ErrorMetric metric : {ErrorMetric::relmse, ErrorMetric::mse}) {
-            const RenderResult result = adaptive(scene, scene.cameras[0], 48, 64, ErrorTarget{metric, 1e-12});
+        const std::string lamp = fmt::format("lamp of radiance {:g}", radiance);
+        const RenderResult even = picture(scene, scene.cameras[0], 48, 64, 4);
+        const auto expect_mean_of_even = [&](const std::string& by, const RenderResult& result) {
             const double difference = std::abs(mean_of(result).value / mean_of(even).value - 1);
             if (radiance < 1e30f)
-                relative[metric] = std::hypot(mean_of(result).error, mean_of(even).error) / mean_of(even).value;
-            const std::string case_name = fmt::format("lamp of radiance {:g}, {} below 1e-12", radiance, name(metric));
-            expect(case_name, difference / relative[metric], 4, "standard errors",
+                relative[by] = std::hypot(mean_of(result).error, mean_of(even).error) / mean_of(even).value;
+            expect(lamp + by, difference / relative[by], 4, "standard errors",
                    "adaptive and even samples have the same mean");
-            expect(case_name + ", finite estimate", std::isfinite(result.stats.error->estimate.upper) ? 0 : 1, 0, "",
+        };
+        const RenderResult result = adaptive(scene, scene.cameras[0], 48, 32);
+        expect_mean_of_even("", result);
+        expect_all(lamp, result, 32);
+        for (const ErrorMetric metric : {ErrorMetric::relmse, ErrorMetric::mse}) {
+            const std::string by = fmt::format(", {} below 1e-12", name(metric));
+            const RenderResult to_error = adaptive(scene, scene.cameras[0], 48, 64, ErrorTarget{metric, 1e-12});
+            expect_mean_of_even(by, to_error);
+            expect(lamp + by + ", finite estimate", std::isfinite(to_error.stats.error->estimate.upper) ? 0 : 1, 0, "",
                    "errors are sums of doubles");
             const bool dark = radiance < 1;  // both errors are below the target at once
-            expect(case_name + ", reached", result.stats.error->reached == dark ? 0 : 1, 0, "",
+            expect(lamp + by + ", reached", to_error.stats.error->reached == dark ? 0 : 1, 0, "",
                    "the smallest target is met in the dark alone");
-            if (!dark) expect_all(case_name, result, 64);
+            if (!dark) expect_all(lamp + by, to_error, 64);
         }
     }
 }

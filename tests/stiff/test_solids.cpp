@@ -49,15 +49,14 @@ class Solids : public StiffTest {
 TEST_F(Solids, WhiteBallsVanishUnderAWhiteSky) {
     // Paths in balls of high indices are long: total internal reflection.
     for (const float ior : {1.0f, 1.33f, 1.5f, 2.4f}) {
-        double worst = 0, bound = 1;
+        Worst worst;
         for (const float roughness : {0.0f, 0.01f, 0.3f, 0.6f, 1.0f}) {
             Scene scene = under_white_sky();
             add_ball(scene, add_material(scene, glass_material(roughness, ior)), vec3(0), 1, 12);
             const MeanValue found = seen(scene, towards({3, 2, 4}, dvec3(0), 2.2), 24, 64, 64);
-            const double off = std::abs(found.value - 1), allowed = 4 * found.error + 0.01;
-            if (off / allowed >= worst / bound) worst = off, bound = allowed;
+            worst.add(std::abs(found.value - 1), 4 * found.error + 0.01);
         }
-        expect(fmt::format("white glass ball, ior {}", ior), worst, bound, "radiance",
+        expect(fmt::format("white glass ball, ior {}", ior), worst.figure, worst.bound, "radiance",
                "worst of roughness 0, 0.01, 0.3, 0.6, 1: four standard errors, and 1/100 for table and 64 bounces");
     }
     Scene scene = under_white_sky();
@@ -69,7 +68,7 @@ TEST_F(Solids, WhiteBallsVanishUnderAWhiteSky) {
 
 TEST_F(Solids, ColoursThatPartAddUpToWhite) {
     for (const float roughness : {0.0f, 0.5f}) {
-        double worst = 0, bound = 1;
+        Worst worst;
         for (const float dispersion : {1e-6f, 1.0f, 20.0f, 1e6f}) {
             Scene scene = under_white_sky();
             Material m = glass_material(roughness);
@@ -77,12 +76,11 @@ TEST_F(Solids, ColoursThatPartAddUpToWhite) {
             add_ball(scene, add_material(scene, m), vec3(0), 1, 12);
             const MeanValue found = seen(scene, towards({3, 2, 4}, dvec3(0), 2.2), 24, 256, 64);
             // High indices of refraction keep light inside for longer than 64 bounces.
-            const double off = dispersion > 20 ? std::max(found.value - 1, 0.0) : std::abs(found.value - 1);
-            const double allowed = 4 * found.error + 0.01;
-            if (off / allowed >= worst / bound) worst = off, bound = allowed;
+            worst.add(dispersion > 20 ? std::max(found.value - 1, 0.0) : std::abs(found.value - 1),
+                      4 * found.error + 0.01);
         }
-        expect(fmt::format("white glass ball of roughness {} that disperses light", roughness), worst, bound,
-               "radiance",
+        expect(fmt::format("white glass ball of roughness {} that disperses light", roughness), worst.figure,
+               worst.bound, "radiance",
                "worst of dispersions 1e-6, 1, 20, 1e6: four standard errors, and 1/100 for table and 64 bounces");
     }
 }

@@ -9,7 +9,6 @@
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/io/gltf_builder.h"
-#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -17,10 +16,7 @@ namespace {
 class Transforms : public StiffTest {
   protected:
     static Scene load(const GltfBuilder& builder) {
-        const TemporaryFolder folder;
-        const std::filesystem::path file = folder / "nodes.glb";
-        std::ofstream(file, std::ios::binary) << builder.glb();
-        return load_gltf(file);
+        return loaded(builder, [](const auto& file) { return load_gltf(file); });
     }
     static dmat4& matrix(Scene& scene, int instance) {
         return scene.instances[static_cast<std::size_t>(instance)].object_to_world;
@@ -60,8 +56,7 @@ TEST_F(Transforms, Stretched) {
         const std::string name =
             undone ? "room of 10^-4 x 1 x 10^4 m that its node makes a cube" : "room of 0.1 x 2 x 40 m";
         const double exact = 2 * (1 - std::pow(0.5, 5));
-        expect_mean(name + " under a sky of 10^6", mean_of(picture(scene, camera, 24, 64, 4)), exact);
-        expect_mean(name + " under a sky of 10^6, oracle", mean_of(render_oracle(scene, camera, 16, 64, 4)), exact);
+        expect_both(name + " under a sky of 10^6", scene, camera, 24, 16, 4, exact);
     }
 }
 
@@ -78,11 +73,8 @@ TEST_F(Transforms, Singular) {
         matrix(scene, box) = glm::scale(glm::translate(dmat4(1), dvec3(0.6 * (i - 1), 0.3, 0)), scales[i]);
     }
     const Camera camera = look_at_camera({0.3, 2, 1}, {0, 0, 0}, {0, 1, 0}, 0.7);
-    const double lost = 1e-3;
-    expect_mean("white boxes flattened to a sheet, a line, a point under a white sky",
-                mean_of(picture(scene, camera, 32, 64, 24)), 1, lost, "1/1000 for paths of more than 24 bounces");
-    expect_mean("the same, oracle", mean_of(render_oracle(scene, camera, 24, 64, 24)), 1, lost,
-                "1/1000 for paths of more than 24 bounces");
+    expect_both("white boxes flattened to a sheet, a line, a point under a white sky", scene, camera, 32, 24, 24, 1,
+                1e-3, "1/1000 for paths of more than 24 bounces");
 }
 
 TEST_F(Transforms, NestedNodes) {

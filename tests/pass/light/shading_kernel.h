@@ -91,6 +91,35 @@ class ShadingScene {
     std::vector<View> views_;
 };
 
+/// GLSL that intersects triangles one by one.
+inline constexpr const char* kMeetLibrary = R"(
+#include "shaders/lib/intersect.glsl"
+vec3 to_block(uint instance, vec3 v, float w) {
+#ifdef HALFLIGHT_INSTANCES
+    precise vec3 result;
+    for (int r = 0; r < 3; ++r) {
+        vec4 row = instance_row(instance, kInstanceWorldToBlock, r);
+        result[r] = row.x * v.x + row.y * v.y + row.z * v.z + row.w * w;
+    }
+    return result;
+#else
+    return v;
+#endif
+}
+// Finds the nearest of triangles [first, end) of one instance in (t_min, best.t).
+void meet(Ray ray, uint instance, uint first, uint end, inout Hit best) {
+    TriangleRay r = triangle_ray(to_block(instance, ray.origin, 1.0), to_block(instance, ray.direction, 0.0));
+    for (uint t = first; t < end; ++t) {
+        uvec3 corner = triangle_corners(t);
+        vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
+        mat3 m = transpose(mat3(a, b, c));
+        PairEdges edges = intersect_pair(r, m[r.axes.x].xyzy, m[r.axes.y].xyzy, m[r.axes.z].xyzy);
+        TrianglePoint p = pair_point(r, edges, false);  // weights: of a, c, b
+        if (edges.met.x && p.t > ray.t_min && p.t < best.t) best = Hit(p.t, p.weights.z, p.weights.y, t, instance);
+    }
+}
+)";
+
 /// Returns one triangle (0,0,0), (1,0,0), (0,1,0) with normal +z and the given material.
 inline Scene triangle_scene(const Material& material) {
     Scene scene;

@@ -16,6 +16,7 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/sobol.h"
 #include "shaders/shared/word.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"
 
@@ -72,13 +73,13 @@ class SunAndSky {
 
 /// Sums of one technique over all pairs.
 struct Pairs {
-    double ours = 0, oracle = 0;              // sums over all pairs
+    double oracle = 0;                        // sum over all pairs
     double ours_alike = 0, oracle_alike = 0;  // sums over pairs that agree on visibility
     int count = 0, hidden_from_one = 0;
 
     void add(double a, double b) {
         ++count;
-        ours += a, oracle += b;
+        oracle += b;
         if ((a > 0) != (b > 0)) {
             ++hidden_from_one;
         } else {
@@ -135,71 +136,64 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
     std::map<std::string, Pairs> pairs;
     int seen = 0, otherwise = 0;
     double ours = 0, expected = 0;
-    for (std::uint32_t sample = 0; sample < 3; ++sample) {
+    for (std::uint32_t sample = 0; sample < 2; ++sample) {
         stage.select_sample(sample, 2);
         const dvec2 jitter(stage.frame().jitter);
         const Sample s = trace(stage);
-        for (int y = 0; y < image.y; ++y) {
-            for (int x = 0; x < image.x; ++x) {
-                const std::size_t path = stage.path(x, y);
-                const dvec3 along(((2 * (x + jitter.x) / image.x - 1) * tangent * image.x) / image.y,
-                                  (1 - 2 * (y + jitter.y) / image.y) * tangent, -1);
-                ReferenceRay ray;
-                ray.origin = dvec3(camera.camera_to_world[3]) - oracle.tracer.origin();
-                ray.direction = dmat3(camera.camera_to_world) * along;
-                const std::optional<ReferenceHit> hit = oracle.tracer.closest_hit(ray, {});
-                std::optional<reference::Surface> surface;
-                if (hit) surface = reference::make_surface(oracle.tracer, *hit, -glm::normalize(ray.direction));
-                const SurfaceRecord& record = s.surfaces[path];
-                const TriangleSource source =
-                    record.is_surface ? source_of(stage.trace_tables(), s.hits[path].instance, s.hits[path].triangle)
-                                      : TriangleSource{};
-                const bool same = record.is_surface == surface.has_value() &&
-                                  (!surface || surface->triangle ==
-                                                   reference::TriangleId{int(source.instance), int(source.triangle)});
-                ++seen;
-                otherwise += !same;
+        for (const auto& [x, y] : pixels_of(image)) {
+            const std::size_t path = stage.path(x, y);
+            const dvec3 along(((2 * (x + jitter.x) / image.x - 1) * tangent * image.x) / image.y,
+                              (1 - 2 * (y + jitter.y) / image.y) * tangent, -1);
+            ReferenceRay ray;
+            ray.origin = dvec3(camera.camera_to_world[3]) - oracle.tracer.origin();
+            ray.direction = dmat3(camera.camera_to_world) * along;
+            const std::optional<ReferenceHit> hit = oracle.tracer.closest_hit(ray, {});
+            std::optional<reference::Surface> surface;
+            if (hit) surface = reference::make_surface(oracle.tracer, *hit, -glm::normalize(ray.direction));
+            const SurfaceRecord& record = s.surfaces[path];
+            const TriangleSource source =
+                record.is_surface ? source_of(stage.trace_tables(), s.hits[path].instance, s.hits[path].triangle)
+                                  : TriangleSource{};
+            const bool same =
+                record.is_surface == surface.has_value() &&
+                (!surface || surface->triangle == reference::TriangleId{int(source.instance), int(source.triangle)});
+            ++seen;
+            otherwise += !same;
 
-                const auto visible = [&](const dvec3& w) {
-                    return !oracle.tracer.occluded({surface->leave(w), w}, {});
-                };
-                std::optional<reference::Bsdf> bsdf;
-                if (surface) bsdf.emplace(surface->parameters, surface->wo, surface->n_g, surface->n, surface->n_k);
-                const auto compare = [&](const std::string& technique, double a, double b) {
-                    ours += a, expected += b;
-                    if (same && surface) pairs[technique].add(a, b);
-                };
+            const auto visible = [&](const dvec3& w) { return !oracle.tracer.occluded({surface->leave(w), w}, {}); };
+            std::optional<reference::Bsdf> bsdf;
+            if (surface) bsdf.emplace(surface->parameters, surface->wo, surface->n_g, surface->n, surface->n_k);
+            const auto compare = [&](const std::string& technique, double a, double b) {
+                ours += a, expected += b;
+                if (same && surface) pairs[technique].add(a, b);
+            };
 
-                const shared::Sampler random = shared::make_sampler(x, y, sample, stage.frame().seed);
-                const Light light = lights.sample(random);
-                double sampled = 0;
-                if (bsdf) {
-                    const reference::Bsdf::Value v = bsdf->evaluate(light.direction);
-                    sampled = mean(light.radiance *
-                                   (v.diffuse * light.weight(v.pdf_diffuse) + v.glossy * light.weight(v.pdf_glossy)));
-                    if (sampled > 0 && !visible(light.direction)) sampled = 0;
-                }
-                const double lit = mean(dvec3(s.light[path].diffuse + s.light[path].glossy));
-                compare(light.density > 0 ? "sky" : "sun", lit > 0 && s.occluded[path] == shared::kFree ? lit : 0,
-                        sampled);
-
-                const shared::PathState& state = s.states[path];
-                if (!record.is_surface || state.lobe == shared::kLobeNone) continue;
-                const bool diffuse = state.lobe == shared::kLobeDiffuse;
-                const auto weight = [&](double pdf) {
-                    return pdf > 0 ? power_heuristic(pdf, lights.sky_density()) : 1;
-                };
-                const bool missed = s.met[path].triangle == shared::kMiss;
-                double met = 0;
-                const dvec3 w = glm::normalize(dvec3(s.rays[path].direction));
-                if (bsdf) {
-                    const reference::Bsdf::Value v = bsdf->evaluate(w);
-                    const double pdf = diffuse ? v.pdf_diffuse : v.pdf_glossy;
-                    if (pdf > 0 && visible(w)) met = mean((diffuse ? v.diffuse : v.glossy) / pdf * sky) * weight(pdf);
-                }
-                compare(diffuse ? "sky by diffuse rays" : "sky by glossy rays",
-                        missed ? mean(dvec3(state.throughput) * sky) * weight(state.pdf) : 0, met);
+            const shared::Sampler random = shared::make_sampler(x, y, sample, stage.frame().seed);
+            const Light light = lights.sample(random);
+            double sampled = 0;
+            if (bsdf) {
+                const reference::Bsdf::Value v = bsdf->evaluate(light.direction);
+                sampled = mean(light.radiance *
+                               (v.diffuse * light.weight(v.pdf_diffuse) + v.glossy * light.weight(v.pdf_glossy)));
+                if (sampled > 0 && !visible(light.direction)) sampled = 0;
             }
+            const double lit = mean(dvec3(s.light[path].diffuse + s.light[path].glossy));
+            compare(light.density > 0 ? "sky" : "sun", lit > 0 && s.occluded[path] == shared::kFree ? lit : 0, sampled);
+
+            const shared::PathState& state = s.states[path];
+            if (!record.is_surface || state.lobe == shared::kLobeNone) continue;
+            const bool diffuse = state.lobe == shared::kLobeDiffuse;
+            const auto weight = [&](double pdf) { return pdf > 0 ? power_heuristic(pdf, lights.sky_density()) : 1; };
+            const bool missed = s.met[path].triangle == shared::kMiss;
+            double met = 0;
+            const dvec3 w = glm::normalize(dvec3(s.rays[path].direction));
+            if (bsdf) {
+                const reference::Bsdf::Value v = bsdf->evaluate(w);
+                const double pdf = diffuse ? v.pdf_diffuse : v.pdf_glossy;
+                if (pdf > 0 && visible(w)) met = mean((diffuse ? v.diffuse : v.glossy) / pdf * sky) * weight(pdf);
+            }
+            compare(diffuse ? "sky by diffuse rays" : "sky by glossy rays",
+                    missed ? mean(dvec3(state.throughput) * sky) * weight(state.pdf) : 0, met);
         }
     }
     // Another triangle is hit by 0.047 % of the samples at this pixel size (gbuffer.h). If only the pixel's own
@@ -215,8 +209,6 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
         EXPECT_NEAR(p.ours_alike / p.oracle_alike, 1, 2e-4);
     }
     EXPECT_NEAR(ours / expected, 1, 1e-3);
-    RecordProperty("otherwise", std::to_string(double(otherwise) / seen));
-    RecordProperty("shift", std::to_string(ours / expected - 1));
 }
 
 /// Axes of a rotated strip; none of them has a small coordinate.
@@ -245,7 +237,7 @@ TEST_F(DirectLightTest, LongStripsDoNotShadowThemselves) {
             }
             scene.environment.color = vec3(1);
             const dvec3 up = glm::normalize(strip.up * (shared_mesh ? dvec3(1, 1 / 1.5, 1) : dvec3(1)));
-            Stage stage(programs, scene, spot_camera(dvec3(0), up, 12), {512, 512});
+            Stage stage(programs, scene, spot_camera(dvec3(0), up, 6), {256, 256});
             int sent = 0, returned = 0;
             for (std::uint32_t sample = 0; sample < 2; ++sample) {
                 stage.select_sample(sample);
@@ -256,7 +248,7 @@ TEST_F(DirectLightTest, LongStripsDoNotShadowThemselves) {
                     returned += s.met[path].triangle != shared::kMiss && s.met[path].instance == s.hits[path].instance;
                 }
             }
-            EXPECT_GT(sent, 300);
+            EXPECT_GT(sent, 150);
             EXPECT_EQ(returned, 0) << "of " << sent;
         }
     }
@@ -273,7 +265,7 @@ TEST_F(DirectLightTest, ThinLightsDoNotShadowThemselves) {
                  vec3(width * strip.across));
         Stage stage(programs, scene, spot_camera(dvec3(0), {0.3, 1, 0.2}, 3), {128, 128});
         int lit = 0, hidden = 0;
-        for (std::uint32_t sample = 0; sample < 4; ++sample) {
+        for (std::uint32_t sample = 0; sample < 2; ++sample) {
             stage.select_sample(sample);
             const Sample s = trace(stage);
             for (std::size_t path = 0; path < s.light.size(); ++path) {
@@ -282,7 +274,7 @@ TEST_F(DirectLightTest, ThinLightsDoNotShadowThemselves) {
                 hidden += s.occluded[path] != shared::kFree;
             }
         }
-        EXPECT_GT(lit, 10000);
+        EXPECT_GT(lit, 5000);
         EXPECT_EQ(hidden, 0) << "of " << lit;
     }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/core/statistics.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/rays/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
@@ -51,7 +52,7 @@ class ReuseTest : public GpuTest {
     }
 
     /// Compares block means with and without reuse, per component of the receiver.
-    void expect_the_same_mean(const std::string& name, const Scene& scene, int samples = 12, int bounces = 4,
+    void expect_the_same_mean(const std::string& name, const Scene& scene, int samples = 6, int bounces = 4,
                               std::initializer_list<Reuse> sizes = {Reuse::sixteen}) {
         Indirect own = indirect(scene, Reuse::off, samples, bounces);
         const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
@@ -103,15 +104,15 @@ Scene glossy_room() {
 }
 
 TEST_F(ReuseTest, KeepsTheMeanBehindSlats) {
-    expect_the_same_mean("slats", parted_room(), 12, 4, {Reuse::four, Reuse::eight, Reuse::sixteen});
+    expect_the_same_mean("slats", parted_room(), 6, 4, {Reuse::four, Reuse::eight, Reuse::sixteen});
 }
 
 TEST_F(ReuseTest, KeepsTheMeanOfGlossyReceiversAndPoints) {
-    expect_the_same_mean("glossy", glossy_room(), 16);
+    expect_the_same_mean("glossy", glossy_room(), 8);
 }
 
 TEST_F(ReuseTest, KeepsTheMeanAlongBentNormals) {
-    expect_the_same_mean("textures", textured_scene(), 16);
+    expect_the_same_mean("textures", textured_scene(), 8);
 }
 
 TEST_F(ReuseTest, KeepsTheMeanThroughVeils) {
@@ -156,15 +157,13 @@ TEST_F(ReuseTest, DecorrelatesTheNoiseOfAGroup) {
     const Image &a = layer(one, "indirect_diffuse.R"), &b = layer(other, "indirect_diffuse.R");
     const auto noise = [&](int x, int y) { return double(a.at(x, y)[0]) - b.at(x, y)[0]; };
     double variance = 0;
-    for (int y = 0; y < settings.height; ++y)
-        for (int x = 0; x < settings.width; ++x) variance += noise(x, y) * noise(x, y);
+    for (const auto& [x, y] : pixels_of({settings.width, settings.height})) variance += noise(x, y) * noise(x, y);
     variance /= settings.width * settings.height;
     for (const ivec2 step : {ivec2(1, 0), ivec2(4, 0), ivec2(0, 4), ivec2(8, 0), ivec2(8, 8)}) {
         RunningMoments covariance;
-        for (int y = 0; y < settings.height; ++y)
-            for (int x = 0; x < settings.width; ++x)
-                if (x % kBlock + step.x < kBlock && y % kBlock + step.y < kBlock)
-                    covariance.add(noise(x, y) * noise(x + step.x, y + step.y));
+        for (const auto& [x, y] : pixels_of({settings.width, settings.height}))
+            if (x % kBlock + step.x < kBlock && y % kBlock + step.y < kBlock)
+                covariance.add(noise(x, y) * noise(x + step.x, y + step.y));
         EXPECT_LT(covariance.mean(), 0.3 * variance) << step.x << ", " << step.y;
     }
 }
@@ -197,12 +196,10 @@ TEST_F(ReuseTest, ClampsTheSumOfAReceiver) {
         return sum;
     };
     int dimmed = 0, kept = 0;
-    for (int y = 0; y < settings.height; ++y) {
-        for (int x = 0; x < settings.width; ++x) {
-            const double before = luminance(plain, x, y);
-            ASSERT_NEAR(luminance(clamped, x, y), std::min(before, 0.05), 1e-5);
-            ++(before > 0.05 ? dimmed : kept);
-        }
+    for (const auto& [x, y] : pixels_of({settings.width, settings.height})) {
+        const double before = luminance(plain, x, y);
+        ASSERT_NEAR(luminance(clamped, x, y), std::min(before, 0.05), 1e-5);
+        ++(before > 0.05 ? dimmed : kept);
     }
     EXPECT_GT(dimmed, 100);
     EXPECT_GT(kept, 100);

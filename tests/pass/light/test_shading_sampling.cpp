@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cmath>
 #include <set>
 
 #include "shaders/shared/sobol.h"
 #include "shaders/shared/word.h"
+#include "tests/pass/light/density_check.h"
 #include "tests/pass/light/shading_kernel.h"
 #include "tests/support/gpu_test.h"
 
@@ -18,20 +18,6 @@ using shared::uint;
 
 Sampler sampler(uint pixel, uint index, uint frame = 5) {
     return shared::make_sampler(pixel, 2 * pixel, index, frame);
-}
-
-TEST(Sobol, SecondDimensionIsPascalsTriangle) {
-    // Direction numbers of the second Sobol dimension: v_1 = 1/2, v_(i+1) = v_i xor v_i / 2 (Bratley and Fox 1988).
-    std::array<uint, 32> direction{0x80000000u};
-    for (std::size_t i = 1; i < 32; ++i) direction[i] = direction[i - 1] ^ (direction[i - 1] >> 1);
-    for (uint n = 0; n < 100000; n += 37) {
-        const uint index = n * 2654435761u;
-        uint expected = 0;
-        for (std::size_t bit = 0; bit < 32; ++bit) {
-            if ((index >> bit & 1u) != 0) expected ^= direction[bit];
-        }
-        EXPECT_EQ(shared::bitfieldReverse(shared::sobol_second_reversed(index)), expected);
-    }
 }
 
 /// Checks that every elementary interval of area 1/n contains one of any n = 2^k consecutive points that start at a
@@ -86,14 +72,8 @@ TEST(Sobol, OneDimensionIsStratified) {
 /// For one sample number, the points of pairs of dimensions are uniform and independent across pixels.
 TEST(Sobol, PixelsAndDimensionsAreIndependent) {
     constexpr int kBins = 16, kPixels = 1 << 16;
-    const auto chi_square = [](const std::vector<int>& bins) {
-        const double expected = double(kPixels) / double(bins.size());
-        double sum = 0;
-        for (const int found : bins) sum += (found - expected) * (found - expected) / expected;
-        return sum;
-    };
     for (uint dimension = 0; dimension < 4; ++dimension) {
-        std::vector<int> of_pixel(kBins * kBins, 0), of_neighbours(kBins * kBins, 0), of_dimensions(kBins * kBins, 0);
+        std::vector<double> of_pixel(kBins * kBins), of_neighbours = of_pixel, of_dimensions = of_pixel;
         const auto bin = [](uint x, uint y) { return static_cast<std::size_t>((x >> 28) * kBins + (y >> 28)); };
         for (uint pixel = 0; pixel < kPixels; ++pixel) {
             const shared::SampleBits here = shared::sample_2d_bits(sampler(pixel, 1), dimension);
@@ -103,8 +83,9 @@ TEST(Sobol, PixelsAndDimensionsAreIndependent) {
             ++of_neighbours[bin(here.x, next.x)];
             ++of_dimensions[bin(here.y, other.y)];
         }
-        // 255 degrees of freedom have mean 255 and standard deviation 22.6; the bound is 5.5 deviations above the mean.
-        for (const auto& bins : {of_pixel, of_neighbours, of_dimensions}) EXPECT_LT(chi_square(bins), 380) << dimension;
+        const std::vector<double> expected(kBins * kBins, double(kPixels) / (kBins * kBins));
+        for (const auto& bins : {of_pixel, of_neighbours, of_dimensions})
+            EXPECT_GT(test::chi_square(bins, expected, 1).p_value(), 1e-6) << dimension;
     }
 }
 

@@ -43,15 +43,10 @@ void main() {
 class ShadingVariants : public GpuTest {};
 
 TEST_F(ShadingVariants, Compile) {
-    SceneNeeds all = kept_needs(Kept::everything());
-    std::vector<SceneNeeds> variants = {SceneNeeds(), all};
-    all.environment_map = true;
-    variants.push_back(all);
-    all.light_tree = true;
-    variants.push_back(all);
-    all.light_tree = false;
-    all.every_light = true;
-    variants.push_back(all);
+    SceneNeeds all = kept_needs(Kept::everything()), sky = all, tree = all, every = all;
+    sky.environment_map = tree.environment_map = every.environment_map = true;
+    tree.light_tree = every.every_light = true;
+    std::vector<SceneNeeds> variants = {SceneNeeds(), all, sky, tree, every};
     for (const SceneNeed& need : known_scene_needs()) {
         SceneNeeds one;
         one.*need.flag = true;

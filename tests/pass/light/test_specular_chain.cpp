@@ -11,6 +11,7 @@
 #include "renderer/noisy_frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/specular_chain.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"
 
@@ -39,6 +40,32 @@ class SpecularChainTest : public PassTest {
         Found found{executor.read<shared::SpecularChain>(made.chains), {}};
         if (places) found.places = executor.read<shared::ChainPlace>(made.places);
         return found;
+    }
+    /// Places of mirror images, as the denoiser of sequences keeps them.
+    struct Taken {
+        std::vector<shared::ChainPlace> places;
+        NoisyFrame frame;
+        Band band;
+        dvec3 origin;
+
+        const shared::ChainPlace& at(const ivec2& pixel) const {
+            return places[shared::path_of_pixel(uvec2(pixel), band.tiles())];
+        }
+    };
+    Taken take(const Scene& scene, const Camera& own, const Camera& other, const PreviousSurfaces* then, int side) {
+        Stage stage(programs, scene, own, ivec2(side));
+        graph::Graph graph;
+        const SceneView view = stage.view(graph);
+        const GBuffer gbuffer = add_gbuffer(graph, view);
+        const graph::BufferHandle records = add_aov(graph, view, gbuffer);
+        const SpecularChains made = add_specular_chains(graph, view, gbuffer, {.bounces = 4, .places = true});
+        graph.output(records), graph.output(made.places);
+        run(graph);
+        Taken taken{executor.read<shared::ChainPlace>(made.places), {}, stage.band(), stage.trace_tables().origin};
+        taken.frame.add_places(taken.band, executor.read<shared::AovRecord>(records), taken.places,
+                               stage.trace_tables());
+        taken.frame.add_motion(1, own, other, then);
+        return taken;
     }
     /// Returns the chain of the picture's centre.
     shared::SpecularChain at_centre(const Scene& scene, const Camera& camera, int bounces = 8) {
@@ -192,19 +219,9 @@ TEST_F(SpecularChainTest, MirrorImagesMoveByTheReflectedMotion) {
     const vec3 at(0, 4, -6), step(0.05f, 0.1f, 0.2f);
     const Scene now = scene_at(at), then = scene_at(at + step);
     const Camera camera = look_at_camera({0, 1, 3}, {0, -3, -6}, {0, 1, 0}, 0.4);
-    Stage stage(programs, now, camera, ivec2(kSide));
-    graph::Graph graph;
-    const SceneView view = stage.view(graph);
-    const GBuffer gbuffer = add_gbuffer(graph, view);
-    const graph::BufferHandle records = add_aov(graph, view, gbuffer);
-    const SpecularChains made = add_specular_chains(graph, view, gbuffer, {.bounces = 4, .places = true});
-    graph.output(records), graph.output(made.places);
-    run(graph);
-    NoisyFrame frame;
-    frame.add_places(stage.band(), executor.read<shared::AovRecord>(records),
-                     executor.read<shared::ChainPlace>(made.places), stage.trace_tables());
     const PreviousSurfaces surfaces(now, then);
-    frame.add_motion(1, camera, camera, &surfaces);
+    Taken taken = take(now, camera, camera, &surfaces, kSide);
+    NoisyFrame& frame = taken.frame;
     ASSERT_NE(frame.motion(1), nullptr);
     ASSERT_NE(frame.glossy_motion(1), nullptr);
     const std::vector<float> own = frame.motion(1)->read_float(), mirrored = frame.glossy_motion(1)->read_float();
@@ -214,23 +231,19 @@ TEST_F(SpecularChainTest, MirrorImagesMoveByTheReflectedMotion) {
         const dvec4 clip = to_clip * dvec4(p, 1);
         return dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * double{kSide};
     };
-    const std::vector<shared::ChainPlace> places = executor.read<shared::ChainPlace>(made.places);
     int seen = 0;
-    for (int y = 0; y < kSide; ++y) {
-        for (int x = 0; x < kSide; ++x) {
-            const shared::ChainPlace& place = places[stage.path(x, y)];
-            if (place.bounces == 0 || place.triangle == shared::kMiss) continue;
-            ++seen;
-            const dvec3 image = dvec3(place.position) + stage.trace_tables().origin;
-            const dvec2 expected =
-                pixel_of((image + dvec3(step)) * dvec3(1, -1, 1)) - pixel_of(image * dvec3(1, -1, 1));
-            const float* motion = &mirrored[std::size_t(4 * (y * kSide + x))];
-            EXPECT_NEAR(motion[0], expected.x, 2e-3) << x << ", " << y;
-            EXPECT_NEAR(motion[1], expected.y, 2e-3) << x << ", " << y;
-            EXPECT_EQ(motion[3], 2.5f) << "the square, in a mirror";
-            EXPECT_EQ(own[std::size_t(4 * (y * kSide + x)) + 3], 1) << "the mirror itself";
-            EXPECT_NEAR(own[std::size_t(4 * (y * kSide + x))], 0, 1e-3);
-        }
+    for (const auto& [x, y] : pixels_of(ivec2(kSide))) {
+        const shared::ChainPlace& place = taken.at({x, y});
+        if (place.bounces == 0 || place.triangle == shared::kMiss) continue;
+        ++seen;
+        const dvec3 image = dvec3(place.position) + taken.origin;
+        const dvec2 expected = pixel_of((image + dvec3(step)) * dvec3(1, -1, 1)) - pixel_of(image * dvec3(1, -1, 1));
+        const float* motion = &mirrored[std::size_t(4 * (y * kSide + x))];
+        EXPECT_NEAR(motion[0], expected.x, 2e-3) << x << ", " << y;
+        EXPECT_NEAR(motion[1], expected.y, 2e-3) << x << ", " << y;
+        EXPECT_EQ(motion[3], 2.5f) << "the square, in a mirror";
+        EXPECT_EQ(own[std::size_t(4 * (y * kSide + x)) + 3], 1) << "the mirror itself";
+        EXPECT_NEAR(own[std::size_t(4 * (y * kSide + x))], 0, 1e-3);
     }
     EXPECT_GT(seen, kSide * kSide / 4);
 }
@@ -240,42 +253,20 @@ TEST_F(SpecularChainTest, ImagesInCurvedMirrorsAreFoundAgain) {
     Scene scene = closed_box(diffuse_material(kBlue));
     add_smooth_ball(scene, add_material(scene, metal_material(vec3(1), 0)), vec3(0), 0.3f, 48);
     const auto camera_at = [](double x) { return look_at_camera({x, 0, 0.9}, dvec3(0), {0, 1, 0}, 0.5); };
-    const ivec2 size(64);
-    struct Taken {
-        std::vector<shared::ChainPlace> places;
-        NoisyFrame frame;
-    };
-    const auto take = [&](const Camera& own, const Camera& other, Taken& taken) {
-        Stage stage(programs, scene, own, size);
-        graph::Graph graph;
-        const SceneView view = stage.view(graph);
-        const GBuffer gbuffer = add_gbuffer(graph, view);
-        const graph::BufferHandle records = add_aov(graph, view, gbuffer);
-        const SpecularChains made = add_specular_chains(graph, view, gbuffer, {.bounces = 4, .places = true});
-        graph.output(records), graph.output(made.places);
-        run(graph);
-        taken.places = executor.read<shared::ChainPlace>(made.places);
-        taken.frame.add_places(stage.band(), executor.read<shared::AovRecord>(records), taken.places,
-                               stage.trace_tables());
-        taken.frame.add_motion(1, own, other, nullptr);
-        return stage.band();
-    };
-    Taken first, second;
-    const Band band = take(camera_at(0), camera_at(0.1), first);
-    take(camera_at(0.1), camera_at(0), second);
+    constexpr int kSize = 64;
+    Taken first = take(scene, camera_at(0), camera_at(0.1), nullptr, kSize),
+          second = take(scene, camera_at(0.1), camera_at(0), nullptr, kSize);
     const std::vector<float> motion = first.frame.glossy_motion(1)->read_float();
     double found = 0, still = 0;
     int count = 0;
-    for (int y = 20; y < 44; ++y) {
-        for (int x = 20; x < 44; ++x) {
-            const float* way = &motion[std::size_t(4 * (y * size.x + x))];
-            const ivec2 to(x + static_cast<int>(std::lround(way[0])), y + static_cast<int>(std::lround(way[1])));
-            if (way[3] == 0 || to.x < 0 || to.y < 0 || to.x >= size.x || to.y >= size.y) continue;
-            const vec3& here = first.places[shared::path_of_pixel(uvec2(x, y), band.tiles())].position;
-            found += glm::distance(here, second.places[shared::path_of_pixel(uvec2(to), band.tiles())].position);
-            still += glm::distance(here, second.places[shared::path_of_pixel(uvec2(x, y), band.tiles())].position);
-            ++count;
-        }
+    for (const auto& [x, y] : pixels_of({20, 20}, {44, 44})) {
+        const float* way = &motion[std::size_t(4 * (y * kSize + x))];
+        const ivec2 to(x + static_cast<int>(std::lround(way[0])), y + static_cast<int>(std::lround(way[1])));
+        if (way[3] == 0 || to.x < 0 || to.y < 0 || to.x >= kSize || to.y >= kSize) continue;
+        const vec3& here = first.at({x, y}).position;
+        found += glm::distance(here, second.at(to).position);
+        still += glm::distance(here, second.at({x, y}).position);
+        ++count;
     }
     EXPECT_GT(count, 400);
     EXPECT_LT(found, 0.35 * still);

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "shaders/shared/aov.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"
 
@@ -39,52 +40,43 @@ class AovTest : public PassTest {
         stage.look_through(camera, previous);
         const std::vector<shared::AovRecord> records = render(stage);
         int hits = 0, misses = 0;
-        for (int y = 0; y < image.y; ++y) {
-            for (int x = 0; x < image.x; ++x) {
-                const dvec2 at = dvec2(x, y) + 0.5;
-                const CameraRayResult expected = trace_camera_ray(scene, camera, image, at);
-                if (!expected.clear) continue;
-                const shared::AovRecord& r = records[stage.path(x, y)];
-                if (!expected.hit) {
-                    ++misses;
-                    EXPECT_EQ(r.triangle, shared::kMiss);
-                    EXPECT_EQ(r.depth, shared::kNoDepth);
-                    EXPECT_EQ(r.position, vec3(0));
-                    EXPECT_EQ(r.motion, vec2(0));
-                    continue;
-                }
-                ++hits;
-                const dvec3 position = dvec3(r.position) + stage.trace_tables().origin;
-                EXPECT_LT(glm::length(position - expected.surface.position), 1e-5) << x << ", " << y;
-                EXPECT_NEAR(r.depth, expected.surface.depth, 1e-5);
-                const TriangleSource source = source_of(stage.trace_tables(), r.instance, r.triangle);
-                EXPECT_EQ(source.instance, expected.surface.instance);
-                EXPECT_EQ(source.triangle, expected.surface.triangle);
-                const dvec2 motion = at - place(previous, image, expected.surface.position);
-                EXPECT_LT(glm::length(dvec2(r.motion) - motion), 1e-3) << x << ", " << y;
+        for (const auto& [x, y] : pixels_of(image)) {
+            const dvec2 at = dvec2(x, y) + 0.5;
+            const CameraRayResult expected = trace_camera_ray(scene, camera, image, at);
+            if (!expected.clear) continue;
+            const shared::AovRecord& r = records[stage.path(x, y)];
+            if (!expected.hit) {
+                ++misses;
+                EXPECT_EQ(r.triangle, shared::kMiss);
+                EXPECT_EQ(r.depth, shared::kNoDepth);
+                EXPECT_EQ(r.position, vec3(0));
+                EXPECT_EQ(r.motion, vec2(0));
+                continue;
             }
+            ++hits;
+            const dvec3 position = dvec3(r.position) + stage.trace_tables().origin;
+            EXPECT_LT(glm::length(position - expected.surface.position), 1e-5) << x << ", " << y;
+            EXPECT_NEAR(r.depth, expected.surface.depth, 1e-5);
+            const TriangleSource source = source_of(stage.trace_tables(), r.instance, r.triangle);
+            EXPECT_EQ(source.instance, expected.surface.instance);
+            EXPECT_EQ(source.triangle, expected.surface.triangle);
+            const dvec2 motion = at - place(previous, image, expected.surface.position);
+            EXPECT_LT(glm::length(dvec2(r.motion) - motion), 1e-3) << x << ", " << y;
         }
         EXPECT_GT(hits, 300);
         EXPECT_GT(misses, 300);
     }
 };
 
-TEST_F(AovTest, StillCamera) {
-    expect_known(pyramids(), camera_on_pyramids(), camera_on_pyramids());
-}
-
-TEST_F(AovTest, MovingCamera) {
-    expect_known(pyramids(), camera_on_pyramids(), look_at_camera({0.7, 3.1, 7.5}, {0.3, 1.2, 0}, {0.05, 1, 0}, 0.85));
-}
-
-TEST_F(AovTest, OrthographicCamera) {
-    Camera camera = camera_on_pyramids();
-    camera.orthographic = true;
-    camera.ortho_height = 7;
+TEST_F(AovTest, RecordsAreKnown) {
+    const Camera camera = camera_on_pyramids();
     Camera previous = look_at_camera({0.7, 3.1, 7.5}, {0.3, 1.2, 0}, {0.05, 1, 0}, 0.85);
-    previous.orthographic = true;
-    previous.ortho_height = 6;
+    expect_known(pyramids(), camera, camera);
     expect_known(pyramids(), camera, previous);
+    Camera orthographic = camera;
+    orthographic.orthographic = previous.orthographic = true;
+    orthographic.ortho_height = 7, previous.ortho_height = 6;
+    expect_known(pyramids(), orthographic, previous);
 }
 
 /// Triangles at a silhouette are seen edge-on. Where the pixel's ray passes between them, the record is of the triangle
@@ -103,8 +95,8 @@ TEST_F(AovTest, StillCamerasSeeNoMotionAtSilhouettes) {
         stage.look_through(camera, camera);
         const std::vector<shared::AovRecord> records = render(stage);
         float most = 0;
-        for (int y = 0; y < image.y; ++y)
-            for (int x = 0; x < image.x; ++x) most = std::max(most, glm::length(records[stage.path(x, y)].motion));
+        for (const auto& [x, y] : pixels_of(image))
+            most = std::max(most, glm::length(records[stage.path(x, y)].motion));
         EXPECT_LT(most, 1e-3f);
     }
 }
@@ -128,7 +120,10 @@ class DebugAovTest : public PassTest {
         std::vector<shared::DebugRecord> records;
         std::vector<int> surface;  // 1 where a surface is visible, by path
     };
-    Traced trace(Stage& stage, rays::Tracer& tracer, const DebugOptions& options, std::uint32_t shadow_rays = 1) {
+    Traced trace(Stage& stage, const DebugOptions& options, rays::Culling culling = rays::Culling::compute,
+                 std::uint32_t shadow_rays = 1) {
+        graph::Graph unused;
+        rays::Tracer tracer(stage.view(unused).trace, culling);
         const auto view_of = [&](graph::Graph& graph) {
             const SceneView v = stage.view(graph);
             SceneView view{v.programs, v.scene, v.trace, tracer, v.band, v.frame_constants};
@@ -163,75 +158,51 @@ class DebugAovTest : public PassTest {
     }
 };
 
+/// Of several shadow rays, the first ones are counted.
 TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
-    graph::Graph unused;
-    rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
-    const Traced traced = trace(stage, tracer, {.nodes = true, .culling = true});
-    int met = 0, empty = 0;
-    for (std::size_t tile = 0; tile < traced.records.size(); tile += 64) {
-        const auto surfaces =
-            std::count_if(&traced.surface[tile], &traced.surface[tile] + 64, [](int s) { return s != 0; });
-        met += surfaces == 64;
-        empty += surfaces == 0;
-        for (std::size_t path = tile; path < tile + 64; ++path) {
-            // Tiles with few surfaces may have only rays that start below a surface.
-            EXPECT_GE(traced.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
-            EXPECT_LE(traced.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
-            EXPECT_EQ(traced.records[path].leaves, traced.records[tile].leaves);
-            EXPECT_EQ(traced.records[path].others, 0u) << path;
+    for (const std::uint32_t shadow_rays : {1u, 3u}) {
+        SCOPED_TRACE(shadow_rays);
+        const Traced traced = trace(stage, {.nodes = true, .culling = true}, rays::Culling::compute, shadow_rays);
+        int met = 0, empty = 0;
+        for (std::size_t tile = 0; tile < traced.records.size(); tile += 64) {
+            const auto surfaces =
+                std::count_if(&traced.surface[tile], &traced.surface[tile] + 64, [](int s) { return s != 0; });
+            met += surfaces == 64;
+            empty += surfaces == 0;
+            for (std::size_t path = tile; path < tile + 64; ++path) {
+                // Tiles with few surfaces may have only rays that start below a surface.
+                EXPECT_GE(traced.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
+                EXPECT_LE(traced.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
+                EXPECT_EQ(traced.records[path].leaves, traced.records[tile].leaves);
+                EXPECT_EQ(traced.records[path].others, 0u) << path;
+            }
         }
+        EXPECT_GE(met, 5);
+        EXPECT_GT(empty, 10);
+        for (const auto& [x, y] : pixels_of({60, 45}))
+            EXPECT_EQ(traced.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
     }
-    EXPECT_GE(met, 5);
-    EXPECT_GT(empty, 10);
-    for (int y = 0; y < 45; ++y)
-        for (int x = 0; x < 60; ++x) EXPECT_EQ(traced.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
 }
 
-TEST_F(DebugAovTest, OfSeveralShadowRaysTheFirstAreCounted) {
+TEST_F(DebugAovTest, WhatIsNotRequestedOrNotThereIsNotCounted) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
-    graph::Graph unused;
-    rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
-    const Traced traced = trace(stage, tracer, {.culling = true}, 3);
-    int met = 0;
-    for (std::size_t tile = 0; tile < traced.records.size(); tile += 64) {
-        if (std::count(&traced.surface[tile], &traced.surface[tile] + 64, 0) != 0) continue;
-        EXPECT_EQ(traced.records[tile].leaves, 1u) << tile;
-        ++met;
-    }
-    EXPECT_GE(met, 5);
-}
-
-TEST_F(DebugAovTest, OnlyRequestedLayersAreCounted) {
-    Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
-    graph::Graph unused;
-    rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
-    for (const shared::DebugRecord& r : trace(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.nodes, 0u);
-    for (const shared::DebugRecord& r : trace(stage, tracer, {.nodes = true}).records) EXPECT_EQ(r.leaves, 0u);
-}
-
-TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
-    Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
-    graph::Graph unused;
-    for (const rays::Culling culling : {rays::Culling::off, rays::Culling::automatic}) {
-        rays::Tracer tracer(stage.view(unused).trace, culling);  // the automatic tracer's first run is plain
-        for (const shared::DebugRecord& r : trace(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.leaves, 0u);
-    }
+    for (const shared::DebugRecord& r : trace(stage, {.culling = true}).records) EXPECT_EQ(r.nodes, 0u);
+    for (const shared::DebugRecord& r : trace(stage, {.nodes = true}).records) EXPECT_EQ(r.leaves, 0u);
+    // Tracers without lists; the automatic tracer's first run is plain.
+    for (const rays::Culling culling : {rays::Culling::off, rays::Culling::automatic})
+        for (const shared::DebugRecord& r : trace(stage, {.culling = true}, culling).records) EXPECT_EQ(r.leaves, 0u);
 }
 
 TEST_F(DebugAovTest, DenseGeometryCostsMoreVisits) {
     Stage stage(programs, pyramids(), camera_on_pyramids(), {60, 45});
-    graph::Graph unused;
-    rays::Tracer tracer(stage.view(unused).trace);
-    const Traced traced = trace(stage, tracer, {.nodes = true});
+    const Traced traced = trace(stage, {.nodes = true}, rays::Culling::automatic);
     double nodes[2] = {}, rays[2] = {};
-    for (int y = 0; y < 45; ++y) {
-        for (int x = 0; x < 60; ++x) {
-            const std::size_t path = stage.path(x, y);
-            EXPECT_GE(traced.records[path].nodes, 1u);
-            nodes[traced.surface[path]] += traced.records[path].nodes;
-            ++rays[traced.surface[path]];
-        }
+    for (const auto& [x, y] : pixels_of({60, 45})) {
+        const std::size_t path = stage.path(x, y);
+        EXPECT_GE(traced.records[path].nodes, 1u);
+        nodes[traced.surface[path]] += traced.records[path].nodes;
+        ++rays[traced.surface[path]];
     }
     EXPECT_GT(nodes[1] / rays[1], nodes[0] / rays[0]);
 }

@@ -4,19 +4,14 @@
 
 #include <algorithm>
 
-#include "engine/core/error.h"
-#include "engine/core/metrics.h"
 #include "renderer/frame_constants.h"
 #include "renderer/held_out.h"
-#include "tests/pass/renders.h"
-#include "tests/pass/scenes.h"
-#include "tests/support/error_message.h"
-#include "tests/support/gpu_test.h"
+#include "tests/pass/picture/cornell_test.h"
 
 namespace halflight::test {
 namespace {
 
-class DenoisedPictureTest : public GpuTest {
+class DenoisedPictureTest : public CornellTest {
   protected:
     RenderSettings settings_of(const Scene& scene, int width, int height, int samples) {
         RenderSettings s = small_settings(scene.cameras[0], width, height, samples, 3);
@@ -28,27 +23,29 @@ class DenoisedPictureTest : public GpuTest {
         s.denoise = denoise;
         return Renderer(prepared, colors, s).render();
     }
-    ColorConfig colors = ColorConfig::load();
+    /// Renders a reference with other random numbers.
+    Image reference_of(PreparedScene& prepared, RenderSettings settings, int samples) {
+        settings.samples = samples, settings.seed = 5;
+        return render(prepared, settings, false).beauty;
+    }
+    static void expect_light_kept(const Image& denoised, const Image& plain, double tolerance) {
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(mean_of_pixels(denoised, c).value / mean_of_pixels(plain, c).value, 1, tolerance) << c;
+    }
 };
 
-double relative_error(const Image& image, const Image& reference) {
-    return mean_of(relative_squared_error_map(rgb(image), rgb(reference)));
-}
-
 TEST_F(DenoisedPictureTest, ItsErrorIsEstimatedFromOtherSamples) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = small_settings(scene.cameras[0], 64, 48, 256, 3);
+    RenderSettings settings = small_settings(cornell.cameras[0], 64, 48, 256, 3);
     Image truth[2];
     for (const std::uint32_t half : {0u, 1u}) {
         settings.seed = 100 + half;
-        truth[half] = rgb(render(prepared, settings, false).beauty);
+        truth[half] = rgb(render(prepared_cornell, settings, false).beauty);
     }
     settings.denoise = true;
     settings.denoise_error = 16;
     int inside = 0;
     constexpr int kSeeds = 12;
-    Renderer renderer(prepared, colors, settings);
+    Renderer renderer(prepared_cornell, colors, settings);
     const auto further = [&](const FrameSettings& frame, const ProgressCallback& progress) {
         return renderer.render(frame, progress);
     };
@@ -81,10 +78,8 @@ TEST_F(DenoisedPictureTest, ItsErrorIsEstimatedFromOtherSamples) {
 }
 
 TEST_F(DenoisedPictureTest, ItsErrorIsSmallerAndTheRestStays) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 64, 48, 8);
-    const RenderResult plain = render(prepared, settings, false), denoised = render(prepared, settings);
+    RenderSettings settings = settings_of(cornell, 64, 48, 8);
+    const RenderResult plain = render(prepared_cornell, settings, false), denoised = render(prepared_cornell, settings);
     EXPECT_FALSE(same_bits(plain.beauty, denoised.beauty));
     EXPECT_TRUE(same_bits(layer(denoised, "noisy.R"), rgb(plain.beauty)));
     EXPECT_TRUE(same_bits(layer(plain, "noisy.R"), rgb(plain.beauty)));
@@ -99,11 +94,9 @@ TEST_F(DenoisedPictureTest, ItsErrorIsSmallerAndTheRestStays) {
     EXPECT_GT(mean_of_pixels(weights, 0).value, 0.3);
     for (const float weight : weights.pixels) ASSERT_TRUE(weight >= 0 && weight <= 1) << weight;
 
-    settings.samples = 1024, settings.seed = 5;
-    const Image reference = render(prepared, settings, false).beauty;
+    const Image reference = reference_of(prepared_cornell, settings, 512);
     EXPECT_LT(relative_error(denoised.beauty, reference), 0.25 * relative_error(plain.beauty, reference));
-    for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(mean_of_pixels(denoised.beauty, c).value / mean_of_pixels(plain.beauty, c).value, 1, 0.02);
+    expect_light_kept(denoised.beauty, plain.beauty, 0.02);
 }
 
 /// Returns a Cornell box without blocks whose back wall is a mirror, or a sheet of white paper, and whose floor has
@@ -132,13 +125,10 @@ TEST_F(DenoisedPictureTest, BlurredTexturesKeepNoNoise) {
     RenderSettings settings = settings_of(scene, 64, 64, 8);
     settings.camera.lens = {.aperture = 600, .focus = {.kind = Focus::Kind::distance, .distance = 1.5}};
     const RenderResult plain = render(prepared, settings, false), denoised = render(prepared, settings);
-    settings.samples = 1024, settings.seed = 5;
-    const Image reference = render(prepared, settings, false).beauty;
-    const double gain = relative_error(plain.beauty, reference) / relative_error(denoised.beauty, reference);
-    std::printf("relMSE %.1f times lower\n", gain);
-    EXPECT_GT(gain, 10) << "where albedos are not smoothed, it is about 1";
-    for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(mean_of_pixels(denoised.beauty, c).value / mean_of_pixels(plain.beauty, c).value, 1, 0.02);
+    const Image reference = reference_of(prepared, settings, 512);
+    EXPECT_LT(10 * relative_error(denoised.beauty, reference), relative_error(plain.beauty, reference))
+        << "where albedos are not smoothed, the gain is about 1";
+    expect_light_kept(denoised.beauty, plain.beauty, 0.02);
 }
 
 TEST_F(DenoisedPictureTest, DarkSaturatedColoursKeepTheirHue) {
@@ -159,25 +149,19 @@ TEST_F(DenoisedPictureTest, DarkSaturatedColoursKeepTheirHue) {
     const RenderResult denoised = render(prepared, settings);
     const Image albedo = layer(denoised, "albedo.R"), noisy = layer(denoised, "noisy.R");
     dvec3 kept(0), before(0);
-    for (int y = 0; y < 96; ++y) {
-        for (int x = 0; x < 96; ++x) {
-            if (albedo.at(x, y)[2] < 0.179f) continue;  // pixels of the first colour alone
-            for (int c = 0; c < 3; ++c) kept[c] += denoised.beauty.at(x, y)[c], before[c] += noisy.at(x, y)[c];
-        }
+    for (const Pixel p : pixels_of(ivec2(96))) {
+        if (albedo.at(p.x, p.y)[2] < 0.179f) continue;  // pixels of the first colour alone
+        for (int c = 0; c < 3; ++c) kept[c] += denoised.beauty.at(p.x, p.y)[c], before[c] += noisy.at(p.x, p.y)[c];
     }
-    const dvec3 share = kept / before;
-    std::printf("light of the dark blue stripes: %.1f, %.1f, %.1f %%\n", 100 * share.x, 100 * share.y, 100 * share.z);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(share[c], 1, 0.01) << c;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(kept[c] / before[c], 1, 0.01) << c;
 }
 
 /// A picture that lacks bands stays the mean; nothing of the picture before shows.
 TEST_F(DenoisedPictureTest, PicturesThatLackBandsStayNoisy) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 64, 64, 8);
+    RenderSettings settings = settings_of(cornell, 64, 64, 8);
     settings.band_pixels = 64 * 32;
     settings.denoise = true;
-    Renderer renderer(prepared, colors, settings);
+    Renderer renderer(prepared_cornell, colors, settings);
     EXPECT_TRUE(renderer.render(settings).stats.denoised);
     settings.seed = 77;
     const RenderResult stopped = renderer.render(settings, [](const RenderProgress& p) { return p.samples_done < 2; });
@@ -211,12 +195,9 @@ TEST_F(DenoisedPictureTest, HighlightsKeepTheirLight) {
         }
         return light / noisy_light;
     };
-    const double sharp = kept();
+    EXPECT_NEAR(kept(), 1, 0.005) << "sharp highlights";
     settings.camera.lens = {.aperture = 300, .focus = {.kind = Focus::Kind::distance, .distance = 1.5}};
-    const double blurred = kept();
-    std::printf("light kept: %.2f %% by sharp highlights, %.2f %% by blurred ones\n", 100 * sharp, 100 * blurred);
-    EXPECT_NEAR(sharp, 1, 0.005);
-    EXPECT_NEAR(blurred, 1, 0.01);
+    EXPECT_NEAR(kept(), 1, 0.01) << "blurred highlights";
 }
 
 TEST_F(DenoisedPictureTest, MirrorImagesStaySharp) {
@@ -225,17 +206,10 @@ TEST_F(DenoisedPictureTest, MirrorImagesStaySharp) {
     RenderSettings settings = settings_of(scene, 96, 96, 4);
     const RenderResult plain = render(prepared, settings, false), denoised = render(prepared, settings);
     EXPECT_TRUE(same_bits(layer(denoised, "noisy.R"), rgb(plain.beauty)));
-    settings.samples = 512, settings.seed = 5;
-    const Image reference = render(prepared, settings, false).beauty;
+    const Image reference = reference_of(prepared, settings, 256);
     const auto error_of = [&](const Image& image, int first_row, int end_row) {
-        double sum = 0;
-        for (int y = first_row; y < end_row; ++y) {
-            for (int x = 28; x < 68; ++x) {
-                const double off = double{image.at(x, y)[0]} - double{reference.at(x, y)[0]};
-                sum += off * off;
-            }
-        }
-        return sum;
+        const ivec2 first(28, first_row), size(40, end_row - first_row);
+        return mean_of(squared_error_map(part_of(rgb(image), first, size), part_of(rgb(reference), first, size)));
     };
     // Without chains, the two ratios are 200 and 0.08.
     EXPECT_LT(error_of(denoised.beauty, 56, 66), 3 * error_of(plain.beauty, 56, 66)) << "the dark behind the camera";
@@ -258,33 +232,29 @@ TEST_F(DenoisedPictureTest, ChainsOfScenesWithoutMirrorsChangeNothing) {
 }
 
 TEST_F(DenoisedPictureTest, OneSampleStaysAsItIs) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 33, 20, 1);
-    const RenderResult denoised = render(prepared, settings);
-    EXPECT_TRUE(same_bits(denoised.beauty, render(prepared, settings, false).beauty));
+    RenderSettings settings = settings_of(cornell, 33, 20, 1);
+    const RenderResult denoised = render(prepared_cornell, settings);
+    EXPECT_TRUE(same_bits(denoised.beauty, render(prepared_cornell, settings, false).beauty));
     EXPECT_TRUE(denoised.stats.biases.empty());
     settings.width = settings.height = 1;
     for (const int samples : {1, 2, 3}) {
         settings.samples = samples;
-        const Image picture = render(prepared, settings).beauty;
+        const Image picture = render(prepared_cornell, settings).beauty;
         for (const float value : picture.pixels) EXPECT_TRUE(std::isfinite(value) && value >= 0);
     }
     settings.bounces = 0;
-    EXPECT_TRUE(render(prepared, settings).stats.biases.empty()) << "emission is not filtered";
+    EXPECT_TRUE(render(prepared_cornell, settings).stats.biases.empty()) << "emission is not filtered";
 }
 
 TEST_F(DenoisedPictureTest, IsEqualInBandsAndInTurns) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 45, 60, 6);
+    RenderSettings settings = settings_of(cornell, 45, 60, 6);
     settings.want_view = true;
-    const RenderResult whole = render(prepared, settings);
+    const RenderResult whole = render(prepared_cornell, settings);
     EXPECT_TRUE(same_bits(whole.view, colors.view({}).apply(whole.beauty))) << "the view is another picture's";
     settings.band_pixels = 48 * 16;
-    expect_same(render(prepared, settings), whole);
+    expect_same(render(prepared_cornell, settings), whole);
     settings.in_turns = true, settings.denoise = true;
-    Renderer in_turns(prepared, colors, settings);
+    Renderer in_turns(prepared_cornell, colors, settings);
     std::vector<RenderResult> seen;
     expect_same(in_turns.render([&](const RenderProgress& progress) {
         if (progress.picture && progress.samples_done == 3) seen.push_back(progress.picture(settings.aovs));
@@ -293,29 +263,18 @@ TEST_F(DenoisedPictureTest, IsEqualInBandsAndInTurns) {
                 whole);
     ASSERT_FALSE(seen.empty());
     settings.samples = 3;
-    expect_same(seen.back(), render(prepared, settings));
+    expect_same(seen.back(), render(prepared_cornell, settings));
 }
 
 TEST_F(DenoisedPictureTest, ErrorTargetsReferToTheMean) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 32, 24, 64);
+    RenderSettings settings = settings_of(cornell, 32, 24, 64);
     settings.error = ErrorTarget{.error = 1e-6};
-    const RenderResult plain = render(prepared, settings, false), denoised = render(prepared, settings);
+    const RenderResult plain = render(prepared_cornell, settings, false), denoised = render(prepared_cornell, settings);
     ASSERT_TRUE(plain.stats.error && denoised.stats.error);
     EXPECT_EQ(plain.stats.error->estimate.value, denoised.stats.error->estimate.value);
     EXPECT_EQ(plain.stats.error->estimate.bound, denoised.stats.error->estimate.bound);
     EXPECT_TRUE(same_bits(layer(denoised, "noisy.R"), rgb(plain.beauty)));
     EXPECT_FALSE(same_bits(denoised.beauty, plain.beauty));
-}
-
-TEST_F(DenoisedPictureTest, PreviewModesAreRefused) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 16, 16, 2);
-    settings.preview.filter = true;
-    EXPECT_EQ(error_message([&] { render(prepared, settings); }),
-              "render settings: denoising cannot be combined with a preview mode");
 }
 
 TEST(Halves, AreEqualAtPowersOfTwo) {

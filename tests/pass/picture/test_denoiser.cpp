@@ -11,6 +11,7 @@
 #include <random>
 
 #include "shaders/shared/denoise.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/picture/preview_scene.h"
 
 namespace halflight::test {
@@ -41,29 +42,32 @@ struct Filtered {
 /// Returns light whose values in both halves are light(x, y, half).
 HalfData halves(const ivec2& size, const std::function<float(int, int, int)>& light) {
     HalfData data{size, {}, {}, {}, {}, {}};
-    for (int y = 0; y < size.y; ++y) {
-        for (int x = 0; x < size.x; ++x) {
-            data.first.emplace_back(vec3(light(x, y, 0)), 0.5f);
-            data.second.emplace_back(vec3(light(x, y, 1)), 0.5f);
-            data.guide.emplace_back(0, 0, 1, 1);
-            data.reflectance.emplace_back(kAlbedo, 1);
-        }
+    for (const auto& [x, y] : pixels_of(size)) {
+        data.first.emplace_back(vec3(light(x, y, 0)), 0.5f);
+        data.second.emplace_back(vec3(light(x, y, 1)), 0.5f);
+        data.guide.emplace_back(0, 0, 1, 1);
+        data.reflectance.emplace_back(kAlbedo, 1);
     }
     return data;
+}
+
+std::vector<vec4> means_of(const HalfData& data) {
+    std::vector<vec4> means;
+    for (std::size_t i = 0; i < data.first.size(); ++i) means.push_back(data.mean(i));
+    return means;
 }
 
 class DenoiserTest : public PassTest {
   protected:
     Filtered filtered(const HalfData& data, const std::vector<OtherFrame>& others = {}) {
-        std::vector<vec4> means;
-        for (std::size_t i = 0; i < data.first.size(); ++i) means.push_back(data.mean(i));
+        const std::vector<vec4> means = means_of(data);
         const std::vector<vec4> albedos(data.first.size(), vec4(kAlbedo, 1));
         graph::Graph graph;
         std::list<gpu::Texture> textures;
         const auto import = [&](const std::vector<vec4>& texels) {
             return graph.import_texture("texels", textures.emplace_back(texture_of(texels, data.size)));
         };
-        const auto pixels_of = [&](const HalfData& of) {
+        const auto denoised_pixels = [&](const HalfData& of) {
             DenoiserPixels pixels{import(means), import(of.guide), import(of.reflectance), import(albedos),
                                   import(albedos)};
             const bool glossy = !of.glossy_guide.empty();
@@ -71,10 +75,10 @@ class DenoiserTest : public PassTest {
             if (glossy) pixels.glossy_guide = import(of.glossy_guide), pixels.glossy_reflectance = pixels.reflectance;
             return pixels;
         };
-        const DenoiserPixels pixels = pixels_of(data);
+        const DenoiserPixels pixels = denoised_pixels(data);
         std::vector<DenoiserNeighbour> neighbours;
         for (const OtherFrame& other : others) {
-            neighbours.push_back({pixels_of(other.data), import(other.motion), import(other.back)});
+            neighbours.push_back({denoised_pixels(other.data), import(other.motion), import(other.back)});
             if (other.glossy_motion.empty()) continue;
             neighbours.back().glossy_motion = import(other.glossy_motion);
             neighbours.back().glossy_motion_back = import(other.glossy_back);
@@ -84,23 +88,19 @@ class DenoiserTest : public PassTest {
         run(graph);
         return {texels_of(executor.texture(made.picture)), texels_of(executor.texture(made.weights))};
     }
+    /// Returns light of mean 1 in both halves, with the noise of an exponential distribution.
+    HalfData noisy_frame(const ivec2& size) {
+        return halves(size, [&](int, int, int) { return noise(random); });
+    }
     std::mt19937 random{7};
+    std::exponential_distribution<float> noise{1};
 };
 
-/// Returns the mean of the squared error.
-double error_of(const std::vector<vec4>& picture, const std::function<float(std::size_t)>& truth) {
+/// Returns the mean of the squared error of pictures whose light is 1.
+double error_of(const std::vector<vec4>& picture) {
     double sum = 0;
-    for (std::size_t i = 0; i < picture.size(); ++i) {
-        const double error = picture[i].x - truth(i);
-        sum += error * error;
-    }
+    for (const vec4& texel : picture) sum += (texel.x - kAlbedo.x) * (texel.x - kAlbedo.x);
     return sum / static_cast<double>(picture.size());
-}
-
-std::vector<vec4> means_of(const HalfData& data) {
-    std::vector<vec4> means;
-    for (std::size_t i = 0; i < data.first.size(); ++i) means.push_back(data.mean(i));
-    return means;
 }
 
 TEST_F(DenoiserTest, WhatHasNoNoiseStays) {
@@ -119,11 +119,9 @@ TEST_F(DenoiserTest, WhatHasNoNoiseStays) {
 }
 
 TEST_F(DenoiserTest, NoiseIsRemovedAndTheLightKept) {
-    std::exponential_distribution<float> noise(1);
-    const HalfData noisy = halves({80, 60}, [&](int, int, int) { return noise(random); });
+    const HalfData noisy = noisy_frame({80, 60});
     const Filtered result = filtered(noisy);
-    const auto truth = [](std::size_t) { return kAlbedo.x; };
-    EXPECT_LT(error_of(result.picture, truth), 0.03 * error_of(means_of(noisy), truth));
+    EXPECT_LT(error_of(result.picture), 0.03 * error_of(means_of(noisy)));
     double light = 0, before = 0, weight = 0;
     for (std::size_t i = 0; i < result.picture.size(); ++i) {
         light += double{result.picture[i].x}, before += double{noisy.mean(i).x};
@@ -136,11 +134,12 @@ TEST_F(DenoiserTest, NoiseIsRemovedAndTheLightKept) {
 
 TEST_F(DenoiserTest, EdgesOfSurfacesAndOfLightStay) {
     constexpr int kEdge = 30;
-    std::uniform_real_distribution<float> noise(0, 2);
+    std::uniform_real_distribution<float> uniform(0, 2);
     for (const bool of_surfaces : {true, false}) {
         // Features tell dim surfaces apart. Without a feature, light alone does, where noise cannot explain the edge.
         const float right = of_surfaces ? 1.5f : 6;
-        HalfData noisy = halves({60, 40}, [&](int x, int, int) { return noise(random) * (x < kEdge ? 1.0f : right); });
+        HalfData noisy =
+            halves({60, 40}, [&](int x, int, int) { return uniform(random) * (x < kEdge ? 1.0f : right); });
         for (std::size_t i = 0; of_surfaces && i < noisy.guide.size(); ++i)
             if (i % 60 >= kEdge) noisy.guide[i] = vec4(1, 0, 0, 1);
         const std::vector<vec4> picture = filtered(noisy).picture;
@@ -155,8 +154,8 @@ TEST_F(DenoiserTest, EdgesOfSurfacesAndOfLightStay) {
 
 TEST_F(DenoiserTest, GlossyLightKeepsTheEdgesOfMirrorImages) {
     constexpr int kEdge = 30;
-    std::uniform_real_distribution<float> noise(0, 2);
-    HalfData noisy = halves({60, 40}, [&](int x, int, int) { return noise(random) * (x < kEdge ? 1.0f : 1.5f); });
+    std::uniform_real_distribution<float> uniform(0, 2);
+    HalfData noisy = halves({60, 40}, [&](int x, int, int) { return uniform(random) * (x < kEdge ? 1.0f : 1.5f); });
     const auto mixed = [&] {
         const std::vector<vec4> picture = filtered(noisy).picture;
         double sum = 0;
@@ -172,8 +171,7 @@ TEST_F(DenoiserTest, GlossyLightKeepsTheEdgesOfMirrorImages) {
 }
 
 TEST_F(DenoiserTest, WhatIsNotLitStays) {
-    std::exponential_distribution<float> noise(1);
-    HalfData noisy = halves({64, 40}, [&](int, int, int) { return noise(random); });
+    HalfData noisy = noisy_frame({64, 40});
     for (std::size_t i = 0; i < noisy.first.size(); ++i)
         if (i % 64 < 20) noisy.first[i] = noisy.second[i] = vec4(0);
     const Filtered result = filtered(noisy);
@@ -236,14 +234,12 @@ TEST_F(DenoiserTest, FirefliesOfReflectionsLeaveTheDarkDark) {
 }
 
 TEST_F(DenoiserTest, UnequalHalvesAreWeighedBySamples) {
-    std::exponential_distribution<float> noise(1);
     constexpr float kShare = 2.0f / 3.0f;  // the first half has twice as many samples
     HalfData noisy = halves({80, 60}, [&](int, int, int half) {
         return half == 0 ? 0.5f * (noise(random) + noise(random)) : noise(random);
     });
     for (std::size_t i = 0; i < noisy.first.size(); ++i) noisy.first[i].w = noisy.second[i].w = kShare;
-    const auto truth = [](std::size_t) { return kAlbedo.x; };
-    EXPECT_LT(error_of(filtered(noisy).picture, truth), 0.03 * error_of(means_of(noisy), truth));
+    EXPECT_LT(error_of(filtered(noisy).picture), 0.03 * error_of(means_of(noisy)));
 }
 
 /// Returns the motion of one object, from 1, by `way` pixels in all pixels.
@@ -252,21 +248,17 @@ std::vector<vec4> motion_of(const HalfData& data, const vec2& way, float object 
 }
 
 TEST_F(DenoiserTest, NeighboursRemoveMoreNoise) {
-    std::exponential_distribution<float> noise(1);
-    const auto frame = [&] { return halves({80, 60}, [&](int, int, int) { return noise(random); }); };
-    const HalfData noisy = frame();
-    const auto truth = [](std::size_t) { return kAlbedo.x; };
-    const double alone = error_of(filtered(noisy).picture, truth);
+    const HalfData noisy = noisy_frame({80, 60});
+    const double alone = error_of(filtered(noisy).picture);
     std::vector<OtherFrame> others;
     for (const vec2 way : {vec2(0), vec2(3.4f, -2.2f)})
-        others.push_back({frame(), motion_of(noisy, way), motion_of(noisy, -way)});
-    EXPECT_LT(error_of(filtered(noisy, others).picture, truth), 0.65 * alone);
+        others.push_back({noisy_frame({80, 60}), motion_of(noisy, way), motion_of(noisy, -way)});
+    EXPECT_LT(error_of(filtered(noisy, others).picture), 0.65 * alone);
 }
 
 TEST_F(DenoiserTest, NeighboursThatShowOtherSurfacesAddNothing) {
-    std::exponential_distribution<float> noise(1);
-    const HalfData noisy = halves({50, 40}, [&](int, int, int) { return noise(random); });
-    const HalfData same = halves({50, 40}, [&](int, int, int) { return noise(random); });
+    const HalfData noisy = noisy_frame({50, 40});
+    const HalfData same = noisy_frame({50, 40});
     const std::vector<vec4> alone = filtered(noisy).picture, still = motion_of(noisy, vec2(0));
     HalfData farther = same, turned = same, unlit = same;
     for (vec4& guide : farther.guide) guide.w += 0.2f;
@@ -304,7 +296,6 @@ TEST_F(DenoiserTest, NeighboursThatShowOtherSurfacesAddNothing) {
 
 /// Light that changes from frame to frame stays in its frame, and so do fireflies of a frame with other light.
 TEST_F(DenoiserTest, NeighboursWithOtherLightAddLittle) {
-    std::exponential_distribution<float> noise(1);
     const auto frame = [&](float level, float firefly) {
         return halves({60, 50}, [&](int x, int y, int half) {
             return x == 30 && y == 25 && half == 0 ? std::max(firefly, level) : level * (0.9f + 0.2f * noise(random));
@@ -330,12 +321,10 @@ TEST_F(DenoiserTest, NeighboursWithOtherLightAddLittle) {
 
 /// The weights tell how much of the light is not the mean of the frame's own samples.
 TEST_F(DenoiserTest, WeightsCountLightOfNeighbours) {
-    std::exponential_distribution<float> noise(1);
-    const auto frame = [&] { return halves({60, 50}, [&](int, int, int) { return noise(random); }); };
-    const HalfData noisy = frame();
+    const HalfData noisy = noisy_frame({60, 50});
     const std::vector<vec4> still = motion_of(noisy, vec2(0));
     const std::vector<vec4> alone = filtered(noisy).weights;
-    const std::vector<vec4> weights = filtered(noisy, {{frame(), still, still}}).weights;
+    const std::vector<vec4> weights = filtered(noisy, {{noisy_frame({60, 50}), still, still}}).weights;
     double sum = 0, sum_alone = 0;
     for (std::size_t i = 0; i < weights.size(); ++i) sum += double{weights[i].x}, sum_alone += double{alone[i].x};
     EXPECT_GT(sum, sum_alone);
@@ -343,29 +332,27 @@ TEST_F(DenoiserTest, WeightsCountLightOfNeighbours) {
 }
 
 TEST_F(DenoiserTest, GlossyLightMovesWithMirrorImages) {
-    std::exponential_distribution<float> noise(1);
     const auto frame = [&] {
-        HalfData data = halves({50, 40}, [&](int, int, int) { return noise(random); });
+        HalfData data = noisy_frame({50, 40});
         data.glossy_guide = data.guide;
         return data;
     };
     const HalfData noisy = frame();
     const std::vector<vec4> still = motion_of(noisy, vec2(0)), gone = motion_of(noisy, vec2(0, 60));
-    const auto truth = [](std::size_t) { return kAlbedo.x; };
-    const double alone = error_of(filtered(noisy).picture, truth);
+    const double alone = error_of(filtered(noisy).picture);
     const OtherFrame image_stays{frame(), gone, gone, still, still}, image_leaves{frame(), still, still, gone, gone};
-    EXPECT_LT(error_of(filtered(noisy, {image_stays}).picture, truth), 0.9 * alone);
-    EXPECT_NEAR(error_of(filtered(noisy, {image_leaves}).picture, truth), alone, 1e-6 * alone);
+    EXPECT_LT(error_of(filtered(noisy, {image_stays}).picture), 0.9 * alone);
+    EXPECT_NEAR(error_of(filtered(noisy, {image_leaves}).picture), alone, 1e-6 * alone);
 }
 
 TEST_F(DenoiserTest, MovingObjectsLeaveNoGhosts) {
     // A bright object in front of a dim wall moves by 12 pixels a frame. The noise hides the difference of their light.
     constexpr int kWidth = 12;
-    std::uniform_real_distribution<float> noise(0, 2);
+    std::uniform_real_distribution<float> uniform(0, 2);
     const auto is_object = [](int x, int left) { return x >= left && x < left + kWidth; };
     const auto frame = [&](int left) {
         HalfData data =
-            halves({80, 40}, [&](int x, int, int) { return noise(random) * (is_object(x, left) ? 1.5f : 1.0f); });
+            halves({80, 40}, [&](int x, int, int) { return uniform(random) * (is_object(x, left) ? 1.5f : 1.0f); });
         for (std::size_t i = 0; i < data.guide.size(); ++i)
             if (is_object(static_cast<int>(i % 80), left)) data.guide[i].w = 0.95f;  // hardly nearer
         return data;
@@ -385,11 +372,9 @@ TEST_F(DenoiserTest, MovingObjectsLeaveNoGhosts) {
     const std::vector<vec4> picture = filtered(noisy, others).picture, alone = filtered(noisy).picture;
     for (const int left : {kLeft - kWidth, kLeft, kLeft + kWidth}) {
         double sum = 0, sum_alone = 0;
-        for (int y = 0; y < 40; ++y) {
-            for (int x = left + 3; x < left + kWidth - 3; ++x) {
-                sum += picture[std::size_t(y * 80 + x)].x / (40 * (kWidth - 6));
-                sum_alone += alone[std::size_t(y * 80 + x)].x / (40 * (kWidth - 6));
-            }
+        for (const auto& [x, y] : pixels_of({left + 3, 0}, {left + kWidth - 3, 40})) {
+            sum += picture[std::size_t(y * 80 + x)].x / (40 * (kWidth - 6));
+            sum_alone += alone[std::size_t(y * 80 + x)].x / (40 * (kWidth - 6));
         }
         EXPECT_NEAR(sum, kAlbedo.x * (left == kLeft ? 1.5 : 1.0), 0.03) << left << ", alone " << sum_alone;
     }

@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "renderer/cryptomatte.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
@@ -33,11 +33,13 @@ class MattesOfPictures : public GpuTest {
         return scene;
     }
 
-    RenderResult picture(const Scene& scene, int samples, std::size_t band_pixels = std::size_t{1} << 20) {
+    static RenderSettings settings_of(const Scene& scene, int samples) {
         RenderSettings settings = small_settings(scene.cameras[0], kSide, kSide, samples, 1);
         settings.aovs = {"cryptomaterial", "albedo", "cryptoobject"};
-        settings.band_pixels = band_pixels;
-        return render(context, scene, settings);
+        return settings;
+    }
+    RenderResult picture(const Scene& scene, int samples) {
+        return render(context, scene, settings_of(scene, samples));
     }
 
     /// Returns the area of an object in the picture, in world units squared: the sum of its coverage over all
@@ -78,8 +80,7 @@ TEST_F(MattesOfPictures, CoverageIsAtMostOneAndZeroForTheBackground) {
         for (int i = 1; i < 12; i += 2) sum += image.at(x, y)[i];
         return sum;
     };
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x) ASSERT_LE(covered(x, y), 1.0) << x << ", " << y;
+    for (const auto& [x, y] : pixels_of(ivec2(kSide))) ASSERT_LE(covered(x, y), 1.0) << x << ", " << y;
     EXPECT_EQ(covered(1, 1), 0);
     EXPECT_EQ(covered(24, 24), 1);
     EXPECT_GT(image.at(24, 24)[1], 0.99);
@@ -87,13 +88,12 @@ TEST_F(MattesOfPictures, CoverageIsAtMostOneAndZeroForTheBackground) {
 
 TEST_F(MattesOfPictures, BandsAndOtherPicturesChangeNothing) {
     const Scene scene = squares();
-    const RenderResult whole = picture(scene, 5), bands = picture(scene, 5, 16 * kSide);
-    expect_same(whole, bands);
-    RenderSettings settings = small_settings(scene.cameras[0], kSide, kSide, 5, 1);
-    settings.aovs = {"cryptomaterial", "albedo", "cryptoobject"};
+    RenderSettings settings = settings_of(scene, 5);
     Renderer renderer(context, scene, ColorConfig::load(), settings);
-    renderer.render();
+    const RenderResult whole = renderer.render();
     expect_same(renderer.render(), whole);
+    settings.band_pixels = 16 * kSide;
+    expect_same(render(context, scene, settings), whole);
 }
 
 // Objects without a name are numbered.

@@ -5,6 +5,7 @@
 
 #include "engine/graph/execute.h"
 #include "passes/picture/native_means.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight::test {
@@ -28,22 +29,19 @@ class NativeMeansTest : public GpuTest {
         std::exponential_distribution<float> noise(1);
         std::uniform_real_distribution<float> uniform(0, 1);
         Pictures p{size, {}};
-        for (int y = 0; y < size.y; ++y) {
-            for (int x = 0; x < size.x; ++x) {
-                const float share = uniform(random) < 0.1f ? 0.0f : uniform(random) < 0.5f ? 0.5f : 1.0f / 3.0f;
-                const float level = brightness * (x > y ? 3.0f : 1.0f);
-                const vec4 one(level * noise(random), level * noise(random), level, share);
-                const vec4 two(level * noise(random), level * noise(random), level, 0);
-                const float variance = 0.5f * level * level * (0.1f + uniform(random));
-                const vec4 texels[] = {
-                    {one.x, two.x, variance, share},
-                    one,
-                    two,
-                    {0.05f * uniform(random), x > size.x / 2 ? 1.0f : 0.8f, 0, 0.02f * noise(random)},
-                    {0.5f, y > size.y / 2 ? 0.5f : 0.4f, uniform(random), x % 7 == 0 ? 1.0f : 0.0f}};
-                for (std::size_t i = 0; i < p.of.size(); ++i)
-                    for (int c = 0; c < 4; ++c) p.of[i].push_back(texels[i][c]);
-            }
+        for (const auto& [x, y] : pixels_of(size)) {
+            const float share = uniform(random) < 0.1f ? 0.0f : uniform(random) < 0.5f ? 0.5f : 1.0f / 3.0f;
+            const float level = brightness * (x > y ? 3.0f : 1.0f);
+            const vec4 one(level * noise(random), level * noise(random), level, share);
+            const vec4 two(level * noise(random), level * noise(random), level, 0);
+            const float variance = 0.5f * level * level * (0.1f + uniform(random));
+            const vec4 texels[] = {{one.x, two.x, variance, share},
+                                   one,
+                                   two,
+                                   {0.05f * uniform(random), x > size.x / 2 ? 1.0f : 0.8f, 0, 0.02f * noise(random)},
+                                   {0.5f, y > size.y / 2 ? 0.5f : 0.4f, uniform(random), x % 7 == 0 ? 1.0f : 0.0f}};
+            for (std::size_t i = 0; i < p.of.size(); ++i)
+                for (int c = 0; c < 4; ++c) p.of[i].push_back(texels[i][c]);
         }
         return p;
     }
@@ -85,16 +83,17 @@ class NativeMeansTest : public GpuTest {
 };
 
 TEST_F(NativeMeansTest, EqualTheShaderUpToRounding) {
+    const std::pair<ivec2, float> pictures[] = {{{1, 1}, 1.0f},     {{5, 3}, 1.0f},   {{64, 16}, 1.0f},
+                                                {{65, 17}, 1e-12f}, {{65, 17}, 1.0f}, {{65, 17}, 1e12f},
+                                                {{100, 70}, 1.0f}};
     for (const MeansKernel& kernel : {kFinalMeans, preview_means(1), preview_means(2), preview_means(4)}) {
-        for (const ivec2 size : {ivec2(1, 1), ivec2(5, 3), ivec2(64, 16), ivec2(65, 17), ivec2(150, 70)}) {
-            for (const float brightness : {1e-12f, 1.0f, 1e12f}) {
-                const Pictures p = noisy(size, brightness);
-                const auto ours = native(p, kernel), theirs = by_shader(p, kernel);
-                for (std::size_t half = 0; half < 2; ++half)
-                    for (std::size_t i = 0; i < ours[half].size(); ++i)
-                        ASSERT_NEAR(ours[half][i], theirs[half][i], 2e-4f * (i % 4 == 3 ? 1.0f : brightness))
-                            << size.x << "x" << size.y << ", value " << i << ", patch " << kernel.patch;
-            }
+        for (const auto& [size, brightness] : pictures) {
+            const Pictures p = noisy(size, brightness);
+            const auto ours = native(p, kernel), theirs = by_shader(p, kernel);
+            for (std::size_t half = 0; half < 2; ++half)
+                for (std::size_t i = 0; i < ours[half].size(); ++i)
+                    ASSERT_NEAR(ours[half][i], theirs[half][i], 2e-4f * (i % 4 == 3 ? 1.0f : brightness))
+                        << size.x << "x" << size.y << ", value " << i << ", patch " << kernel.patch;
         }
     }
 }

@@ -8,10 +8,7 @@
 #include "engine/reference/reference.h"
 #include "renderer/focus.h"
 #include "renderer/frame_constants.h"
-#include "tests/pass/renders.h"
-#include "tests/pass/scenes.h"
-#include "tests/support/error_message.h"
-#include "tests/support/gpu_test.h"
+#include "tests/pass/picture/cornell_test.h"
 #include "tests/support/image_tests.h"
 
 namespace halflight::test {
@@ -31,7 +28,7 @@ const View kViews[] = {
     {{.stereo = Stereo::side_by_side, .eye_distance = 0.1, .convergence = 0.6}, {64, 32}},
 };
 
-class OpticsTest : public GpuTest {
+class OpticsTest : public CornellTest {
   protected:
     static Camera camera_of(const Optics& optics) {
         Camera camera = look_at_camera({0.2, 0.1, 0.3}, {-0.1, -0.2, -1}, {0, 1, 0}, 1);
@@ -45,7 +42,6 @@ class OpticsTest : public GpuTest {
     RenderResult shown(PreparedScene& scene, const RenderSettings& settings) {
         return Renderer(scene, colors, settings).render();
     }
-    ColorConfig colors = ColorConfig::load();
 };
 
 TEST_F(OpticsTest, AgreesWithTheOracle) {
@@ -67,13 +63,11 @@ TEST_F(OpticsTest, AgreesWithTheOracle) {
         EXPECT_TRUE(agree("optics-" + std::to_string(&view - kViews), {rgb(ours.beauty), variance, kSamples},
                           {oracle.beauty, oracle.variance, 48}, {.block = 8, .p_value = 1e-5}));
         int wrong = 0, surfaces = 0;
-        for (int y = 0; y < view.image.y; ++y) {
-            for (int x = 0; x < view.image.x; ++x) {
-                const float depth = *layer(ours, "Z").at(x, y), expected = *oracle.aovs.depth.at(x, y);
-                const bool seen = expected > 0;
-                surfaces += seen;
-                wrong += seen ? std::abs(depth - expected) > 1e-3f * expected : depth < 1e9f;
-            }
+        for (const auto& [x, y] : pixels_of(view.image)) {
+            const float depth = *layer(ours, "Z").at(x, y), expected = *oracle.aovs.depth.at(x, y);
+            const bool seen = expected > 0;
+            surfaces += seen;
+            wrong += seen ? std::abs(depth - expected) > 1e-3f * expected : depth < 1e9f;
         }
         EXPECT_LE(wrong, 3) << "rays beside an edge may differ: " << text(view.optics);
         EXPECT_GT(surfaces, view.image.x * view.image.y / 3);
@@ -81,26 +75,24 @@ TEST_F(OpticsTest, AgreesWithTheOracle) {
 }
 
 TEST_F(OpticsTest, NothingElseChangesThePicture) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
     for (const int number : {1, 3, 5}) {
         const View& view = kViews[number];
         RenderSettings settings = settings_of(view, 6, 2);
         settings.want_view = true;
         settings.aovs = {"albedo", "normal", "depth", "motion", "ids", "cryptoobject"};
         settings.culling = rays::Culling::off;
-        const RenderResult plain = shown(prepared, settings);
+        const RenderResult plain = shown(prepared_cornell, settings);
         settings.culling = rays::Culling::raster;
-        expect_same(shown(prepared, settings), plain);
+        expect_same(shown(prepared_cornell, settings), plain);
         settings.culling = rays::Culling::compute;
         settings.band_pixels = 1;
-        expect_same(shown(prepared, settings), plain);
+        expect_same(shown(prepared_cornell, settings), plain);
         settings.crop = PixelWindow{{13, 9}, {31, 27}};
         RenderResult part = plain;
         part.beauty = part_of(plain.beauty, {13, 9}, {18, 18});
         part.view = part_of(plain.view, {13, 9}, {18, 18});
         for (ExrLayer& l : part.aovs) l.image = part_of(l.image, {13, 9}, {18, 18});
-        expect_same(shown(prepared, settings), part);
+        expect_same(shown(prepared_cornell, settings), part);
     }
 }
 
@@ -114,11 +106,9 @@ TEST_F(OpticsTest, PanoramasGoOnBeyondTheirSeam) {
     const RenderResult wide = render(context, scene, settings);
     const Image& inner = layer(whole, "Z");
     const Image& outer = layer(wide, "Z");
-    for (int y = 0; y < 32; ++y) {
-        for (int x = 0; x < 8; ++x) {
-            EXPECT_NEAR(*outer.at(x, y + 8), *inner.at(56 + x, y), 1e-4) << "left of the seam";
-            EXPECT_NEAR(*outer.at(72 + x, y + 8), *inner.at(x, y), 1e-4) << "right of the seam";
-        }
+    for (const auto& [x, y] : pixels_of({8, 32})) {
+        EXPECT_NEAR(*outer.at(x, y + 8), *inner.at(56 + x, y), 1e-4) << "left of the seam";
+        EXPECT_NEAR(*outer.at(72 + x, y + 8), *inner.at(x, y), 1e-4) << "right of the seam";
     }
     for (int y = 0; y < 8; ++y)  // above a pole, the picture goes on at the opposite longitude
         for (int x = 0; x < 64; ++x) EXPECT_NEAR(*outer.at(x + 8, y), *inner.at((x + 32) % 64, 7 - y), 1e-4);
@@ -138,20 +128,18 @@ TEST_F(OpticsTest, MotionFollowsTheProjection) {
         const CameraPlaces earlier(before, view.image);
         const Image &motion = layer(result, "motion.X"), &position = layer(result, "position.X");
         int moved = 0;
-        for (int y = 0; y < view.image.y; ++y) {
-            for (int x = 0; x < view.image.x; ++x) {
-                const float* p = position.at(x, y);
-                const dvec3 point(p[0], p[1], p[2]);
-                if (point == dvec3(0)) continue;
-                const auto place = earlier.place(point, {x, y});
-                if (!place) continue;
-                const dvec2 way = earlier.shorter(dvec2(x + 0.5, y + 0.5) - *place);
-                // Near poles and rims, directions are far less precise than pixels.
-                if (std::abs(way.x) > 12) continue;
-                EXPECT_NEAR(motion.at(x, y)[0], way.x, 2e-2) << text(view.optics) << " " << x << ", " << y;
-                EXPECT_NEAR(motion.at(x, y)[1], way.y, 2e-2) << text(view.optics) << " " << x << ", " << y;
-                moved += glm::length(way) > 0.5;
-            }
+        for (const auto& [x, y] : pixels_of(view.image)) {
+            const float* p = position.at(x, y);
+            const dvec3 point(p[0], p[1], p[2]);
+            if (point == dvec3(0)) continue;
+            const auto place = earlier.place(point, {x, y});
+            if (!place) continue;
+            const dvec2 way = earlier.shorter(dvec2(x + 0.5, y + 0.5) - *place);
+            // Near poles and rims, directions are far less precise than pixels.
+            if (std::abs(way.x) > 12) continue;
+            EXPECT_NEAR(motion.at(x, y)[0], way.x, 2e-2) << text(view.optics) << " " << x << ", " << y;
+            EXPECT_NEAR(motion.at(x, y)[1], way.y, 2e-2) << text(view.optics) << " " << x << ", " << y;
+            moved += glm::length(way) > 0.5;
         }
         EXPECT_GT(moved, 200) << text(view.optics);
         settings.previous_camera = settings.camera;
@@ -159,20 +147,6 @@ TEST_F(OpticsTest, MotionFollowsTheProjection) {
         const std::vector<float>& motions = layer(still, "motion.X").pixels;
         for (std::size_t i = 0; i < motions.size(); ++i)
             EXPECT_EQ(motions[i], 0) << text(view.optics) << ", value " << i;
-    }
-    // A camera that turns about the vertical axis moves a panorama to the side, across the seam as well.
-    RenderSettings settings = settings_of(kViews[0], 1, 0);
-    settings.camera = look_at_camera({0.2, 0.1, 0.3}, {-0.1, 0.1, -1}, {0, 1, 0}, 1);
-    settings.camera.optics = kViews[0].optics;
-    settings.aovs = {"motion"};
-    Camera before = settings.camera;
-    before.camera_to_world = glm::rotate(before.camera_to_world, -0.3, dvec3(0, 1, 0));
-    settings.previous_camera = before;
-    const RenderResult turned = shown(prepared, settings);
-    const Image& motion = layer(turned, "motion.X");
-    for (std::size_t i = 0; i < motion.pixels.size(); i += 2) {
-        EXPECT_NEAR(motion.pixels[i], 0.3 / (2 * kPi) * 64, 1e-3);
-        EXPECT_NEAR(motion.pixels[i + 1], 0, 1e-3);
     }
 }
 
@@ -192,18 +166,17 @@ TEST_F(OpticsTest, EyesInOnePictureAreThoseOfTheirOwnPictures) {
 }
 
 TEST_F(OpticsTest, TheDenoiserTakesNothingFromTheOtherEye) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene);
     View view{{.stereo = Stereo::left}, {32, 32}};
     RenderSettings one = settings_of(view, 4, 2);
     one.denoise = true;
-    const RenderResult alone = shown(prepared, one);
+    const RenderResult alone = shown(prepared_cornell, one);
     ASSERT_TRUE(alone.stats.denoised);
     for (const Stereo both : {Stereo::over_under, Stereo::side_by_side}) {
         view = {{.stereo = both}, both == Stereo::over_under ? ivec2(32, 64) : ivec2(64, 32)};
         RenderSettings settings = settings_of(view, 4, 2);
         settings.denoise = true;
-        EXPECT_TRUE(same_bits(part_of(shown(prepared, settings).beauty, {0, 0}, {32, 32}), alone.beauty)) << name(both);
+        EXPECT_TRUE(same_bits(part_of(shown(prepared_cornell, settings).beauty, {0, 0}, {32, 32}), alone.beauty))
+            << name(both);
     }
 }
 
@@ -255,75 +228,17 @@ TEST_F(OpticsTest, OutsideOfTheImageCircleIsNothing) {
         settings.transparent = transparent;
         settings.estimator.camera = CameraRays::four;
         const RenderResult result = render(context, scene, settings);
-        for (int y = 0; y < 32; ++y) {
-            for (int x = 0; x < 48; ++x) {
-                const double r = glm::length(dvec2(x + 0.5, y + 0.5) - dvec2(24, 16));
-                const float* p = result.beauty.at(x, y);
-                if (r > 16.8) {
-                    EXPECT_EQ(vec3(p[0], p[1], p[2]), vec3(0)) << x << ", " << y;
-                }
-                if (r < 15.2 && !transparent) {
-                    EXPECT_GT(p[0] + p[1] + p[2], 0) << x << ", " << y;
-                }
+        for (const auto& [x, y] : pixels_of({48, 32})) {
+            const double r = glm::length(dvec2(x + 0.5, y + 0.5) - dvec2(24, 16));
+            const float* p = result.beauty.at(x, y);
+            if (r > 16.8) {
+                EXPECT_EQ(vec3(p[0], p[1], p[2]), vec3(0)) << x << ", " << y;
+            }
+            if (r < 15.2 && !transparent) {
+                EXPECT_GT(p[0] + p[1] + p[2], 0) << x << ", " << y;
             }
         }
     }
-}
-
-TEST_F(OpticsTest, ARendererFollowsItsCamera) {
-    const Scene scene = shiny_cornell();
-    RenderSettings plain = settings_of({{}, {32, 32}}, 2, 2), curved = settings_of({kViews[1].optics, {32, 32}}, 2, 2);
-    Renderer renderer(context, scene, ColorConfig::load(), plain);
-    const RenderResult first = renderer.render();
-    expect_same(renderer.render(curved), render(context, scene, curved));
-    expect_same(renderer.render(plain), first);
-}
-
-TEST_F(OpticsTest, WorksWithAdaptiveSamplingDenoisingAndALens) {
-    const Scene scene = shiny_cornell();
-    PreparedScene prepared(context, scene, {.estimator = {.reuse = Reuse::sixteen}});
-    for (const int number : {3, 5}) {
-        const View& view = kViews[number];
-        RenderSettings settings = settings_of(view, 16, 2);
-        settings.denoise = settings.adaptive = true;
-        settings.texture_lod = true;
-        if (view.optics.projection == Projection::camera)
-            settings.camera.lens = {.aperture = 30, .focus = {.kind = Focus::Kind::point}};
-        const RenderResult result = shown(prepared, settings);
-        EXPECT_TRUE(result.stats.bad_values.empty() || result.stats.bad_values[0].total() == 0) << text(view.optics);
-        double sum = 0;
-        for (const float v : result.beauty.pixels) sum += double(v);
-        EXPECT_TRUE(std::isfinite(sum));
-        EXPECT_GT(sum, 0);
-    }
-}
-
-TEST_F(OpticsTest, WhatCannotBeShownIsRefused) {
-    const Scene scene = cornell_box();
-    const auto message = [&](const Optics& optics, const auto& change) {
-        RenderSettings settings = settings_of({optics, {16, 16}}, 2, 1);
-        change(settings);
-        return error_message([&] { render(context, scene, settings); });
-    };
-    const auto raster = [](RenderSettings& s) { s.primary = PrimaryVisibility::raster; };
-    EXPECT_EQ(message({.projection = Projection::panorama}, raster),
-              "render settings: primary raster shows no panorama, for which every ray is traced");
-    EXPECT_EQ(message({.stereo = Stereo::left}, raster),
-              "render settings: primary raster shows no stereo, for which every ray is traced");
-    EXPECT_EQ(message({.projection = Projection::fisheye}, [](auto& s) { s.preview.temporal = true; }),
-              "render settings: the preview mode temporal needs the projection of the camera itself, without stereo");
-    EXPECT_EQ(message({.stereo = Stereo::views}, [](auto& s) { s.height = 17; }),
-              "render settings: stereo views needs an even height, that of both eyes together");
-    EXPECT_EQ(message({.stereo = Stereo::side_by_side}, [](auto& s) { s.width = 17; }),
-              "render settings: stereo side-by-side needs an even width, that of both eyes together");
-    EXPECT_EQ(
-        message({.projection = Projection::panorama}, [](auto& s) { s.previous_camera = Camera(); }),
-        "render settings: the previous camera needs the projection and eyes of the camera, between which there is "
-        "no motion");
-    EXPECT_EQ(message({.stereo = Stereo::views}, [](auto& s) { s.overscan = 2; }),
-              "render settings: crop and overscan cannot be combined with stereo views, which share their pixels");
-    EXPECT_EQ(message({.projection = Projection::fisheye, .fisheye_fov = NAN}, [](auto&) {}),
-              "render settings: a fisheye sees more than 0 and up to 360 degrees");
 }
 
 }  // namespace

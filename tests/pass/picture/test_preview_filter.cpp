@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include "passes/preview/preview_texels.h"
 #include "shaders/shared/preview.h"
+#include "tests/pass/picture/pixels.h"
 #include "tests/pass/picture/preview_scene.h"
 
 namespace halflight::test {
@@ -64,19 +64,17 @@ class PreviewFilterTest : public PassTest {
 /// Returns the mean of the squared error of columns [from, to).
 double error_of(const Light& light, int from, int to, float truth) {
     double sum = 0;
-    for (int y = 0; y < kSize.y; ++y) {
-        for (int x = from; x < to; ++x) {
-            const double error = light[std::size_t(y * kSize.x + x)].x - truth;
-            sum += error * error / (kSize.y * (to - from));
-        }
+    for (const auto& [x, y] : pixels_of({from, 0}, {to, kSize.y})) {
+        const double error = light[std::size_t(y * kSize.x + x)].x - truth;
+        sum += error * error / (kSize.y * (to - from));
     }
     return sum;
 }
 /// Returns the mean of columns [from, to).
 double mean_of(const Light& light, int from, int to) {
     double sum = 0;
-    for (int y = 0; y < kSize.y; ++y)
-        for (int x = from; x < to; ++x) sum += double{light[std::size_t(y * kSize.x + x)].x} / (kSize.y * (to - from));
+    for (const auto& [x, y] : pixels_of({from, 0}, {to, kSize.y}))
+        sum += double{light[std::size_t(y * kSize.x + x)].x} / (kSize.y * (to - from));
     return sum;
 }
 
@@ -148,16 +146,14 @@ TEST_F(PreviewFilterTest, FirefliesAreSpread) {
 TEST_F(PreviewFilterTest, TheBackgroundIsLeftOut) {
     for (const float samples : {1.0f, 8.0f}) {
         TexelData data = two_sides({}, {}, samples);
-        for (int y = 0; y < kSize.y; ++y) {
-            for (int x = kEdge; x < kSize.x; ++x) {
-                const auto i = std::size_t(y * kSize.x + x);
-                data.first[i] = data.second[i] = vec4(0, 0, 0, -1), data.guide[i] = vec4(0);
-            }
+        for (const auto& [x, y] : pixels_of({kEdge, 0}, {kSize.x, kSize.y})) {
+            const auto i = std::size_t(y * kSize.x + x);
+            data.first[i] = data.second[i] = vec4(0, 0, 0, -1), data.guide[i] = vec4(0);
         }
         const Light light = filtered(data);
         EXPECT_NEAR(mean_of(light, kEdge - 4, kEdge), 5, 0.4);
-        for (int y = 0; y < kSize.y; ++y)
-            for (int x = kEdge; x < kSize.x; ++x) ASSERT_EQ(light[std::size_t(y * kSize.x + x)].w, 0);
+        for (const auto& [x, y] : pixels_of({kEdge, 0}, {kSize.x, kSize.y}))
+            ASSERT_EQ(light[std::size_t(y * kSize.x + x)].w, 0);
     }
 }
 

@@ -2,15 +2,12 @@
 // must also meet the surrounding box of the instance hierarchy, no later. The shaft of the ray's bundle must meet it,
 // too. A random search in float32 uses rotated, flattened and distant instances of all sizes, and boxes that rays just
 // graze.
-#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
 #include "engine/core/math.h"
-#include "engine/gpu/buffer.h"
-#include "engine/gpu/program.h"
 #include "engine/rays/packed_bvh.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
@@ -208,26 +205,20 @@ Instances any_instances() {
     return all;
 }
 
-class BlockBoxes : public GpuTest {
-  protected:
-    static Counts search(bool floating, float margins) {
-        gpu::Defines defines{{"HALFLIGHT_TWO_LEVEL", "1"}, {"HALFLIGHT_STACK", "1"}};
-        if (floating) defines.set("HALFLIGHT_NODES_FLOAT");
-        const gpu::Program program = gpu::Program::compute({"block box test", kKernel}, defines);
-        const Instances instances = any_instances();
-        const gpu::Buffer rows = gpu::Buffer::from("rows", instances.rows);
-        const gpu::Buffer heads = gpu::Buffer::from("heads", instances.heads);
-        const gpu::Buffer counts("counts", sizeof(Counts));
-        rows.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
-        program.bind_storage("Counts", counts);
+using BlockBoxes = GpuTest;
+
+Counts search(bool floating, float margins) {
+    gpu::Defines defines{{"HALFLIGHT_TWO_LEVEL", "1"}, {"HALFLIGHT_STACK", "1"}};
+    if (floating) defines.set("HALFLIGHT_NODES_FLOAT");
+    static const Instances instances = any_instances();
+    const gpu::Buffer rows = gpu::Buffer::from("rows", instances.rows);
+    const gpu::Buffer heads = gpu::Buffer::from("heads", instances.heads);
+    rows.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+    return random_search<Counts>(kKernel, defines, 1 << 16, [&](const gpu::Program& program) {
         program.bind_storage("Heads", heads);
-        program.set("seed", 1u);
         program.set("margins", margins);
-        program.dispatch((1 << 16) / 64);
-        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-        return counts.read<Counts>().front();
-    }
-};
+    });
+}
 
 TEST_F(BlockBoxes, LoseNoBoxThatARayMeets) {
     for (const bool floating : {false, true}) {

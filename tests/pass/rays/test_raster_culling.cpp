@@ -1,18 +1,12 @@
 // Tests that raster culling gives the hits of the plain tracer bit for bit, with any visibility state and any query
-// answers.
+// answers, and that it traces no hidden nodes. test_methods.cpp tests other rays and scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
 #include <random>
 
-#include "engine/device/scene_buffers.h"
-#include "engine/io/gltf/gltf.h"
-#include "engine/rays/raster.h"
-#include "shaders/shared/frame.h"
 #include "shaders/shared/raster.h"
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/support/gpu_test.h"
@@ -20,7 +14,6 @@
 namespace halflight {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace test;
 using rays::RasterCulling;
 using rays::RasterSettings;
@@ -29,42 +22,27 @@ constexpr rays::RayKind kKind = rays::RayKind::primary;
 
 /// Tables of one scene, and both tracers.
 struct Pair {
-    Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid,
-         const gpu::Defines& shading = {})
-        : tables(t),
-          packed(rays::pack_scene(tables, format)),
-          scene(tables, packed, shading),
-          culling(packed, settings) {}
-    Pair(const Scene& s, const RasterSettings& settings) : Pair(build_trace_tables(s), settings) {}
-
-    template <class Result>
-    std::vector<Result> run(bool raster, std::span<const Ray> rays, bool any_hit,
-                            const std::vector<std::uint32_t>* list) {
-        graph::Executor executor(programs);
+    Pair(const Scene& s, const RasterSettings& settings)
+        : tables(build_trace_tables(s)),
+          packed(rays::pack_scene(tables)),
+          scene(tables, packed, {}),
+          culling(packed, settings) {
         executor.poison(true);
-        const TraceRequest request{rays, list, frame_constants, kKind};
-        return run_trace<Result>(executor, request,
-                                 [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-                                     if (raster) return culling.add(graph, scene, batch, results, any_hit);
-                                     return any_hit ? rays::any_hit(graph, scene, batch, results)
-                                                    : rays::closest_hit(graph, scene, batch, results);
-                                 });
     }
 
+    std::vector<Hit> culled(std::span<const Ray> rays) { return closest_hits(executor, {rays}, tracer); }
     /// Returns the number of rays whose closest or any hits differ in any bit.
-    std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr) {
-        const std::vector<Hit> plain = run<Hit>(false, rays, false, list), culled = run<Hit>(true, rays, false, list);
-        const auto free = run<std::uint32_t>(false, rays, true, list),
-                   hidden = run<std::uint32_t>(true, rays, true, list);
-        return different(plain, culled) + different(free, hidden);
+    std::size_t different_answers(std::span<const Ray> rays) {
+        return different(answers(executor, {rays}, scene), answers(executor, {rays}, tracer));
     }
 
     TraceTables tables;
     rays::PackedScene packed;
     rays::TraceScene scene;
     RasterCulling culling;
-    gpu::Buffer* frame_constants = nullptr;
+    rays::Tracer tracer{scene, culling};
     gpu::ProgramCache programs;
+    graph::Executor executor{programs};
 };
 
 /// Returns settings with small leaves, so that small scenes have many nodes.
@@ -76,62 +54,13 @@ RasterSettings small_leaves() {
 
 class RasterCullingTest : public GpuTest {};
 
-TEST_F(RasterCullingTest, OurScenes) {
-    for (const fs::path& file : scenes_under(fs::path(HALFLIGHT_SOURCE_DIR) / "scenes")) {
-        SCOPED_TRACE(file.string());
-        const Scene scene = load_gltf(file);
-        for (const std::size_t flatten : {kFlattenLimit, std::size_t{0}}) {
-            const TraceTables tables = opaque_tables(scene, flatten);
-            if (tables.triangles.empty()) continue;
-            Pair pair(tables, small_leaves());
-            const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 4000);
-            EXPECT_EQ(pair.different_answers(rays), 0u);
-            EXPECT_EQ(pair.different_answers(rays), 0u);  // uses the first run's state
-        }
-    }
-}
-
-TEST_F(RasterCullingTest, BothNodeFormatsAndInstances) {
-    for (const rays::NodeFormat format : {rays::NodeFormat::grid, rays::NodeFormat::floating}) {
-        for (const Scene& scene :
-             {instanced_spheres(), soup(3000, 0.1f, vec3(1), 1), soup(500, 1, vec3(1, 1e-4f, 1), 2)}) {
-            Pair pair(build_trace_tables(scene), small_leaves(), format);
-            const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 8000);
-            EXPECT_EQ(pair.different_answers(rays), 0u);
-            EXPECT_EQ(pair.different_answers(rays), 0u);
-        }
-    }
-}
-
-// The rays of each tile are degenerate in several ways.
-TEST_F(RasterCullingTest, DegenerateTiles) {
-    Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
-    const std::vector<std::vector<Ray>> tiles = degenerate_tiles();
-    for (std::size_t i = 0; i < tiles.size(); ++i) EXPECT_EQ(pair.different_answers(tiles[i]), 0u) << i;
-    std::vector<Ray> together;
-    for (const std::vector<Ray>& tile : tiles) together.insert(together.end(), tile.begin(), tile.end());
-    EXPECT_EQ(pair.different_answers(together), 0u);
-}
-
-TEST_F(RasterCullingTest, ListsTraceExactlyTheListedRays) {
-    Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
-    const std::vector<Ray> rays = rays_through(pair.tables.bounds, 9000, 6);
-    std::vector<std::uint32_t> list = uneven_list(static_cast<std::uint32_t>(rays.size()));
-    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
-    list.resize(1);
-    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
-    list.clear();
-    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
-}
-
 TEST_F(RasterCullingTest, StaleAndRandomStateChangesNoHit) {
     Pair pair(height_field(60, 0.6f), small_leaves());
     const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 2000);
     std::mt19937 random(7);
     for (int turn = 0; turn < 12; ++turn) {
         // Different rays leave a different visibility state behind.
-        pair.run<Hit>(true, camera_rays(pair.tables.bounds, vec3(std::cos(turn), 0.5f, std::sin(turn))), false,
-                      nullptr);
+        pair.culled(camera_rays(pair.tables.bounds, vec3(std::cos(turn), 0.5f, std::sin(turn))));
         EXPECT_EQ(pair.different_answers(rays), 0u);
         rays::CullState& state = pair.culling.state({kKind});
         const std::size_t bytes = pair.culling.bytes();
@@ -156,24 +85,6 @@ TEST_F(RasterCullingTest, OvercountedQueriesChangeNoHit) {
     EXPECT_EQ(pair.different_answers(rays), 0u);
 }
 
-TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
-    const Scene scene = veils(60);
-    const TraceTables tables = build_trace_tables(scene);
-    const SceneBuffers buffers(tables, build_shading_tables(scene, tables));
-    buffers.bind();
-    shared::Frame frame{};
-    frame.seed = 5;
-    frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
-    gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
-    Pair pair(tables, small_leaves(), rays::NodeFormat::grid, buffers.defines());
-    pair.frame_constants = &frame_constants;
-    const std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
-    std::vector<std::uint32_t> list(3000);
-    for (std::uint32_t i = 0; i < list.size(); ++i) list[i] = 2 * i;
-    EXPECT_EQ(pair.different_answers(rays), 0u);
-    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
-}
-
 /// Returns two walls of many triangles; the first one occludes the second.
 Scene walls() {
     Scene scene = height_field(40, 0);
@@ -189,7 +100,7 @@ TEST_F(RasterCullingTest, HiddenNodesAreNotTraced) {
     settings.measure = true;
     Pair pair(walls(), settings);
     const std::vector<Ray> rays = camera_rays(pair.tables.bounds, vec3(0, 0, 1));
-    for (int run = 0; run < 24; ++run) pair.run<Hit>(true, rays, false, nullptr);
+    for (int run = 0; run < 24; ++run) pair.culled(rays);
     const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
     const std::vector<rays::CullNode>& nodes = pair.culling.tree().nodes;
     const float between = 0.5f * (pair.tables.bounds.lower.z + pair.tables.bounds.upper.z);
@@ -245,7 +156,7 @@ TEST_F(RasterCullingTest, ListsNeverOverflow) {
             // of one tile.
             for (int run = 0; run < 2; ++run) {
                 const rays::RasterStatistics before = s;
-                pair.run<Hit>(true, std::span(rays).subspan(first, 64), false, nullptr);
+                pair.culled(std::span(rays).subspan(first, 64));
                 if (s.traces == before.traces + 1) longest = std::max(longest, s.pairs - before.pairs);
             }
         }

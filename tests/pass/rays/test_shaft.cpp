@@ -1,10 +1,7 @@
 // Tests that shafts are conservative. If a ray of a bundle meets a box by the tracer's own test, the bundle's shaft
 // must meet it, too, no later. A random search in float32 covers all scales and uses boxes that rays just graze.
-#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
-#include "engine/gpu/buffer.h"
-#include "engine/gpu/program.h"
 #include "engine/rays/packed_bvh.h"
 #include "tests/pass/rays/random_kernel.h"
 #include "tests/support/gpu_test.h"
@@ -306,24 +303,18 @@ constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-1
                            {"raster, grid", true, rays::NodeFormat::grid, 4 * kSlack + 0x1p-17f},
                            {"raster, floating", true, rays::NodeFormat::floating, 4 * kSlack + 0x1p-17f}};
 
-class ShaftTest : public GpuTest {
-  protected:
-    /// Counts results over `bundles` random bundles. `narrower` is a narrowing of the shafts relative to the reach.
-    static Counts search(const Kind& kind, float narrower, std::uint32_t bundles) {
-        gpu::Defines defines;
-        if (kind.format == rays::NodeFormat::floating) defines.set("HALFLIGHT_NODES_FLOAT");
-        if (kind.raster) defines.set("HALFLIGHT_RASTER");
-        const gpu::Program program = gpu::Program::compute({"shaft test", kKernel}, defines);
-        const gpu::Buffer counts("counts", sizeof(Counts));
-        program.bind_storage("Counts", counts);
-        program.set("seed", 1u);
+using ShaftTest = GpuTest;
+
+/// Counts results over `bundles` random bundles. `narrower` is a narrowing of the shafts relative to the reach.
+Counts search(const Kind& kind, float narrower, std::uint32_t bundles) {
+    gpu::Defines defines;
+    if (kind.format == rays::NodeFormat::floating) defines.set("HALFLIGHT_NODES_FLOAT");
+    if (kind.raster) defines.set("HALFLIGHT_RASTER");
+    return random_search<Counts>(kKernel, defines, bundles, [&](const gpu::Program& program) {
         program.set("slack", kSlack);
         program.set("narrower", narrower);
-        program.dispatch(bundles / 64);
-        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-        return counts.read<Counts>().front();
-    }
-};
+    });
+}
 
 TEST_F(ShaftTest, LosesNoBoxThatARayMeets) {
     for (const Kind& kind : kKinds) {

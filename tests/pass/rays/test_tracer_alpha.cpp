@@ -5,7 +5,6 @@
 
 #include "engine/device/scene_buffers.h"
 #include "engine/paging/page_server.h"
-#include "shaders/shared/frame.h"
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 #include "tests/support/memory_pages.h"
@@ -43,7 +42,6 @@ class TracerAlpha : public GpuTest {
   protected:
     struct Answers {
         std::vector<Hit> hits;
-        std::vector<std::uint32_t> occluded;
         std::vector<Ray> rays;
         TraceTables tables;
         /// Returns the height of ray i's hit.
@@ -58,42 +56,25 @@ class TracerAlpha : public GpuTest {
         a.tables = build_trace_tables(scene);
         const ShadingTables shading = build_shading_tables(scene, a.tables);
         const SceneBuffers buffers(a.tables, shading);
-        const rays::TraceScene trace(a.tables, buffers.defines());
+        rays::TraceScene memory(a.tables, buffers.defines());
         for (std::uint32_t i = 0; i < kRays; ++i) {
             const vec3 from((static_cast<float>(i % 128) + 0.4f) / 128.0f, (static_cast<float>(i / 128) + 0.6f) / 64.0f,
                             9);
             a.rays.push_back({from - vec3(a.tables.origin), 0, vec3(0, 0, -1), kInfinity});
         }
-        gpu::Buffer rays = gpu::Buffer::from("rays", a.rays);
-        gpu::Buffer hits("hits", kRays * sizeof(Hit)), occluded("occluded", kRays * sizeof(std::uint32_t));
-        gpu::Buffer paged_hits("paged hits", hits.bytes()), paged_occluded("paged occluded", occluded.bytes());
         const test::MemoryPages pages(a.tables, 8, {.bytes = 768, .alpha_tested = 16}, shading.vertices);
         paging::PagePool pool(pages, 1, buffers.defines());
         paging::PageServer server(pool);
         rays::Tracer paged(pool.scene(), server);
-        shared::Frame frame{};
-        frame.seed = 5;
-        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
-        frame.sample_index = sample;
-        gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
-        graph::Graph graph;
-        rays::RayBatch batch;
-        batch.capacity = kRays;
-        batch.rays = graph.import_buffer("rays", rays);
-        batch.frame_constants = graph.import_buffer("frame constants", frame_constants);
-        batch.alpha_salt = salt;
-        batch.rays_of_path = rays_of_path;
-        graph.output(rays::closest_hit(graph, trace, batch, graph.import_buffer("hits", hits)));
-        graph.output(rays::any_hit(graph, trace, batch, graph.import_buffer("occluded", occluded)));
-        graph.output(rays::closest_hit(graph, paged, batch, graph.import_buffer("paged hits", paged_hits)));
-        graph.output(rays::any_hit(graph, paged, batch, graph.import_buffer("paged occluded", paged_occluded)));
+        gpu::Buffer constants = test::constants_of_paths(sample);
+        graph::Executor executor(programs_);
         buffers.bind();
-        graph::Executor(programs_).run(graph::compile(graph));
-        a.hits = hits.read<Hit>();
-        a.occluded = occluded.read<std::uint32_t>();
-        for (std::size_t i = 0; i < kRays; ++i) EXPECT_EQ(a.occluded[i] == 1, a.hits[i].triangle != kMiss) << i;
-        EXPECT_EQ(test::different(a.hits, paged_hits.read<Hit>()), 0u) << "a pool of one page";
-        EXPECT_EQ(test::different(a.occluded, paged_occluded.read<std::uint32_t>()), 0u) << "a pool of one page";
+        const test::TraceRequest request{
+            .rays = a.rays, .frame_constants = &constants, .rays_of_path = rays_of_path, .alpha_salt = salt};
+        const test::Answers plain = answers(executor, request, memory);
+        EXPECT_EQ(different(plain, answers(executor, request, paged)), 0u) << "a pool of one page";
+        for (std::size_t i = 0; i < kRays; ++i) EXPECT_EQ(plain.occluded[i] == 1, plain.hits[i].triangle != kMiss) << i;
+        a.hits = plain.hits;
         return a;
     }
 

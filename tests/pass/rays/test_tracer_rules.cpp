@@ -41,6 +41,31 @@ Scene squares(const std::vector<float>& heights) {
     return of_one_mesh(positions, triangles);
 }
 
+/// Ray and its expected hit; t = inf: none.
+struct Expected {
+    Ray ray;
+    float t = kInfinity;
+    std::uint32_t triangle = kMiss;
+};
+/// Expects closest and any hits of single rays, with both formats of nodes.
+void expect_hits(const TraceTables& tables, const std::vector<Expected>& rows) {
+    std::vector<Ray> rays;
+    for (const Expected& row : rows) rays.push_back(row.ray);
+    for (const NodeFormat format : kFormats) {
+        Tracer tracer(tables, format);
+        const std::vector<Hit> hits = tracer.closest(rays);
+        const std::vector<std::uint32_t> occluded = tracer.any(rays);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            EXPECT_EQ(hits[i].t, rows[i].t) << i;
+            EXPECT_EQ(hits[i].triangle == kMiss, rows[i].t == kInfinity) << i;
+            if (rows[i].triangle != kMiss) {
+                EXPECT_EQ(hits[i].triangle, rows[i].triangle) << i;
+            }
+            EXPECT_EQ(occluded[i], rows[i].t == kInfinity ? 0u : 1u) << i;
+        }
+    }
+}
+
 TEST_F(TracerRules, BarycentricsAreWeightsOfTheSecondAndThirdCorner) {
     const TraceTables tables = build_trace_tables(of_one_mesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, {{0, 1, 2}}));
     const vec3 origin(tables.origin);
@@ -85,46 +110,30 @@ TEST_F(TracerRules, RaysMeetBothTrianglesOfABentPair) {
     ASSERT_EQ(rays::pack_scene(tables).pairs.size(), std::size_t{shared::kBvhPairTexels});
     const vec3 above = vec3(2, 2, 2) - vec3(tables.origin), below = vec3(2, 2, -2) - vec3(tables.origin);
     const vec3 up(0, 0, 1), down(0, 0, -1);
-    const std::vector<Ray> rays{{above, 0, down, kInfinity}, {below, 0, up, kInfinity}, {above, 2, down, kInfinity},
-                                {below, 2, up, kInfinity},   {above, 0, down, 1},       {above, 2, down, 2.25f}};
-    const float t[] = {1.5f, 1.5f, 2.5f, 2.5f, kInfinity, kInfinity};
-    const std::uint32_t triangle[] = {0, 1, 1, 0, kMiss, kMiss};
-    Tracer tracer(tables);
-    const std::vector<Hit> hits = tracer.closest(rays);
-    const std::vector<std::uint32_t> occluded = tracer.any(rays);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        EXPECT_EQ(hits[i].t, t[i]) << i;
-        EXPECT_EQ(hits[i].triangle, triangle[i]) << i;
-        EXPECT_EQ(occluded[i], triangle[i] == kMiss ? 0u : 1u) << i;
-    }
+    expect_hits(tables, {{{above, 0, down, kInfinity}, 1.5f, 0},
+                         {{below, 0, up, kInfinity}, 1.5f, 1},
+                         {{above, 2, down, kInfinity}, 2.5f, 1},
+                         {{below, 2, up, kInfinity}, 2.5f, 0},
+                         {{above, 0, down, 1}},
+                         {{above, 2, down, 2.25f}}});
 }
 
 TEST_F(TracerRules, BothEndsOfTheRayAreOpen) {
     const TraceTables tables = build_trace_tables(squares({-1, 0, 1}));
     const vec3 down(0, 0, -1), above(0.25f, 0.5f, 2);
-    for (const NodeFormat format : kFormats) {
-        Tracer tracer(tables, format);
-        const std::vector<Ray> rays{{above, 0, down, kInfinity},
-                                    {above, 1, down, kInfinity},
-                                    {above, std::nextafter(1.0f, 0.0f), down, kInfinity},
-                                    {above, 0, down, 1},
-                                    {above, 0, down, std::nextafter(1.0f, 2.0f)},
-                                    {above, 3, down, kInfinity},
-                                    {above, 1, down, 2},
-                                    {above, 2, down, 1},
-                                    {above, 0, down, 0},
-                                    {above, 0, -down, kInfinity},
-                                    {above, 1, down, 1}};
-        const float expected[] = {1,         2,         1,         kInfinity, 1,        kInfinity,
-                                  kInfinity, kInfinity, kInfinity, kInfinity, kInfinity};
-        const std::vector<Hit> hits = tracer.closest(rays);
-        const std::vector<std::uint32_t> occluded = tracer.any(rays);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            EXPECT_EQ(hits[i].t, expected[i]) << i;
-            EXPECT_EQ(hits[i].triangle == kMiss, expected[i] == kInfinity) << i;
-            EXPECT_EQ(occluded[i], expected[i] == kInfinity ? 0u : 1u) << i;
-        }
-    }
+    expect_hits(tables, {{{above, 0, down, kInfinity}, 1},
+                         {{above, 1, down, kInfinity}, 2},
+                         {{above, std::nextafter(1.0f, 0.0f), down, kInfinity}, 1},
+                         {{above, 0, down, 1}},
+                         {{above, 0, down, std::nextafter(1.0f, 2.0f)}, 1},
+                         {{above, 3, down, kInfinity}},
+                         {{above, 1, down, 2}},
+                         {{above, 2, down, 1}},
+                         {{above, 0, down, 0}},
+                         {{above, 0, down, -1}},
+                         {{above, 0, -down, kInfinity}},
+                         {{above, 1, down, 1}}});
+    expect_hits(TraceTables{}, {{{above, 0, down, kInfinity}}});
 }
 
 TEST_F(TracerRules, LowestTriangleWinsTies) {
@@ -152,21 +161,15 @@ TEST_F(TracerRules, LowestInstanceWinsTies) {
 TEST_F(TracerRules, AxisAlignedRaysAlongEdgesAndFaces) {
     // A lattice has its vertices at integers. Rays parallel to the axes through its vertices and edges must not pass
     // through it.
-    const TraceTables tables = build_trace_tables([] {
-        std::vector<vec3> positions;
-        std::vector<uvec3> triangles;
-        for (int j = 0; j <= 8; ++j) {
-            for (int i = 0; i <= 8; ++i) positions.emplace_back(i - 4, j - 4, 0);
-        }
-        for (unsigned j = 0; j < 8; ++j) {
-            for (unsigned i = 0; i < 8; ++i) {
-                const unsigned a = j * 9 + i;
-                triangles.emplace_back(a, a + 1, a + 10);
-                triangles.emplace_back(a, a + 10, a + 9);
-            }
-        }
-        return of_one_mesh(positions, triangles);
-    }());
+    std::vector<vec3> positions;
+    std::vector<uvec3> triangles;
+    for (unsigned a = 0; a < 81; ++a) {
+        positions.emplace_back(int(a % 9) - 4, int(a / 9) - 4, 0);
+        if (a % 9 == 8 || a / 9 == 8) continue;
+        triangles.emplace_back(a, a + 1, a + 10);
+        triangles.emplace_back(a, a + 10, a + 9);
+    }
+    const TraceTables tables = build_trace_tables(of_one_mesh(positions, triangles));
     std::vector<Ray> across, along;
     for (int j = -7; j <= 7; ++j) {
         for (int i = -7; i <= 7; ++i) {
@@ -185,29 +188,18 @@ TEST_F(TracerRules, AxisAlignedRaysAlongEdgesAndFaces) {
     }
 }
 
-TEST_F(TracerRules, DeadRaysAndEmptyScenesMiss) {
-    const TraceTables tables = build_trace_tables(squares({0}));
-    const std::vector<Ray> rays{{vec3(0, 0, 1), 1, vec3(0, 0, -1), 0}, {vec3(0, 0, 1), 0, vec3(0, 0, -1), -1}};
-    const TraceTables nothing;
-    const std::vector<Ray> live{{vec3(0, 0, 1), 0, vec3(0, 0, -1), kInfinity}};
-    for (const std::vector<Hit>& hits : {Tracer(tables).closest(rays), Tracer(nothing).closest(live)}) {
-        for (const Hit& hit : hits) {
-            EXPECT_EQ(hit.triangle, kMiss);
-            EXPECT_EQ(hit.t, kInfinity);
-        }
-    }
-    EXPECT_EQ(Tracer(tables).any(rays), (std::vector<std::uint32_t>{0, 0}));
-}
-
-// Expects all rays from inside closed meshes to hit. They are aimed at vertices, edges and faces.
+/// Expects all rays from inside the first instance, a closed mesh, to hit it. They are aimed at vertices, edges and
+/// faces.
 void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
     const TraceTables tables = build_trace_tables(scene);
+    const glm::mat4x3& to_world = tables.instances[0].block_to_world;
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(0, 1);
     std::vector<Ray> rays;
     while (rays.size() < count) {
         const uvec4 t = tables.triangles[random() % tables.triangles.size()];
-        const vec3 a = tables.positions[t.x], b = tables.positions[t.y], c = tables.positions[t.z];
+        const auto corner = [&](std::uint32_t i) { return to_world * vec4(tables.positions[i], 1); };
+        const vec3 a = corner(t.x), b = corner(t.y), c = corner(t.z);
         const float s = uniform(random);
         vec3 target = rays.size() % 4 == 0 ? a : (rays.size() % 4 == 3 ? (a + b + c) / 3.0f : glm::mix(a, b, s));
         const vec3 inside =
@@ -217,7 +209,7 @@ void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
     }
     for (const NodeFormat format : kFormats) {
         std::size_t leaks = 0;
-        for (const Hit& hit : Tracer(tables, format).closest(rays)) leaks += hit.triangle == kMiss;
+        for (const Hit& hit : Tracer(tables, format).closest(rays)) leaks += hit.triangle == kMiss || hit.instance != 0;
         EXPECT_EQ(leaks, 0u);
     }
 }
@@ -228,27 +220,12 @@ TEST_F(TracerRules, ClosedMeshesDoNotLeak) {
     Scene flat = sphere(48, vec3(0), 1);
     flat.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1e-3, 30));
     expect_no_leak(flat, 100000, 3);
-}
-
-TEST_F(TracerRules, ClosedInstancesDoNotLeak) {
-    Scene scene = sphere(48, vec3(7, 8, 9), 1);
-    scene.instances.clear();
-    dmat4 m = glm::rotate(glm::scale(dmat4(1), dvec3(3, -2, 1)), 1.0, dvec3(1, 2, 3));
-    m = glm::translate(m, dvec3(-7, -8, -9));
-    for (int i = 0; i < 2; ++i) add_instance(scene, 0, m);
-    const TraceTables tables = build_trace_tables(scene);
-    ASSERT_EQ(tables.instances.size(), 2u);
-    std::mt19937 random(4);
-    std::uniform_real_distribution<float> uniform(-0.2f, 0.2f);
-    std::vector<Ray> rays;
-    for (int i = 0; i < 200000; ++i) {
-        const vec3 p = tables.positions[random() % tables.positions.size()];
-        const vec3 inside(uniform(random), uniform(random), uniform(random));
-        rays.push_back({inside, 0, tables.instances[0].block_to_world * vec4(p, 1) - inside, kInfinity});
-    }
-    std::size_t leaks = 0;
-    for (const Hit& hit : Tracer(tables).closest(rays)) leaks += hit.triangle == kMiss || hit.instance != 0;
-    EXPECT_EQ(leaks, 0u);
+    Scene twice = sphere(48, vec3(7, 8, 9), 1);
+    const dmat4 m = glm::rotate(glm::scale(dmat4(1), dvec3(3, -2, 1)), 1.0, dvec3(1, 2, 3));
+    twice.instances[0].object_to_world = glm::translate(m, dvec3(-7, -8, -9));
+    twice.instances.push_back(twice.instances[0]);
+    ASSERT_EQ(build_trace_tables(twice).instances.size(), 2u);
+    expect_no_leak(twice, 200000, 4);
 }
 
 /// Permutes the nodes of a single hierarchy, and rotates the children of each node by `turn` places.

@@ -1,4 +1,4 @@
-// Tests the plain tracer against Embree, and culling by tiles against the plain tracer. The scenes are all of ours and
+// Tests the plain tracer against Embree, and all other methods against the plain tracer. The scenes are all of ours and
 // the available ones of other projects.
 #include <gtest/gtest.h>
 
@@ -16,10 +16,9 @@ using namespace test;
 
 class TracerScenes : public GpuTest {
   protected:
-    /// Compares the tracers. `flatten` of build_trace_tables() is the renderer's value, or 0 to keep all instances.
-    void check(const fs::path& file, std::size_t flatten, std::size_t most_in_part = rays::kMostInPart) {
-        SCOPED_TRACE(file.string());
-        const Scene scene = load_gltf(file);
+    /// Compares the tracers in a scene. `flatten` of build_trace_tables() is the renderer's value, or 0 to keep all
+    /// instances. If `all` is false, raster culling and floating nodes are left out.
+    void check(const Scene& scene, std::size_t flatten, bool all, std::size_t most_in_part = rays::kMostInPart) {
         const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows no coverage
         if (tables.triangles.empty()) return;
         std::vector<Ray> rays = rays_through(tables.bounds, 62 * 64, 1);  // a multiple of 64
@@ -32,26 +31,19 @@ class TracerScenes : public GpuTest {
         const rays::PackedScene packed = roomy(rays::pack_scene(tables, rays::Hierarchies(tables, most_in_part)));
         Tracer tracer(tables, packed);
         const EmbreeOracle oracle(tables);
-        const std::vector<Hit> hits = check(tracer, oracle, rays, condition);
-        const std::vector<Ray> onward = rays_onward(oracle, rays, hits, glm::length(tables.bounds.extent()));
-        check(tracer, oracle, onward, condition);
-        rays.insert(rays.end(), onward.begin(), onward.end());
-        EXPECT_EQ(PlainAgainstTiles(programs, tables, packed).different_answers(rays), 0u);
-    }
-
-    static std::vector<Hit> check(Tracer& tracer, const EmbreeOracle& oracle, const std::vector<Ray>& rays,
-                                  double condition) {
-        const std::vector<Hit> hits = tracer.closest(rays);
-        const Comparison c = compare_hits(oracle, rays, hits, condition);
-        EXPECT_GT(c.hits, c.rays / 100);
-        EXPECT_EQ(c.missed, 0u);
-        EXPECT_EQ(c.false_hits, 0u);
-        EXPECT_LE(c.excused, 2 + c.rays / 2000);
-        const std::vector<std::uint32_t> occluded = tracer.any(rays);
-        std::size_t different = 0;
-        for (std::size_t i = 0; i < rays.size(); ++i) different += (hits[i].triangle != kMiss) != (occluded[i] == 1);
-        EXPECT_EQ(different, 0u);
-        return hits;
+        const std::vector<Ray> onward =
+            rays_onward(oracle, rays, tracer.closest(rays), glm::length(tables.bounds.extent()));
+        for (const std::vector<Ray>& some : {rays, onward}) {
+            const Comparison c = expect_embree_hits(oracle, tracer, some, condition);
+            EXPECT_LE(c.excused, 2 + c.rays / 2000);
+        }
+        std::vector<Ray> mixed = mixed_rays(tables.bounds, 4000);
+        kill_some(mixed);
+        mixed.insert(mixed.end(), onward.begin(), onward.end());
+        EXPECT_EQ(AgainstPlain(programs, tables, packed, {.raster = all}).differences({mixed}, all ? 2 : 1), "");
+        if (!all) return;
+        AgainstPlain floating(programs, tables, rays::NodeFormat::floating, {.raster = false});
+        EXPECT_EQ(floating.differences({mixed}), "");
     }
 
     gpu::ProgramCache programs;
@@ -59,20 +51,21 @@ class TracerScenes : public GpuTest {
 
 TEST_F(TracerScenes, OurOwn) {
     for (const fs::path& file : scenes_under(fs::path(HALFLIGHT_SOURCE_DIR) / "scenes")) {
-        check(file, kFlattenLimit);
-        check(file, 0);
+        SCOPED_TRACE(file.string());
+        const Scene scene = load_gltf(file);
+        check(scene, kFlattenLimit, true);
+        check(scene, 0, true);
+        check(scene, kFlattenLimit, false, 300);
     }
-}
-
-TEST_F(TracerScenes, OurOwnInManyParts) {
-    for (const fs::path& file : scenes_under(fs::path(HALFLIGHT_SOURCE_DIR) / "scenes"))
-        check(file, kFlattenLimit, 300);
 }
 
 TEST_F(TracerScenes, OfOtherProjects) {
     const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "assets";
     if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
-    for (const fs::path& file : scenes_under(folder)) check(file, 0);
+    for (const fs::path& file : scenes_under(folder)) {
+        SCOPED_TRACE(file.string());
+        check(load_gltf(file), 0, false);
+    }
 }
 
 }  // namespace

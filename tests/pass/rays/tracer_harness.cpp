@@ -1,9 +1,14 @@
 #include "tests/pass/rays/tracer_harness.h"
 
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
+
+#include "shaders/shared/frame.h"
 
 namespace halflight::test {
 
@@ -26,6 +31,7 @@ std::vector<Result> run_trace(graph::Executor& executor, const TraceRequest& req
     rays::RayBatch batch;
     batch.kind = request.kind;
     batch.rays_of_path = request.rays_of_path;
+    batch.alpha_salt = request.alpha_salt;
     batch.capacity = static_cast<std::uint32_t>(padded.size());
     batch.rays = graph.import_buffer("rays", ray_buffer);
     if (request.list) {
@@ -44,16 +50,19 @@ template std::vector<std::uint32_t> run_trace(graph::Executor&, const TraceReque
 
 std::vector<Hit> Tracer::closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
     graph::Executor executor(programs_);
-    return run_trace<Hit>(executor, {rays, list}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-        return rays::closest_hit(graph, scene, batch, results);
-    });
+    return closest_hits(executor, {rays, list}, scene);
 }
 std::vector<std::uint32_t> Tracer::any(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
     graph::Executor executor(programs_);
-    return run_trace<std::uint32_t>(executor, {rays, list},
-                                    [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-                                        return rays::any_hit(graph, scene, batch, results);
-                                    });
+    return any_hits(executor, {rays, list}, scene);
+}
+
+gpu::Buffer constants_of_paths(std::uint32_t sample) {
+    shared::Frame frame{};
+    frame.seed = 5;
+    frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;
+    frame.sample_index = sample;
+    return gpu::Buffer("frame constants", sizeof(frame), &frame);
 }
 
 rays::PackedScene roomy(rays::PackedScene packed) {
@@ -61,32 +70,41 @@ rays::PackedScene roomy(rays::PackedScene packed) {
     return packed;
 }
 
-PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
-                                     const rays::PackedScene& packed, const gpu::Defines& shading,
-                                     const rays::TileSettings& settings)
-    : scene_(tables, packed, shading), tiles_(scene_, rays::Culling::compute, settings), executor_(programs) {
+AgainstPlain::AgainstPlain(gpu::ProgramCache& programs, const TraceTables& tables, rays::PackedScene packed,
+                           const Methods& methods, const gpu::Defines& shading)
+    : packed_(std::move(packed)), scene_(tables, packed_, shading), executor_(programs) {
     executor_.poison(true);
+    if (methods.tiles)
+        tracers_.emplace_back("tiles",
+                              std::make_unique<rays::Tracer>(scene_, rays::Culling::compute, methods.tile_settings));
+    if (methods.native && rays::NativeServer::reason_against(scene_).empty()) {
+        native_ = std::make_unique<rays::NativeServer>(tables, scene_);
+        tracers_.emplace_back("native", std::make_unique<rays::Tracer>(scene_, *native_));
+    }
+    if (methods.raster) {
+        rays::RasterSettings settings;
+        settings.cut.leaf_triangles = methods.raster_leaf;
+        raster_.emplace(packed_, settings);
+        tracers_.emplace_back("raster", std::make_unique<rays::Tracer>(scene_, *raster_));
+    }
 }
 
-PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, rays::NodeFormat format,
-                                     const rays::TileSettings& settings)
-    : PlainAgainstTiles(programs, tables, roomy(rays::pack_scene(tables, format)), {}, settings) {}
-
-std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list,
-                                                 gpu::Buffer* frame_constants) {
-    const TraceRequest request{rays, list, frame_constants, kind, list ? 1 : rays_of_path};
-    const auto closest = [&](auto& tracer) {
-        return run_trace<Hit>(executor_, request, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-            return closest_hit(graph, tracer, batch, results);
-        });
-    };
-    const auto any = [&](auto& tracer) {
-        const auto add = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-            return any_hit(graph, tracer, batch, results);
-        };
-        return run_trace<std::uint32_t>(executor_, request, add);
-    };
-    return different(closest(scene_), closest(tiles_)) + different(any(scene_), any(tiles_));
+std::string AgainstPlain::differences(const TraceRequest& request, int runs) {
+    const Answers plain = answers(executor_, request, scene_);
+    std::string found;
+    for (const auto& [name, tracer] : tracers_) {
+        for (int run = 0; run < runs; ++run) {
+            std::size_t count = different(answers(executor_, request, *tracer), plain);
+            if (name == "native") {  // bundles only rays of some kinds
+                TraceRequest single = request;
+                single.kind = rays::RayKind::continuation;
+                count += different(answers(executor_, single, *tracer), plain);
+            }
+            if (count != 0) found += fmt::format("{} in run {}: {} rays; ", name, run, count);
+        }
+    }
+    if (native_ && native_->counts().disabled) found += native_->counts().note;
+    return found;
 }
 
 EmbreeOracle::EmbreeOracle(const TraceTables& tables)
@@ -219,6 +237,19 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
         }
     }
     return result;
+}
+
+Comparison expect_embree_hits(const EmbreeOracle& oracle, Tracer& tracer, std::span<const Ray> rays, double condition) {
+    const std::vector<Hit> hits = tracer.closest(rays);
+    const std::vector<std::uint32_t> occluded = tracer.any(rays);
+    const Comparison c = compare_hits(oracle, rays, hits, condition);
+    EXPECT_GT(c.hits, c.rays / 100);
+    EXPECT_EQ(c.missed, 0u);
+    EXPECT_EQ(c.false_hits, 0u);
+    std::size_t disagree = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) disagree += (hits[i].triangle != kMiss) != (occluded[i] == 1);
+    EXPECT_EQ(disagree, 0u);
+    return c;
 }
 
 std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits) {

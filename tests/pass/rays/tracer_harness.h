@@ -8,11 +8,16 @@
 #include <cstring>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "engine/graph/execute.h"
+#include "engine/rays/native.h"
+#include "engine/rays/raster.h"
 #include "engine/rays/rays.h"
 #include "engine/rays/tracer.h"
 #include "engine/tables/tables.h"
@@ -31,6 +36,7 @@ struct TraceRequest {
     gpu::Buffer* frame_constants = nullptr;            // buffer of struct Frame, needed for coverage
     rays::RayKind kind = rays::RayKind::primary;
     std::uint32_t rays_of_path = 1;  // number of consecutive rays per path; not with a list
+    std::uint32_t alpha_salt = 0;
 };
 /// Adds the passes that fill the results.
 using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results)>;
@@ -47,6 +53,37 @@ std::size_t different(const std::vector<Result>& a, const std::vector<Result>& b
         count += std::memcmp(&a[i], &b[i], sizeof(a[i])) != 0;
     return count;
 }
+
+/// Traces closest hits, or any hits, by a rays::Tracer or a rays::TraceScene.
+template <class T>
+std::vector<Hit> closest_hits(graph::Executor& executor, const TraceRequest& request, T& tracer) {
+    return run_trace<Hit>(executor, request, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+        return rays::closest_hit(graph, tracer, batch, results);
+    });
+}
+template <class T>
+std::vector<std::uint32_t> any_hits(graph::Executor& executor, const TraceRequest& request, T& tracer) {
+    return run_trace<std::uint32_t>(executor, request,
+                                    [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+                                        return rays::any_hit(graph, tracer, batch, results);
+                                    });
+}
+
+/// Closest and any hits of a batch.
+struct Answers {
+    std::vector<Hit> hits;
+    std::vector<std::uint32_t> occluded;
+};
+template <class T>
+Answers answers(graph::Executor& executor, const TraceRequest& request, T& tracer) {
+    return {closest_hits(executor, request, tracer), any_hits(executor, request, tracer)};
+}
+inline std::size_t different(const Answers& a, const Answers& b) {
+    return different(a.hits, b.hits) + different(a.occluded, b.occluded);
+}
+
+/// Returns frame constants (struct Frame) with a pixel of its own for each of 65536 paths.
+gpu::Buffer constants_of_paths(std::uint32_t sample = 0);
 
 /// Owns a scene's tracer; needs a current context.
 class Tracer {
@@ -68,25 +105,39 @@ class Tracer {
 /// Returns the scene with generous stack sizes, so that many scenes can share programs.
 rays::PackedScene roomy(rays::PackedScene packed);
 
-/// Traces one scene by the plain method and by tiles, whose lists persist from call to call.
-class PlainAgainstTiles {
-  public:
-    PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, const rays::PackedScene& packed,
-                      const gpu::Defines& shading = {}, const rays::TileSettings& settings = {});
-    PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
-                      rays::NodeFormat format = rays::NodeFormat::grid, const rays::TileSettings& settings = {});
+/// Methods that are compared with the plain tracer. Native tracing is left out where the driver allows none.
+struct Methods {
+    bool tiles = true, native = true, raster = true;
+    std::size_t raster_leaf = 24;  // triangles per leaf of raster culling; few, so that small scenes have many nodes
+    rays::TileSettings tile_settings{};
+};
+inline constexpr Methods kTilesAlone{.native = false, .raster = false};
 
-    /// Returns the number of rays whose closest or any hits differ in any bit.
-    std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
-                                  gpu::Buffer* frame_constants = nullptr);
-    rays::RayKind kind = rays::RayKind::primary;
-    std::uint32_t rays_of_path = 1;  // consecutive rays per path in calls without a list
-    rays::Tracer& tiles() { return tiles_; }
+/// Traces one scene by the plain tracer and by other methods, whose state persists from call to call.
+class AgainstPlain {
+  public:
+    AgainstPlain(gpu::ProgramCache& programs, const TraceTables& tables, rays::PackedScene packed,
+                 const Methods& methods = {}, const gpu::Defines& shading = {});
+    AgainstPlain(gpu::ProgramCache& programs, const TraceTables& tables,
+                 rays::NodeFormat format = rays::NodeFormat::grid, const Methods& methods = {},
+                 const gpu::Defines& shading = {})
+        : AgainstPlain(programs, tables, roomy(rays::pack_scene(tables, format)), methods, shading) {}
+
+    /// Returns the methods whose closest or any hits differ in any bit, with numbers of rays; empty if none does. Each
+    /// method runs `runs` times, so later runs have the state of earlier ones.
+    std::string differences(const TraceRequest& request, int runs = 1);
+    /// Returns the tracer by tiles, which is there unless it was left out, and the history that holds its lists.
+    rays::Tracer& tiles() { return *tracers_.front().second; }
     graph::History& history() { return executor_.history(); }
+    /// Returns null where there is no native tracing.
+    const rays::NativeServer* native() const { return native_.get(); }
 
   private:
+    rays::PackedScene packed_;
     rays::TraceScene scene_;
-    rays::Tracer tiles_;
+    std::unique_ptr<rays::NativeServer> native_;
+    std::optional<rays::RasterCulling> raster_;
+    std::vector<std::pair<std::string, std::unique_ptr<rays::Tracer>>> tracers_;
     graph::Executor executor_;
 };
 
@@ -122,6 +173,10 @@ struct Comparison {
 };
 Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
                         double condition = 1);
+
+/// Expects the tracer to have the oracle's hits, any hits to agree with closest ones, and 1/100 of the rays to hit.
+Comparison expect_embree_hits(const EmbreeOracle& oracle, Tracer& tracer, std::span<const Ray> rays,
+                              double condition = 1);
 
 /// Returns the bits of hits, for exact comparisons.
 std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits);

@@ -206,54 +206,37 @@ std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32
 
 std::vector<std::vector<Ray>> degenerate_tiles() {
     const std::vector<Ray> all = rays_through({vec3(-1), vec3(1)}, 64, 5);
-    const auto tile_of = [&](auto make) {
-        std::vector<Ray> rays;
+    std::vector<std::vector<Ray>> tiles{{all[0]}};
+    const auto add = [&](auto make) {
+        std::vector<Ray>& rays = tiles.emplace_back();
         for (std::size_t i = 0; i < 64; ++i) rays.push_back(make(all[i], i));
-        return rays;
     };
     const float inf = kInfinity;
-    return {
-        {all[0]},
-        tile_of([&](const Ray&, std::size_t) { return all[1]; }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin, 0, vec3(i % 2 ? 1 : -1, 0, 0), kInfinity};
-        }),
-        tile_of([&](const Ray& r, std::size_t i) {
-            return i % 2 ? Ray{r.origin, 0, -all[0].direction, inf} : all[0];
-        }),
-        tile_of([](const Ray& r, std::size_t) {
-            return Ray{vec3(0), 0, r.direction, kInfinity};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            vec3 d(0);
-            d[static_cast<int>(i % 3)] = r.direction.x;
-            return Ray{r.origin, 0, d, kInfinity};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin, 0, r.direction, i % 2 ? 0.0f : 0.5f};
-        }),
-        tile_of([](const Ray& r, std::size_t) {
-            return Ray{r.origin, 0, r.direction, 0};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin, i % 2 ? 0.6f : 0.0f, r.direction, 0.5f};
-        }),
-        tile_of([](const Ray& r, std::size_t) {
-            return Ray{r.origin, 1, r.direction, 0};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin, 0, r.direction * std::exp2(static_cast<float>(i) - 32), kInfinity};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin * (i % 8 ? 1.0f : 1e9f), 0, r.direction, 1e30f};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin, 0, r.direction * (i % 8 ? 1.0f : 1e-30f), kInfinity};
-        }),
-        tile_of([](const Ray& r, std::size_t i) {
-            return Ray{r.origin + vec3(0, 0, i % 4 ? 0.0f : 100.0f), 0, vec3(0, 1e-30f, 1), kInfinity};
-        }),
-    };
+    add([&](const Ray&, std::size_t) { return all[1]; });
+    add([&](const Ray& r, std::size_t i) { return Ray{r.origin, 0, vec3(i % 2 ? 1 : -1, 0, 0), inf}; });
+    add([&](const Ray& r, std::size_t i) { return i % 2 ? Ray{r.origin, 0, -all[0].direction, inf} : all[0]; });
+    add([&](const Ray& r, std::size_t) { return Ray{vec3(0), 0, r.direction, inf}; });
+    add([&](const Ray& r, std::size_t i) {
+        vec3 d(0);
+        d[static_cast<int>(i % 3)] = r.direction.x;
+        return Ray{r.origin, 0, d, inf};
+    });
+    add([](const Ray& r, std::size_t i) { return Ray{r.origin, 0, r.direction, i % 2 ? 0.0f : 0.5f}; });
+    add([](const Ray& r, std::size_t) { return Ray{r.origin, 0, r.direction, 0}; });
+    add([](const Ray& r, std::size_t i) { return Ray{r.origin, i % 2 ? 0.6f : 0.0f, r.direction, 0.5f}; });
+    add([](const Ray& r, std::size_t) { return Ray{r.origin, 1, r.direction, 0}; });
+    add([&](const Ray& r, std::size_t i) { return Ray{r.origin, 0, r.direction * std::exp2(float(i) - 32), inf}; });
+    add([](const Ray& r, std::size_t i) { return Ray{r.origin * (i % 8 ? 1.0f : 1e9f), 0, r.direction, 1e30f}; });
+    add([&](const Ray& r, std::size_t i) { return Ray{r.origin, 0, r.direction * (i % 8 ? 1.0f : 1e-30f), inf}; });
+    add([&](const Ray& r, std::size_t i) {
+        return Ray{r.origin + vec3(0, 0, i % 4 ? 0.0f : 100.0f), 0, vec3(0, 1e-30f, 1), inf};
+    });
+    return tiles;
+}
+
+void kill_some(std::vector<Ray>& rays) {
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        if (i < 100 || i % 7 == 0) rays[i].t_max = -1;
 }
 
 std::vector<std::uint32_t> uneven_list(std::uint32_t count) {

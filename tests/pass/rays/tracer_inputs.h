@@ -46,6 +46,9 @@ std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32
 /// have zero components or t_max 0 or infinite, and have all magnitudes.
 std::vector<std::vector<Ray>> degenerate_tiles();
 
+/// Makes every seventh ray and the first 100 rays inactive.
+void kill_some(std::vector<Ray>& rays);
+
 /// Returns some of the paths 0 to count - 1 without duplicates. Most are in order, many reversed. Precondition: count
 /// >= 6000.
 std::vector<std::uint32_t> uneven_list(std::uint32_t count);

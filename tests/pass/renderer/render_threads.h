@@ -53,6 +53,13 @@ class RecordingThread {
         });
     }
 
+    /// Shows a request until its whole picture has this number of samples; returns the picture.
+    std::shared_ptr<const Picture> take(const Request& request, int samples) {
+        thread_.limit(samples);
+        EXPECT_TRUE(until_samples(thread_.show(request), samples)) << thread_.status().error;
+        return pictures.back();
+    }
+
     std::vector<std::shared_ptr<const Picture>> pictures;  // all pictures taken, in order
 
   private:
@@ -86,6 +93,12 @@ class RenderThreadTest : public GpuTest {
         s.aovs = r.aovs;
         s.culling = r.culling;
         return test::render(context, edited, s);
+    }
+    /// Expects a thread's picture to be that of `halflight render`, bit for bit; returns it.
+    std::shared_ptr<const Picture> expect_rendered(RecordingThread& thread, const Request& r, int samples) {
+        const std::shared_ptr<const Picture> picture = thread.take(r, samples);
+        test::expect_includes(picture->result, expected(r, samples));
+        return picture;
     }
 
     std::shared_ptr<const Scene> scene = std::make_shared<const Scene>(test::shiny_cornell());

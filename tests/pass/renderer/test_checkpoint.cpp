@@ -1,8 +1,9 @@
-// Tests that pictures which go on from a checkpoint have the bits of pictures that were never stopped.
+// Tests that pictures which go on from a checkpoint have the bits of pictures that were never stopped, and that parts
+// of the samples, rendered apart and merged, make the picture of one renderer.
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <fstream>
+#include <list>
 #include <memory>
 #include <thread>
 
@@ -26,33 +27,46 @@ void save(Checkpoint& to, int y, bool complete = true) {
 
 class CheckpointTest : public GpuTest {
   protected:
-    /// Returns settings of 45 x 60 pixels in four bands, 7 samples.
+    CheckpointTest() {
+        scene.light_groups = {"lamp", "rest"};
+        for (Material& m : scene.materials)
+            if (m.emission != vec3(0)) m.light_group = 0;
+        prepared.emplace(context, scene);
+    }
+    /// Returns settings of 45 x 60 pixels in four bands, 7 samples, with layers of light groups.
     RenderSettings settings(bool denoise = false) const {
         RenderSettings s = all_settings(scene, 45, 60, 7);
+        s.aovs.insert(s.aovs.end(), {"light_lamp", "light_rest"});
         s.band_pixels = 48 * 16;
         s.denoise = denoise;
-        if (denoise) s.aovs.push_back("noisy");
+        if (denoise) s.aovs.emplace_back("noisy");
         return s;
     }
-    /// Renders with a checkpoint, and stops after `samples` calls of the callback; 0: does not stop.
-    RenderResult render(RenderSettings s, int samples = 0) {
-        Checkpoint checkpoint(path(), "cornell", 1e9);
-        s.checkpoint = &checkpoint;
-        int calls = 0;
-        RenderResult result = Renderer(prepared, colors, s).render([&](const RenderProgress&) {
-            ++calls;
-            return calls != samples;
-        });
+    /// Renders with a checkpoint, and stops after `calls` calls of the callback; 0: does not stop.
+    RenderResult render(const RenderSettings& s, int calls = 0) { return render(s, s, path(), calls); }
+    RenderResult render(const RenderSettings& s, FrameSettings frame, const std::filesystem::path& at, int calls) {
+        Checkpoint checkpoint(at, "cornell", 1e9);
+        frame.checkpoint = &checkpoint;
+        int count = 0;
+        RenderResult result =
+            Renderer(*prepared, colors, s).render(frame, [&](const RenderProgress&) { return ++count != calls; });
         EXPECT_EQ(checkpoint.problem(), "");
         return result;
     }
-    RenderResult whole(const RenderSettings& s) { return Renderer(prepared, colors, s).render(); }
+    RenderResult whole(const RenderSettings& s) { return Renderer(*prepared, colors, s).render(); }
     std::filesystem::path path() const { return folder / "a.checkpoint"; }
     std::filesystem::path band(const char* rows) const { return path() / fmt::format("rows-{}.sums", rows); }
+    /// Expects an error about the file or folder `at`, in one line.
+    template <class F>
+    static void expect_refusal(const std::filesystem::path& at, const F& f) {
+        const std::string message = error_message(f);
+        EXPECT_TRUE(message.starts_with(at.string() + ": ")) << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
 
     TemporaryFolder folder;
     Scene scene = shiny_cornell();
-    PreparedScene prepared{context, scene};
+    std::optional<PreparedScene> prepared;
     ColorConfig colors = ColorConfig::load();
 };
 
@@ -96,8 +110,8 @@ TEST_F(CheckpointTest, HeadsWithImpossibleNumbersAreRefused) {
         forged.replace(forged.find(from), std::string_view(from).size(), to);
         const std::uint64_t hash = hash_of(forged);
         write_text(band("00000"), forged + std::string(reinterpret_cast<const char*>(&hash), sizeof hash));
-        const std::string message = error_message([&] { Checkpoint(path(), "cornell", 1); });
-        EXPECT_NE(message.find("rows-00000.sums: is no complete checkpoint"), std::string::npos) << to << message;
+        SCOPED_TRACE(to);
+        expect_refusal(band("00000"), [&] { Checkpoint(path(), "cornell", 1); });
     }
 }
 
@@ -183,8 +197,7 @@ TEST_F(CheckpointTest, FoldersThatWereRemovedMeanwhileNeedNoRemoval) {
         Checkpoint checkpoint(path(), "cornell", 1);
         save(checkpoint, 0);
         std::filesystem::remove_all(path());
-        EXPECT_EQ(error_message([&] { checkpoint.complete(16); }),
-                  path().string() + ": cannot be read: No such file or directory");
+        expect_refusal(path(), [&] { checkpoint.complete(16); });
         checkpoint.remove();
     }
     {
@@ -199,24 +212,23 @@ TEST_F(CheckpointTest, FoldersThatWereRemovedMeanwhileNeedNoRemoval) {
 
 TEST_F(CheckpointTest, CountsSamplesAndTimeOfEarlierRuns) {
     render(settings(), 10);  // 7 samples of 16 rows, then 3
-    Checkpoint checkpoint(path(), "cornell", 1);
-    EXPECT_DOUBLE_EQ(checkpoint.earlier_samples(60), (7 * 16 + 3 * 16) / 60.0);
-    EXPECT_GT(checkpoint.earlier_seconds(), 0);
-    EXPECT_EQ(error_message([&] { Checkpoint second(path(), "cornell", 1); }),
-              path().string() + ": another process renders this picture");
+    double seconds = 0;
+    {
+        Checkpoint checkpoint(path(), "cornell", 1);
+        EXPECT_DOUBLE_EQ(checkpoint.earlier_samples(60), (7 * 16 + 3 * 16) / 60.0);
+        EXPECT_GT(seconds = checkpoint.earlier_seconds(), 0);
+        save(checkpoint, 0);
+        expect_refusal(path(), [&] { Checkpoint second(path(), "cornell", 1); });  // as another process would
+    }
+    EXPECT_GT(Checkpoint(path(), "cornell", 1).earlier_seconds(), seconds) << "the time of all runs";
 }
 
 TEST_F(CheckpointTest, OtherPicturesAreRefused) {
     render(settings(), 10);
-    EXPECT_EQ(
-        error_message([&] { Checkpoint other(path(), "room", 1); }),
-        path().string() + ": was made with other settings or from another scene; --overwrite begins the picture anew");
+    expect_refusal(path(), [&] { Checkpoint other(path(), "room", 1); });
     RenderSettings wide = settings();
     wide.band_pixels = 48 * 32;
-    EXPECT_EQ(error_message([&] { render(wide); }),
-              path().string() +
-                  ": was made with bands of 16 rows, not 32, by another driver or within other memory; --overwrite "
-                  "begins the picture anew");
+    expect_refusal(path(), [&] { render(wide); });
     RenderSettings to_error = settings();
     to_error.samples = 64, to_error.error = ErrorTarget{};
     EXPECT_NE(error_message([&] { render(to_error); }).find("checkpoints cannot be combined"), std::string::npos);
@@ -227,25 +239,98 @@ TEST_F(CheckpointTest, OtherPicturesAreRefused) {
 TEST_F(CheckpointTest, DamagedFilesAreRefused) {
     render(settings(), 5);
     const std::string good = read_text(band("00000"));
-    const auto message = [&](const std::string& bytes) {
+    const auto expect_damage = [&](const std::string& bytes) {
         write_text(band("00000"), bytes);
-        return error_message([&] { render(settings()); });
+        expect_refusal(band("00000"), [&] { render(settings()); });
     };
-    const std::string damaged =
-        band("00000").string() + ": is no complete checkpoint; --overwrite begins the picture anew";
     for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{100}, good.size() / 2, good.size() - 1})
-        EXPECT_EQ(message(good.substr(0, size)), damaged) << size;
-    EXPECT_EQ(message(good + "x"), damaged);
+        expect_damage(good.substr(0, size));
+    expect_damage(good + "x");
     for (const std::size_t at : {std::size_t{5}, std::size_t{40}, good.size() / 2, good.size() - 1}) {
         std::string bad = good;
         bad[at] = static_cast<char>(bad[at] ^ 1);
-        EXPECT_NE(message(bad), "") << at;
+        expect_damage(bad);
     }
     write_text(band("00000"), good);
     const std::filesystem::path unfinished = path() / ".halflight-0123456789abcdef-1-2-34567890.sums";
     write_text(unfinished, "");
     expect_same(render(settings()), whole(settings()));
     EXPECT_FALSE(std::filesystem::exists(unfinished)) << "a killed process has left it";
+}
+
+class SampleParts : public CheckpointTest {
+  protected:
+    RenderSettings in_parts(bool denoise) const {
+        RenderSettings s = settings(denoise);
+        s.samples = 11, s.parts = 4;  // parts of 2, 3, 3 and 3 samples
+        s.band_pixels = 48 * 32;
+        return s;
+    }
+    std::filesystem::path folder_of(int part) const { return folder / fmt::format("{}", part); }
+    /// Renders a part with a renderer of its own, and stops after `calls` calls of the callback; 0: does not stop.
+    void render_part(const RenderSettings& s, int part, int calls = 0) {
+        render(s, settings_of_part(s, part), folder_of(part), calls);
+    }
+    RenderResult merged(const RenderSettings& s) {
+        std::list<Checkpoint> parts;
+        std::vector<const Checkpoint*> all;
+        for (int part = 1; part <= s.parts; ++part)
+            all.push_back(&parts.emplace_back(folder_of(part), "cornell", 1e9, Checkpoint::Use::merge));
+        FrameSettings own = s;
+        own.merged = all;
+        return Renderer(*prepared, colors, s).render(own);
+    }
+};
+
+TEST_F(SampleParts, MergedPartsAreThePictureOfOneRenderer) {
+    for (const bool denoise : {false, true}) {
+        const RenderSettings s = in_parts(denoise);
+        const RenderResult expected = whole(s);
+        EXPECT_EQ(expected.stats.samples, 11);
+        render_part(s, 3, 4);  // stops within the second band, and goes on later
+        for (const int part : {4, 2, 3, 1}) render_part(s, part);
+        const RenderResult result = merged(s);
+        expect_same(result, expected);
+        EXPECT_EQ(result.stats.samples, 11);
+        for (int part = 1; part <= 4; ++part) Checkpoint(folder_of(part), "cornell", 1).remove();
+    }
+}
+
+TEST_F(SampleParts, SumsOfPartsDifferFromASingleSumByRoundingAlone) {
+    RenderSettings s = in_parts(false);
+    const RenderResult parts = whole(s);
+    s.parts = 1;
+    const RenderResult one = whole(s);
+    for (std::size_t i = 0; i < one.beauty.pixels.size(); ++i)
+        EXPECT_NEAR(parts.beauty.pixels[i], one.beauty.pixels[i], 1e-7 * one.beauty.pixels[i]);
+}
+
+TEST_F(SampleParts, IncompletePartsAreRefused) {
+    const RenderSettings s = in_parts(false);
+    for (const int part : {1, 2, 4}) render_part(s, part);
+    render_part(s, 3, 4);
+    expect_refusal(folder_of(3), [&] { merged(s); });
+    RenderSettings many = s;
+    many.parts = 12;
+    EXPECT_THROW(whole(many), Error) << "more parts than samples";
+}
+
+TEST_F(SampleParts, RangesCoverAllSamplesOnce) {
+    FrameSettings s;
+    for (const int samples : {1, 7, 64, 1000003}) {
+        for (const int parts : {1, 3, 64}) {
+            s.samples = samples, s.parts = parts;
+            int next = 0;
+            for (int part = 1; part <= parts; ++part) {
+                const FrameSettings own = settings_of_part(s, part);
+                EXPECT_EQ(own.first_sample, next);
+                EXPECT_EQ(own.of_samples, samples);
+                EXPECT_GE(own.samples, samples / parts);
+                next += own.samples;
+            }
+            EXPECT_EQ(next, samples);
+        }
+    }
 }
 
 }  // namespace

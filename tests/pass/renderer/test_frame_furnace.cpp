@@ -1,4 +1,5 @@
-// Tests scenes of known radiance through the whole frame.
+// Tests scenes of known radiance through the whole frame. The furnaces of all materials are in tests/stiff.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,9 +35,9 @@ TEST_F(FurnaceTest, ClosedBoxSumsTheSeriesOfItsAlbedo) {
     glowing.emission = vec3(1);
     const Scene scene = closed_box(glowing);
     double expected = 0, power = 1;
-    for (int bounces = 0; bounces <= 40; ++bounces, power *= albedo) {
+    for (int bounces = 0; bounces <= 5; ++bounces, power *= albedo) {
         expected += power;
-        if (bounces != 0 && bounces != 1 && bounces != 2 && bounces != 5 && bounces != 40) continue;
+        if (bounces == 3 || bounces == 4) continue;
         const std::string what = "bounces " + std::to_string(bounces);
         const RenderResult r = render(context, scene, small_settings(camera_in_box(), 32, 32, 96, bounces));
         expect_finite(r, what);
@@ -45,73 +46,29 @@ TEST_F(FurnaceTest, ClosedBoxSumsTheSeriesOfItsAlbedo) {
         if (bounces > 0) expect_mean(layer(r, "direct_diffuse.R"), albedo, 0.01, what);
         if (bounces > 1) expect_mean(layer(r, "indirect_diffuse.R"), expected - 1 - albedo, 0.01, what);
     }
-    EXPECT_NEAR(expected, 1 / (1 - albedo), 1e-3);
-}
-
-TEST_F(FurnaceTest, WhiteSurfacesUnderAWhiteSkyAreWhite) {
-    struct Case {
-        const char* name;
-        Material material;
-    };
-    std::vector<Case> cases{{"diffuse", diffuse_material(vec3(1))}};
-    for (const float roughness : {0.0f, 0.15f, 0.5f, 1.0f}) {
-        cases.push_back({"metal", metal_material(vec3(1), roughness)});
-        Material m = metal_material(vec3(1), roughness);
-        m.metallic = 0;
-        cases.push_back({"dielectric", m});
-        m.ior = 2.5f;
-        m.specular = 0.4f;
-        cases.push_back({"specular, ior 2.5", m});
-        m.ior = 1.5f;
-        m.specular = 1;
-        m.clearcoat = 0.9f;
-        m.clearcoat_roughness = 0.3f;
-        cases.push_back({"clearcoat", m});
-        m.transmission = 0.7f;
-        cases.push_back({"transmission under clearcoat", m});
-        m.clearcoat = 0;
-        cases.push_back({"transmission", m});
-    }
-    for (const Case& c : cases) {
-        Scene scene = floor_scene(c.material);
-        scene.environment.color = vec3(1);
-        for (const double elevation : {0.1, 1.2}) {
-            const std::string what = std::string(c.name) + ", roughness " + std::to_string(c.material.roughness) +
-                                     ", elevation " + std::to_string(elevation);
-            const dvec3 towards(std::cos(elevation), std::sin(elevation), 0.3 * std::cos(elevation));
-            const RenderResult r =
-                render(context, scene, small_settings(spot_camera(dvec3(0), towards, 0.01), 48, 48, 64, 1));
-            expect_finite(r, what);
-            expect_mean(r.beauty, 1, 0.005, what);
-            if (c.material.metallic == 1) expect_mean(layer(r, "direct_diffuse.R"), 0, 0, what);
-        }
-    }
 }
 
 TEST_F(FurnaceTest, SmoothBallsOfFewTrianglesAreWhite) {
-    struct Case {
-        const char* name;
-        Material material;
-    };
-    std::vector<Case> cases{{"diffuse", diffuse_material(vec3(1))}};
+    std::vector<std::pair<std::string, Material>> cases{{"diffuse", diffuse_material(vec3(1))}};
     for (const float roughness : {0.0f, 0.1f, 0.4f}) {
-        cases.push_back({"metal", metal_material(vec3(1), roughness)});
+        cases.emplace_back("metal", metal_material(vec3(1), roughness));
         Material coated = metal_material(vec3(1), 0.5f);
         coated.metallic = 0, coated.clearcoat = 1, coated.clearcoat_roughness = roughness;
-        cases.push_back({"coat", coated});
+        cases.emplace_back("coat", coated);
     }
-    for (const Case& c : cases) {
+    for (const auto& [name, material] : cases) {
         Scene scene;
         scene.environment.color = vec3(1);
-        add_smooth_ball(scene, add_material(scene, c.material), vec3(0), 1);
+        add_smooth_ball(scene, add_material(scene, material), vec3(0), 1);
         scene.cameras = {look_at_camera({1, 1.5, 4}, {0, 0, 0}, {0, 1, 0}, 0.52)};
         RenderSettings settings = all_settings(scene, 48, 48, 256);
         settings.bounces = 32;
         const RenderResult r = render(context, scene, settings);
-        const std::string what = std::string(c.name) + ", roughness " + std::to_string(c.material.roughness) + ", " +
-                                 std::to_string(c.material.clearcoat_roughness);
+        const std::string what =
+            fmt::format("{}, roughness {}, {}", name, material.roughness, material.clearcoat_roughness);
         expect_finite(r, what);
         expect_mean(r.beauty, 1, 0.003, what);
+        if (material.metallic == 1) expect_mean(layer(r, "direct_diffuse.R"), 0, 0, what);
         const Image& albedo = layer(r, "albedo.R");
         float least = 1, most_albedo = 0;
         for (int y = 0; y < 48; ++y) {
@@ -175,7 +132,8 @@ TEST_F(FurnaceTest, ClosedWallsKeepTheSkyOut) {
                 scene.instances[1].object_to_world[3] += dvec4(9, 9, 9, 0);
             }
             const Camera inside = look_at_camera(at, at + dvec3(1, 0.7, 0.2), {0, 1, 0}, 2.5);
-            const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 256, 8));
+            // 2 10^6 segments of paths find leaks of one in 700,000 with a probability of 95 %.
+            const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 64, 8));
             int leaks = 0;
             for (int y = 0; y < 64; ++y)
                 for (int x = 0; x < 64; ++x) leaks += *r.beauty.at(x, y) > 0;
@@ -190,7 +148,7 @@ TEST_F(FurnaceTest, WallsThatMeetAtSharpAnglesKeepTheSkyOut) {
     scene.instances[0].object_to_world[1] *= 0.15;  // sides with slopes of 12 to 16 degrees
     scene.environment.color = vec3(1);
     const Camera inside = look_at_camera({0.1, 0.06, 0.05}, {1, 0.015, 0.3}, {0, 1, 0}, 2.8);
-    const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 512, 4));
+    const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 128, 4));
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x) EXPECT_EQ(*r.beauty.at(x, y), 0) << x << ", " << y;
 }

@@ -1,7 +1,8 @@
-// Tests that left-out parts would have contributed exactly nothing: with all parts built, pictures are equal bit for
-// bit.
+// Tests that left-out parts would have contributed exactly nothing: with all parts built, or one part alone, pictures
+// are equal bit for bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -14,6 +15,14 @@
 namespace halflight::test {
 namespace {
 
+using Names = std::set<std::string>;
+
+Names left_out(const RenderResult& result) {
+    Names names;
+    for (const LeftOut& part : result.stats.left_out) names.insert(part.what);
+    return names;
+}
+
 class LeftOutTest : public GpuTest {
   protected:
     void check(const Scene& scene, const RenderSettings& settings) {
@@ -25,29 +34,9 @@ class LeftOutTest : public GpuTest {
         // All parts are built, so more memory is used. The list of left-out parts holds only alternatives.
         EXPECT_GT(kept.stats.gpu_bytes, lean.stats.gpu_bytes);
         EXPECT_GT(lean.stats.left_out.size(), kept.stats.left_out.size());
-        static const std::set<std::string> not_requested = {
-            "there are no bounces",
-            "there is one bounce",
-            "its preview mode is off",
-            "path reuse is off",
-            "no clamp is set",
-            "there is one camera ray per sample",
-            "neither mattes nor light groups were requested",
-            "no light groups were requested",
-            "no object is one",
-            "culling by tiles is off",
-            "no variance was requested",
-            "no denoising was requested",
-            "no adaptive sampling was requested",
-            "no depth of field was requested",
-            "neither another projection nor stereo was requested",
-            "neither albedo nor normal was requested",
-            "there is no directional light beside others, or another choice was asked for"};
-        for (const LeftOut& part : kept.stats.left_out)
-            EXPECT_TRUE(part.what == "environment map" || part.what == "light tree" || part.what == "every light" ||
-                        part.what == "double precision for slivers" || part.what == "mip levels" ||
-                        part.what == "rasterization" || not_requested.contains(part.fact))
-                << part.what << ": " << part.fact;
+        const Names still = left_out(kept);
+        for (const std::string& name : keepable)
+            EXPECT_FALSE(still.contains(name) && settings.bounces > 1) << name << " cannot be kept";
     }
 
     /// Renders enough samples that `automatic` tries tiles.
@@ -60,7 +49,43 @@ class LeftOutTest : public GpuTest {
             if (aov.in_all()) settings.aovs.emplace_back(aov.name);
         check(scene, settings);
     }
+
+    /// Keeps, one at a time, the left-out parts of the scene that are in `todo`, and removes them from it.
+    void keep_each(const Scene& scene, std::vector<std::string>& todo) {
+        RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 3, 3);
+        settings.pictures = 1;  // one picture, so that tile lists are left out
+        std::erase(settings.aovs, "variance");
+        const RenderResult lean = render(context, scene, settings);
+        for (const std::string& item : left_out(lean)) {
+            if (std::ranges::find(todo, item) == todo.end()) continue;
+            SCOPED_TRACE(item);
+            settings.kept = Kept({item});
+            const RenderResult kept = render(context, scene, settings);
+            expect_same(kept, lean);
+            EXPECT_FALSE(left_out(kept).contains(item));
+            std::erase(todo, item);
+        }
+    }
+
+    const std::vector<std::string> keepable = keepable_names();
 };
+
+TEST_F(LeftOutTest, EachPartChangesNothing) {
+    Scene glowing = tilted_quad();  // each triangle of this emissive quad is a light
+    glowing.meshes[0].triangles.resize(1);
+    glowing.meshes[0].triangle_material.resize(1);
+    glowing.cameras = {camera_on_quad()};
+    Scene metal = tilted_quad();
+    metal.materials[0] = metal_material({0.9f, 0.7f, 0.4f}, 0.3f);
+    metal.environment.color = {0.5f, 0.7f, 0.9f};
+    metal.cameras = {camera_on_quad()};
+    Scene unlit = tilted_quad();
+    unlit.materials[0].unlit = true;
+    unlit.cameras = {camera_on_quad()};
+    std::vector<std::string> todo = keepable;
+    for (const Scene& scene : {cornell_box(), glowing, metal, unlit}) keep_each(scene, todo);
+    EXPECT_EQ(todo, std::vector<std::string>()) << "no scene leaves these out";
+}
 
 TEST_F(LeftOutTest, ChangesNothingOfOurScenes) {
     int count = 0;
@@ -74,12 +99,7 @@ TEST_F(LeftOutTest, ChangesNothingOfOurScenes) {
 }
 
 TEST_F(LeftOutTest, ChangesNothingOfSurfaces) {
-    const std::pair<const char*, Scene> scenes[] = {
-        {"textures", textured_scene()}, {"curtains", curtain_scene()}, {"instances", instanced_scene()}};
-    for (const auto& [name, scene] : scenes) {
-        SCOPED_TRACE(name);
-        check(scene);
-    }
+    for (const Scene& scene : {textured_scene(), curtain_scene(), instanced_scene()}) check(scene);
 }
 
 TEST_F(LeftOutTest, ChangesNothingOfTransmissionThatPassesNoLight) {
@@ -121,43 +141,35 @@ TEST_F(LeftOutTest, ChangesNothingOfOneLamp) {
     check(scene, small_settings(scene.cameras.front(), 64, 64, 4, 4));
 }
 
-TEST_F(LeftOutTest, ChangesNothingOfManyLights) {
-    Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
+TEST_F(LeftOutTest, ChangesNothingOfManyAndFewLights) {
+    const Scene box = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
+    Scene many = box, few = box;
     for (int i = 0; i < 10; ++i) {
         const float x = 0.15f * static_cast<float>(i) - 0.7f;
-        add_quad(scene, add_material(scene, light_material(vec3(2))), {x, 0.5f, x}, {0.05f, 0, 0}, {0, 0.02f, 0.05f});
+        add_quad(many, add_material(many, light_material(vec3(2))), {x, 0.5f, x}, {0.05f, 0, 0}, {0, 0.02f, 0.05f});
     }
-    check(scene);
-    RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 2, 4);
-    EXPECT_EQ(render(context, scene, settings).stats.estimator.lights, LightChoice::tree);
-    settings.estimator.lights = LightChoice::power;
-    EXPECT_EQ(render(context, scene, settings).stats.estimator.lights, LightChoice::power);
-    check(scene, settings);
-}
-
-TEST_F(LeftOutTest, ChangesNothingOfFewLights) {
-    Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
-    PunctualLight& lamp = scene.lights.emplace_back();
+    PunctualLight& lamp = few.lights.emplace_back();
     lamp.position = {0.2, 0.5, -0.1};
     lamp.intensity = vec3(0.5f);
-    check(scene);
-    const RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 2, 4);
-    EXPECT_EQ(render(context, scene, settings).stats.estimator.lights, LightChoice::all);
+    RenderSettings settings = small_settings(box.cameras.front(), 32, 32, 2, 4);
+    EXPECT_EQ(render(context, few, settings).stats.estimator.lights, LightChoice::all);
+    EXPECT_EQ(render(context, many, settings).stats.estimator.lights, LightChoice::tree);
+    check(few);
+    check(many);
+    settings.estimator.lights = LightChoice::power;
+    EXPECT_EQ(render(context, many, settings).stats.estimator.lights, LightChoice::power);
+    check(many, settings);
 }
 
-TEST_F(LeftOutTest, ChangesNothingOfSlivers) {
+TEST_F(LeftOutTest, ChangesNothingOfSliversAndShortPaths) {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
-    add_quad(scene, add_material(scene, diffuse_material(vec3(0.8f))), {-0.9f, -0.5f, 0.7f}, {1.8f, 0.4f, 0},
-             {0, 1e-5f, 0});
-    check(scene);
-}
-
-TEST_F(LeftOutTest, ChangesNothingOfShortPaths) {
-    const Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
     for (const int bounces : {0, 1}) {
         SCOPED_TRACE(bounces);
         check(scene, small_settings(scene.cameras.front(), 32, 32, 2, bounces));
     }
+    add_quad(scene, add_material(scene, diffuse_material(vec3(0.8f))), {-0.9f, -0.5f, 0.7f}, {1.8f, 0.4f, 0},
+             {0, 1e-5f, 0});
+    check(scene);
 }
 
 }  // namespace

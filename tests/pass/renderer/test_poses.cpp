@@ -38,17 +38,22 @@ class Poses : public GpuTest {
 };
 
 TEST_F(Poses, PicturesDoNotDependOnEarlierPoses) {
-    for (const Scene& scene : {shiny_cornell(), textured_scene(), instanced_scene()}) {
-        const float times[] = {0, 1, 0.5f, 3, 1};
+    using enum Culling;
+    // State of tracing methods depends on geometry alone, which the instanced scene has of all kinds.
+    const std::pair<Scene, std::vector<Culling>> rows[] = {{shiny_cornell(), {off, automatic}},
+                                                           {textured_scene(), {off, automatic}},
+                                                           {instanced_scene(), {off, compute, raster, automatic}}};
+    for (const auto& [scene, cullings] : rows) {
+        const float times[] = {0, 1, 3, 1};
         std::vector<RenderResult> alone;
         for (const float t : times) {
             Renderer renderer(context, posed(scene, 0), colors, settings(scene, Culling::off));
             renderer.update(posed(scene, t));
             alone.push_back(renderer.render());
         }
-        expect_same(alone[1], alone[4]);
+        expect_same(alone[1], alone[3]);
         EXPECT_FALSE(same_bits(alone[0].beauty, alone[1].beauty));
-        for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
+        for (const Culling culling : cullings) {
             Renderer renderer(context, posed(scene, 0), colors, settings(scene, culling));
             for (std::size_t i = 0; i < alone.size(); ++i) {
                 SCOPED_TRACE(fmt::format("{}, pose {}", rays::name(culling), i));

@@ -23,20 +23,16 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     Request r = request();
     for (const AovInfo& aov : known_aovs())
         if (aov.in_all()) r.aovs.emplace_back(aov.name);
-    thread->limit(5);
-    const std::uint64_t number = thread->show(r);
-    EXPECT_EQ(number, 1u);
-    ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
-    expect_includes(thread.pictures.back()->result, expected(r, 5));
-    for (const std::string& aov : r.aovs) EXPECT_EQ(std::ranges::count(thread.pictures.back()->aovs, aov), 1) << aov;
-    EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "times were not requested";
+    const auto five = expect_rendered(thread, r, 5);
+    for (const std::string& aov : r.aovs) EXPECT_EQ(std::ranges::count(five->aovs, aov), 1) << aov;
+    EXPECT_TRUE(five->result.stats.passes.empty()) << "times were not requested";
     // Rendering continues from the samples so far.
     thread->limit(7);
-    ASSERT_TRUE(thread.until_samples(number, 7));
+    ASSERT_TRUE(thread.until_samples(five->request, 7));
     expect_includes(thread.pictures.back()->result, expected(r, 7));
     EXPECT_EQ(thread->status().samples, 7);
     for (const auto& picture : thread.pictures) {
-        EXPECT_EQ(picture->request, number);
+        EXPECT_EQ(picture->request, five->request);
         EXPECT_LE(picture->result.stats.samples, 7);
     }
 }
@@ -52,17 +48,15 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     ASSERT_TRUE(thread.until_samples(1, 1));
     // The budget is large, so all pictures have full resolution once a time has been recorded.
     r.camera.camera_to_world[3].x += 0.1;
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 1));
+    thread.take(r, 1);
     r.camera.camera_to_world[3].x += 0.1;
-    const std::uint64_t third = thread->show(r);
-    ASSERT_TRUE(thread.until_samples(third, 1));
-    expect_includes(thread.pictures.back()->result, expected(r, 1));
+    const std::uint64_t third = expect_rendered(thread, r, 1)->request;
     for (const auto& picture : thread.pictures) EXPECT_TRUE(picture->request != third || picture->divisor == 1);
 
     RecordingThread hasty(1e-9);
     for (int i = 0; i < 3; ++i) {
         r.camera.camera_to_world[3].x += 0.1;
-        ASSERT_TRUE(hasty.until_samples(hasty->show(r), 1));
+        hasty.take(r, 1);
     }
     hasty->show(request());
     ASSERT_TRUE(hasty.until([&] { return hasty.pictures.back()->request == 4; }));
@@ -93,12 +87,7 @@ TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
     RecordingThread thread;
     Request r = request();
     r.modes.preview.cache = true;
-    thread->limit(2);
-    const auto picture = [&](const Request& wanted) {
-        const std::uint64_t number = thread->show(wanted);
-        EXPECT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
-        return thread.pictures.back()->result;
-    };
+    const auto picture = [&](const Request& wanted) { return thread.take(wanted, 2)->result; };
     const RenderResult cold = picture(r);
     EXPECT_EQ(cold.stats.biases.size(), 1u);
     Request other = r;
@@ -121,49 +110,39 @@ TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
 
 TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     RecordingThread thread;
-    thread->limit(2);
     Request r = request();
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    const auto plain = thread.pictures.back();
+    const auto plain = thread.take(r, 2);
     r.edits.clay = true;
-    r.edits.emission = 0.25f;
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_includes(thread.pictures.back()->result, expected(r, 2));
-    EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, plain->result.beauty));
-    // Hierarchies are kept. Renderers are kept, too, if only lights change.
-    EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
-    r.edits.emission = 0.5f;
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_includes(thread.pictures.back()->result, expected(r, 2));
-    EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
+    for (const float emission : {0.25f, 0.5f}) {
+        r.edits.emission = emission;
+        const auto edited = expect_rendered(thread, r, 2);
+        EXPECT_FALSE(same_bits(edited->result.beauty, plain->result.beauty));
+        EXPECT_EQ(edited->result.stats.hierarchies.built, 0u) << "hierarchies are kept";
+    }
     r.edits = {};
     r.measure = true;
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_same(thread.pictures.back()->result, plain->result);
-    EXPECT_FALSE(thread.pictures.back()->result.stats.passes.empty());
+    const auto again = thread.take(r, 2);
+    expect_same(again->result, plain->result);
+    EXPECT_FALSE(again->result.stats.passes.empty());
 }
 
 TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     RecordingThread thread;
-    thread->limit(3);
     Request r = request();
     r.aovs = {"variance"};
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 3));
-    const auto first = thread.pictures.back();
+    const auto first = thread.take(r, 3);
     EXPECT_FALSE(first->relmse) << "too few samples for an estimate";
     Request parts = r;
     parts.aovs = {"direct_diffuse", "indirect_diffuse"};
-    const std::uint64_t number = thread->show(parts);
-    ASSERT_TRUE(thread.until_samples(number, 3));
-    expect_includes(thread.pictures.back()->result, expected(parts, 3));
-    EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "their age is that of the samples";
+    const auto second = expect_rendered(thread, parts, 3);
+    const std::uint64_t number = second->request;
+    EXPECT_GT(second->seconds, first->seconds) << "their age is that of the samples";
     // Rendering continues from the samples so far, and their AOVs are kept.
     thread->limit(5);
     ASSERT_TRUE(thread.until_samples(number, 5));
-    const std::uint64_t again = thread->show(r);
-    ASSERT_TRUE(thread.until_samples(again, 5));
-    expect_includes(thread.pictures.back()->result, expected(r, 5));
-    EXPECT_GT(thread.pictures.back()->relmse.value(), 0);
+    const auto third = expect_rendered(thread, r, 5);
+    const std::uint64_t again = third->request;
+    EXPECT_GT(third->relmse.value(), 0);
     for (const auto& picture : thread.pictures) {
         EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "rendering has restarted";
         EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "rendering has restarted";
@@ -227,33 +206,36 @@ TEST_F(RenderThreadTest, RegionsTakeFurtherSamplesAndKeepAll) {
     thread->limit(3);
     ASSERT_TRUE(until(thread->show(part), 3, true));
     EXPECT_EQ(thread.pictures.back()->result.stats.samples, 1);
+
+    // Other lights and places reach the region, too.
+    part.edits.emission = 0.25f;
+    dmat4& place = part.edits.transforms[0] = part.scene->instances[0].object_to_world;
+    place[3].x += 0.2;
+    ASSERT_TRUE(until(thread->show(part), 3, true));
+    expect_pixels(thread.pictures.back()->result.beauty, expected(part, 3).beauty, expected(part, 1).beauty);
 }
 
 TEST_F(RenderThreadTest, PreviewModesReportTheirBias) {
     RecordingThread thread;
-    thread->limit(2);
     Request r = request();
     r.modes.clamp = 0.01f;
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    EXPECT_EQ(thread.pictures.back()->result.stats.biases.size(), 1u);
-    const auto clamped = thread.pictures.back();
+    const auto clamped = thread.take(r, 2);
+    EXPECT_EQ(clamped->result.stats.biases.size(), 1u);
     r.modes = {};
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    EXPECT_TRUE(thread.pictures.back()->result.stats.biases.empty());
-    EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, clamped->result.beauty));
+    const auto plain = thread.take(r, 2);
+    EXPECT_TRUE(plain->result.stats.biases.empty());
+    EXPECT_FALSE(same_bits(plain->result.beauty, clamped->result.beauty));
 }
 
 TEST_F(RenderThreadTest, CullingIsChosen) {
     RecordingThread thread;
-    thread->limit(2);
     Request r = request();
     r.measure = true;
     for (const auto culling : {rays::Culling::raster, rays::Culling::off, rays::Culling::compute}) {
         SCOPED_TRACE(rays::name(culling));
         r.culling = culling;
-        ASSERT_TRUE(thread.until_samples(thread->show(r), 2)) << thread->status().error;
-        expect_includes(thread.pictures.back()->result, expected(r, 2));
-        EXPECT_EQ(thread.pictures.back()->result.stats.raster.empty(), culling != rays::Culling::raster);
+        const auto picture = expect_rendered(thread, r, 2);
+        EXPECT_EQ(picture->result.stats.raster.empty(), culling != rays::Culling::raster);
     }
 }
 
@@ -309,20 +291,14 @@ TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
     r.frame = 3;
     {
         RecordingThread thread;  // a thread that has not rendered the reference
-        thread->limit(2);
-        ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-        expect_includes(thread.pictures.back()->result, expected_pose(r));
+        expect_includes(thread.take(r, 2)->result, expected_pose(r));
     }
     RecordingThread thread;
-    thread->limit(2);
-    ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
-    const auto first = thread.pictures.back();
-    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    const auto second = thread.pictures.back();
+    const auto first = thread.take(request(), 2);
+    const auto second = thread.take(r, 2);
     expect_includes(second->result, expected_pose(r));
     EXPECT_FALSE(same_bits(first->result.beauty, second->result.beauty));
-    ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
-    expect_same(thread.pictures.back()->result, first->result);
+    expect_same(thread.take(request(), 2)->result, first->result);
 }
 
 TEST_F(RenderThreadTest, MotionIsRelativeToThePreviousView) {
@@ -330,9 +306,8 @@ TEST_F(RenderThreadTest, MotionIsRelativeToThePreviousView) {
     Request r = request();
     r.aovs = {"motion"};
     const auto largest = [&](const Request& wanted) {
-        EXPECT_TRUE(thread.until_samples(thread->show(wanted), 1));
         float most = 0;
-        for (const float v : layer(thread.pictures.back()->result, "motion.X").pixels)
+        for (const float v : layer(thread.take(wanted, 1)->result, "motion.X").pixels)
             most = std::max(most, std::abs(v));
         return most;
     };
@@ -350,8 +325,7 @@ TEST_F(RenderThreadTest, MotionIsRelativeToThePreviousView) {
 TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {
     RecordingThread thread;
     Request good = request();
-    ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
-    const auto before = thread.pictures.back();
+    const auto before = thread.take(good, 1);
     Request bad = good;
     Scene broken = *scene;
     broken.instances[0].mesh = 1000;
@@ -361,7 +335,7 @@ TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {
     EXPECT_NE(thread->status().error, "");
     EXPECT_FALSE(thread->status().ended);
     EXPECT_EQ(thread->picture(), before);
-    ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
+    thread.take(good, 1);
     EXPECT_EQ(thread->status().error, "");
     EXPECT_EQ(thread->status().failed, 0u);
 }

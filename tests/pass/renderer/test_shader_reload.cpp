@@ -42,12 +42,9 @@ class ShaderReload : public RenderThreadTest {
 TemporaryFolder* ShaderReload::folder = nullptr;
 
 TEST_F(ShaderReload, ReloadsChangedShaders) {
-    const RenderResult plain = expected(request(), 2);
     RecordingThread thread;
-    thread->limit(2);
-    const std::uint64_t number = thread->show(request());
-    ASSERT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
-    expect_includes(thread.pictures.back()->result, plain);
+    const auto plain = expect_rendered(thread, request(), 2);
+    const std::uint64_t number = plain->request;
 
     // The idle thread renders the picture anew, with twice the light.
     const std::string name = "accumulate.comp", good = read(name);
@@ -58,7 +55,8 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
     write(name, edited("vec3 emission = 2.0 * guarded(point.emission, kCountGBuffer);"));
     const auto brighter = [&] {
         const auto& last = thread.pictures.back();
-        return last->divisor == 1 && last->result.stats.samples == 2 && !same_bits(last->result.beauty, plain.beauty);
+        return last->divisor == 1 && last->result.stats.samples == 2 &&
+               !same_bits(last->result.beauty, plain->result.beauty);
     };
     ASSERT_TRUE(thread.until(brighter));
     EXPECT_GE(thread->status().reloads, 1u);
@@ -80,11 +78,9 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
     write(name, good);
     ASSERT_TRUE(thread.until([&] { return thread->status().shader_error.empty(); }));
     EXPECT_GE(thread->status().reloads, 2u);
-    thread->limit(2);
     Request moved = request();
     moved.bounces = 2;
-    ASSERT_TRUE(thread.until_samples(thread->show(moved), 2));
-    expect_includes(thread.pictures.back()->result, expected(moved, 2));
+    expect_rendered(thread, moved, 2);
 }
 
 TEST_F(ShaderReload, AShaderThatWasBrokenAtTheStartCanBeRepaired) {

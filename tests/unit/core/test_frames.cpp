@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/core/frames.h"
+#include "engine/core/suggestion.h"
 #include "tests/support/error_message.h"
 
 namespace halflight {
@@ -17,77 +18,45 @@ std::string refusal(std::string_view text) {
 }
 
 TEST(Frames, ListsAndRanges) {
-    EXPECT_EQ(frames("7"), Frames{7});
-    EXPECT_EQ(frames("1-4"), (Frames{1, 2, 3, 4}));
-    EXPECT_EQ(frames("1-10x4"), (Frames{1, 5, 9}));
-    EXPECT_EQ(frames("1-9x4"), (Frames{1, 5, 9}));
-    EXPECT_EQ(frames("1-9x100"), Frames{1});
-    EXPECT_EQ(frames("5-5"), Frames{5});
-    EXPECT_EQ(frames("1,5,9-12"), (Frames{1, 5, 9, 10, 11, 12}));
-    EXPECT_EQ(frames("007"), Frames{7});
-    EXPECT_EQ(frames("0"), Frames{0});
-}
-
-TEST(Frames, DuplicatesAreRemovedAndOrderIsKept) {
-    EXPECT_EQ(frames("9,1-3,2,9"), (Frames{9, 1, 2, 3}));
-    EXPECT_EQ(frames("1-10x4,1-4"), (Frames{1, 5, 9, 2, 3, 4}));
-}
-
-TEST(Frames, UpToTheLargestNumber) {
-    EXPECT_EQ(frames("4294967295"), Frames{4294967295u});
-    EXPECT_EQ(frames("4294967294-4294967295x4294967295"), Frames{4294967294u});
-    EXPECT_EQ(frames("0-4294967295x4294967295"), (Frames{0, 4294967295u}));
-    EXPECT_EQ(frames("4294967290-4294967295x3"), (Frames{4294967290u, 4294967293u}));
+    const std::pair<const char*, Frames> cases[] = {
+        {"7", {7}},
+        {"007", {7}},
+        {"0", {0}},
+        {"1-4", {1, 2, 3, 4}},
+        {"1-10x4", {1, 5, 9}},
+        {"1-9x4", {1, 5, 9}},
+        {"1-9x100", {1}},
+        {"5-5", {5}},
+        {"1,5,9-12", {1, 5, 9, 10, 11, 12}},
+        {"9,1-3,2,9", {9, 1, 2, 3}},  // the order is kept, duplicates are removed
+        {"1-10x4,1-4", {1, 5, 9, 2, 3, 4}},
+        {"4294967295", {4294967295u}},
+        {"4294967294-4294967295x4294967295", {4294967294u}},
+        {"0-4294967295x4294967295", {0, 4294967295u}},
+        {"4294967290-4294967295x3", {4294967290u, 4294967293u}},
+    };
+    for (const auto& [text, expected] : cases) EXPECT_EQ(frames(text), expected) << text;
 }
 
 TEST(Frames, AnythingElseIsRefused) {
-    for (const char* text : {"",
-                             ",",
-                             "1,",
-                             ",1",
-                             "1,,2",
-                             " 1",
-                             "1 ",
-                             "-1",
-                             "+1",
-                             "1-",
-                             "-",
-                             "1--2",
-                             "1-2-3",
-                             "1x2",
-                             "1-2x",
-                             "1-2x-1",
-                             "1-2X2",
-                             "1.5",
-                             "1e3",
-                             "0x10",
-                             "a",
-                             "4294967296",
-                             "99999999999999999999",
-                             "1:2"})
-        EXPECT_TRUE(refusal(text).starts_with("--frames: expects N, A-B or A-BxSTEP between commas, not '")) << text;
-    EXPECT_EQ(refusal("1,9-3"), "--frames: '9-3' ends before it begins");
-    EXPECT_EQ(refusal("1-9x0"), "--frames: '1-9x0' has a step of 0");
-}
-
-TEST(Frames, AreLimitedInNumber) {
+    const auto expect_refused = [](std::initializer_list<const char*> texts) {
+        for (const char* text : texts) EXPECT_TRUE(refusal(text).starts_with("--frames: ")) << text;
+    };
+    expect_refused({"", ",", "1,", ",1", "1,,2", " 1", "1 ", "-1", "+1", "1-", "-", "1--2", "1-2-3", "1x2", "1-2x"});
+    expect_refused({"1-2x-1", "1-2X2", "1.5", "1e3", "0x10", "a", "1:2", "4294967296", "99999999999999999999"});
+    expect_refused({"9-3", "1-9x0", "0-1048576", "0-4294967295", "0-1048575,5000000"});
     EXPECT_EQ(frames("1-1048576").size(), kMaxFrames);
     EXPECT_EQ(frames("0-4294967295x4096").size(), kMaxFrames);
-    EXPECT_EQ(refusal("0-1048576"), "--frames: '0-1048576' means 1048577 frames, more than 1048576");
-    EXPECT_EQ(refusal("0-4294967295"), "--frames: '0-4294967295' means 4294967296 frames, more than 1048576");
-    EXPECT_EQ(refusal("0-1048575,5000000"), "--frames: means more than 1048576 frames");
 }
 
 TEST(Frames, AsText) {
-    const auto again = [](const char* text) { return frames_text(frames(text)); };
     EXPECT_EQ(frames_text({}), "");
-    EXPECT_EQ(again("7"), "7");
-    EXPECT_EQ(again("1,2,4,5,6,9"), "1,2,4-6,9");
-    EXPECT_EQ(again("3,2,1,2"), "3,2,1") << "in their order";
-    EXPECT_EQ(again("1-9x2,20"), "1-9x2,20");
-    EXPECT_EQ(again("0,10,20,21,22"), "0-20x10,21,22");
-    EXPECT_EQ(again("1,3,8,10"), "1,3,8,10");
-    EXPECT_EQ(again("4294967293-4294967295,0-2"), "4294967293-4294967295,0-2");
+    for (const char* text :
+         {"7", "1,2,4-6,9", "3,2,1", "1-9x2,20", "0-20x10,21,22", "1,3,8,10", "4294967293-4294967295,0-2"})
+        EXPECT_EQ(frames_text(frames(text)), text);
+    EXPECT_EQ(frames_text(frames("1,2,4,5,6,9")), "1,2,4-6,9");
+    EXPECT_EQ(frames_of_all({9, 3, 8, 7}, 24, {}), "frames 3,7-9 (4 of 24)");
+    EXPECT_EQ(frames_of_all({4}, 24, {2, 5}), "frame 4 (1 of part 2/5)");
 }
 
 TEST(Frames, InParts) {
@@ -114,17 +83,17 @@ TEST(Frames, InParts) {
 
 TEST(FrameRates, AreExact) {
     const auto rate = [](const char* text) { return parse_frame_rate("--fps", text); };
-    EXPECT_EQ(rate("24"), (FrameRate{24, 1}));
-    EXPECT_EQ(rate("12.5"), (FrameRate{25, 2}));
-    EXPECT_EQ(rate("50/2"), (FrameRate{25, 1}));
-    EXPECT_EQ(rate("1000000"), (FrameRate{1000000, 1}));
-    for (const char* text : {"23.976", "23.98", "23.976024", "24000/1001"})
-        EXPECT_EQ(rate(text), (FrameRate{24000, 1001})) << text;
-    for (const char* text : {"29.97", "29.970", "29.97003"}) EXPECT_EQ(rate(text), (FrameRate{30000, 1001})) << text;
-    EXPECT_EQ(rate("59.94"), (FrameRate{60000, 1001}));
-    EXPECT_EQ(rate("24.00"), (FrameRate{24, 1})) << "not 23.976";
-    EXPECT_EQ(rate("29.5"), (FrameRate{59, 2}));
-    EXPECT_EQ(rate("24").seconds(0), 0);
+    const std::pair<FrameRate, std::vector<const char*>> cases[] = {
+        {{24, 1}, {"24", "24.00"}},
+        {{25, 1}, {"25", "50/2"}},
+        {{25, 2}, {"12.5"}},
+        {{59, 2}, {"29.5"}},
+        {{1000000, 1}, {"1000000"}},
+        {{24000, 1001}, {"23.976", "23.98", "23.976024", "24000/1001"}},
+        {{30000, 1001}, {"29.97", "29.970", "29.97003"}},
+        {{60000, 1001}, {"59.94"}}};
+    for (const auto& [expected, texts] : cases)
+        for (const char* text : texts) EXPECT_EQ(rate(text), expected) << text;
     EXPECT_EQ(rate("24").seconds(36), 1.5);
     EXPECT_DOUBLE_EQ(rate("29.97").seconds(30000), 1001);
     EXPECT_EQ(text(rate("25")), "25");
@@ -132,17 +101,21 @@ TEST(FrameRates, AreExact) {
 }
 
 TEST(FrameRates, InvalidRatesAreRefused) {
-    const auto refusal = [](const char* text) { return error_message([&] { parse_frame_rate("--fps", text); }); };
-    for (const char* text : {"", ".", "-24", "+24", "24 ", "1e3", "nan", "24/", "/24", "24/0", "24/1.5", "2.5/2",
-                             "1.2.3", "1234567890123", "0x18"})
-        EXPECT_TRUE(refusal(text).starts_with("--fps: expects frames per second as N, N.N or N/D, not '")) << text;
-    for (const char* text : {"0", "0.0009", "1000001", "1/1001", "24.0000000001"})
-        EXPECT_TRUE(refusal(text).starts_with("--fps: expects 0.001 to 1000000 frames per second, not '")) << text;
+    for (const char* text :
+         {"",       ".",     "-24",   "+24",           "24 ",  "1e3", "nan",    "24/",     "/24",    "24/0",
+          "24/1.5", "2.5/2", "1.2.3", "1234567890123", "0x18", "0",   "0.0009", "1000001", "1/1001", "24.0000000001"})
+        EXPECT_TRUE(error_message([&] { parse_frame_rate("--fps", text); }).starts_with("--fps: ")) << text;
 }
 
-TEST(Frames, AreToldAmongAll) {
-    EXPECT_EQ(frames_of_all({9, 3, 8, 7}, 24, {}), "frames 3,7-9 (4 of 24)");
-    EXPECT_EQ(frames_of_all({4}, 24, {2, 5}), "frame 4 (1 of part 2/5)");
+TEST(Suggestion, NamesTheLikeliestWord) {
+    const std::vector<std::string> names = {"depth", "albedo", "direct_diffuse", "direct_glossy", "ids"};
+    const std::pair<const char*, const char*> cases[] = {
+        {"depht", "depth"}, {"deph", "depth"}, {"albeddo", "albedo"}, {"Direct_glosy", "direct_glossy"}};
+    for (const auto& [word, name] : cases)
+        EXPECT_EQ(did_you_mean(word, names), std::string("; did you mean '") + name + "'?");
+    for (const char* far : {"id", "smell", ""}) EXPECT_EQ(did_you_mean(far, names), "") << far;
+    EXPECT_EQ(did_you_mean(std::string(1000, 'a'), {std::string(1001, 'a')}), "") << "so long a word is no name";
+    EXPECT_EQ(did_you_mean("depth", {}), "");
 }
 
 }  // namespace

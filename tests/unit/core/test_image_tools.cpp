@@ -1,14 +1,16 @@
-// Tests image operations, the cache folder, and hashes.
+// Tests image operations, bytes that copies share, the cache folder, and hashes.
 #include "engine/core/image_tools.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "engine/core/cache_folder.h"
 #include "engine/core/hash.h"
+#include "engine/core/shared_bytes.h"
+#include "tests/unit/core/environment_variable.h"
 
 namespace halflight {
 namespace {
@@ -41,32 +43,47 @@ TEST(ImageTools, BitsAreCompared) {
 TEST(ImageTools, BlurIsTheMeanOfTheSquare) {
     for (const int radius : {0, 2, 9}) {
         const Image image = numbered(7, 12, 2), blurred = box_blur(image, radius);
-        for (int y = 0; y < image.height; ++y) {
-            for (int x = 0; x < image.width; ++x) {
-                for (int c = 0; c < 2; ++c) {
-                    double sum = 0;
-                    int count = 0;
-                    for (int v = y - radius; v <= y + radius; ++v)
-                        for (int u = x - radius; u <= x + radius; ++u)
-                            if (u >= 0 && v >= 0 && u < 7 && v < 12) sum += image.at(u, v)[c], ++count;
-                    EXPECT_NEAR(blurred.at(x, y)[c], sum / count, 1e-6) << radius << ' ' << x << ' ' << y;
-                }
-            }
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            const int c = int(i) % 2, x = int(i) / 2 % 7, y = int(i) / 14;
+            double sum = 0, count = 0;
+            for (int v = std::max(y - radius, 0); v <= std::min(y + radius, 11); ++v)
+                for (int u = std::max(x - radius, 0); u <= std::min(x + radius, 6); ++u)
+                    sum += image.at(u, v)[c], ++count;
+            EXPECT_NEAR(blurred.pixels[i], sum / count, 1e-6) << radius << ' ' << x << ' ' << y;
         }
     }
 }
 
 TEST(CacheFolder, FollowsTheEnvironment) {
-    setenv("XDG_CACHE_HOME", "/caches", 1);
+    test::EnvironmentVariable cache("XDG_CACHE_HOME", "/caches"), home("HOME", "/home/somebody");
     EXPECT_EQ(cache_folder("things"), "/caches/halflight/things");
-    setenv("XDG_CACHE_HOME", "relative", 1);
-    setenv("HOME", "/home/somebody", 1);
+    cache.set("relative");
     EXPECT_EQ(cache_folder("things"), "/home/somebody/.cache/halflight/things");
-    unsetenv("XDG_CACHE_HOME");
-    setenv("HOME", "relative", 1);
+    cache.set(nullptr);
+    home.set("relative");
     EXPECT_EQ(cache_folder("things"), "");
-    unsetenv("HOME");
+    home.set(nullptr);
     EXPECT_EQ(cache_folder("things"), "");
+}
+
+TEST(SharedBytes, CopiesShareUntilOneIsEdited) {
+    SharedBytes a;
+    EXPECT_TRUE(a.empty());
+    EXPECT_EQ(a.begin(), a.end());
+    for (const std::uint8_t byte : {1, 2, 3}) a.edit().push_back(byte);
+    const SharedBytes b = a;
+    EXPECT_EQ(a.data(), b.data());
+    a.edit()[1] = 9;
+    EXPECT_EQ(a.get(), (std::vector<std::uint8_t>{1, 9, 3}));
+    EXPECT_EQ(b.get(), (std::vector<std::uint8_t>{1, 2, 3}));
+    EXPECT_FALSE(a == b);
+    const std::uint8_t* const own = a.data();
+    a.edit()[1] = 2;
+    EXPECT_EQ(a.data(), own) << "bytes that nobody shares stay where they are";
+    EXPECT_TRUE(a == b);
+    a = {};
+    EXPECT_TRUE(a.empty());
+    EXPECT_EQ(b.size(), 3u);
 }
 
 TEST(HashOfBytes, IsFnv1a) {

@@ -54,10 +54,5 @@ TEST(PixelFilter, BlackmanHarrisPointsFollowItsWeights) {
     EXPECT_GT(sample_point(filter, {1 - 0x1p-24f, 0}).x, 1.8f);
 }
 
-TEST(PixelFilter, HasAText) {
-    EXPECT_EQ(text(PixelFilter()), "box, radius 0.5 pixels");
-    EXPECT_EQ(text(PixelFilter{Shape::blackman_harris, 1.5}), "blackman-harris, radius 1.5 pixels");
-}
-
 }  // namespace
 }  // namespace halflight

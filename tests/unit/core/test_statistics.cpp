@@ -1,13 +1,29 @@
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <random>
 
 #include "engine/core/error.h"
+#include "engine/core/math.h"
 #include "engine/core/statistics.h"
 
 namespace halflight {
 namespace {
+
+// C++ and shaders share this arithmetic. (1 + 2^-12)^2 rounds to 1 + 2^-11, where a fused operation keeps the 2^-24.
+TEST(Arithmetic, ProductsAreRoundedBeforeTheyAreAdded) {
+    volatile float factor = 1 + 0x1p-12f, term = -(1 + 0x1p-11f);
+    const float a = factor, b = term;
+    EXPECT_EQ(a * a + b, 0.0f);
+    volatile double wide_factor = 1 + 0x1p-27, wide_term = -(1 + 0x1p-26);
+    const double c = wide_factor, d = wide_term;
+    EXPECT_EQ(c * c + d, 0.0);
+}
+
+TEST(Arithmetic, TheFirstByteIsTheLowest) {
+    EXPECT_TRUE(std::endian::native == std::endian::little);
+}
 
 TEST(RunningMoments, KeepsVarianceBesideALargeMean) {
     RunningMoments m;
@@ -21,21 +37,23 @@ TEST(Quantile, Interpolates) {
     EXPECT_DOUBLE_EQ(quantile({0, 10}, 0.25), 2.5);
 }
 
-TEST(StudentTails, AgreeWithTables) {
-    EXPECT_NEAR(student_tails(0, 7), 1, 1e-9);
-    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // Cauchy distribution
-    EXPECT_NEAR(student_tails(3, 1), 1 - 2 / std::acos(-1.0) * std::atan(3.0), 1e-9);
-    EXPECT_NEAR(student_tails(std::sqrt(2.0), 2), 1 - std::sqrt(0.5), 1e-9);  // 1 - t / sqrt(2 + t^2)
-    EXPECT_NEAR(student_tails(2.364624, 7), 0.05, 1e-6);
-    EXPECT_NEAR(student_tails(2.976843, 14), 0.01, 1e-6);
-    EXPECT_NEAR(student_tails(1.983972, 100), 0.05, 1e-6);
+TEST(Student, TailsAndQuantilesAgreeWithTables) {
+    const struct {
+        double t, freedom, tails, tolerance;
+    } cases[] = {{0, 7, 1, 1e-9},
+                 {1, 1, 0.5, 1e-9},  // Cauchy distribution
+                 {3, 1, 1 - 2 / kPi * std::atan(3.0), 1e-9},
+                 {std::sqrt(2.0), 2, 1 - std::sqrt(0.5), 1e-9},  // 1 - t / sqrt(2 + t^2)
+                 {2.364624, 7, 0.05, 1e-6},
+                 {2.976843, 14, 0.01, 1e-6},
+                 {1.983972, 100, 0.05, 1e-6}};
+    for (const auto& [t, freedom, tails, tolerance] : cases) {
+        EXPECT_NEAR(student_tails(t, freedom), tails, tolerance);
+        if (t > 0) {
+            EXPECT_NEAR(student_quantile(1 - tails, freedom), t, 1e-5);
+        }
+    }
     EXPECT_LT(student_tails(40, 14), 1e-14);
-}
-
-TEST(StudentQuantile, InvertsTheTails) {
-    EXPECT_NEAR(student_quantile(0.95, 1), 12.706205, 1e-5);
-    EXPECT_NEAR(student_quantile(0.95, 7), 2.364624, 1e-5);
-    EXPECT_NEAR(student_quantile(0.99, 14), 2.976843, 1e-5);
     EXPECT_NEAR(student_quantile(0.95, 1e9), kNormalQuantile, 3e-3);
 }
 
@@ -71,7 +89,7 @@ TEST(Slope, OfAPowerLawIsItsExponent) {
 TEST(Slope, IntervalContainsTheTruth) {
     std::mt19937 generator(1);
     std::normal_distribution<double> normal;
-    constexpr int kTrials = 2000;
+    constexpr int kTrials = 1000;                  // shows a share that is wrong by 5 % in 99 % of all runs
     for (const double error_scale : {1.0, 0.1}) {  // correct error bars, and ones that are far too small
         int held = 0;
         for (int trial = 0; trial < kTrials; ++trial) {
@@ -82,8 +100,8 @@ TEST(Slope, IntervalContainsTheTruth) {
             }
             held += fit_slope(points).slope.holds(-0.8);
         }
-        EXPECT_GT(held, 0.935 * kTrials);                              // three standard errors of 95 % are 1.5 %
-        EXPECT_LT(held, (error_scale < 1 ? 0.965 : 0.995) * kTrials);  // given errors never narrow the interval
+        EXPECT_GT(held, 0.929 * kTrials);                              // three standard errors of 95 % are 2.1 %
+        EXPECT_LT(held, (error_scale < 1 ? 0.971 : 0.995) * kTrials);  // given errors never narrow the interval
     }
 }
 

@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <optional>
 #include <vector>
 
 #include "engine/gpu/dispatch_pieces.h"
 #include "engine/gpu/program.h"
 #include "engine/gpu/program_limits.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
 
@@ -18,15 +18,13 @@ namespace {
 
 using DispatchTest = GpuTest;
 
-/// Sets HALFLIGHT_DISPATCH_MS during its lifetime, and provides a context that heeds it.
-class LimitedDispatches {
-  public:
-    explicit LimitedDispatches(const char* milliseconds) {
-        setenv("HALFLIGHT_DISPATCH_MS", milliseconds, 1);
-        context.emplace(test_context());
-    }
-    ~LimitedDispatches() { unsetenv("HALFLIGHT_DISPATCH_MS"); }
-    std::optional<gpu::Context> context;
+constexpr const char* kVariable = "HALFLIGHT_DISPATCH_MS";
+
+/// Sets the limit during its lifetime, and provides a context that heeds it.
+struct LimitedDispatches {
+    explicit LimitedDispatches(const char* milliseconds) : variable(kVariable, milliseconds) {}
+    test::EnvironmentVariable variable;
+    gpu::Context context = test_context();
 };
 
 TEST(DispatchPieces, CoverEveryWorkgroupOnce) {
@@ -87,16 +85,15 @@ TEST(DispatchPieces, SmallDispatchesDoNotShrinkThePieces) {
 }
 
 TEST(DispatchPieces, SoftwareHasNoLimit) {
+    const test::EnvironmentVariable variable(kVariable, std::nullopt);
     EXPECT_EQ(dispatch_limit("llvmpipe (LLVM 15.0.6, 256 bits)"), 0);
     EXPECT_EQ(dispatch_limit("NVIDIA H100/PCIe"), 0.05);
-    setenv("HALFLIGHT_DISPATCH_MS", "2.5", 1);
+    variable.set("2.5");
     EXPECT_EQ(dispatch_limit("llvmpipe"), 0.0025);
     for (const char* wrong : {"", "fast", "5 ms", "-1", "nan", "inf"}) {
-        setenv("HALFLIGHT_DISPATCH_MS", wrong, 1);
-        EXPECT_EQ(error_message([] { dispatch_limit("llvmpipe"); }),
-                  fmt::format("HALFLIGHT_DISPATCH_MS: '{}' is not a number of milliseconds, 0 or more", wrong));
+        variable.set(wrong);
+        EXPECT_TRUE(error_message([] { dispatch_limit("llvmpipe"); }).starts_with(kVariable)) << wrong;
     }
-    unsetenv("HALFLIGHT_DISPATCH_MS");
 }
 
 TEST_F(DispatchTest, PiecesKnowTheirPlaceInTheDispatch) {
@@ -110,16 +107,16 @@ TEST_F(DispatchTest, PiecesKnowTheirPlaceInTheDispatch) {
                               "gl_NumWorkGroups.x + gl_WorkGroupID.x;\n"
                               "    places[(at.z * size.y + at.y) * size.x + at.x] += uvec4(at, group + 1u);\n"
                               "}\n"};
-    constexpr GroupCounts kCounts{700, 3, 2};
-    constexpr std::size_t kInvocations = std::size_t{700} * 3 * 2 * 6;
+    constexpr GroupCounts kCounts{20, 3, 2};
+    constexpr std::uint32_t kGroups = 20 * 3 * 2, kInvocations = 6 * kGroups;
     const auto run = [&](bool indirect) {
         const Program program = Program::compute(places);
         const Buffer result("places", kInvocations * sizeof(uvec4));
-        const Buffer counts = Buffer::from("counts", std::vector<std::uint32_t>{9, 700, 3, 2});
+        const Buffer counts = Buffer::from("counts", std::vector<std::uint32_t>{9, 20, 3, 2});
         for (int i = 0; i < 30; ++i) {  // sizes change at first, and whole dispatches follow
             program.bind_storage("Places", result);
             if (indirect)
-                program.dispatch_indirect(counts, std::uint64_t{700} * 3 * 2, sizeof(std::uint32_t));
+                program.dispatch_indirect(counts, kGroups, sizeof(std::uint32_t));
             else
                 program.dispatch(kCounts[0], kCounts[1], kCounts[2]);
             glMemoryBarrier(GL_ALL_BARRIER_BITS);
@@ -128,12 +125,12 @@ TEST_F(DispatchTest, PiecesKnowTheirPlaceInTheDispatch) {
         return result.read<uvec4>();
     };
     const std::vector<uvec4> expected = run(false);
-    EXPECT_EQ(expected.back(), 30u * uvec4(1399, 8, 1, 700 * 3 * 2));
+    EXPECT_EQ(expected.back(), 30u * uvec4(39, 8, 1, kGroups));
     for (const char* const milliseconds : {"0.000001", "1000"}) {
         LimitedDispatches limited(milliseconds);
         EXPECT_TRUE(run(false) == expected) << milliseconds;
         EXPECT_TRUE(run(true) == expected) << milliseconds;
-        EXPECT_NO_THROW(limited.context->check("pieces"));
+        EXPECT_NO_THROW(limited.context.check("pieces"));
     }
     context.make_current();
 }
@@ -160,9 +157,8 @@ TEST_F(DispatchTest, ALostContextIsNamed) {
         Program::compute({"own", "layout(local_size_x = 1) in;\nvoid main() { a; }\n"});
     });
     epoxy_glGetGraphicsResetStatus = real;
-    EXPECT_EQ(message,
-              "rendering: the driver has reset the GPU, whose context is lost; what was not finished is missing");
-    EXPECT_EQ(compiling, "own: the driver has reset the GPU, whose context is lost; what was not finished is missing");
+    EXPECT_TRUE(message.starts_with("rendering: the driver has reset the GPU")) << message;
+    EXPECT_TRUE(compiling.starts_with("own: the driver has reset the GPU")) << compiling;
     EXPECT_NO_THROW(context.check("after the test"));
 }
 

@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstdlib>
 #include <numeric>
 #include <thread>
 
 #include "engine/core/math.h"
-#include "engine/core/stopwatch.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/framebuffer.h"
@@ -29,7 +27,6 @@ int taken(const std::vector<DeviceAttempt>& attempts) {
 
 TEST(Context, IsChosenAutomaticallyWithAReason) {
     const Context context = Context::create();
-    ASSERT_FALSE(context.attempts().empty());
     EXPECT_EQ(taken(context.attempts()), 1);
     for (const DeviceAttempt& attempt : context.attempts()) {
         EXPECT_FALSE(attempt.name.empty());
@@ -37,11 +34,7 @@ TEST(Context, IsChosenAutomaticallyWithAReason) {
     }
     EXPECT_FALSE(context.renderer().empty());
     EXPECT_NE(context.version().find("4."), std::string::npos);
-}
-
-TEST(Context, LimitsAreAtLeastThoseOfOpenGL45) {
-    const Context context = Context::create();
-    const Limits& limits = context.limits();
+    const Limits& limits = context.limits();  // at least those that OpenGL 4.5 demands
     EXPECT_GE(limits.texture_buffer_texels, 65536u);
     EXPECT_GE(limits.storage_block_bytes, std::size_t{1} << 27);
     EXPECT_GE(limits.uniform_block_bytes, 16384u);
@@ -53,42 +46,25 @@ TEST(Context, LimitsAreAtLeastThoseOfOpenGL45) {
     EXPECT_GE(limits.color_attachments, 8);
 }
 
-TEST(Context, SoftwareCanBeRequested) {
-    const Context context = Context::create({.device = "software"});
-    EXPECT_TRUE(context.software()) << context.renderer();
-}
-
 TEST(Context, CanBeChosenByIndexAndByName) {
     const auto attempts = Context::probe({.device = "software"});
-    const auto chosen = std::find_if(attempts.begin(), attempts.end(), [](const auto& a) { return a.taken; });
+    const auto chosen = std::ranges::find_if(attempts, &DeviceAttempt::taken);
     ASSERT_NE(chosen, attempts.end());
-    const std::string index = std::to_string(chosen - attempts.begin());
-    const auto by_index = Context::probe({.device = index});
-    EXPECT_TRUE(by_index[static_cast<std::size_t>(chosen - attempts.begin())].taken);
+    const auto index = static_cast<std::size_t>(chosen - attempts.begin());
+    const auto by_index = Context::probe({.device = std::to_string(index)});
+    EXPECT_TRUE(by_index[index].taken);
     EXPECT_EQ(taken(by_index), 1);
-    const auto by_name = Context::probe({.device = "LLVMPIPE"});
-    EXPECT_EQ(taken(by_name), 1);
-}
-
-TEST(Context, AWrongDeviceOfTestsIsNamed) {
-    const std::string usual = halflight::test::test_device();
-    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", "abacus", 1), 0);
-    const std::string message = error_message([] { test_context(); });
-    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", usual.c_str(), 1), 0);
-    EXPECT_TRUE(message.starts_with("HALFLIGHT_TEST_DEVICE: 'abacus' cannot be used: GPU: no OpenGL 4.5 context"))
-        << message;
+    EXPECT_EQ(taken(Context::probe({.device = "LLVMPIPE"})), 1);
 }
 
 TEST(Context, AnInvalidDeviceIsAnErrorOfOneLine) {
     for (const char* device : {"no such device", "4711"}) {
         const std::string message = error_message([&] { Context::create({.device = device}); });
         EXPECT_NE(message.find(device), std::string::npos) << message;
-        EXPECT_NE(message.find("no OpenGL 4.5 context"), std::string::npos) << message;
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
         const auto attempts = Context::probe({.device = device});
         EXPECT_EQ(taken(attempts), 0);
         EXPECT_FALSE(attempts.empty());
-        for (const DeviceAttempt& attempt : attempts) EXPECT_FALSE(attempt.reason.empty()) << attempt.name;
     }
 }
 
@@ -106,27 +82,19 @@ TEST(Context, SeveralMayExist) {
 }
 
 TEST(Context, CountsErrorsAndKeepsTheFirstText) {
-    Context context = Context::create({.device = "software", .debug = true});
-    EXPECT_NO_THROW(context.check("nothing yet"));
-    glEnable(GL_TEXTURE_BUFFER_DATA_STORE_BINDING);
-    glBindTextureUnit(0, 123456);
-    EXPECT_EQ(context.error_count(), 2u);
-    const std::string message = error_message([&] { context.check("frame 3"); });
-    EXPECT_EQ(message.find("frame 3: GL_INVALID_ENUM"), 0u) << message;
-    EXPECT_NE(message.find("and 1 more"), std::string::npos) << message;
-    EXPECT_NO_THROW(context.check("reported once"));
-    EXPECT_EQ(context.error_count(), 2u);
-}
-
-TEST(Context, DetectsErrorsWithoutDebugOutput) {
-    Context context = Context::create({.device = "software"});
-    glEnable(GL_TEXTURE_BUFFER_DATA_STORE_BINDING);
-    EXPECT_EQ(error_message([&] { context.check("frame"); }), "frame: GL_INVALID_ENUM");
-    EXPECT_EQ(context.error_count(), 1u);
-}
-
-TEST(Context, DetectsSoftwareByName) {
-    EXPECT_TRUE(is_software_renderer("llvmpipe (LLVM 15.0.6, 256 bits)"));
+    for (const bool debug : {true, false}) {  // without debug output, glGetError() finds them
+        Context context = Context::create({.device = "software", .debug = debug});
+        EXPECT_TRUE(context.software()) << context.renderer();
+        EXPECT_NO_THROW(context.check("nothing yet"));
+        glEnable(GL_TEXTURE_BUFFER_DATA_STORE_BINDING);
+        if (debug) glBindTextureUnit(0, 123456);
+        EXPECT_TRUE(!debug || context.error_count() == 2);
+        const std::string message = error_message([&] { context.check("frame 3"); });
+        EXPECT_TRUE(message.starts_with("frame 3: GL_INVALID_ENUM")) << message;
+        EXPECT_EQ(message.find("and 1 more") != std::string::npos, debug) << message;
+        EXPECT_NO_THROW(context.check("reported once"));
+        EXPECT_EQ(context.error_count(), debug ? 2u : 1u);
+    }
     EXPECT_TRUE(is_software_renderer("softpipe"));
     EXPECT_FALSE(is_software_renderer("NVIDIA H200/PCIe/SSE2"));
 }
@@ -172,7 +140,8 @@ TEST_F(BufferTest, WritesComeAfterClears) {
 }
 
 TEST_F(BufferTest, OddSizesKeepTheirLastBytes) {
-    const std::vector<std::uint8_t> bytes{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+    std::vector<std::uint8_t> bytes(19);
+    std::iota(bytes.begin(), bytes.end(), std::uint8_t{1});
     EXPECT_EQ(Buffer::from("odd", bytes).read<std::uint8_t>(), bytes);
 }
 
@@ -235,7 +204,7 @@ TEST_F(TextureTest, FloatRoundTripInEveryShape) {
         TextureDesc{.width = 5, .format = GL_R32F, .target = GL_TEXTURE_1D},
         TextureDesc{.width = 3, .height = 2, .format = GL_RGBA32F},
         TextureDesc{.width = 3, .height = 5, .format = GL_RGB32F},
-        TextureDesc{.width = 2000, .height = 1300, .format = GL_RGBA32F},  // read in three parts
+        TextureDesc{.width = 1000, .height = 1100, .format = GL_RGBA32F},  // read in two parts
         TextureDesc{.width = 2, .height = 3, .format = GL_RG32F, .depth = 4, .target = GL_TEXTURE_3D}};
     for (const TextureDesc& desc : descs) {
         Texture texture("floats", desc);
@@ -248,68 +217,23 @@ TEST_F(TextureTest, FloatRoundTripInEveryShape) {
     }
 }
 
-TEST_F(TextureTest, IntegersAndBytes) {
-    Texture ids("ids", {.width = 3, .height = 1, .format = GL_RG32UI});
-    const std::vector<std::uint32_t> values{0, 1, 0xffffffffu, 3, 0x80000000u, 5};
-    ids.upload(std::span<const std::uint32_t>(values));
-    EXPECT_EQ(ids.read_uint(), values);
-    ids.clear_uint(9);
-    EXPECT_EQ(ids.read_uint(), std::vector<std::uint32_t>(6, 9));
-    Texture bytes("bytes", {.width = 3, .height = 1, .format = GL_R8});
-    bytes.upload(std::vector<std::uint8_t>{0, 51, 255});
-    const auto read = bytes.read_float();
-    EXPECT_FLOAT_EQ(read[1], 0.2f);
-    EXPECT_EQ(read[2], 1.f);
-}
-
-TEST_F(TextureTest, ClearsColorAndDepth) {
-    Texture color("color", {.width = 2, .height = 1});
-    color.clear(1, 2, 3, 4);
-    EXPECT_EQ(color.read_float(), (std::vector<float>{1, 2, 3, 4, 1, 2, 3, 4}));
-    Texture depth("depth", {.width = 2, .height = 1, .format = GL_DEPTH_COMPONENT32F});
-    depth.clear(0.25f);
-    EXPECT_EQ(depth.read_float(), (std::vector<float>{0.25f, 0.25f}));
-}
-
 TEST_F(TextureTest, BadSizesAndFormatsAreErrors) {
-    EXPECT_NE(error_message([] { Texture("t", {.width = 0}); }).find("texture 't': 0 x 1 x 1"), std::string::npos);
-    EXPECT_ANY_THROW(Texture("t", {.width = 1 << 20}));
-    EXPECT_ANY_THROW(Texture("t", {.width = 2, .height = 2, .depth = 2}));
-    EXPECT_EQ(error_message([] { Texture("t", {.format = GL_RGB9_E5}); }).find("texture format: "), 0u);
-}
-
-TEST(TextureFormats, AreKnownWithoutAContext) {
+    const TextureDesc wrong[] = {{.width = 0}, {.width = 1 << 20}, {.width = 2, .height = 2, .depth = 2}};
+    for (const TextureDesc& bad : wrong)
+        EXPECT_NE(error_message([&] { Texture("t", bad); }).find("'t'"), std::string::npos);
+    for (const GLenum format : {GL_RGB9_E5, GL_RGBA}) EXPECT_THROW(format_info(format), Error);
     EXPECT_EQ(texture_bytes({.width = 1920, .height = 1080, .format = GL_RGBA16F}), 1920u * 1080 * 8);
-    EXPECT_EQ(format_info(GL_DEPTH_COMPONENT32F).kind, TexelKind::depth);
-    EXPECT_ANY_THROW(format_info(GL_RGBA));
 }
 
 // --- Framebuffers ---------------------------------------------------------------------------------------------------
 
 using FramebufferTest = GpuTest;
 
-TEST_F(FramebufferTest, ClearsItsAttachments) {
-    const Texture color("color", {.width = 4, .height = 2});
-    const Texture id("id", {.width = 4, .height = 2, .format = GL_R32UI});
-    const Texture depth("depth", {.width = 4, .height = 2, .format = GL_DEPTH_COMPONENT32F});
-    const std::array<const Texture*, 3> colors{&color, nullptr, &id};
-    const Framebuffer framebuffer("target", colors, &depth);
-    EXPECT_EQ(framebuffer.width(), 4);
-    EXPECT_EQ(framebuffer.height(), 2);
-    framebuffer.bind();
-    framebuffer.clear_color(0, 1, 2, 3, 4);
-    framebuffer.clear_color_uint(2, 77);
-    framebuffer.clear_depth(0.5f);
-    EXPECT_EQ(color.read_float()[7], 4.f);
-    EXPECT_EQ(id.read_uint(), std::vector<std::uint32_t>(8, 77));
-    EXPECT_EQ(depth.read_float(), std::vector<float>(8, 0.5f));
-}
-
 TEST_F(FramebufferTest, SizesMustAgree) {
     const Texture a("a", {.width = 4, .height = 2}), b("b", {.width = 2, .height = 4});
     const std::array<const Texture*, 2> colors{&a, &b};
     const std::string message = error_message([&] { Framebuffer("target", colors); });
-    EXPECT_EQ(message.find("framebuffer 'target': texture 'b' is 2 x 4"), 0u) << message;
+    EXPECT_TRUE(message.starts_with("framebuffer 'target': texture 'b'")) << message;
 }
 
 TEST_F(FramebufferTest, WhatCannotBeDrawnToIsAnError) {
@@ -319,11 +243,8 @@ TEST_F(FramebufferTest, WhatCannotBeDrawnToIsAnError) {
     EXPECT_ANY_THROW(Framebuffer("nothing", {}));
 }
 
-TEST_F(FramebufferTest, StopwatchRuns) {
-    const halflight::Stopwatch around;
-    const double inside = timed([] { std::this_thread::sleep_for(std::chrono::milliseconds(10)); });
-    EXPECT_GE(inside, 0.01);
-    EXPECT_LE(inside, around.seconds());
+TEST_F(FramebufferTest, TimesIncludeTheWork) {
+    EXPECT_GE(timed([] { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }), 0.01);
 }
 
 }  // namespace

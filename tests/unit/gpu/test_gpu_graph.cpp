@@ -1,8 +1,10 @@
 // Tests the render graph on the software driver.
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "engine/core/error.h"
@@ -123,50 +125,38 @@ TEST_F(GraphTest, DeclaredKernelsRunWithAndWithoutCompilingAhead) {
     }
 }
 
-TEST_F(GraphTest, PassesWithoutAKernelAreNamed) {
-    Graph graph;
-    Pass pass = graph.add_pass("bare");
-    const BufferHandle out = pass.write(fresh(graph, "out"), storage_write);
-    pass.execute([](Resources& r) { r.kernel(); });
-    graph.output(out);
-    EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }), "pass 'bare': has declared no kernel");
-}
-
-TEST_F(GraphTest, OneCompiledGraphRunsManyTimes) {
-    gpu::Buffer state = ramp();
-    Graph graph;
-    const BufferHandle imported = graph.import_buffer("state", state);
-    const BufferHandle next = add_step(graph, "step", imported, fresh(graph, "next"));
-    Pass copy = graph.add_pass("back");
-    copy.read(next, transfer_read);
-    const BufferHandle back = copy.write(imported, transfer_write);
-    copy.execute([=](Resources& r) {
-        glCopyNamedBufferSubData(r.buffer(next).id(), r.buffer(back).id(), 0, 0, kCount * sizeof(std::uint32_t));
-    });
-    graph.output(back);
-    const CompiledGraph plan = compile(graph);
-    for (int i = 0; i < 300; ++i) executor.run(plan);
-    EXPECT_EQ(state.read<std::uint32_t>(), ramp_from(300));
-    EXPECT_EQ(programs.count(), 1u);
-}
-
-TEST_F(GraphTest, HistoryCarriesStateOverRuns) {
-    Graph graph;
-    const auto history = graph.history_buffer("counter", {kCount * sizeof(std::uint32_t)});
-    const BufferHandle now = add_step(graph, "count", history.previous, history.now);
-    graph.output(now);
-    const CompiledGraph plan = compile(graph);
-    for (std::uint32_t run = 1; run <= 3; ++run) {
+TEST_F(GraphTest, HistoryOutlivesGraphsButNotAResizeOrACut) {
+    bool fail = false;
+    const auto run = [&](std::uint32_t count) {
+        Graph graph;
+        const auto history = graph.history_buffer("counter", {count * sizeof(std::uint32_t)});
+        const BufferHandle now = add_step(graph, "count", history.previous, history.now);
+        Pass last = graph.add_pass("last");
+        last.read(now, storage_read);
+        last.keep();
+        last.execute([&](Resources&) {
+            if (fail) throw Error("last", "on purpose");
+        });
+        graph.output(now);
+        const CompiledGraph plan = compile(graph);
         executor.run(plan);
-        EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, run)) << "zeros first, then the run before";
-    }
+        executor.run(plan);
+        Words values = executor.read<std::uint32_t>(now);
+        values.resize(kCount);
+        EXPECT_EQ(values, Words(kCount, values[0]));
+        return values[0];
+    };
+    EXPECT_EQ(run(kCount), 2u) << "zeros first, then the run before";
+    EXPECT_EQ(run(kCount), 4u);
     EXPECT_EQ(executor.history().bytes(), 2 * kCount * sizeof(std::uint32_t));
     executor.history().invalidate("camera cut");
     EXPECT_EQ(executor.history().last_reason(), "camera cut");
-    executor.run(plan);
-    EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, 1));
-    executor.run(plan);
-    EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, 2));
+    EXPECT_EQ(run(kCount), 2u);
+    fail = true;
+    EXPECT_THROW(run(kCount), Error);
+    fail = false;
+    EXPECT_EQ(run(kCount), 4u) << "a failed run leaves history unchanged";
+    EXPECT_EQ(run(2 * kCount), 2u);
 }
 
 TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
@@ -190,14 +180,13 @@ TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
     EXPECT_EQ(executor.history().bytes(), kCount * sizeof(std::uint32_t)) << "one buffer, not two";
     // A second graph only reads the buffer.
     Graph reader;
-    const BufferHandle seen = reader.carried_buffer("sum", {kCount * sizeof(std::uint32_t)});
     Words values;
+    const BufferHandle seen = reader.carried_buffer("sum", {kCount * sizeof(std::uint32_t)});
     Pass look = reader.add_pass("look");
     look.read(seen, transfer_read);
     look.keep();
     look.execute([&](Resources& r) { values = r.buffer(seen).read<std::uint32_t>(); });
-    const CompiledGraph reading = compile(reader);
-    executor.run(reading);
+    executor.run(compile(reader));
     EXPECT_EQ(values, Words(kCount, 6));
     executor.run(plan);
     EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 8)) << "reading changes nothing";
@@ -207,70 +196,13 @@ TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
     EXPECT_THROW(graph.history_buffer("sum", {16}), Error);
 }
 
-TEST_F(GraphTest, HistoryOutlivesAGraphButNotAResize) {
-    const auto run = [&](std::uint32_t count) {
-        Graph graph;
-        const auto history = graph.history_buffer("counter", {count * sizeof(std::uint32_t)});
-        const BufferHandle now = add_step(graph, "count", history.previous, history.now);
-        graph.output(now);
-        executor.run(compile(graph));
-        return executor.read<std::uint32_t>(now)[0];
-    };
-    EXPECT_EQ(run(kCount), 1u);
-    EXPECT_EQ(run(kCount), 2u);
-    EXPECT_EQ(run(2 * kCount), 1u);
-    EXPECT_EQ(run(2 * kCount), 2u);
-}
-
-TEST_F(GraphTest, AFailedRunLeavesHistoryUnchanged) {
-    bool fail = false;
+TEST_F(GraphTest, DrawingStartsFromTheDefaultState) {
     Graph graph;
-    const auto history = graph.history_buffer("counter", {kCount * sizeof(std::uint32_t)});
-    const BufferHandle now = add_step(graph, "count", history.previous, history.now);
-    Pass pass = graph.add_pass("fails");
-    pass.read(now, storage_read);
-    pass.keep();
-    pass.execute([&](Resources&) {
-        if (fail) throw Error("pass 'fails'", "on purpose");
-    });
-    graph.output(now);
-    const CompiledGraph plan = compile(graph);
-    executor.run(plan);
-    fail = true;
-    EXPECT_EQ(error_message([&] { executor.run(plan); }), "pass 'fails': on purpose");
-    fail = false;
-    executor.run(plan);
-    EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, 2));
-}
-
-TEST_F(GraphTest, TextureHistorySwaps) {
-    Graph graph;
-    const auto history = graph.history_texture("t", {.width = 2, .height = 1, .format = GL_R32F});
-    float seen = -1, value = 1;
-    Pass pass = graph.add_pass("p");
-    pass.read(history.previous, transfer_read);
-    const TextureHandle now = pass.write(history.now, transfer_write);
-    pass.execute([&, now](Resources& r) {
-        seen = r.texture(history.previous).read_float()[1];
-        r.texture(now).clear(value);
-    });
-    graph.output(now);
-    const CompiledGraph plan = compile(graph);
-    executor.run(plan);
-    EXPECT_EQ(seen, 0.f);
-    value = 2;
-    executor.run(plan);
-    EXPECT_EQ(seen, 1.f);
-    EXPECT_EQ(executor.texture(now).read_float(), (std::vector<float>{2, 2}));
-}
-
-TEST_F(GraphTest, DrawsIntoTransients) {
-    Graph graph;
-    const gpu::TextureDesc desc{.width = 8, .height = 4};
+    const TextureHandle created = graph.create_texture("color", {.width = 2, .height = 1});
     Pass draw = graph.add_pass("draw");
-    const TextureHandle color = draw.write(graph.create_texture("color", desc), color_attachment);
+    const TextureHandle color = draw.write(created, color_attachment);
     const TextureHandle depth = draw.write(
-        graph.create_texture("depth", {.width = 8, .height = 4, .format = GL_DEPTH_COMPONENT32F}), depth_attachment);
+        graph.create_texture("depth", {.width = 2, .height = 1, .format = GL_DEPTH_COMPONENT32F}), depth_attachment);
     draw.execute([=](Resources& r) {
         const gpu::Framebuffer& target = r.framebuffer({color}, depth);
         EXPECT_EQ(&target, &r.framebuffer({color}, depth)) << "made once";
@@ -280,48 +212,43 @@ TEST_F(GraphTest, DrawsIntoTransients) {
         const gpu::Program& program = r.programs().graphics(
             {"corner",
              "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4 - 1, 0.5, 1); }\n"},
-            {"red", "out vec4 color;\nvoid main() { color = vec4(1, 0, 0, 1); }\n"});
-        EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST)) << "passes that draw start from the default state";
+            {"red", "out vec4 color;\nvoid main() { color = vec4(1, gl_FragCoord.xz, 1); }\n"});
+        EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));
         glEnable(GL_DEPTH_TEST);
         program.draw(GL_TRIANGLES, 3);
     });
-    Pass copy = graph.add_pass("copy");
-    copy.read(color, texture_read, "color");
-    copy.read(depth, texture_read, "depth");
-    const TextureHandle result = copy.write(graph.create_texture("result", desc), image_write, "result");
-    copy.execute([=](Resources& r) {
-        const gpu::Program& program = r.compute({"copy", R"(
-layout(local_size_x = 8, local_size_y = 4) in;
-uniform sampler2D color;
-uniform sampler2D depth;
-layout(rgba32f) writeonly uniform image2D result;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(result, p, texelFetch(color, p, 0) + vec4(0, texelFetch(depth, p, 0).r, 0, 0));
-})"});
-        program.dispatch(1);
-    });
-    graph.output(result);
+    graph.output(color);
     const CompiledGraph plan = compile(graph);
     for (int run = 0; run < 2; ++run) {
         executor.run(plan);
-        const std::vector<float> pixels = executor.texture(result).read_float();
-        for (std::size_t i = 0; i < pixels.size(); i += 4) {
-            ASSERT_EQ(pixels[i], 1.f);
-            ASSERT_EQ(pixels[i + 1], 0.75f);
-        }
+        EXPECT_EQ(executor.texture(color).read_float(), (std::vector<float>{1, 0.5f, 0.75f, 1, 1, 1.5f, 0.75f, 1}));
     }
 }
 
-TEST_F(GraphTest, AShaderNameThatTheProgramLacksIsAnErrorOfPassAndResource) {
+TEST_F(GraphTest, WrongPassesAreNamed) {
     gpu::Buffer source = ramp();
-    Graph graph;
-    Pass pass = graph.add_pass("misspelt");
-    pass.read(graph.import_buffer("ramp", source), storage_read, "Inn");
-    pass.keep();
-    pass.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
-    EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }),
-              "pass 'misspelt': binds 'ramp' to 'Inn', which add one does not declare");
+    const struct {
+        const char *name, *message;
+        std::function<void(Pass&, BufferHandle)> declare;
+    } cases[] = {
+        {"hollow", "has no execute function", [](Pass&, BufferHandle) {}},
+        {"bare", "has declared no kernel", [](Pass& p, BufferHandle) { p.execute([](Resources& r) { r.kernel(); }); }},
+        {"curious", "'ramp' without having declared it",
+         [](Pass& p, BufferHandle ramp) { p.execute([=](Resources& r) { r.buffer(ramp); }); }},
+        {"misspelt", "'ramp' to 'Inn', which add one does not declare", [](Pass& p, BufferHandle ramp) {
+             p.read(ramp, storage_read, "Inn");
+             p.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
+         }}};
+    for (const auto& c : cases) {
+        Graph graph;
+        const BufferHandle imported = graph.import_buffer("ramp", source);
+        Pass pass = graph.add_pass(c.name);
+        pass.keep();
+        c.declare(pass, imported);
+        const std::string message = error_message([&] { executor.run(compile(graph)); });
+        EXPECT_TRUE(message.starts_with(fmt::format("pass '{}': ", c.name)) && message.ends_with(c.message)) << message;
+        EXPECT_EQ(executor.buffer(imported).id(), source.id()) << "an import can be read at any time";
+    }
 }
 
 TEST_F(GraphTest, PoisonRevealsUnwrittenValues) {
@@ -338,18 +265,6 @@ TEST_F(GraphTest, PoisonRevealsUnwrittenValues) {
     for (const float value : executor.texture(texture).read_float()) EXPECT_TRUE(std::isnan(value));
 }
 
-TEST_F(GraphTest, UndeclaredUsesAreErrors) {
-    Graph graph;
-    gpu::Buffer source = ramp();
-    const BufferHandle undeclared = graph.import_buffer("secret", source);
-    Pass pass = graph.add_pass("curious");
-    pass.keep();
-    pass.execute([=](Resources& r) { r.buffer(undeclared); });
-    EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }),
-              "pass 'curious': uses 'secret' without having declared it");
-    EXPECT_EQ(executor.buffer(undeclared).id(), source.id()) << "an import can be read at any time";
-}
-
 TEST_F(GraphTest, OnlyOutputsOfTheLastGraphCanBeRead) {
     gpu::Buffer source = ramp();
     Graph graph;
@@ -360,16 +275,10 @@ TEST_F(GraphTest, OnlyOutputsOfTheLastGraphCanBeRead) {
     EXPECT_ANY_THROW(executor.buffer(end)) << "nothing ran";
     executor.run(compile(graph));
     EXPECT_NO_THROW(executor.buffer(end));
-    EXPECT_EQ(error_message([&] { executor.buffer(middle); }), "output: 'middle' is not an output");
+    EXPECT_NE(error_message([&] { executor.buffer(middle); }).find("'middle'"), std::string::npos);
     Graph empty;
     executor.run(compile(empty));
-    EXPECT_EQ(error_message([&] { executor.buffer(end); }), "output: is not of the graph that ran last");
-}
-
-TEST_F(GraphTest, APassWithoutFunctionIsAnError) {
-    Graph graph;
-    graph.add_pass("hollow").keep();
-    EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }), "pass 'hollow': has no execute function");
+    EXPECT_THROW(executor.buffer(end), Error);
 }
 
 TEST_F(GraphTest, TimesAddUpByName) {

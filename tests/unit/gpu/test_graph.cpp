@@ -11,19 +11,21 @@ namespace {
 
 using enum Access;
 
-std::vector<std::string> order(const CompiledGraph& plan) {
-    std::vector<std::string> names;
-    for (const PlannedPass& pass : plan.passes) names.push_back(pass.name);
-    return names;
-}
-
-std::vector<std::string> culled(const CompiledGraph& plan) {
-    std::vector<std::string> names;
-    for (const CulledPass& pass : plan.culled) names.push_back(pass.name);
-    return names;
-}
-
 using Names = std::vector<std::string>;
+
+/// Returns the names of planned or culled passes.
+Names names_of(const auto& passes) {
+    Names names;
+    for (const auto& pass : passes) names.push_back(pass.name);
+    return names;
+}
+
+/// Expects an Error that begins with the place of the wrong use, and says what is wrong.
+void expect_error(auto&& use, const std::string& place, const std::string& what) {
+    const std::string message = error_message(use);
+    EXPECT_TRUE(message.starts_with(place + ": ") && message.find(what) != std::string::npos)
+        << place << ": ... " << what << ", not " << message;
+}
 
 /// Adds a pass that reads some buffers and writes a new one.
 BufferHandle add(Graph& graph, const std::string& name, std::initializer_list<BufferHandle> reads,
@@ -31,6 +33,18 @@ BufferHandle add(Graph& graph, const std::string& name, std::initializer_list<Bu
     Pass pass = graph.add_pass(name);
     for (const BufferHandle handle : reads) pass.read(handle, storage_read);
     return pass.write(graph.create_buffer(name + "'s", {bytes}), storage_write);
+}
+
+/// Adds a pass that writes a resource.
+auto write(Graph& graph, const std::string& name, auto handle, Access access) {
+    return graph.add_pass(name).write(handle, access);
+}
+
+/// Adds a pass that reads a resource and is kept.
+void look(Graph& graph, const std::string& name, auto handle, Access access) {
+    Pass pass = graph.add_pass(name);
+    pass.read(handle, access);
+    pass.keep();
 }
 
 // --- Culling and order ----------------------------------------------------------------------------------------------
@@ -43,57 +57,25 @@ TEST(GraphCulling, KeepsPassesThatReachAnOutputInDeclaredOrder) {
     add(graph, "deader", {dead, b});
     graph.output(add(graph, "c", {b}));
     const CompiledGraph plan = compile(graph);
-    EXPECT_EQ(order(plan), (Names{"a", "b", "c"}));
-    EXPECT_EQ(culled(plan), (Names{"dead", "deader"}));
-    EXPECT_EQ(plan.culled[0].reason, "only culled passes read 'dead's': 'deader'");
-    EXPECT_EQ(plan.culled[1].reason, "nothing reads 'deader's'");
-}
-
-TEST(GraphCulling, WithoutOutputsNothingRuns) {
-    Graph graph;
-    add(graph, "b", {add(graph, "a", {})});
-    graph.add_pass("idle");
-    const CompiledGraph plan = compile(graph);
-    EXPECT_TRUE(plan.passes.empty());
-    EXPECT_EQ(plan.culled.size(), 3u);
-    EXPECT_EQ(plan.culled[2].reason, "writes nothing and is not kept");
-    EXPECT_EQ(plan.transient_bytes, 0u);
-}
-
-TEST(GraphCulling, AKeptPassKeepsItsInputs) {
-    Graph graph;
-    const BufferHandle a = add(graph, "a", {});
-    Pass report = graph.add_pass("report");
-    report.read(a, transfer_read);
-    report.keep();
-    EXPECT_EQ(order(compile(graph)), (Names{"a", "report"}));
+    EXPECT_EQ(names_of(plan.passes), (Names{"a", "b", "c"}));
+    EXPECT_EQ(names_of(plan.culled), (Names{"dead", "deader"}));
+    EXPECT_NE(plan.culled[0].reason.find("'deader'"), std::string::npos);
 }
 
 TEST(GraphCulling, AnUpdateInPlaceNeedsThePreviousVersion) {
-    Graph graph;
-    const BufferHandle first = add(graph, "first", {});
-    Pass update = graph.add_pass("update");
-    const BufferHandle second = update.write(first, storage_read_write);
-    Pass overwrite = graph.add_pass("overwrite");
-    const BufferHandle third = overwrite.write(second, storage_write);
-    graph.output(third);
-    const CompiledGraph plan = compile(graph);
-    EXPECT_EQ(order(plan), (Names{"overwrite"})) << "storage_write loses what was there";
-
-    Graph kept;
-    const BufferHandle one = add(kept, "first", {});
-    Pass keeping = kept.add_pass("update");
-    kept.output(keeping.write(one, storage_read_write));
-    EXPECT_EQ(order(compile(kept)), (Names{"first", "update"}));
+    Graph graph, kept;
+    const BufferHandle updated = write(graph, "update", add(graph, "first", {}), storage_read_write);
+    graph.output(write(graph, "overwrite", updated, storage_write));
+    EXPECT_EQ(names_of(compile(graph).passes), (Names{"overwrite"})) << "storage_write loses what was there";
+    kept.output(write(kept, "update", add(kept, "first", {}), storage_read_write));
+    EXPECT_EQ(names_of(compile(kept).passes), (Names{"first", "update"}));
 }
 
 TEST(GraphCulling, AttachmentsKeepEarlierDraws) {
     Graph graph;
-    Pass clear = graph.add_pass("clear");
-    const TextureHandle cleared = clear.write(graph.create_texture("t", {.width = 8, .height = 8}), color_attachment);
-    Pass draw = graph.add_pass("draw");
-    graph.output(draw.write(cleared, color_attachment));
-    EXPECT_EQ(order(compile(graph)), (Names{"clear", "draw"}));
+    const auto cleared = write(graph, "clear", graph.create_texture("t", {.width = 8, .height = 8}), color_attachment);
+    graph.output(write(graph, "draw", cleared, color_attachment));
+    EXPECT_EQ(names_of(compile(graph).passes), (Names{"clear", "draw"}));
 }
 
 TEST(GraphCulling, OneNeededResultKeepsAPassAndAllItWrites) {
@@ -109,110 +91,47 @@ TEST(GraphCulling, OneNeededResultKeepsAPassAndAllItWrites) {
 
 // --- Wrong declarations ---------------------------------------------------------------------------------------------
 
-TEST(GraphErrors, StaleHandlesNamePassResourceAndWriter) {
-    Graph graph;
-    const BufferHandle old = add(graph, "first", {});
-    Pass second = graph.add_pass("second");
-    (void)second.write(old, storage_read_write);
-    Pass third = graph.add_pass("third");
-    EXPECT_EQ(error_message([&] { third.read(old, storage_read); }),
-              "pass 'third': uses 'first's' as it was before pass 'second' wrote it");
-    EXPECT_EQ(error_message([&] { (void)third.write(old, storage_write); }),
-              "pass 'third': uses 'first's' as it was before pass 'second' wrote it");
-    EXPECT_EQ(error_message([&] { graph.output(old); }),
-              "output: uses 'first's' as it was before pass 'second' wrote it");
-}
-
-TEST(GraphErrors, ReadingAnUnwrittenResource) {
-    Graph graph;
-    const BufferHandle empty = graph.create_buffer("empty", {64});
-    Pass pass = graph.add_pass("reader");
-    EXPECT_EQ(error_message([&] { pass.read(empty, storage_read); }),
-              "pass 'reader': reads 'empty', which nobody has written");
-    EXPECT_EQ(error_message([&] { (void)pass.write(empty, storage_read_write); }),
-              "pass 'reader': writes 'empty' by storage_read_write: nobody has written it before");
-    EXPECT_EQ(error_message([&] { graph.output(empty); }), "output: nobody has written 'empty'");
-}
-
-TEST(GraphErrors, AClosedPassCannotMakeACycle) {
-    Graph graph;
-    Pass first = graph.add_pass("first");
-    const BufferHandle a = first.write(graph.create_buffer("a", {64}), storage_write);
-    Pass second = graph.add_pass("second");
-    second.read(a, storage_read);
-    const BufferHandle b = second.write(graph.create_buffer("b", {64}), storage_write);
-    EXPECT_EQ(error_message([&] { first.read(b, storage_read); }),
-              "pass 'first': declares a use after pass 'second' was added");
-}
-
-TEST(GraphErrors, APassUsesAResourceWithOneAccess) {
-    Graph graph;
-    const BufferHandle a = add(graph, "a", {});
-    Pass pass = graph.add_pass("p");
-    pass.read(a, storage_read);
-    pass.read(a, texture_read);
-    EXPECT_NE(error_message([&] { (void)pass.write(a, storage_write); }).find("it reads it, too"), std::string::npos);
-    Pass other = graph.add_pass("q");
-    const BufferHandle b = other.write(a, storage_write);
-    EXPECT_EQ(error_message([&] { other.read(b, storage_read); }), "pass 'q': reads 'a's', which it writes itself");
-    EXPECT_NE(error_message([&] { (void)other.write(b, storage_write); }).find("it has written it before"),
-              std::string::npos);
-}
-
-TEST(GraphErrors, AccessMustFitResource) {
-    Graph graph;
-    const BufferHandle buffer = add(graph, "a", {});
-    const TextureHandle texture = graph.create_texture("t", {});
-    Pass pass = graph.add_pass("p");
-    EXPECT_EQ(error_message([&] { pass.read(buffer, storage_write); }), "pass 'p': reads 'a's' by storage_write");
-    EXPECT_EQ(error_message([&] { (void)pass.write(buffer, storage_read); }),
-              "pass 'p': writes 'a's' by storage_read: that is a way to read");
-    EXPECT_EQ(error_message([&] { (void)pass.write(buffer, color_attachment); }),
-              "pass 'p': writes 'a's' by color_attachment: it is a buffer");
-    EXPECT_EQ(error_message([&] { (void)pass.write(texture, storage_write); }),
-              "pass 'p': writes 't' by storage_write: it is a texture");
-}
-
-TEST(GraphErrors, ShaderNamesMustFitTheAccess) {
-    Graph graph;
-    const BufferHandle buffer = add(graph, "a", {});
-    Pass pass = graph.add_pass("p");
-    EXPECT_EQ(error_message([&] { pass.read(buffer, transfer_read, "A"); }),
-              "pass 'p': names 'a's' for shaders, but uses it by transfer_read");
-    EXPECT_EQ(error_message([&] { pass.read(buffer, texture_read, "a"); }),
-              "pass 'p': reads 'a's' by texture_read without a texel format");
-    EXPECT_EQ(error_message([&] {
-                  pass.read(buffer, storage_read, {"A", GL_R32F});
-              }),
-              "pass 'p': reads 'a's' by storage_read with a texel format");
-}
-
-TEST(GraphErrors, InvalidHandles) {
+TEST(GraphErrors, NamePassAndResource) {
     Graph graph, other;
-    const BufferHandle theirs = add(other, "theirs", {});
-    Pass pass = graph.add_pass("p");
-    EXPECT_EQ(error_message([&] { pass.read(BufferHandle(), storage_read); }), "pass 'p': uses an empty handle");
-    EXPECT_EQ(error_message([&] { pass.read(theirs, storage_read); }),
-              "pass 'p': uses a handle of another graph (resource 0)");
-}
-
-TEST(GraphErrors, OutputsCannotBeOverwritten) {
-    Graph graph;
-    const BufferHandle a = add(graph, "a", {});
-    graph.output(a);
-    Pass pass = graph.add_pass("p");
-    EXPECT_NE(error_message([&] { (void)pass.write(a, storage_write); }).find("it is an output already"),
-              std::string::npos);
+    const BufferHandle old = add(graph, "old", {}), a = add(graph, "a", {}), theirs = add(other, "theirs", {});
+    const BufferHandle empty = graph.create_buffer("empty", {64});
+    const TextureHandle texture = graph.create_texture("t", {});
+    Pass q = graph.add_pass("q");
+    const BufferHandle now = q.write(old, storage_read_write);
+    expect_error([&] { q.read(now, storage_read); }, "pass 'q'", "'old's', which it writes itself");
+    expect_error([&] { (void)q.write(now, storage_write); }, "pass 'q'", "it has written it before");
+    Pass p = graph.add_pass("p");
+    p.read(a, storage_read);
+    p.read(a, texture_read);
+    expect_error([&] { (void)p.write(a, storage_write); }, "pass 'p'", "it reads it, too");
+    expect_error([&] { p.read(old, storage_read); }, "pass 'p'", "'old's' as it was before pass 'q' wrote it");
+    expect_error([&] { (void)p.write(old, storage_write); }, "pass 'p'", "'old's' as it was before pass 'q'");
+    expect_error([&] { graph.output(old); }, "output", "'old's' as it was before pass 'q'");
+    expect_error([&] { p.read(empty, storage_read); }, "pass 'p'", "reads 'empty', which nobody has written");
+    expect_error([&] { (void)p.write(empty, storage_read_write); }, "pass 'p'", "nobody has written it before");
+    expect_error([&] { graph.output(empty); }, "output", "nobody has written 'empty'");
+    expect_error([&] { p.read(BufferHandle(), storage_read); }, "pass 'p'", "an empty handle");
+    expect_error([&] { p.read(theirs, storage_read); }, "pass 'p'", "a handle of another graph (resource 0)");
+    expect_error([&] { p.read(now, storage_write); }, "pass 'p'", "reads 'old's' by storage_write");
+    expect_error([&] { (void)p.write(now, storage_read); }, "pass 'p'", "writes 'old's' by storage_read");
+    expect_error([&] { (void)p.write(now, color_attachment); }, "pass 'p'", "by color_attachment: it is a buffer");
+    expect_error([&] { (void)p.write(texture, storage_write); }, "pass 'p'", "by storage_write: it is a texture");
+    expect_error([&] { p.read(now, transfer_read, "A"); }, "pass 'p'", "names 'old's' for shaders");
+    expect_error([&] { p.read(now, texture_read, "a"); }, "pass 'p'", "without a texel format");
+    const auto formatted = [&] { p.read(now, storage_read, {"A", GL_R32F}); };
+    expect_error(formatted, "pass 'p'", "with a texel format");
+    graph.output(now);
+    expect_error([&] { (void)p.write(now, storage_write); }, "pass 'p'", "it is an output already");
+    // A pass that is closed cannot make a cycle.
+    expect_error([&] { q.read(a, storage_read); }, "pass 'q'", "declares a use after pass 'p' was added");
 }
 
 // --- Lifetimes and aliasing -----------------------------------------------------------------------------------------
 
 TEST(GraphMemory, LifetimesSpanFirstToLastUse) {
     Graph graph;
-    const BufferHandle a = add(graph, "a", {});
-    const BufferHandle b = add(graph, "b", {a});
-    const BufferHandle c = add(graph, "c", {b});
-    const BufferHandle d = add(graph, "d", {c, a});
+    const BufferHandle a = add(graph, "a", {}), b = add(graph, "b", {a}), c = add(graph, "c", {b}),
+                       d = add(graph, "d", {c, a});
     graph.output(d);
     const CompiledGraph plan = compile(graph);
     EXPECT_EQ(plan.resources[a.resource].first, 0u);
@@ -295,52 +214,29 @@ TEST(GraphMemory, TexturesShareOnlyWithEqualTextures) {
     EXPECT_EQ(plan.slot_bytes, 64u * 64 * (16 + 16 + 8));
 }
 
-TEST(GraphMemory, PlansAreDeterministic) {
-    const auto plan = [] {
-        Graph graph;
-        const BufferHandle a = add(graph, "a", {}, 10), b = add(graph, "b", {a}, 20);
-        graph.output(add(graph, "c", {a, b}, 30));
-        return to_dot(compile(graph));
-    };
-    EXPECT_EQ(plan(), plan());
-}
-
 TEST(GraphMemory, FreshResourcesHaveNoContentYet) {
     Graph graph;
-    Pass first = graph.add_pass("first");
-    const BufferHandle a = first.write(graph.create_buffer("a", {64}), storage_write);
-    Pass second = graph.add_pass("second");
-    const BufferHandle b = second.write(a, storage_read_write);
-    Pass third = graph.add_pass("third");
-    third.read(b, storage_read);
-    third.keep();
+    const BufferHandle a = write(graph, "first", graph.create_buffer("a", {64}), storage_write);
+    look(graph, "third", write(graph, "second", a, storage_read_write), storage_read);
     const CompiledGraph plan = compile(graph);
-    EXPECT_EQ(plan.passes[0].fresh, std::vector{a.resource});
-    EXPECT_TRUE(plan.passes[1].fresh.empty());
-    EXPECT_TRUE(plan.passes[2].fresh.empty());
+    EXPECT_EQ(plan.passes.at(0).fresh, std::vector{a.resource});
+    EXPECT_TRUE(plan.passes.at(1).fresh.empty());
+    EXPECT_TRUE(plan.passes.at(2).fresh.empty());
 }
 
 // --- Barriers -------------------------------------------------------------------------------------------------------
 
 /// Returns the barrier bits before the second pass, if the first writes a resource and the second uses it.
-template <class H>
-GLbitfield barrier_between(Access first, Access second) {
-    Graph graph;
-    H handle;
-    if constexpr (std::is_same_v<H, BufferHandle>) {
-        handle = graph.create_buffer("r", {64});
-    } else {
-        handle = graph.create_texture("r", {});
-    }
+GLbitfield barriers_between(Graph& graph, auto created, Access first, Access second) {
     Pass one = graph.add_pass("one");
-    handle = one.write(handle, first);
+    const auto handle = one.write(created, first);
     one.keep();
-    Pass two = graph.add_pass("two");
-    two.keep();
     if (writes(second)) {
+        Pass two = graph.add_pass("two");
         (void)two.write(handle, second);
+        two.keep();
     } else {
-        two.read(handle, second);
+        look(graph, "two", handle, second);
     }
     const CompiledGraph plan = compile(graph);
     EXPECT_EQ(plan.passes[0].barriers, 0u);
@@ -348,7 +244,10 @@ GLbitfield barrier_between(Access first, Access second) {
 }
 
 TEST(GraphBarriers, FollowFromTheLaterAccess) {
-    const auto buffer = barrier_between<BufferHandle>;
+    const auto buffer = [](Access first, Access second) {
+        Graph graph;
+        return barriers_between(graph, graph.create_buffer("r", {64}), first, second);
+    };
     EXPECT_EQ(buffer(storage_write, storage_read), GL_SHADER_STORAGE_BARRIER_BIT);
     EXPECT_EQ(buffer(storage_write, storage_read_write), GL_SHADER_STORAGE_BARRIER_BIT);
     EXPECT_EQ(buffer(storage_write, texture_read), GL_TEXTURE_FETCH_BARRIER_BIT);
@@ -357,7 +256,10 @@ TEST(GraphBarriers, FollowFromTheLaterAccess) {
     EXPECT_EQ(buffer(storage_write, transfer_read), GL_BUFFER_UPDATE_BARRIER_BIT);
     EXPECT_EQ(buffer(storage_write, storage_write), GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     EXPECT_EQ(buffer(transfer_write, storage_read), 0u);
-    const auto texture = barrier_between<TextureHandle>;
+    const auto texture = [](Access first, Access second) {
+        Graph graph;
+        return barriers_between(graph, graph.create_texture("r", {}), first, second);
+    };
     EXPECT_EQ(texture(image_write, texture_read), GL_TEXTURE_FETCH_BARRIER_BIT);
     EXPECT_EQ(texture(image_write, image_read), GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     EXPECT_EQ(texture(color_attachment, image_read), 0u);
@@ -381,12 +283,9 @@ TEST(GraphBarriers, AreIssuedOnceBeforeTheFirstUse) {
 
 TEST(GraphBarriers, AWriterWaitsForEarlierReaders) {
     Graph graph;
-    Pass fill = graph.add_pass("fill");
-    const BufferHandle a = fill.write(graph.create_buffer("a", {64}), transfer_write);
-    const BufferHandle b = add(graph, "read", {a});
-    Pass overwrite = graph.add_pass("overwrite");
-    graph.output(overwrite.write(a, storage_write));
-    graph.output(b);
+    const BufferHandle a = write(graph, "fill", graph.create_buffer("a", {64}), transfer_write);
+    graph.output(add(graph, "read", {a}));
+    graph.output(write(graph, "overwrite", a, storage_write));
     const CompiledGraph plan = compile(graph, {.alias = false});
     EXPECT_EQ(plan.passes.back().name, "overwrite");
     EXPECT_NE(plan.passes.back().barriers & GL_SHADER_STORAGE_BARRIER_BIT, 0u);
@@ -395,11 +294,8 @@ TEST(GraphBarriers, AWriterWaitsForEarlierReaders) {
 TEST(GraphBarriers, ResourcesOfASlotWaitForEachOther) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
-    Pass copy = graph.add_pass("copy a");
-    copy.read(a, storage_read);
-    copy.keep();
-    Pass clear = graph.add_pass("clear b");
-    const BufferHandle b = clear.write(graph.create_buffer("b", {1024}), transfer_write);
+    look(graph, "copy a", a, storage_read);
+    const BufferHandle b = write(graph, "clear b", graph.create_buffer("b", {1024}), transfer_write);
     graph.output(b);
     const CompiledGraph plan = compile(graph);
     ASSERT_EQ(plan.resources[a.resource].slot, plan.resources[b.resource].slot);
@@ -412,37 +308,31 @@ TEST(GraphBarriers, ResourcesOfASlotWaitForEachOther) {
 TEST(GraphHistory, AReaderOfThePreviousVersionKeepsTheWriterOfTheCurrentOne) {
     Graph graph;
     const auto history = graph.history_buffer("visibility", {256});
-    const BufferHandle result = add(graph, "use the past", {history.previous});
-    graph.output(result);
-    Pass write = graph.add_pass("write the present");
-    (void)write.write(history.now, storage_write);
+    graph.output(add(graph, "use the past", {history.previous}));
+    (void)write(graph, "write the present", history.now, storage_write);
     const CompiledGraph plan = compile(graph);
-    EXPECT_EQ(order(plan), (Names{"use the past", "write the present"}));
-    EXPECT_EQ(plan.resources[history.now.resource].slot, PlannedResource::kNoSlot);
-    EXPECT_EQ(plan.resources[history.previous.resource].slot, PlannedResource::kNoSlot);
+    EXPECT_EQ(names_of(plan.passes), (Names{"use the past", "write the present"}));
+    for (const BufferHandle handle : {history.now, history.previous})
+        EXPECT_EQ(plan.resources[handle.resource].slot, PlannedResource::kNoSlot);
     EXPECT_EQ(plan.transient_bytes, 1024u) << "only the result";
 }
 
 TEST(GraphHistory, WithoutAReaderItIsCulled) {
     Graph graph;
-    const auto history = graph.history_texture("moments", {});
-    Pass pass = graph.add_pass("write");
-    (void)pass.write(history.now, image_write);
-    EXPECT_EQ(culled(compile(graph)), (Names{"write"}));
+    (void)write(graph, "write", graph.history_texture("moments", {}).now, image_write);
+    EXPECT_EQ(names_of(compile(graph).culled), (Names{"write"}));
 }
 
 TEST(GraphHistory, InvalidUses) {
     Graph graph;
     const auto history = graph.history_buffer("state", {256});
-    EXPECT_EQ(error_message([&] { graph.history_buffer("state", {256}); }), "history 'state': is declared twice");
-    Pass pass = graph.add_pass("p");
-    EXPECT_EQ(error_message([&] { pass.read(history.now, storage_read); }),
-              "pass 'p': reads 'state', which nobody has written");
-    EXPECT_NE(error_message([&] { (void)pass.write(history.previous, storage_write); }).find("the past is only read"),
-              std::string::npos);
-    pass.read(history.previous, storage_read);
-    pass.keep();
-    EXPECT_EQ(error_message([&] { compile(graph); }), "history 'state': is read but never written");
+    expect_error([&] { graph.history_buffer("state", {256}); }, "history 'state'", "is declared twice");
+    Pass p = graph.add_pass("p");
+    expect_error([&] { p.read(history.now, storage_read); }, "pass 'p'", "reads 'state', which nobody has written");
+    expect_error([&] { (void)p.write(history.previous, storage_write); }, "pass 'p'", "the past is only read");
+    p.read(history.previous, storage_read);
+    p.keep();
+    expect_error([&] { compile(graph); }, "history 'state'", "is read but never written");
 }
 
 // --- Dot ------------------------------------------------------------------------------------------------------------
@@ -453,11 +343,8 @@ TEST(GraphDot, ShowsPassesResourcesSlotsAndCulledPasses) {
     add(graph, "left out", {a});
     graph.output(add(graph, "last", {a}));
     const std::string dot = to_dot(compile(graph));
-    for (const char* piece :
-         {"digraph", "0. the \\\"first\\\"", "1. last", "left out", "style=dashed", "nothing reads 'left out's'",
-          "slot 0", "slot 1", "r0v1 -> pass1", "storage_read", "peripheries=2", "transients: 2.0 KiB"}) {
+    for (const char* piece : {"digraph", "0. the \\\"first\\\"", "1. last", "left out", "slot 1", "r0v1 -> pass1"})
         EXPECT_NE(dot.find(piece), std::string::npos) << piece << "\n" << dot;
-    }
     EXPECT_EQ(std::count(dot.begin(), dot.end(), '{'), std::count(dot.begin(), dot.end(), '}'));
 }
 

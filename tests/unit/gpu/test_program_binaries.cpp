@@ -50,24 +50,22 @@ TEST(ProgramBinaries, LoadWhatWasStored) {
 TEST(ProgramBinaries, DamagedFilesAreIgnored) {
     const TemporaryFolder folder;
     const ProgramBinaries binaries(folder.path, "driver");
-    binaries.store("key", binary_of('x', 100));
+    binaries.store("key", binary_of('x', 10));
     const fs::path file = binaries.file("key");
     const std::string good = content(file);
     const auto put = [&](const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; };
-    for (std::size_t length = 0; length < good.size(); ++length) {
-        put(good.substr(0, length));
-        EXPECT_FALSE(binaries.load("key")) << "cut to " << length;
-    }
-    put(good + "x");
-    EXPECT_FALSE(binaries.load("key")) << "longer than it says";
     for (std::size_t i = 0; i < good.size(); ++i) {
+        put(good.substr(0, i));
+        EXPECT_FALSE(binaries.load("key")) << "cut to " << i;
         std::string bad = good;
         bad[i] = static_cast<char>(bad[i] ^ 0x10);
         put(bad);
         EXPECT_FALSE(binaries.load("key")) << "byte " << i;
     }
-    put(std::string(100000, '\xff'));
-    EXPECT_FALSE(binaries.load("key"));
+    for (const std::string& bad : {good + "x", std::string(100000, '\xff')}) {
+        put(bad);
+        EXPECT_FALSE(binaries.load("key")) << "longer than it says";
+    }
     fs::resize_file(file, std::uintmax_t{1} << 40);  // a sparse file
     EXPECT_FALSE(binaries.load("key"));
     fs::remove(file);
@@ -142,12 +140,11 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
 TEST(ProgramBinaries, AnUnwritableFolderIsNoError) {
     const TemporaryFolder folder;
     std::ofstream(folder / "file") << "a file";
-    const ProgramBinaries binaries(folder / "file" / "sub", "driver");
-    binaries.store("key", binary_of('x', 10));
-    EXPECT_FALSE(binaries.load("key"));
-    const ProgramBinaries device("/dev/null/x", "driver");
-    device.store("key", binary_of('x', 10));
-    EXPECT_FALSE(device.load("key"));
+    for (const fs::path& path : {folder / "file" / "sub", fs::path("/dev/null/x")}) {
+        const ProgramBinaries binaries(path, "driver");
+        binaries.store("key", binary_of('x', 10));
+        EXPECT_FALSE(binaries.load("key"));
+    }
 }
 
 class StoredPrograms : public GpuTest {
@@ -161,33 +158,31 @@ class StoredPrograms : public GpuTest {
         program.dispatch(1);
         return out.read<std::uint32_t>().front();
     }
-    static Program make(const ProgramBinaries& binaries, const char* value) {
+    Program make(const char* value) const {
         return Program::compute({"writer", kWriter}, {{"VALUE", value}}, &binaries);
     }
-    static bool can_store() {
+    void SetUp() override {
+        GpuTest::SetUp();
         GLint formats = 0;
         glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
-        return formats > 0;
+        if (formats == 0) GTEST_SKIP() << "this driver gives no program binaries";
     }
+
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries{folder.path, "driver"};
 };
 
 TEST_F(StoredPrograms, WorkLikeCompiledPrograms) {
-    if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
-    const TemporaryFolder folder;
-    const ProgramBinaries binaries(folder.path, "driver");
-    EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
-    EXPECT_EQ(folder.entries().size(), 1u);
-    EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
-    EXPECT_EQ(folder.entries().size(), 1u);
-    EXPECT_EQ(result_of(make(binaries, "6u")), 8u) << "other text, another program";
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_EQ(result_of(make("5u")), 7u);
+        EXPECT_EQ(folder.entries().size(), 1u);
+    }
+    EXPECT_EQ(result_of(make("6u")), 8u) << "other text, another program";
     EXPECT_EQ(folder.entries().size(), 2u);
 }
 
 TEST_F(StoredPrograms, AreRecompiledWhereTheDriverRefusesThem) {
-    if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
-    const TemporaryFolder folder;
-    const ProgramBinaries binaries(folder.path, "driver");
-    make(binaries, "5u");
+    make("5u");
     const fs::path file = fs::directory_iterator(folder.path)->path();
     // A known key suffices to store another binary under it.
     const std::string text = expand({"writer", kWriter}, {{"VALUE", "5u"}}).text;
@@ -202,7 +197,7 @@ TEST_F(StoredPrograms, AreRecompiledWhereTheDriverRefusesThem) {
     foreign.format = 0x1234;
     for (const ProgramBinary& bad : {garbage, truncated, foreign, ProgramBinary{good->format, {}}}) {
         binaries.store(text, bad);
-        EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
+        EXPECT_EQ(result_of(make("5u")), 7u);
         EXPECT_EQ(binaries.load(text)->bytes.size(), good->bytes.size()) << "replaced by a good one";
         EXPECT_EQ(binaries.load(text)->format, good->format);
     }

@@ -90,29 +90,30 @@ TEST(ShaderSource, IncludesAgainOnlyWhereAConditionMayHaveLeftOutAFile) {
 }
 
 TEST(ShaderSource, MissingFilesAreNamedWithTheirLine) {
-    EXPECT_EQ(error_message([] { expand("shaders/nowhere.comp"); }),
-              "shaders/nowhere.comp: there is no such shader file");
-    EXPECT_EQ(error_message([] {
-                  expand({"own", "\n#include \"shaders/lib/nowhere.glsl\"\n"});
-              }),
-              "own:2: there is no shader file \"shaders/lib/nowhere.glsl\"");
+    EXPECT_TRUE(error_message([] { expand("shaders/nowhere.comp"); }).starts_with("shaders/nowhere.comp: "));
+    const ShaderSource own("own", "\n#include \"shaders/lib/nowhere.glsl\"\n");
+    const std::string message = error_message([&] { expand(own); });
+    EXPECT_TRUE(message.starts_with("own:2: ") && message.ends_with("\"shaders/lib/nowhere.glsl\"")) << message;
 }
 
 TEST(ShaderSource, UnderstandsTheLogsOfTwoVendors) {
     ExpandedSource source;
     source.files = {"main", "shaders/lib/x.glsl"};
     source.lines = {{0, 1}, {0, 1}, {1, 12}};
-    const CompileMessage mesa = first_message("0:2(1): warning: hm\n0:3(5): error: `foo' undeclared\n", source);
-    EXPECT_EQ(mesa.place, "shaders/lib/x.glsl:12");
-    EXPECT_EQ(mesa.what, "error: `foo' undeclared");
-    const CompileMessage nvidia = first_message("0(3) : error C1008: undefined variable \"foo\"\n", source);
-    EXPECT_EQ(nvidia.place, "shaders/lib/x.glsl:12");
-    EXPECT_EQ(nvidia.what, "error C1008: undefined variable \"foo\"");
-    const CompileMessage other = first_message("out of registers", source);
-    EXPECT_EQ(other.place, "main");
-    EXPECT_EQ(other.what, "out of registers");
-    EXPECT_EQ(first_message("0:99(1): error: beyond", source).place, "main");
-    EXPECT_EQ(first_message("", source).what, "");
+    const struct {
+        const char *log, *place, *what;
+    } cases[] = {
+        {"0:2(1): warning: hm\n0:3(5): error: `foo' undeclared\n", "shaders/lib/x.glsl:12", "error: `foo' undeclared"},
+        {"0(3) : error C1008: undefined variable \"foo\"\n", "shaders/lib/x.glsl:12",
+         "error C1008: undefined variable \"foo\""},
+        {"out of registers", "main", "out of registers"},
+        {"0:99(1): error: beyond", "main", "0:99(1): error: beyond"},
+        {"", "main", ""}};
+    for (const auto& c : cases) {
+        const CompileMessage message = first_message(c.log, source);
+        EXPECT_EQ(message.place, c.place) << c.log;
+        EXPECT_EQ(message.what, c.what) << c.log;
+    }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <meshoptimizer.h>
 
 #include <cmath>
+#include <map>
 
 #include "engine/core/memory_ledger.h"
 
@@ -34,20 +35,10 @@ std::vector<std::uint32_t> indices(const GltfBuilder& b, int accessor) {
 }
 
 draco::DataType data_type(int component_type) {
-    switch (component_type) {
-        case kI8:
-            return draco::DT_INT8;
-        case kU8:
-            return draco::DT_UINT8;
-        case kI16:
-            return draco::DT_INT16;
-        case kU16:
-            return draco::DT_UINT16;
-        case kU32:
-            return draco::DT_UINT32;
-        default:
-            return draco::DT_FLOAT32;
-    }
+    static const std::map<int, draco::DataType> types = {{kI8, draco::DT_INT8},    {kU8, draco::DT_UINT8},
+                                                         {kI16, draco::DT_INT16},  {kU16, draco::DT_UINT16},
+                                                         {kU32, draco::DT_UINT32}, {kF32, draco::DT_FLOAT32}};
+    return types.at(component_type);
 }
 
 draco::GeometryAttribute::Type attribute_type(const std::string& name) {
@@ -113,7 +104,7 @@ void add_meshopt_buffers(GltfBuilder& b) {
     b.add_buffer();
     b.push("buffers",
            {{"byteLength", b.bytes().size()}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
-    b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"EXT_meshopt_compression"};
+    b.require({"EXT_meshopt_compression"});
 }
 
 void compress_by_draco(GltfBuilder& b, Json& primitive, const DracoEncoding& encoding) {
@@ -178,7 +169,7 @@ void compress_by_draco(GltfBuilder& b, Json& primitive, const DracoEncoding& enc
     Json& accessor = b.json["accessors"][primitive["indices"].get<int>()];
     accessor.erase("bufferView");
     accessor["count"] = 3 * encoder.num_encoded_faces();
-    b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_draco_mesh_compression"};
+    b.require({"KHR_draco_mesh_compression"});
 }
 
 std::string refusal_with_memory(const std::filesystem::path& path, std::size_t bytes) {

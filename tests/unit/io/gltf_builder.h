@@ -21,6 +21,13 @@ using Json = nlohmann::json;
 
 enum ComponentType { kI8 = 5120, kU8 = 5121, kI16 = 5122, kU16 = 5123, kU32 = 5125, kF32 = 5126 };
 
+/// A PNG of 2x1 pixels with 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
+inline constexpr const char* kPng16 =
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
+    "8jwAAAAASUVORK5CYII=";
+
+inline const Json kRemoved = Json::value_t::discarded;  // value of a property that GltfBuilder::put() removes
+
 /// Builds a glTF whose only buffer is the binary chunk of a .glb. Tests may change `json` before save().
 class GltfBuilder {
   public:
@@ -60,14 +67,43 @@ class GltfBuilder {
         return static_cast<int>(json[list].size()) - 1;
     }
 
+    /// Sets the value at a JSON pointer, or removes it.
+    void put(const std::string& pointer, const Json& value) {
+        const Json::json_pointer place(pointer);
+        if (value.is_discarded())
+            json[place.parent_pointer()].erase(place.back());
+        else
+            json[place] = value;
+    }
+    void require(const std::vector<std::string>& names) { json["extensionsRequired"] = json["extensionsUsed"] = names; }
+    Json& primitive(std::size_t mesh = 0) { return json["meshes"][mesh]["primitives"][0]; }
+    Json& attributes() { return primitive()["attributes"]; }
+    /// Replaces some elements of an accessor.
+    void make_sparse(int accessor, const std::vector<std::uint8_t>& indices, const std::vector<float>& values) {
+        json["accessors"][static_cast<std::size_t>(accessor)]["sparse"] = {
+            {"count", indices.size()},
+            {"indices", {{"bufferView", view(indices)}, {"componentType", kU8}}},
+            {"values", {{"bufferView", view(values)}}}};
+    }
+
     /// Adds a mesh of one primitive and a node that instances it; returns the primitive.
     Json& add_mesh(const Json& attributes) {
         const int mesh = push("meshes", {{"primitives", {{{"attributes", attributes}}}}});
         push("nodes", {{"mesh", mesh}});
-        return json["meshes"].back()["primitives"][0];
+        return primitive(json["meshes"].size() - 1);
     }
     /// Adds a mesh of one right triangle in the plane z = 0, and its node; returns the primitive.
     Json& add_triangle() { return add_mesh({{"POSITION", floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0})}}); }
+
+    /// Adds an animation with one channel; returns it.
+    Json& animate(int node, const char* path, int input, int output, const char* interpolation = "LINEAR") {
+        push("animations", {{"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}}},
+                            {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}}});
+        return json["animations"].back();
+    }
+    void add_perspective_camera() {
+        push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}});
+    }
 
     /// Adds the current buffer; glb() calls it where a test has not.
     void add_buffer() { push("buffers", {{"byteLength", bytes_.size()}}); }
@@ -96,6 +132,12 @@ class GltfBuilder {
     std::string bytes_;
 };
 
+/// Expects a warning for each of these starts, in this order.
+inline void expect_warnings(const std::vector<std::string>& warnings, const std::vector<std::string>& starts) {
+    ASSERT_EQ(warnings.size(), starts.size()) << testing::PrintToString(warnings);
+    for (std::size_t i = 0; i < starts.size(); ++i) EXPECT_TRUE(warnings[i].starts_with(starts[i])) << warnings[i];
+}
+
 /// Fixture with a folder that is removed after the test.
 class GltfTest : public testing::Test {
   protected:
@@ -115,6 +157,32 @@ class GltfTest : public testing::Test {
     }
     std::string refusal_of_text(const std::string& json) const {
         return without_name(error_message([&] { load_text(json); }));
+    }
+    std::string refusal_of_bytes(const std::string& glb) const {
+        return without_name(error_message([&] { load_gltf(write("damaged.glb", glb)); }));
+    }
+
+    static constexpr std::size_t kFirst[] = {0};
+    /// Replaces the file. Scenes that were opened before keep reading the file that they opened.
+    GltfScene open(const GltfBuilder& builder) const { return GltfScene(write("scene.glb", builder.glb())); }
+    /// Returns the error message of opening the file, reading its animations, and posing it by the first one at 0.5 s.
+    std::string refusal_in_motion(const GltfBuilder& builder) const {
+        return without_name(error_message([&] { open(builder).at(0.5, kFirst); }));
+    }
+
+    /// A change that makes a file invalid.
+    struct Refusal {
+        std::string pointer;
+        Json value;           // put at the pointer
+        std::string element;  // start of the message
+    };
+    void expect_refused(const GltfBuilder& valid, std::initializer_list<Refusal> cases) const {
+        for (const auto& [pointer, value, element] : cases) {
+            GltfBuilder b = valid;
+            b.put(pointer, value);
+            const std::string message = refusal(b);
+            EXPECT_TRUE(!message.empty() && message.starts_with(element)) << pointer << " " << value << ": " << message;
+        }
     }
     static std::string without_name(const std::string& message) {
         const std::size_t end = message.find(": ");

@@ -1,26 +1,34 @@
-// Tests OpenEXR files: round trips, attributes by the standard's conventions, damaged files, full disks.
+// Tests OpenEXR files: round trips, compression, parts, tiles, windows, attributes by the standard's conventions,
+// damaged files, full disks.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
 #include <ImfInputFile.h>
 #include <ImfMultiPartInputFile.h>
+#include <ImfMultiView.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfThreading.h>
-#include <ImfTiledOutputFile.h>
 #include <ImfVersion.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
+#include <set>
 
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "tests/support/error_message.h"
+#include "tests/unit/core/environment_variable.h"
+#include "tests/unit/io/file_size_limit.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight {
@@ -45,6 +53,13 @@ Image noise(int width, int height, int channels, unsigned seed = 1) {
     return image;
 }
 
+Image ids(int width, int height) {
+    Image image(width, height, 1);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        image.pixels[i] = std::bit_cast<float>(static_cast<std::uint32_t>(i * 2654435761u));
+    return image;
+}
+
 /// Compares values bit for bit, including NaN and -0.
 void expect_same(const ExrFile& file, const std::vector<std::string>& names, const Image& image) {
     for (std::size_t c = 0; c < names.size(); ++c) {
@@ -65,17 +80,14 @@ TEST_F(Exr, FloatsAndIdsAreExact) {
     data.pixels[1] = std::numeric_limits<float>::quiet_NaN();
     data.pixels[2] = -0.0f;
     data.pixels[3] = std::numeric_limits<float>::denorm_min();
-    Image ids(131, 77, 1);
-    for (std::size_t i = 0; i < ids.pixels.size(); ++i)
-        ids.pixels[i] = std::bit_cast<float>(static_cast<std::uint32_t>(0xffffffffu - i * 104729u));
-    write_exr(path_, {{{"P.X", "P.Y", "P.Z"}, data}, {{"id"}, ids, ExrType::uint32}}, {});
+    const Image numbers = ids(131, 77);
+    write_exr(path_, {{{"P.X", "P.Y", "P.Z"}, data}, {{"id"}, numbers, ExrType::uint32}}, {});
     const ExrFile file = read_exr(path_);
-    EXPECT_EQ(file.width, 131);
-    EXPECT_EQ(file.height, 77);
+    EXPECT_EQ(ivec2(file.width, file.height), ivec2(131, 77));
     expect_same(file, {"P.X", "P.Y", "P.Z"}, data);
-    expect_same(file, {"id"}, ids);
+    expect_same(file, {"id"}, numbers);
     EXPECT_EQ(file.find("id")->type, ExrType::uint32);
-    EXPECT_EQ(file.image({"id"}).pixels[0], 4294967295.0f);
+    EXPECT_EQ(file.image({"id"}).pixels[1], 2654435761.0f);
     EXPECT_EQ(entries(), 1u);
 }
 
@@ -95,11 +107,8 @@ TEST_F(Exr, ColourIsConvertedWhileWriting) {
         EXPECT_TRUE(bytes == read_file(path_, 1 << 30));
     }
     const Image gray = noise(2, 2, 1);
-    EXPECT_NE(error_message([&] {
-                  const ExrLayerView views[] = {{{"Y"}, gray, ExrType::float32, color}};
-                  write_exr_views(path_, views, {});
-              }).find("Y is no colour"),
-              std::string::npos);
+    const ExrLayerView no_color[] = {{{"Y"}, gray, ExrType::float32, color}};
+    EXPECT_THROW(write_exr_views(path_, no_color, {}), Error);
 }
 
 TEST_F(Exr, HalvesRoundAndDoNotOverflow) {
@@ -108,70 +117,36 @@ TEST_F(Exr, HalvesRoundAndDoNotOverflow) {
     write_exr(path_, {{{"R", "G"}, image, ExrType::half}}, {});
     const ExrFile file = read_exr(path_);
     EXPECT_EQ(file.find("R")->type, ExrType::half);
-    EXPECT_NEAR(file.find("R")->values[0], 1 / 3.0f, 1 / 3.0f / 2048);  // a half has a precision of 11 bits
-    EXPECT_EQ(file.find("G")->values[0], 65504);
-    EXPECT_EQ(file.find("R")->values[1], -65504);
-    EXPECT_EQ(file.find("G")->values[1], 65504);
-    EXPECT_EQ(file.find("R")->values[2], 0.25f);
-    EXPECT_EQ(file.find("G")->values[2], 0);
-    EXPECT_TRUE(std::isinf(file.find("R")->values[3]));
-    EXPECT_EQ(file.find("G")->values[3], -2);
+    std::vector<float> read = file.image({"R", "G"}).pixels;
+    EXPECT_NEAR(read[0], 1 / 3.0f, 1 / 3.0f / 2048);  // a half has a precision of 11 bits
+    read[0] = 0;
+    EXPECT_EQ(read, (std::vector<float>{0, 65504, -65504, 65504, 0.25f, 0, image.pixels[6], -2}));
 }
 
 TEST_F(Exr, ManyLayersInAnyOrder) {
     std::vector<ExrLayer> layers;
-    std::vector<Image> images;
     for (unsigned l = 0; l < 40; ++l) {
         const std::string name = fmt::format("layer{}.", (l * 17) % 40);
-        images.push_back(noise(64, 50, 3, l));
-        layers.push_back({{name + "B", name + "R", name + "G"}, images.back()});
+        layers.push_back({{name + "B", name + "R", name + "G"}, noise(64, 50, 3, l)});
     }
     write_exr(path_, layers, {});
     const ExrFile file = read_exr(path_);
     EXPECT_EQ(file.channels.size(), 120u);
-    for (unsigned l = 0; l < 40; ++l) expect_same(file, layers[l].channels, images[l]);
+    for (const ExrLayer& layer : layers) expect_same(file, layer.channels, layer.image);
     EXPECT_EQ(file.image({"layer3.G", "layer7.B"}).channels, 2);
     EXPECT_THROW(file.image({"layer3.X"}), Error);
-    std::reverse(layers.begin(), layers.end());
+    std::ranges::reverse(layers);
     const std::string before = read_file(path_, 1 << 30);
     write_exr(path_, layers, {});
     EXPECT_EQ(read_file(path_, 1 << 30), before);
 }
 
-TEST_F(Exr, IsASinglePartZippedScanLineFile) {
-    write_exr(path_, {{{"R", "G", "B", "A"}, noise(33, 40, 4), ExrType::half}, {{"Z"}, noise(33, 40, 1)}}, {});
-    const Imf::MultiPartInputFile file(path_.c_str());
-    EXPECT_EQ(file.parts(), 1);
-    EXPECT_EQ(Imf::getVersion(file.version()), 2);
-    EXPECT_EQ(Imf::getFlags(file.version()), 0) << "neither tiled, deep nor multi-part, no long names";
-    const Imf::Header& header = file.header(0);
-    EXPECT_EQ(header.compression(), Imf::ZIP_COMPRESSION);
-    EXPECT_EQ(header.lineOrder(), Imf::INCREASING_Y);
-    EXPECT_EQ(header.channels()["A"].type, Imf::HALF);
-    EXPECT_EQ(header.channels()["Z"].type, Imf::FLOAT);
-}
-
-TEST_F(Exr, BytesDoNotDependOnThreads) {
-    const std::vector<ExrLayer> layers = {{{"R", "G", "B"}, noise(300, 200, 3)}};
-    std::vector<std::string> files;
-    for (int threads : {0, 1, 5}) {
-        write_exr(path_, layers, {});  // starts OpenEXR's thread pool
-        Imf::setGlobalThreadCount(threads);
-        write_exr(path_, layers, {});
-        files.push_back(read_file(path_, 1 << 30));
-    }
-    EXPECT_EQ(files[0], files[1]);
-    EXPECT_EQ(files[0], files[2]);
-}
-
 TEST_F(Exr, AttributesFollowTheStandard) {
     // The camera is at (1, 2, 8), looks down -Z, and has a field of view of 90 degrees and an aspect ratio of 2:1.
-    const dmat4 world_to_camera = glm::translate(dmat4(1), dvec3(-1, -2, -8));
-    const dmat4 world_to_clip = glm::perspective(kPi / 2, 2.0, 0.1, 100.0) * world_to_camera;
     ExrAttributes attributes;
     attributes.chromaticities = kAp1;
-    attributes.world_to_camera = world_to_camera;
-    attributes.world_to_clip = world_to_clip;
+    attributes.world_to_camera = glm::translate(dmat4(1), dvec3(-1, -2, -8));
+    attributes.world_to_clip = glm::perspective(kPi / 2, 2.0, 0.1, 100.0) * *attributes.world_to_camera;
     attributes.capture_date = "2024:02:29 12:34:56";
     attributes.software = "halflight 0.1.0";
     attributes.comments = "samples 16";
@@ -193,149 +168,121 @@ TEST_F(Exr, AttributesFollowTheStandard) {
     EXPECT_NEAR(in_ndc.x, (4 + 8) / 16.0, 1e-6);
     EXPECT_NEAR(in_ndc.y, (4 + 1) / 8.0, 1e-6);
     EXPECT_NEAR(Imf::chromaticities(header).green.y, 0.830, 1e-6);
-    EXPECT_EQ(Imf::capDate(header), "2024:02:29 12:34:56");
-    EXPECT_EQ(Imf::comments(header), "samples 16");
+    EXPECT_EQ(Imf::capDate(header), attributes.capture_date);
+    EXPECT_EQ(Imf::comments(header), attributes.comments);
 
     const ExrAttributes read = read_exr(path_).attributes;
     ASSERT_TRUE(read.world_to_camera && read.world_to_clip && read.chromaticities);
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) {
-            EXPECT_NEAR((*read.world_to_camera)[i][j], world_to_camera[i][j], 1e-6);
-            EXPECT_NEAR((*read.world_to_clip)[i][j], world_to_clip[i][j], 1e-5);
-        }
+    for (int i = 0; i < 4; ++i) {
+        EXPECT_LT(glm::distance((*read.world_to_camera)[i], (*attributes.world_to_camera)[i]), 1e-6);
+        EXPECT_LT(glm::distance((*read.world_to_clip)[i], (*attributes.world_to_clip)[i]), 1e-5);
+    }
     EXPECT_NEAR(read.chromaticities->white.x, kAp1.white.x, 1e-6);
-    EXPECT_EQ(read.capture_date, attributes.capture_date);
-    EXPECT_EQ(read.software, attributes.software);
-    EXPECT_EQ(read.comments, attributes.comments);
-    EXPECT_EQ(read.extra, attributes.extra);
+    EXPECT_EQ(std::tie(read.capture_date, read.software, read.comments, read.extra),
+              std::tie(attributes.capture_date, attributes.software, attributes.comments, attributes.extra));
 }
 
 TEST_F(Exr, FrameRatesAndTimeCodes) {
+    const Image image(2, 2, 1);
     ExrAttributes attributes;
+    const auto read = [&] {
+        write_exr(path_, {{{"R"}, image}}, attributes);
+        return read_exr(path_).attributes;
+    };
+    EXPECT_FALSE(read().frame_rate || read().time_code);
     attributes.frame_rate = FrameRate{30000, 1001};
-    attributes.time_code = TimeCode{23, 59, 58, 29};
-    write_exr(path_, {{{"R"}, Image(2, 2, 1)}}, attributes);
-    const ExrAttributes read = read_exr(path_).attributes;
-    EXPECT_EQ(read.frame_rate, attributes.frame_rate);
-    EXPECT_EQ(read.time_code, attributes.time_code);
-    write_exr(path_, {{{"R"}, Image(2, 2, 1)}}, {});
-    EXPECT_FALSE(read_exr(path_).attributes.frame_rate || read_exr(path_).attributes.time_code);
-
-    EXPECT_EQ(time_code({24, 1}, 0), (TimeCode{0, 0, 0, 0}));
-    EXPECT_EQ(time_code({24, 1}, 24 * 3723 + 5), (TimeCode{1, 2, 3, 5}));
-    EXPECT_EQ(time_code({30, 1}, 30 * 86400 + 29), (TimeCode{0, 0, 0, 29})) << "the next day";
-    EXPECT_EQ(time_code({30, 1}, ~0u), (TimeCode{0, 12, 56, 15}));
-    EXPECT_EQ(time_code({24000, 1001}, 24 * 3723 + 5), (TimeCode{1, 2, 3, 5})) << "counted as 24";
-    EXPECT_EQ(time_code({30000, 1001}, 1800), (TimeCode{0, 1, 0, 0})) << "no frame is dropped";
-    EXPECT_EQ(time_code({4000, 143}, 28 * 61 + 27), (TimeCode{0, 1, 1, 27})) << "28 x 1000/1001, reduced";
-    EXPECT_EQ(time_code({50, 1}, 50 * 3723 + 49), (TimeCode{1, 2, 3, 24, true})) << "in pairs";
-    EXPECT_EQ(time_code({60000, 1001}, 118), (TimeCode{0, 0, 1, 29, false}));
-    EXPECT_EQ(time_code({60000, 1001}, 119), (TimeCode{0, 0, 1, 29, true}));
-    EXPECT_EQ(time_code({48000, 1001}, 48), (TimeCode{0, 0, 1, 0}));
-    for (const FrameRate none : {FrameRate{31, 1}, {25, 2}, {61, 1}, {120, 1}, {120000, 1001}, {24001, 1001}})
-        EXPECT_FALSE(time_code(none, 0)) << none.numerator;
-    attributes.time_code = time_code({60, 1}, 60 * 86400 - 1);
-    EXPECT_EQ(attributes.time_code, (TimeCode{23, 59, 59, 29, true}));
-    write_exr(path_, {{{"R"}, Image(2, 2, 1)}}, attributes);
-    EXPECT_EQ(read_exr(path_).attributes.time_code, attributes.time_code);
+    for (const TimeCode code : {TimeCode{23, 59, 58, 29}, TimeCode{23, 59, 59, 29, true}}) {
+        attributes.time_code = code;
+        EXPECT_EQ(read().time_code, code);
+        EXPECT_EQ(read().frame_rate, attributes.frame_rate);
+    }
+    const struct {
+        FrameRate rate;
+        std::uint32_t frame;
+        std::optional<TimeCode> code;
+    } cases[] = {{{24, 1}, 0, TimeCode{0, 0, 0, 0}},
+                 {{24, 1}, 24 * 3723 + 5, TimeCode{1, 2, 3, 5}},
+                 {{30, 1}, 30 * 86400 + 29, TimeCode{0, 0, 0, 29}},  // the next day
+                 {{30, 1}, ~0u, TimeCode{0, 12, 56, 15}},
+                 {{24000, 1001}, 24 * 3723 + 5, TimeCode{1, 2, 3, 5}},  // counted as 24
+                 {{30000, 1001}, 1800, TimeCode{0, 1, 0, 0}},           // no frame is dropped
+                 {{4000, 143}, 28 * 61 + 27, TimeCode{0, 1, 1, 27}},    // 28 x 1000/1001, reduced
+                 {{50, 1}, 50 * 3723 + 49, TimeCode{1, 2, 3, 24, true}},
+                 {{60000, 1001}, 118, TimeCode{0, 0, 1, 29, false}},
+                 {{60000, 1001}, 119, TimeCode{0, 0, 1, 29, true}},
+                 {{48000, 1001}, 48, TimeCode{0, 0, 1, 0}},
+                 {{60, 1}, 60 * 86400 - 1, TimeCode{23, 59, 59, 29, true}},
+                 {{31, 1}, 0, {}},
+                 {{25, 2}, 0, {}},
+                 {{61, 1}, 0, {}},
+                 {{120, 1}, 0, {}},
+                 {{120000, 1001}, 0, {}},
+                 {{24001, 1001}, 0, {}}};
+    for (const auto& [rate, frame, code] : cases)
+        EXPECT_EQ(time_code(rate, frame), code) << rate.numerator << "/" << rate.denominator << " " << frame;
 }
 
 TEST_F(Exr, CaptureDateCanBePinned) {
-    setenv("SOURCE_DATE_EPOCH", "86400", 1);
+    test::EnvironmentVariable epoch("SOURCE_DATE_EPOCH", "86400");
     EXPECT_EQ(capture_date_now(), "1970:01:02 00:00:00");
-    unsetenv("SOURCE_DATE_EPOCH");
+    epoch.set(nullptr);
     EXPECT_EQ(capture_date_now().size(), 19u);
     EXPECT_GT(capture_date_now(), "2024:01:01 00:00:00");
 }
 
-TEST_F(Exr, ReadsTilesAndOffsetWindows) {
-    const Image image = noise(150, 90, 1);
-    Imf::Header header(Imath::Box2i({0, 0}, {199, 199}), Imath::Box2i({-20, 30}, {129, 119}));
-    header.compression() = Imf::PIZ_COMPRESSION;
-    header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
-    header.setTileDescription(Imf::TileDescription(32, 100));
-    {
-        Imf::TiledOutputFile file(path_.c_str(), header);
-        Imf::FrameBuffer buffer;
-        buffer.insert("Y", Imf::Slice::Make(Imf::FLOAT, image.pixels.data(), header.dataWindow(), 4, 4 * 150));
-        file.setFrameBuffer(buffer);
-        file.writeTiles(0, file.numXTiles() - 1, 0, file.numYTiles() - 1);
-    }
-    const ExrFile file = read_exr(path_);
-    EXPECT_EQ(file.width, 150);
-    EXPECT_EQ(file.height, 90);
-    expect_same(file, {"Y"}, image);
-}
-
 TEST_F(Exr, RefusesOtherFiles) {
     const Image image = noise(4, 4, 1);
-    EXPECT_NE(error_message([&] { write_exr(path_, {}, {}); }).find("no layers"), std::string::npos);
-    EXPECT_NE(error_message([&] {
-                  write_exr(path_, {{{"Y"}, Image(0, 4, 1)}}, {});
-              }).find("no pixels"),
-              std::string::npos);
-    EXPECT_NE(error_message([&] {
-                  write_exr(path_, {{{"Y"}, image}, {{"Y"}, image}}, {});
-              }).find("Y comes twice"),
-              std::string::npos);
-    EXPECT_NE(error_message([&] {
-                  write_exr(path_, {{{"Y"}, image}, {{"Z"}, noise(4, 5, 1)}}, {});
-              }).find("Z is 4 x 5"),
-              std::string::npos);
-    EXPECT_NE(error_message([&] {
-                  write_exr(path_, {{{"X", "Y"}, image}}, {});
-              }).find("2 channel names"),
-              std::string::npos);
+    const std::vector<ExrLayer> cases[] = {{},  // no layers, or no pixels
+                                           {{{"Y"}, Image(0, 4, 1)}},
+                                           {{{"Y"}, image}, {{"Y"}, image}},
+                                           {{{"Y"}, image}, {{"Z"}, noise(4, 5, 1)}},
+                                           {{{"X", "Y"}, image}}};
+    for (const std::vector<ExrLayer>& layers : cases) EXPECT_THROW(write_exr(path_, layers, {}), Error);
     EXPECT_EQ(entries(), 0u);
 }
 
 TEST_F(Exr, LimitsAreCheckedBeforeAllocation) {
-    write_exr(path_, {{{"Y"}, noise(64, 32, 1)}}, {});
-    EXPECT_NE(error_message([&] {
-                  read_exr(path_, {63, 1 << 30});
-              }).find("side of 64 pixels, more than the limit of 63"),
-              std::string::npos);
     write_exr(path_, {{{"Y"}, Image(64, 64, 1)}}, {});
-    EXPECT_NE(error_message([&] {
-                  read_exr(path_, {64, 64 * 64 * 4 - 1});
-              }).find("16384 bytes of pixels"),
-              std::string::npos);
+    EXPECT_THROW(read_exr(path_, {63, 1 << 30}), Error);
+    EXPECT_THROW(read_exr(path_, {64, 64 * 64 * 4 - 1}), Error);
     EXPECT_NO_THROW(read_exr(path_, {64, 64 * 64 * 4}));
 }
 
 TEST_F(Exr, EveryTruncationIsAnError) {
-    write_exr(path_, {{{"R", "G", "B"}, noise(40, 40, 3)}}, {});
-    const std::string whole = read_file(path_, 1 << 30);
-    for (std::size_t length = 0; length < whole.size(); length += length < 600 ? 7 : 997) {
-        write_file(path_, whole.substr(0, length));
-        EXPECT_THROW(read_exr(path_), Error) << length << " of " << whole.size() << " bytes";
+    const Image image = noise(40, 40, 3);
+    const ExrLayerView layers[] = {{.channels = {"R", "G", "B"}, .image = image},
+                                   {.channels = {"a.X", "a.Y", "a.Z"}, .image = image}};
+    for (const bool parts : {false, true}) {
+        write_exr_views(path_, layers, {}, {ExrCompression::zip, parts, 0});
+        const std::string whole = read_file(path_, 1 << 30);
+        for (std::size_t length = 0; length < whole.size(); length += length < 900 ? 17 : 1997) {
+            std::ofstream(path_, std::ios::binary) << whole.substr(0, length);
+            EXPECT_THROW(read_exr(path_), Error) << length << " of " << whole.size() << " bytes";
+        }
     }
-    write_file(path_, "version https://git-lfs.github.com/spec/v1\n");
-    EXPECT_NE(error_message([&] { read_exr(path_); }).find("Git LFS pointer"), std::string::npos);
 }
 
 TEST_F(Exr, DamagedFilesAreErrorsOrLoad) {
     const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "assets/bad/exr";
     if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
-    int loaded = 0, refused = 0;
+    int refused = 0;
+    const auto peak_kib = [] {
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        return usage.ru_maxrss;
+    };
+    const auto before = peak_kib();
     for (const auto& entry : fs::directory_iterator(folder)) {
         const Stopwatch watch;
         const std::string error = error_message([&] { read_exr(entry.path()); });
-        const double seconds = watch.seconds();
-        ++(error.empty() ? loaded : refused);
-        EXPECT_LT(seconds, 10) << entry.path();
+        EXPECT_LT(watch.seconds(), 10) << entry.path();
         EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+        refused += !error.empty();
     }
     EXPECT_GT(refused, 0);
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    RecordProperty("loaded", loaded);
-    RecordProperty("refused", refused);
-    RecordProperty("peak_kib", static_cast<int>(usage.ru_maxrss));
 #ifndef HALFLIGHT_SANITIZED
-    EXPECT_LT(usage.ru_maxrss, 1 << 20) << "KiB: damaged headers must not take gigabytes";
+    EXPECT_LT(peak_kib() - before, 1 << 20) << "damaged headers must not take gigabytes";
 #endif
-    std::cout << loaded << " loaded, " << refused << " refused, peak " << usage.ru_maxrss / 1024 << " MiB\n";
 }
 
 TEST_F(Exr, UnwritableFoldersAndFullDisks) {
@@ -343,15 +290,11 @@ TEST_F(Exr, UnwritableFoldersAndFullDisks) {
     EXPECT_EQ(error_message([&] { write_exr(folder_ / "no/a.exr", layers, {}); }),
               (folder_ / "no/a.exr").string() + ": cannot write: No such file or directory");
     write_file(path_, "old");
-    // A limit on file sizes makes a write fail in the middle, like a full disk.
-    std::signal(SIGXFSZ, SIG_IGN);
-    rlimit whole{};
-    getrlimit(RLIMIT_FSIZE, &whole);
-    for (rlim_t room : {0, 100, 70000, 200000}) {
-        const rlimit tight{room, whole.rlim_max};
-        setrlimit(RLIMIT_FSIZE, &tight);
-        const std::string error = error_message([&] { write_exr(path_, layers, {}); });
-        setrlimit(RLIMIT_FSIZE, &whole);
+    for (const rlim_t room : {0, 100, 70000, 200000}) {
+        const std::string error = error_message([&] {
+            const test::FileSizeLimit tight(room);
+            write_exr(path_, layers, {});
+        });
         EXPECT_EQ(error, path_.string() + ": cannot write: File too large") << room << " bytes";
         EXPECT_EQ(read_file(path_, 100), "old");
         EXPECT_EQ(entries(), 1u) << "no temporary is left";
@@ -359,6 +302,197 @@ TEST_F(Exr, UnwritableFoldersAndFullDisks) {
     // A destructor that swallows errors rewrites the line offset table.
     write_exr(path_, layers, {});
     EXPECT_NO_THROW(read_exr(path_));
+}
+
+/// Returns smooth values with some noise, in (0, 2).
+Image waves(int width, int height, int channels) {
+    Image image(width, height, channels);
+    unsigned seed = 1;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < channels; ++c) {
+                seed = seed * 1664525u + 1013904223u;
+                const float noise = static_cast<float>(seed >> 8) * 0x1p-24f;
+                image.at(x, y)[c] = 1 + 0.9f * std::sin(0.05f * static_cast<float>(x + 2 * y + 9 * c)) * noise;
+            }
+    return image;
+}
+
+class ExrLayouts : public Exr {
+  protected:
+    static constexpr int kWidth = 70, kHeight = 260;  // more than a tile of 64 pixels and a block of 256 rows
+
+    /// Returns the layers of a picture: colour, half and float, data and ids.
+    std::vector<ExrLayerView> layers() const {
+        return {{.channels = {"R", "G", "B", "A"}, .image = color, .type = ExrType::half, .name = "rgba"},
+                {.channels = {"albedo.R", "albedo.G", "albedo.B"}, .image = albedo, .name = "albedo"},
+                {.channels = {"normal.X", "normal.Y", "normal.Z"}, .image = normal, .exact = true, .name = "normal"},
+                {.channels = {"ids.instance"}, .image = numbers, .type = ExrType::uint32, .exact = true},
+                {.channels = {"matte00.R", "matte00.G"}, .image = matte, .exact = true}};
+    }
+    ExrFile written(const ExrLayout& layout, const ExrAttributes& attributes = {}) const {
+        write_exr_views(path_, layers(), attributes, layout);
+        return read_exr(path_);
+    }
+    /// Returns the largest difference of a channel from an image, relative to 1.
+    static double difference(const ExrFile& file, const std::string& channel, const Image& image, int number) {
+        const ExrChannel* const found = file.find(channel);
+        if (!found) return INFINITY;
+        double most = 0;
+        for (std::size_t i = 0; i < found->values.size(); ++i)
+            most = std::max(most, std::abs(double{found->values[i]} -
+                                           image.pixels[i * std::size_t(image.channels) + std::size_t(number)]));
+        return most;
+    }
+    static bool same_ids(const ExrFile& file, const Image& image) {
+        const ExrChannel* const found = file.find("ids.instance");
+        return found &&
+               std::ranges::equal(std::as_bytes(std::span(found->values)), std::as_bytes(std::span(image.pixels)));
+    }
+
+    const Image color = waves(kWidth, kHeight, 4), albedo = waves(kWidth, kHeight, 3),
+                normal = waves(kWidth, kHeight, 3), matte = waves(kWidth, kHeight, 2), numbers = ids(kWidth, kHeight);
+};
+
+TEST_F(ExrLayouts, DefaultIsASinglePartZippedScanLineFile) {
+    written({});
+    const Imf::MultiPartInputFile file(path_.c_str());
+    EXPECT_EQ(file.parts(), 1);
+    EXPECT_EQ(Imf::getVersion(file.version()), 2);
+    EXPECT_EQ(Imf::getFlags(file.version()), 0) << "neither tiled, deep nor multi-part, no long names";
+    EXPECT_EQ(file.header(0).compression(), Imf::ZIP_COMPRESSION);
+    EXPECT_EQ(file.header(0).lineOrder(), Imf::INCREASING_Y);
+    EXPECT_EQ(file.header(0).channels()["A"].type, Imf::HALF);
+    EXPECT_EQ(file.header(0).channels()["normal.X"].type, Imf::FLOAT);
+}
+
+TEST_F(ExrLayouts, EveryCompressionInLinesPartsAndTiles) {
+    for (const ExrCompression compression : kExrCompressions) {
+        for (const auto& [parts, tile] : {std::pair(false, 0), {false, 64}, {true, 0}, {true, 64}}) {
+            const ExrLayout layout{compression, parts, tile};
+            SCOPED_TRACE(testing::Message() << name(compression) << ", parts " << parts << ", tiles " << tile);
+            if (is_lossy(compression) && !parts) {
+                EXPECT_NE(error_message([&] { written(layout); }).find("normal.X"), std::string::npos);
+                continue;
+            }
+            const ExrFile file = written(layout);
+            EXPECT_EQ(file.channels.size(), 4u + 3 + 3 + 2 + 1);
+            EXPECT_EQ(difference(file, "normal.Y", normal, 1), 0);
+            EXPECT_EQ(difference(file, "matte00.G", matte, 1), 0);
+            EXPECT_TRUE(same_ids(file, numbers));
+            const double of_half = 1.0 / 1024, lossy = compression >= ExrCompression::dwaa ? 0.05 : of_half;
+            EXPECT_LE(difference(file, "G", color, 1), lossy);
+            EXPECT_LE(difference(file, "albedo.B", albedo, 2), is_lossy(compression) ? lossy : 0);
+            EXPECT_EQ(difference(file, "albedo.B", albedo, 2) > 0, is_lossy(compression));
+
+            const Imf::MultiPartInputFile plain(path_.c_str());
+            ASSERT_EQ(plain.parts(), parts ? 5 : 1);
+            EXPECT_EQ(plain.header(0).compression(),
+                      Imf::Compression(std::array{0, 1, 2, 3, 4, 5, 8, 9}[std::size_t(compression)]));
+            EXPECT_EQ(plain.header(0).hasTileDescription(), tile > 0);
+            if (!parts) continue;
+            EXPECT_EQ(plain.header(1).name(), "albedo");
+            EXPECT_EQ(plain.header(3).name(), "matte00");
+            EXPECT_EQ(plain.header(4).name(), "ids") << "integers are last";
+            EXPECT_EQ(plain.header(1).type(), tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+            EXPECT_EQ(plain.header(2).compression(),
+                      is_lossy(compression) ? Imf::ZIP_COMPRESSION : plain.header(0).compression());
+        }
+    }
+}
+
+TEST_F(ExrLayouts, BytesDoNotDependOnThreads) {
+    written({});  // starts OpenEXR's thread pool
+    const int usual = Imf::globalThreadCount();
+    for (const ExrLayout& layout : {ExrLayout{}, {ExrCompression::piz, true, 0}, {ExrCompression::dwab, true, 128}}) {
+        std::set<std::string> files;
+        for (const int threads : {0, 1, 5}) {
+            Imf::setGlobalThreadCount(threads);
+            written(layout);
+            files.insert(read_file(path_, 1 << 30));
+        }
+        EXPECT_EQ(files.size(), 1u);
+    }
+    Imf::setGlobalThreadCount(usual);
+}
+
+TEST_F(ExrLayouts, WindowsAndNumbers) {
+    ExrAttributes attributes;
+    attributes.origin = {-20, 30};
+    attributes.display = ivec2(100, 400);
+    attributes.numbers = {{"aperture", 2.8f}, {"renderTime", 12.5f}};
+    attributes.counts = {{"samples", 64}};
+    for (const ExrLayout& layout : {ExrLayout{}, {ExrCompression::zip, true, 0}, {ExrCompression::zip, false, 32}}) {
+        const ExrFile file = written(layout, attributes);
+        EXPECT_EQ(ivec2(file.width, file.height), ivec2(kWidth, kHeight));
+        const ExrAttributes& read = file.attributes;
+        EXPECT_EQ(std::tie(read.origin, read.display, read.numbers, read.counts),
+                  std::tie(attributes.origin, attributes.display, attributes.numbers, attributes.counts));
+        EXPECT_EQ(difference(file, "albedo.B", albedo, 2), 0);
+        const Imf::MultiPartInputFile plain(path_.c_str());
+        for (int part = 0; part < plain.parts(); ++part) {
+            EXPECT_EQ(plain.header(part).displayWindow(), Imath::Box2i({0, 0}, {99, 399}));
+            EXPECT_EQ(plain.header(part).dataWindow(), Imath::Box2i({-20, 30}, {-20 + kWidth - 1, 30 + kHeight - 1}));
+        }
+    }
+}
+
+TEST_F(ExrLayouts, DisplayWindowsOfOthersBeginAnywhere) {
+    Imf::Header header(Imath::Box2i({10, 20}, {109, 219}), Imath::Box2i({5, 40}, {8, 41}));
+    header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+    std::vector<float> values(8, 1.0f);
+    Imf::FrameBuffer buffer;
+    buffer.insert("Y", Imf::Slice::Make(Imf::FLOAT, values.data(), header.dataWindow()));
+    {
+        Imf::OutputFile file(path_.c_str(), header);
+        file.setFrameBuffer(buffer);
+        file.writePixels(2);
+    }
+    const ExrAttributes read = read_exr(path_).attributes;
+    EXPECT_EQ(read.origin, ivec2(-5, 20));
+    EXPECT_EQ(read.display, ivec2(100, 200));
+}
+
+TEST_F(ExrLayouts, EveryChannelHasAView) {
+    const std::vector<std::string> names{"left", "right"};
+    std::vector<ExrLayerView> eyes;
+    for (const int view : {0, 1})
+        for (ExrLayerView layer : layers()) {
+            layer.view = view;
+            eyes.push_back(layer);
+        }
+    ExrAttributes attributes;
+    attributes.views = names;
+    std::vector<std::string> channels[2];
+    for (const bool parts : {false, true}) {
+        write_exr_views(path_, eyes, attributes, {ExrCompression::zip, parts, 0});
+        const ExrFile file = read_exr(path_);
+        EXPECT_EQ(file.attributes.views, names);
+        for (const ExrChannel& channel : file.channels) {
+            channels[parts].push_back(channel.name);
+            EXPECT_NE(Imf::viewFromChannelName(channel.name, names), "") << channel.name;
+        }
+        std::ranges::sort(channels[parts]);
+        EXPECT_EQ(difference(file, "albedo.right.G", albedo, 1), 0);
+        // Readers of OpenEXR find the view in the attribute of a part.
+        const Imf::MultiPartInputFile plain(path_.c_str());
+        EXPECT_EQ(plain.parts(), parts ? 10 : 1);
+        EXPECT_EQ(Imf::hasMultiView(plain.header(0)), !parts);
+        if (!parts) continue;
+        EXPECT_EQ(plain.header(5).view(), "right");
+        EXPECT_EQ(plain.header(5).name(), "albedo.right");
+        EXPECT_TRUE(plain.header(5).channels().findChannel("albedo.R"));
+    }
+    EXPECT_EQ(channels[0], channels[1]);
+    EXPECT_TRUE(Imf::areCounterparts("albedo.left.R", "albedo.right.R", names));
+}
+
+TEST_F(ExrLayouts, WrongLayoutsAreRefused) {
+    EXPECT_THROW(written({ExrCompression::zip, false, 8}), Error);
+    const ExrLayerView twice[] = {{.channels = {"a.R"}, .image = numbers}, {.channels = {"a.G"}, .image = numbers}};
+    EXPECT_THROW(write_exr_views(path_, twice, {}, {ExrCompression::zip, true, 0}), Error);
+    EXPECT_NE(error_message([] { exr_compression_named("pizz"); }).find("did you mean 'piz'?"), std::string::npos);
+    EXPECT_TRUE(folder_.entries().empty());
 }
 
 }  // namespace

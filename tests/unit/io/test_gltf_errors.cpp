@@ -85,244 +85,196 @@ TEST_F(GltfIndices, OutOfRangeAreNamedWhereverTheyAre) {
 }
 
 TEST_F(GltfIndices, AccessorsMustLieWithinTheirBuffers) {
-    const auto with = [&](const char* pointer, const Json& value) {
-        GltfBuilder b = everything();
-        b.json["nodes"][0].erase("skin");
-        b.json["materials"][0] = Json::object();
-        b.add_buffer();
-        b.json[Json::json_pointer(pointer)] = value;
-        return refusal(b);
-    };
-    EXPECT_EQ(with("/asset/generator", "nobody"), "");
-    EXPECT_EQ(with("/accessors/0/count", 4), "accessors[0]: ends at byte 48 of bufferViews[0], which has 36");
-    EXPECT_EQ(with("/accessors/0/byteOffset", 4), "accessors[0]: ends at byte 40 of bufferViews[0], which has 36");
-    EXPECT_EQ(with("/accessors/0/count", 1ull << 53),
-              fmt::format("accessors[0]: ends at byte {} of bufferViews[0], which has 36", 12 * (1ull << 53)));
-    EXPECT_EQ(with("/accessors/0/count", (1ull << 53) + 1), "accessors[0].count: 9007199254740993 is too large");
-    EXPECT_EQ(with("/accessors/0/byteOffset", UINT64_MAX),
-              "accessors[0].byteOffset: 18446744073709551615 is too large");
-    EXPECT_TRUE(with("/bufferViews/0/byteLength", 1u << 30).starts_with("bufferViews[0]: ends at byte 1073741824 of"));
-    EXPECT_TRUE(with("/bufferViews/0/byteOffset", 1ull << 52).starts_with("bufferViews[0]: ends at byte"));
-    EXPECT_EQ(with("/bufferViews/0/byteStride", 8), "accessors[0]: elements of 12 bytes overlap, byteStride is 8");
-    EXPECT_EQ(with("/accessors/0/type", "VEC2"), "accessors[0]: has 2 components, POSITION needs 3");
-    EXPECT_EQ(with("/accessors/0/componentType", 5124), "accessors[0]: componentType 5124 is unknown");
-    EXPECT_EQ(with("/accessors/0/componentType", 5130), "accessors[0]: componentType 5130 is unknown");
-    EXPECT_EQ(with("/accessors/1/componentType", 5120),
-              "accessors[1]: componentType 5120 is not an unsigned integer, indices needs one");
-    EXPECT_EQ(with("/meshes/0/primitives/0/mode", 7), "meshes[0].primitives[0]: mode 7 is unknown");
-    EXPECT_EQ(with("/meshes/0/primitives/0/attributes/NORMAL", 1), "accessors[1]: has 1 components, NORMAL needs 3");
-    EXPECT_EQ(with("/buffers/0/byteLength", 1u << 20).substr(0, 12), "buffers[0]: ");
-    EXPECT_EQ(with("/accessors/0/sparse", {{"count", 3}}), "accessors[0].sparse: has no 'indices'");
+    GltfBuilder b = everything();
+    b.json["nodes"][0].erase("skin");
+    b.json["materials"][0] = Json::object();
+    b.add_buffer();
+    EXPECT_EQ(refusal(b), "");
+    expect_refused(b, {{"/accessors/0/count", 4, "accessors[0]: ends at byte 48 of bufferViews[0], which has 36"},
+                       {"/accessors/0/byteOffset", 4, "accessors[0]: "},
+                       {"/accessors/0/count", 1ull << 53, "accessors[0]: "},
+                       {"/accessors/0/count", (1ull << 53) + 1, "accessors[0].count: "},
+                       {"/accessors/0/byteOffset", UINT64_MAX, "accessors[0].byteOffset: "},
+                       {"/bufferViews/0/byteLength", 1u << 30, "bufferViews[0]: ends at byte 1073741824 of"},
+                       {"/bufferViews/0/byteOffset", 1ull << 52, "bufferViews[0]: ends at byte"},
+                       {"/bufferViews/0/byteStride", 8, "accessors[0]: "},
+                       {"/accessors/0/type", "VEC2", "accessors[0]: "},
+                       {"/accessors/0/componentType", 5124, "accessors[0]: componentType 5124"},
+                       {"/accessors/0/componentType", 5130, "accessors[0]: componentType 5130"},
+                       {"/accessors/1/componentType", kI8, "accessors[1]: componentType 5120"},
+                       {"/meshes/0/primitives/0/mode", 7, "meshes[0].primitives[0]: "},
+                       {"/meshes/0/primitives/0/attributes/NORMAL", 1, "accessors[1]: "},
+                       {"/buffers/0/byteLength", 1u << 20, "buffers[0]: "},
+                       {"/accessors/0/sparse", {{"count", 3}}, "accessors[0].sparse: "}});
 }
 
 TEST_F(GltfIndices, VerticesMustExist) {
     GltfBuilder b;
-    Json& primitive = b.add_triangle();
-    primitive["indices"] = b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 1, 2, 2, 3, 1});
-    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: index 3 at place 4 of accessors[1], but there are 3 vertices");
-    b = {};
-    b.add_triangle()["attributes"]["COLOR_0"] = b.floats("VEC3", {0, 0, 0, 1, 1, 1});
-    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: COLOR_0 has 2 elements for 3 vertices");
-    b = {};
-    b.add_triangle()["targets"] = {{{"POSITION", b.floats("VEC3", {0, 0, 0})}}};
+    b.add_triangle();
+    const int indices = b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 1, 2, 2, 3, 1});
+    const int colors = b.floats("VEC3", {0, 0, 0, 1, 1, 1}), offsets = b.floats("VEC3", {0, 0, 0});
     b.json["meshes"][0]["weights"] = {1};
-    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: POSITION has 1 elements for 3 vertices");
+    expect_refused(b, {{"/meshes/0/primitives/0/indices", indices, "meshes[0].primitives[0]: index 3 at place 4"},
+                       {"/meshes/0/primitives/0/attributes/COLOR_0", colors, "meshes[0].primitives[0]: COLOR_0"},
+                       {"/meshes/0/primitives/0/targets",
+                        {{{"POSITION", offsets}}},
+                        "meshes[0].primitives[0]: POSITION has 1 elements"}});
 }
 
 TEST_F(GltfIndices, SparseOnesAreCheckedToo) {
-    const auto with = [&](const char* pointer, const Json& value) {
-        GltfBuilder b;
-        b.add_triangle();
-        b.json["accessors"][0]["sparse"] = {
-            {"count", 1},
-            {"indices", {{"bufferView", b.view(std::vector<std::uint8_t>{2, 3})}, {"componentType", kU8}}},
-            {"values", {{"bufferView", b.view(std::vector<float>{0, 1, 0})}}}};
-        b.json["accessors"][0]["sparse"][Json::json_pointer(pointer)] = value;
-        return refusal(b);
-    };
-    EXPECT_EQ(with("/count", 1), "");
-    EXPECT_EQ(with("/count", 3), "accessors[0].sparse.indices: ends at byte 3 of bufferViews[1], which has 2");
-    EXPECT_EQ(with("/count", 2), "accessors[0].sparse.values: ends at byte 24 of bufferViews[2], which has 12");
-    EXPECT_EQ(with("/indices/byteOffset", 1), "accessors[0]: sparse index 3 of 3 elements");
-    EXPECT_EQ(with("/indices/byteOffset", 4294967296u),
-              "accessors[0].sparse.indices.byteOffset: 4294967296 is too large");
-    EXPECT_EQ(with("/values/bufferView", 1),
-              "accessors[0].sparse.values: ends at byte 12 of bufferViews[1], which has 2");
-    EXPECT_EQ(with("/values/bufferView", 9),
-              "accessors[0].sparse.values.bufferView: 9 is not an index into "
-              "bufferViews, which has 3");
-    EXPECT_EQ(with("/indices/componentType", kI8),
-              "accessors[0]: sparse indices of componentType 5120 are not unsigned integers");
+    GltfBuilder b;
+    b.add_triangle();
+    b.make_sparse(0, {2, 3}, {0, 1, 0});
+    b.json["accessors"][0]["sparse"]["count"] = 1;
+    EXPECT_EQ(refusal(b), "");
+    const std::string sparse = "/accessors/0/sparse";
+    expect_refused(b, {{sparse + "/count", 3, "accessors[0].sparse.indices: ends at byte 3"},
+                       {sparse + "/count", 2, "accessors[0].sparse.values: ends at byte 24"},
+                       {sparse + "/indices/byteOffset", 1, "accessors[0]: sparse index 3"},
+                       {sparse + "/indices/byteOffset", 4294967296u, "accessors[0].sparse.indices.byteOffset: "},
+                       {sparse + "/values/bufferView", 1, "accessors[0].sparse.values: ends at byte 12"},
+                       {sparse + "/values/bufferView", 9, "accessors[0].sparse.values.bufferView: "},
+                       {sparse + "/indices/componentType", kI8, "accessors[0]: "}});
 }
 
 TEST_F(GltfIndices, AccessorsWithoutBufferAreLimited) {
     GltfBuilder b;
     b.add_triangle();
     b.json["accessors"][0].erase("bufferView");
-    b.json["accessors"][0]["count"] = 1ull << 40;
-    EXPECT_TRUE(refusal(b).starts_with("meshes[0].primitives[0]: 1099511627776 vertices are more than")) << refusal(b);
-    b.json["accessors"][0]["count"] = 1u << 31;
-    b.json["meshes"][0]["primitives"][0]["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 1, 2});
-    EXPECT_TRUE(refusal(b).starts_with("accessors[0]: 2147483648 elements without a bufferView")) << refusal(b);
+    expect_refused(b, {{"/accessors/0/count", 1ull << 40, "meshes[0].primitives[0]: 1099511627776 vertices"}});
+    b.primitive()["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 1, 2});
+    expect_refused(b, {{"/accessors/0/count", 1u << 31, "accessors[0]: 2147483648 elements"}});
 }
 
 TEST_F(GltfIndices, NodesMustMakeATree) {
-    GltfBuilder b;
-    for (const int child : {1, 2, 0}) b.push("nodes", {{"children", {child}}});
-    b.push("nodes", Json::object());
-    EXPECT_EQ(refusal(b), "nodes[0]: is its own ancestor");
-    b = {};
-    b.push("nodes", {{"children", {0}}});
-    EXPECT_EQ(refusal(b), "nodes[0]: is its own ancestor");
-    b = {};
-    b.push("nodes", {{"children", {2}}});
-    b.push("nodes", {{"children", {2}}});
-    b.push("nodes", Json::object());
-    EXPECT_EQ(refusal(b), "nodes[2]: is a child of both nodes[0] and nodes[1]");
-    b = {};
-    b.push("nodes", {{"scale", {1e300, 1, 1}}, {"children", {1}}});
-    b.push("nodes", {{"scale", {1e300, 1, 1}}});
-    EXPECT_EQ(refusal(b), "nodes[0]: its transform overflows");
+    const std::pair<Json, std::string> cases[] = {
+        {{{{"children", {1}}}, {{"children", {2}}}, {{"children", {0}}}, Json::object()}, "nodes[0]: "},
+        {{{{"children", {0}}}}, "nodes[0]: "},
+        {{{{"children", {2}}}, {{"children", {2}}}, Json::object()},
+         "nodes[2]: is a child of both nodes[0] and nodes[1]"},
+        {{{{"scale", {1e300, 1, 1}}, {"children", {1}}}, {{"scale", {1e300, 1, 1}}}}, "nodes[0]: "},
+    };
+    for (const auto& [nodes, element] : cases) {
+        GltfBuilder b;
+        b.json["nodes"] = nodes;
+        EXPECT_TRUE(refusal(b).starts_with(element)) << nodes << refusal(b);
+    }
 }
 
 TEST_F(GltfText, FilesOfOtherProgramsAreNamed) {
     using namespace std::literals;
     const std::pair<std::string, const char*> cases[] = {
-        {"BLENDER-v300RENDH", "a Blender file"},
-        {"\x28\xb5\x2f\xfd\0\0"s, "a Zstandard file, such as a compressed Blender file"},
-        {"Kaydara FBX Binary  \0\x1a\0"s, "an FBX file"},
-        {"; FBX 7.3.0 project file", "an FBX file"},
-        {"# Blender 4.0\n\nmtllib a.mtl\no Cube\n", "a Wavefront OBJ file"},
-        {"#usda 1.0\n(\n)", "a USD file"},
-        {"PXR-USDC\0\x08"s, "a USD file"},
-        {"PK\3\4\x14\0"s, "a ZIP archive, such as USDZ"},
-        {"<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"\">", "a Collada file"},
-        {std::string(80, ' ') + "\1\0\0\0"s + std::string(50, '\0'), "an STL file"},
-        {"ply\nformat ascii 1.0\n", "a PLY file"},
-        {"Ogawa\xff\0\1"s, "an Alembic file"},
-        {"RIFF\0\0\0\0WEBP"s, "a WebP picture"},
-        {"\0\0\0\x1c"
-         "ftypavif"s,
-         "an AVIF picture"},
+        {"BLENDER-v300RENDH", "is a Blender file"},
+        {"Kaydara FBX Binary  \0\x1a\0"s, "is an FBX file"},
+        {"# Blender 4.0\n\nmtllib a.mtl\no Cube\n", "is a Wavefront OBJ file"},
+        {std::string(80, ' ') + "\1\0\0\0"s + std::string(50, '\0'), "is an STL file"},
+        {"RIFF\0\0\0\0WEBP"s, "is a WebP picture"},
+        {"\x89HLP\r\n\x1a\n", "is a page file of Halflight"},
+        {R"({"parts": []})", "is a list of files"},
     };
     for (const auto& [text, kind] : cases)
-        EXPECT_EQ(refusal_of_text(text), std::string("is ") + kind + "; export glTF 2.0 (.glb) instead");
-    EXPECT_EQ(refusal_of_text("\x89HLP\r\n\x1a\n"), "is a page file of Halflight; name the scene that it was made of");
-    EXPECT_EQ(refusal_of_text(R"({"parts": []})"), "is a list of files, whose name must end with .parts.json");
+        EXPECT_TRUE(refusal_of_text(text).starts_with(kind)) << refusal_of_text(text);
 }
 
 TEST_F(GltfText, OtherFormatsAreRefused) {
     const std::string asset = R"({"asset": {"version": "2.0"})";
     EXPECT_EQ(refusal_of_text(asset + "}"), "");
     EXPECT_EQ(refusal_of_text("\xef\xbb\xbf" + asset + "}"), "") << "a byte order mark";
-    EXPECT_EQ(refusal_of_text(""), "is empty");
-    EXPECT_EQ(refusal_of_text("solid cube"), "is an STL file; export glTF 2.0 (.glb) instead");
-    EXPECT_EQ(refusal_of_text("a cube"), "is neither GLB nor glTF's JSON");
-    EXPECT_EQ(refusal_of_text("{}"), "has no 'asset'");
-    EXPECT_TRUE(refusal_of_text(asset).starts_with("parse error at line 1")) << refusal_of_text(asset);
-    EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "1.0"}})"), "is glTF 1.0, only 2.0 is supported");
-    EXPECT_EQ(refusal_of_text(R"({"asset": {"version": 1.0}, "scenes": {"main": {}}})"),
-              "is glTF 1.0, only 2.0 is supported");
-    EXPECT_EQ(refusal_of_text(R"({"nodes": {"root": {}}})"), "is glTF 1.0, only 2.0 is supported");
-    EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "2.0"}, "nodes": {}})"), "nodes: is not an array");
-    EXPECT_EQ(refusal_of_text(R"({"asset": {"version": "2.1", "minVersion": "2.1"}})"),
-              "is glTF 2.1, only 2.0 is supported");
-    EXPECT_EQ(refusal_of_text(asset + R"(, "nodes": {}})"), "nodes: is not an array");
-    EXPECT_EQ(refusal_of_text(asset + R"(, "nodes": [1]})"), "nodes[0]: is not an object");
-    EXPECT_EQ(refusal_of_text(asset + R"(, "nodes": [{"scale": [1, 2]}]})"), "nodes[0].scale: has 2 numbers, not 3");
-    EXPECT_EQ(refusal_of_text(asset + R"(, "nodes": [{"scale": [1, 2, "3"]}]})"), "nodes[0].scale[2]: is not a number");
-    EXPECT_NE(refusal_of_text(asset + R"(, "nodes": [{"scale": [1, 2, 1e999]}]})"), "");
-    EXPECT_EQ(refusal_of_text(asset + R"(, "materials": [{"pbrMetallicRoughness": {"metallicFactor": true}}]})"),
-              "materials[0].pbrMetallicRoughness.metallicFactor: is not a number");
-    EXPECT_EQ(refusal_of_text(asset + R"(, "materials": [{"extensions": {"KHR_materials_ior": 3}}]})"),
-              "materials[0].extensions.KHR_materials_ior: is not an object");
-}
-
-TEST_F(GltfText, DeepNestingIsRefused) {
-    for (const int depth : {1000, 1000000}) {
-        const std::string text =
-            R"({"asset": {"version": "2.0", "extras": )" + std::string(static_cast<std::size_t>(depth), '[');
-        EXPECT_EQ(refusal_of_text(text), "JSON is nested deeper than 256 levels");
+    const std::pair<std::string, const char*> cases[] = {
+        {"", "is empty"},
+        {"solid cube", "is an STL file"},
+        {"a cube", "is neither GLB nor glTF's JSON"},
+        {"{}", "has no 'asset'"},
+        {asset, "parse error at line 1"},
+        {R"({"asset": {"version": "1.0"}})", "is glTF 1.0"},
+        {R"({"asset": {"version": 1.0}, "scenes": {"main": {}}})", "is glTF 1.0"},
+        {R"({"nodes": {"root": {}}})", "is glTF 1.0"},
+        {R"({"asset": {"version": "2.1", "minVersion": "2.1"}})", "is glTF 2.1"},
+        {asset + R"(, "nodes": {}})", "nodes: "},
+        {asset + R"(, "nodes": [1]})", "nodes[0]: "},
+        {asset + R"(, "nodes": [{"scale": [1, 2]}]})", "nodes[0].scale: "},
+        {asset + R"(, "nodes": [{"scale": [1, 2, "3"]}]})", "nodes[0].scale[2]: "},
+        {asset + R"(, "nodes": [{"scale": [1, 2, 1e999]}]})", ""},
+        {asset + R"(, "materials": [{"pbrMetallicRoughness": {"metallicFactor": true}}]})",
+         "materials[0].pbrMetallicRoughness.metallicFactor: "},
+        {asset + R"(, "materials": [{"extensions": {"KHR_materials_ior": 3}}]})",
+         "materials[0].extensions.KHR_materials_ior: "},
+        {R"({"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_lights_punctual", "X_c", "X_a"]})",
+         "requires what is not supported: X_c, X_a"},
+        {asset + R"(, "extras": )" + std::string(1000, '['), "JSON is nested deeper than 256 levels"},
+        {asset + R"(, "extras": )" + std::string(1000000, '['), "JSON is nested deeper than 256 levels"},
+    };
+    for (const auto& [text, start] : cases) {
+        const std::string message = refusal_of_text(text);
+        EXPECT_TRUE(!message.empty() && message.starts_with(start)) << text.substr(0, 200) << ": " << message;
     }
-}
-
-TEST_F(GltfText, RequiredExtensionsAreNamed) {
-    const std::string text =
-        R"({"asset": {"version": "2.0"}, "extensionsUsed": ["X_c", "X_b", "X_a"],
-        "extensionsRequired": ["KHR_lights_punctual", "X_c", "X_a"]})";
-    EXPECT_EQ(refusal_of_text(text), "requires what is not supported: X_c, X_a");
 }
 
 TEST_F(GltfText, UnknownUsedExtensionsGiveAWarning) {
     const Scene scene =
         load_text(R"({"asset": {"version": "2.0"}, "extensionsUsed": ["X_b", "KHR_materials_ior", "X_b"]})");
-    EXPECT_EQ(scene.report.warnings,
-              (std::vector<std::string>{"extension X_b is used but not supported; it is ignored"}));
+    expect_warnings(scene.report.warnings, {"extension X_b is used but not supported"});
 }
 
-/// Returns JSON with a buffer at `uri`.
-std::string with_buffer(const std::string& uri, int length = 36) {
-    return Json{{"asset", {{"version", "2.0"}}},
-                {"buffers", {{{"uri", uri}, {"byteLength", length}}}},
-                {"bufferViews", {{{"buffer", 0}, {"byteLength", 36}}}},
-                {"accessors", {{{"bufferView", 0}, {"componentType", kF32}, {"count", 3}, {"type", "VEC3"}}}},
-                {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}}}}}}},
-                {"nodes", {{{"mesh", 0}}}}}
-        .dump();
+/// Returns the JSON of a triangle with a buffer at `uri`.
+std::string with_buffer(const std::string& uri, std::uint64_t length = 36) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["buffers"] = {{{"uri", uri}, {"byteLength", length}}};
+    return b.json.dump();
 }
 
 std::string triangle_bytes() {
-    const std::vector<float> positions{0, 0, 0, 1, 0, 0, 0, 1, 0};
-    return {reinterpret_cast<const char*>(positions.data()), 36};
+    GltfBuilder b;
+    b.add_triangle();
+    return b.bytes();
 }
 
 TEST_F(GltfFiles, BuffersBesideTheScene) {
     fs::create_directory(folder_ / "sub");
     write("sub/b+ü.bin", triangle_bytes() + "more than is needed");
-    for (const char* uri : {"sub/b+ü.bin", "sub/b+%C3%bc.bin", "./sub/../sub/b%2B%c3%BC.bin"}) {
-        const Scene scene = load_text(with_buffer(uri));
-        EXPECT_EQ(scene.meshes.at(0).positions[2], vec3(0, 1, 0)) << uri;
-    }
-    EXPECT_EQ(refusal_of_text(with_buffer("sub/b+ü.bin", 100)), "buffers[0]: 55 bytes, but byteLength is 100");
-    EXPECT_NE(refusal_of_text(with_buffer("none.bin")).find("No such file"), std::string::npos);
-    EXPECT_EQ(refusal_of_text(with_buffer("sub")).substr(0, 12), "buffers[0]: ");
-}
-
-TEST_F(GltfFiles, DataUris) {
-    EXPECT_EQ(load_text(with_buffer("data:application/octet-stream;base64,"
-                                    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"))
-                  .meshes.at(0)
-                  .positions[1],
-              vec3(1, 0, 0));
-    EXPECT_EQ(refusal_of_text(with_buffer("data:;base64,AAA*")), "buffers[0]: its data URI is malformed");
-    EXPECT_EQ(refusal_of_text(with_buffer("data:;base64,AAAAA")), "buffers[0]: its data URI is malformed");
-    EXPECT_EQ(refusal_of_text(with_buffer("data:;base64")), "buffers[0]: its data URI is malformed");
-    EXPECT_EQ(refusal_of_text(with_buffer("data:;base64,AAAA")), "buffers[0]: 3 bytes, but byteLength is 36");
+    for (const char* uri : {"sub/b+ü.bin", "sub/b+%C3%bc.bin", "./sub/../sub/b%2B%c3%BC.bin",
+                            "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"})
+        EXPECT_EQ(load_text(with_buffer(uri)).meshes.at(0).positions[2], vec3(0, 1, 0)) << uri;
+    const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 36\n";
+    write("lfs.bin", pointer);
+    EXPECT_NE(refusal_of_text(pointer).find("Git LFS pointer"), std::string::npos);
+    const struct {
+        const char* uri;
+        std::uint64_t length;
+        const char* message;
+    } cases[] = {{"sub/b+ü.bin", 100, "buffers[0]: 55 bytes, but byteLength is 100"},
+                 {"sub", 36, "buffers[0]: "},
+                 {"none.bin", 36, "buffers[0]: "},
+                 {"a%00b", 36, "buffers[0]: "},
+                 {"lfs.bin", 36, "buffers[0]: 'lfs.bin' is a Git LFS pointer"},
+                 {"data:;base64,AAA*", 36, "buffers[0]: its data URI is malformed"},
+                 {"data:;base64,AAAAA", 36, "buffers[0]: its data URI is malformed"},
+                 {"data:;base64", 36, "buffers[0]: its data URI is malformed"},
+                 {"data:;base64,AAAA", 36, "buffers[0]: 3 bytes, but byteLength is 36"}};
+    for (const auto& [uri, length, message] : cases)
+        EXPECT_TRUE(refusal_of_text(with_buffer(uri, length)).starts_with(message)) << uri;
+    for (const fs::path& scene : {folder_ / "none.glb", folder_.path})
+        EXPECT_NE(error_message([&] { load_gltf(scene); }).find(scene.string() + ": cannot read"), std::string::npos);
 }
 
 TEST_F(GltfFiles, NothingOutsideTheFolderIsRead) {
     fs::create_directory(folder_ / "inner");
     write("secret.bin", triangle_bytes());
     fs::create_symlink("../secret.bin", folder_ / "inner/link.bin");
-    const fs::path scene = folder_ / "inner/scene.gltf";
-    GltfOptions trusting;
-    trusting.allow_outside_folder = true;
+    const auto read = [&](const std::string& uri, bool trusting) {
+        const fs::path scene = write("inner/scene.gltf", with_buffer(uri));
+        return without_name(error_message([&] { load_gltf(scene, {.allow_outside_folder = trusting}); }));
+    };
     const std::string absolute = (folder_ / "secret.bin").string();
-    for (const std::string& uri : {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"),
-                                   std::string("x/../../secret.bin"), absolute, std::string("link.bin")}) {
-        write("inner/scene.gltf", with_buffer(uri));
-        const std::string message = error_message([&] { load_gltf(scene); });
-        EXPECT_NE(message.find("buffers[0]: "), std::string::npos) << message;
-        EXPECT_NE(message.find("outside the scene's folder"), std::string::npos) << message;
+    for (const std::string& uri :
+         std::vector<std::string>{"../secret.bin", "%2e%2e/secret.bin", "x/../../secret.bin", absolute, "link.bin"}) {
+        EXPECT_TRUE(read(uri, false).starts_with("buffers[0]: ")) << uri;
         // No folder x exists, so the system cannot resolve a path through it.
-        const bool exists = uri[0] != 'x';
-        EXPECT_EQ(error_message([&] { load_gltf(scene, trusting); }).empty(), exists) << uri;
+        EXPECT_EQ(read(uri, true).empty(), uri[0] != 'x') << uri;
     }
-    for (const char* uri : {"http://host/a.bin", "file:///etc/passwd", "C:/a.bin"}) {
-        write("inner/scene.gltf", with_buffer(uri));
-        EXPECT_NE(error_message([&] { load_gltf(scene, trusting); }).find("cannot follow a URI"), std::string::npos);
-    }
-    EXPECT_NE(refusal_of_text(with_buffer("a%00b")), "");
+    for (const char* uri : {"http://host/a.bin", "file:///etc/passwd", "C:/a.bin"})
+        EXPECT_NE(read(uri, true).find("cannot follow a URI"), std::string::npos);
 }
 
 TEST_F(GltfFiles, JsonIsLimited) {
@@ -342,53 +294,36 @@ TEST_F(GltfFiles, BuffersAreReadInParts) {
     std::error_code none;
     fs::resize_file(bin, size, none);
     if (none) GTEST_SKIP() << "the file system has no files of " << size << " bytes";
-    std::string text = with_buffer("a.bin");
-    write("short.gltf", text);
-    text.replace(text.rfind("\"byteLength\":36"), 15, fmt::format("\"byteLength\":{}", size));
-    const fs::path scene = write("scene.gltf", text);
-    for (const fs::path& file : {scene, folder_ / "short.gltf"}) {
-        GltfScene open(file);
-        EXPECT_EQ(open.at_rest().meshes.at(0).triangles.size(), 1u) << file;
+    for (const std::uint64_t length : {size, std::uint64_t{36}}) {
+        GltfScene opened(write("scene.gltf", with_buffer("a.bin", length)));
+        EXPECT_EQ(opened.at_rest().meshes.at(0).triangles.size(), 1u) << length;
         fs::resize_file(bin, size - 1);
-        EXPECT_NE(error_message([&] { open.at_rest(); }).find("a.bin: cannot read: was changed while it was read"),
+        EXPECT_NE(error_message([&] { opened.at_rest(); }).find("a.bin: cannot read: was changed while it was read"),
                   std::string::npos);
         fs::resize_file(bin, size);
     }
-}
-
-TEST_F(GltfFiles, LfsPointersAreDetected) {
-    const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 36\n";
-    write("a.bin", pointer);
-    EXPECT_EQ(refusal_of_text(with_buffer("a.bin")),
-              "buffers[0]: 'a.bin' is a Git LFS pointer, not the file itself (git lfs pull fetches it)");
-    EXPECT_EQ(refusal_of_text(pointer), "is a Git LFS pointer, not the file itself (git lfs pull fetches it)");
-}
-
-TEST_F(GltfFiles, MissingScene) {
-    EXPECT_NE(error_message([&] { load_gltf(folder_ / "none.glb"); }).find("No such file"), std::string::npos);
-    EXPECT_NE(error_message([&] { load_gltf(folder_.path); }).find("directory"), std::string::npos);
 }
 
 TEST_F(GltfContainer, DamageAnywhereIsRefused) {
     GltfBuilder b;
     b.add_triangle();
     const std::string glb = b.glb();
-    for (std::size_t length = 0; length < glb.size(); ++length) {
-        const fs::path path = write("cut.glb", glb.substr(0, length));
-        EXPECT_NE(error_message([&] { load_gltf(path); }), "") << length;
-    }
-    const auto with = [&](std::size_t offset, std::uint32_t value) {
+    for (std::size_t length = 0; length < glb.size(); ++length)
+        EXPECT_NE(refusal_of_bytes(glb.substr(0, length)), "") << length;
+    const struct {
+        std::size_t offset;
+        std::uint32_t value;
+        const char* start;
+    } cases[] = {{4, 1, "is GLB version 1"},
+                 {8, 0xffffffff, "is truncated"},
+                 {8, 12, "is damaged: it has no JSON"},
+                 {12, 0xfffffff0, "is damaged: chunk 0"},
+                 {16, 0x004e4942, "is damaged: its first chunk"}};
+    for (const auto& [offset, value, start] : cases) {
         std::string damaged = glb;
         std::memcpy(damaged.data() + offset, &value, 4);
-        const fs::path path = write("damaged.glb", damaged);
-        return without_name(error_message([&] { load_gltf(path); }));
-    };
-    EXPECT_EQ(with(4, 1), "is GLB version 1, only 2 is supported");
-    EXPECT_EQ(with(8, 0xffffffff),
-              fmt::format("is truncated: it has {} of the {} bytes in its header", glb.size(), 0xffffffff));
-    EXPECT_EQ(with(8, 12), "is damaged: it has no JSON");
-    EXPECT_EQ(with(12, 0xfffffff0), "is damaged: chunk 0 does not fit into the file");
-    EXPECT_EQ(with(16, 0x004e4942), "is damaged: its first chunk and no other must be JSON");
+        EXPECT_TRUE(refusal_of_bytes(damaged).starts_with(start)) << offset << ": " << refusal_of_bytes(damaged);
+    }
     EXPECT_EQ(load_gltf(write("longer.glb", glb + "trailing")).meshes.size(), 1u);
 }
 
@@ -399,7 +334,7 @@ TEST_F(GltfContainer, UnusedBuffersMayLackData) {
     b.push("buffers", {{"byteLength", 1000}});
     EXPECT_EQ(refusal(b), "");
     b.json["bufferViews"][0]["buffer"] = 1;
-    EXPECT_EQ(refusal(b), "buffers[1]: has no URI, and there is no binary chunk for it");
+    EXPECT_TRUE(refusal(b).starts_with("buffers[1]: ")) << refusal(b);
 }
 
 }  // namespace

@@ -5,11 +5,6 @@
 namespace halflight {
 namespace {
 
-/// A PNG of 2x1 pixels with 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
-constexpr const char* kPng16 =
-    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
-    "8jwAAAAASUVORK5CYII=";
-
 TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
     const std::vector<std::uint8_t> rgba{1, 2, 3, 4, 250, 128, 0, 255};
     material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("a b.png", rgba);
@@ -48,8 +43,7 @@ TEST_F(GltfMaterials, ImagesOfExtensionsArePreferred) {
     EXPECT_EQ(scene.images[0].name, "a.ktx2");
     EXPECT_EQ(std::string(scene.images[0].rgba.begin(), scene.images[0].rgba.end()), "abcdefgh");
     EXPECT_TRUE(scene.report.warnings.empty());
-    const auto path = write("scene.glb", b.glb());
-    EXPECT_EQ(GltfScene(path).size().texture_bytes, 8u);
+    EXPECT_EQ(open(b).size().texture_bytes, 8u);
 
     b.json["textures"][0].erase("source");
     b.json["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 0;  // content decides, so a PNG is read, too
@@ -71,9 +65,8 @@ TEST_F(GltfMaterials, UnreadableImagesOfOptionalExtensionsAreReplaced) {
     ASSERT_EQ(scene.images.size(), 1u);
     EXPECT_EQ(scene.images[0].name, "plain.png");
     ASSERT_EQ(scene.report.warnings.size(), 2u);
-    EXPECT_EQ(scene.report.warnings[0],
-              "images[1] (a.ktx2): is truncated: its level index is missing; textures use images[0] (plain.png) "
-              "instead");
+    EXPECT_TRUE(scene.report.warnings[0].starts_with("images[1] (a.ktx2): is truncated: "));
+    EXPECT_TRUE(scene.report.warnings[0].ends_with("; textures use images[0] (plain.png) instead"));
     const auto path = write("scene.glb", b.glb());
     GltfScene posed(path);
     EXPECT_EQ(posed.size().texture_bytes, 4u);
@@ -82,18 +75,13 @@ TEST_F(GltfMaterials, UnreadableImagesOfOptionalExtensionsAreReplaced) {
         EXPECT_EQ(pose.report.warnings, scene.report.warnings) << "every pose reports them";
         EXPECT_EQ(pose.materials[0].base_color_texture.image, 0);
     }
-    GltfOptions strict;
-    strict.strict = true;
-    EXPECT_EQ(error_message([&] { load_gltf(path, strict); }),
-              path.string() + ": images[1] (a.ktx2): is truncated: its level index is missing");
+    EXPECT_TRUE(without_name(error_message([&] { load_gltf(path, {.strict = true}); })).starts_with("images[1] "));
 
     b.json["textures"][0].erase("source");
     scene = load();
     EXPECT_TRUE(scene.images.empty());
     EXPECT_FALSE(scene.materials[0].base_color_texture);
-    EXPECT_TRUE(scene.report.warnings.at(1).starts_with("images[2] (a.webp): cannot be decoded: "))
-        << scene.report.warnings[1];
-    EXPECT_TRUE(scene.report.warnings[1].ends_with("; textures do without it (--strict: an error)"));
+    EXPECT_TRUE(scene.report.warnings.at(1).starts_with("images[2] (a.webp): cannot be decoded: "));
     std::filesystem::remove(folder_ / "a.ktx2");
     EXPECT_TRUE(load().images.empty()) << "a missing file";
 
@@ -105,6 +93,40 @@ TEST_F(GltfMaterials, UnreadableImagesOfOptionalExtensionsAreReplaced) {
     b.json["extensionsRequired"] = {"EXT_texture_webp"};
     b.json["textures"] = {{{"source", 0}, {"extensions", {{"EXT_texture_webp", {{"source", 2}}}}}}};
     EXPECT_TRUE(refusal().starts_with("images[2] (a.webp): cannot be decoded: ")) << refusal();
+}
+
+TEST_F(GltfMaterials, ImagesThatATextureNeedsAreNotOptional) {
+    write("a.webp", "RIFF....WEBPVP8 ");
+    material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("plain.png");
+    const int webp = b.push("images", {{"uri", "a.webp"}});
+    b.json["textures"][0]["extensions"] = {{"EXT_texture_webp", {{"source", webp}}}};
+    EXPECT_EQ(load().images.at(0).name, "plain.png");
+    material()["emissiveTexture"]["index"] = b.push("textures", {{"source", webp}});
+    EXPECT_TRUE(refusal().starts_with("images[1] (a.webp): cannot be decoded: ")) << refusal();
+}
+
+TEST_F(GltfMaterials, ImageFilesAreReadAsAWholeOnlyIfTheirHeadersAreRight) {
+    constexpr std::uintmax_t kBytes = std::uintmax_t{64} << 30;  // more than this machine could hold
+    const std::filesystem::path large = folder_ / "large.png";
+    material()["emissiveTexture"]["index"] = texture("large.png");
+    const std::size_t small = open(b).size().decoding_bytes;
+    std::filesystem::resize_file(large, kBytes);
+    EXPECT_GE(open(b).size().decoding_bytes, small + kBytes - 1000) << "decoders get the whole file";
+    write("large.png", "no picture");
+    std::filesystem::resize_file(large, kBytes);
+    EXPECT_LT(open(b).size().decoding_bytes, 1u << 20);
+    EXPECT_TRUE(refusal().starts_with("images[0] (large.png): "));
+}
+
+/// Poses read the images of the first one.
+TEST_F(GltfMaterials, ImagesAreReadOnceForAllPoses) {
+    material()["emissiveTexture"]["index"] = texture("a.png");
+    b.animate(0, "translation", b.floats("SCALAR", {0, 1}), b.floats("VEC3", {0, 0, 0, 2, 0, 0}));
+    GltfScene file = open(b);
+    Scene scene = file.at_rest();
+    std::filesystem::remove(folder_ / "a.png");
+    file.pose(scene, 1, kFirst);
+    EXPECT_EQ(scene.images.size(), 1u);
 }
 
 TEST_F(GltfMaterials, ALeftOutGlossinessTextureLeavesTheFactor) {
@@ -124,47 +146,40 @@ TEST_F(GltfMaterials, TransferFunctionsThatDoNotFitAreReported) {
         b.push("textures", {{"extensions", {{"KHR_texture_basisu", {{"source", b.push("images", {{"uri", uri}})}}}}}});
     material()["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 0}}},
                                           {"metallicRoughnessTexture", {{"index", 1}}}};
-    EXPECT_EQ(load().report.warnings,
-              (std::vector<std::string>{
-                  "images[0] (color.ktx2): is marked as linear, but used as a colour; its texels are read as sRGB",
-                  "images[1] (data.ktx2): is marked as sRGB, but used as data; its texels are read as linear"}));
+    expect_warnings(load().report.warnings, {"images[0] (color.ktx2): is marked as linear, but used as a colour",
+                                             "images[1] (data.ktx2): is marked as sRGB, but used as data"});
     material()["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 1}}},
                                           {"metallicRoughnessTexture", {{"index", 0}}}};
     EXPECT_TRUE(load().report.warnings.empty());
     write("color.ktx2", small_ktx2(1, 4));
     EXPECT_TRUE(load().report.warnings.empty()) << "primaries are of no use in data";
     write("data.ktx2", small_ktx2(10, 4));
-    EXPECT_EQ(load().report.warnings,
-              (std::vector<std::string>{"images[1] (data.ktx2): has the transfer function PQ EOTF, which glTF does not "
-                                        "allow; its texels are read as sRGB",
-                                        "images[1] (data.ktx2): has the colour primaries BT.2020, which glTF does not "
-                                        "allow; its colours are read as BT.709"}));
+    expect_warnings(load().report.warnings, {"images[1] (data.ktx2): has the transfer function PQ",
+                                             "images[1] (data.ktx2): has the colour primaries BT.2020"});
 }
 
 TEST_F(GltfMaterials, UnusableImagesAreNamed) {
     material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("wood.png");
     const std::string png = read_file(folder_ / "wood.png", 10000);
-    write("wood.png", png.substr(0, png.size() / 2));
-    EXPECT_TRUE(refusal().starts_with("images[0] (wood.png): cannot be decoded")) << refusal();
-    write("wood.png", "GIF89a");
-    EXPECT_EQ(refusal(), "images[0] (wood.png): is a GIF picture; textures are PNG, JPEG, WebP or KTX2");
-    write("wood.png", "wood");
-    EXPECT_EQ(refusal(), "images[0] (wood.png): is of an unknown format; textures are PNG, JPEG, WebP or KTX2");
-    write("wood.png", "version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 3\n");
-    EXPECT_TRUE(refusal().starts_with("images[0] (wood.png): 'wood.png' is a Git LFS pointer")) << refusal();
+    const std::string element = "images[0] (wood.png): ";
+    const std::pair<std::string, std::string> cases[] = {
+        {png.substr(0, png.size() / 2), "cannot be decoded"},
+        {"GIF89a", "is a GIF picture"},
+        {"wood", "is of an unknown format"},
+        {"version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 3\n", "'wood.png' is a Git LFS pointer"}};
+    for (const auto& [bytes, message] : cases) {
+        write("wood.png", bytes);
+        EXPECT_TRUE(refusal().starts_with(element + message)) << refusal();
+    }
     std::filesystem::remove(folder_ / "wood.png");
-    EXPECT_TRUE(refusal().starts_with("images[0] (wood.png): ")) << refusal();
-    EXPECT_NE(refusal().find("No such file"), std::string::npos);
+    EXPECT_TRUE(refusal().starts_with(element) && refusal().ends_with("No such file or directory")) << refusal();
     write_png(folder_ / "wood.png", 5, 1, 1, std::vector<std::uint8_t>(5));
     GltfOptions options;
     options.max_image_side = 4;
-    const auto path = write("scene.glb", b.glb());
-    EXPECT_NE(error_message([&] { load_gltf(path, options); }).find("5 x 1 texels are more than 4 a side"),
-              std::string::npos);
-    b.json["images"][0] = {
-        {"bufferView", b.push("bufferViews", {{"buffer", 0}, {"byteOffset", 60}, {"byteLength", 1000}})}};
-    EXPECT_EQ(refusal(),
-              fmt::format("bufferViews[2]: ends at byte 1060 of buffers[0], which has {}", b.bytes().size()));
+    EXPECT_TRUE(without_name(error_message([&] { GltfTest::load(b, options); })).starts_with(element + "5 x 1 texels"));
+    const int beyond = b.push("bufferViews", {{"buffer", 0}, {"byteOffset", 60}, {"byteLength", 1000}});
+    b.json["images"][0] = {{"bufferView", beyond}};
+    EXPECT_TRUE(refusal().starts_with("bufferViews[2]: ends at byte 1060 of buffers[0]")) << refusal();
 }
 
 TEST_F(GltfMaterials, ATextureWithoutReadableImageIsIgnored) {
@@ -172,9 +187,7 @@ TEST_F(GltfMaterials, ATextureWithoutReadableImageIsIgnored) {
     b.json["extensionsUsed"] = {"MSFT_texture_dds"};
     const Scene scene = load();
     EXPECT_FALSE(scene.materials[0].base_color_texture);
-    EXPECT_EQ(scene.report.warnings,
-              (std::vector<std::string>{"extension MSFT_texture_dds is used but not supported; it is ignored",
-                                        "textures[0]: has no image, it is not used"}));
+    expect_warnings(scene.report.warnings, {"extension MSFT_texture_dds", "textures[0]: "});
 }
 
 }  // namespace

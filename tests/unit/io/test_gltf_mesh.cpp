@@ -16,140 +16,97 @@ using GltfAccessor = GltfTest;
 using GltfPrimitive = GltfTest;
 
 TEST_F(GltfAccessor, IndicesOfEveryType) {
-    const auto check = [&](GltfBuilder b, int indices) {
-        b.json["meshes"][0]["primitives"][0]["indices"] = indices;
+    GltfBuilder b;
+    Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0})},
+                                  {"NORMAL", b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1})}});
+    for (const int indices : {b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 2, 1, 1, 2, 3}),
+                              b.accessor("SCALAR", kU16, std::vector<std::uint16_t>{0, 2, 1, 1, 2, 3}),
+                              b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 2, 1, 1, 2, 3})}) {
+        primitive["indices"] = indices;
         const Scene scene = load(b);
         ASSERT_EQ(scene.meshes.size(), 1u);
         EXPECT_EQ(scene.meshes[0].triangles, (std::vector<uvec3>{{0, 2, 1}, {1, 2, 3}}));
         EXPECT_EQ(scene.meshes[0].positions[3], vec3(1, 1, 0));
-    };
-    GltfBuilder base;
-    base.add_mesh({{"POSITION", base.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0})},
-                   {"NORMAL", base.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1})}});
-    GltfBuilder b = base;
-    check(b, b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 2, 1, 1, 2, 3}));
-    b = base;
-    check(b, b.accessor("SCALAR", kU16, std::vector<std::uint16_t>{0, 2, 1, 1, 2, 3}));
-    b = base;
-    check(b, b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 2, 1, 1, 2, 3}));
+    }
 }
 
+/// The least signed number is -1, too.
 TEST_F(GltfAccessor, NormalisedIntegers) {
     GltfBuilder b;
-    // Texture coordinates are unsigned 16-bit, colours unsigned 8-bit, normals signed 8-bit, positions signed 16-bit
-    // numbers.
     b.add_mesh(
         {{"POSITION", b.accessor("VEC3", kI16, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 0, -32768, 0}, true)},
          {"NORMAL", b.accessor("VEC3", kI8, std::vector<std::int8_t>{0, 0, 127, 127, 0, 0, 0, -128, 0}, true)},
-         {"TEXCOORD_0", b.accessor("VEC2", kU16, std::vector<std::uint16_t>{0, 0, 65535, 0, 13107, 65535}, true)},
-         {"TEXCOORD_1", b.accessor("VEC2", kU8, std::vector<std::uint8_t>{0, 51, 102, 153, 204, 255}, true)},
          {"COLOR_0",
           b.accessor("VEC4", kU8, std::vector<std::uint8_t>{255, 0, 51, 102, 0, 0, 0, 0, 1, 2, 3, 255}, true)}});
     const Mesh mesh = load(b).meshes.at(0);
     EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, -1, 0}}));
     EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {1, 0, 0}, {0, -1, 0}}));
-    EXPECT_EQ(mesh.uvs[0], (std::vector<vec2>{{0, 0}, {1, 0}, {13107 / 65535.0f, 1}}));
-    EXPECT_EQ(mesh.uvs[1], (std::vector<vec2>{{0, 51 / 255.0f}, {102 / 255.0f, 153 / 255.0f}, {204 / 255.0f, 1}}));
     EXPECT_EQ(mesh.colors[0], vec4(1, 0, 51 / 255.0f, 102 / 255.0f));
     EXPECT_EQ(mesh.colors[2], vec4(1 / 255.0f, 2 / 255.0f, 3 / 255.0f, 1));
 }
 
-TEST_F(GltfAccessor, QuantisedPositionsAreExact) {
-    GltfBuilder b;
-    b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
-    b.add_mesh({{"POSITION", b.accessor("VEC3", kU8, std::vector<std::uint8_t>{0, 0, 0, 200, 0, 0, 0, 100, 0})}});
-    EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 0}, {200, 0, 0}, {0, 100, 0}}));
-}
-
-/// Returns components of a type, as bytes padded to a stride of a multiple of four.
-template <class T>
-std::vector<char> padded(const std::vector<int>& values, std::size_t components) {
-    const std::size_t stride = (components * sizeof(T) + 3) / 4 * 4;
-    std::vector<char> bytes(values.size() / components * stride);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const T value = static_cast<T>(values[i]);
-        std::memcpy(&bytes[i / components * stride + i % components * sizeof(T)], &value, sizeof(T));
-    }
-    return bytes;
-}
-
 /// All component types of KHR_mesh_quantization, in vertices, in morph targets and below instances.
 TEST_F(GltfAccessor, QuantisedAttributesOfEveryType) {
+    const std::map<int, int> largest = {{kI8, 127}, {kU8, 255}, {kI16, 32767}, {kU16, 65535}};
     const struct {
-        const char* attribute;
+        std::string name;
         int type;
         bool normalized;
-        float most;  // value of 100, or of 1 / most if normalized
-    } cases[] = {{"POSITION", kI8, false, 1},    {"POSITION", kI8, true, 127},     {"POSITION", kU8, false, 1},
-                 {"POSITION", kU8, true, 255},   {"POSITION", kI16, false, 1},     {"POSITION", kI16, true, 32767},
-                 {"POSITION", kU16, false, 1},   {"POSITION", kU16, true, 65535},  {"NORMAL", kI8, true, 127},
-                 {"NORMAL", kI16, true, 32767},  {"TANGENT", kI8, true, 127},      {"TANGENT", kI16, true, 32767},
-                 {"TEXCOORD_0", kI8, false, 1},  {"TEXCOORD_0", kI8, true, 127},   {"TEXCOORD_0", kU8, false, 1},
-                 {"TEXCOORD_0", kU8, true, 255}, {"TEXCOORD_0", kI16, false, 1},   {"TEXCOORD_0", kI16, true, 32767},
-                 {"TEXCOORD_0", kU16, false, 1}, {"TEXCOORD_0", kU16, true, 65535}};
-    for (const auto& [attribute, type, normalized, most] : cases) {
-        const std::string name = attribute;
+    } cases[] = {{"POSITION", kI8, false},    {"POSITION", kI8, true},     {"POSITION", kU8, false},
+                 {"POSITION", kU8, true},     {"POSITION", kI16, false},   {"POSITION", kI16, true},
+                 {"POSITION", kU16, false},   {"POSITION", kU16, true},    {"NORMAL", kI8, true},
+                 {"NORMAL", kI16, true},      {"TANGENT", kI8, true},      {"TANGENT", kI16, true},
+                 {"TEXCOORD_0", kI8, false},  {"TEXCOORD_0", kI8, true},   {"TEXCOORD_0", kU8, false},
+                 {"TEXCOORD_0", kU8, true},   {"TEXCOORD_0", kI16, false}, {"TEXCOORD_0", kI16, true},
+                 {"TEXCOORD_0", kU16, false}, {"TEXCOORD_0", kU16, true}};
+    for (const auto& [name, type, normalized] : cases) {
         SCOPED_TRACE(fmt::format("{} of type {}, normalized {}", name, type, normalized));
         const bool uv = name == "TEXCOORD_0", tangent = name == "TANGENT";
         const std::size_t components = uv ? 2 : tangent ? 4 : 3;
-        const int unit = normalized ? static_cast<int>(most) : 100;
+        const int unit = largest.at(type);
         std::vector<int> values(3 * components, 0), deltas(9, 0);
         for (std::size_t i = 0; i < 3; ++i) values[i * components + i % 2] = unit;
         if (tangent)
             for (const std::size_t i : {3, 7, 11}) values[i] = unit;
         deltas[8] = unit;  // the last vertex moves along z
-        const auto add = [&](GltfBuilder& b, const std::vector<int>& from, std::size_t n) {
-            const auto bytes = type == kI8    ? padded<std::int8_t>(from, n)
-                               : type == kU8  ? padded<std::uint8_t>(from, n)
-                               : type == kI16 ? padded<std::int16_t>(from, n)
-                                              : padded<std::uint16_t>(from, n);
-            const int view = b.view(bytes);
-            b.json["bufferViews"].back()["byteStride"] = bytes.size() / 3;
-            return b.push("accessors", {{"bufferView", view},
-                                        {"componentType", type},
-                                        {"count", 3},
-                                        {"normalized", normalized},
-                                        {"type", fmt::format("VEC{}", n)}});
-        };
         GltfBuilder b;
-        b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
+        const auto add = [&](const std::vector<int>& from, std::size_t n) {
+            const auto as = [&](auto zero) {
+                const std::vector<decltype(zero)> numbers(from.begin(), from.end());
+                return b.accessor(fmt::format("VEC{}", n).c_str(), type, numbers, normalized);
+            };
+            return type == kI8    ? as(std::int8_t{})
+                   : type == kU8  ? as(std::uint8_t{})
+                   : type == kI16 ? as(std::int16_t{})
+                                  : as(std::uint16_t{});
+        };
+        b.require({"KHR_mesh_quantization"});
         Json& primitive = b.add_triangle();
         primitive["attributes"].update({{"NORMAL", b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1})},
                                         {"TEXCOORD_0", b.floats("VEC2", {0, 0, 1, 0, 0, 1})},
                                         {"TANGENT", b.floats("VEC4", {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1})}});
-        primitive["attributes"][name] = add(b, values, components);
-        if (name == "POSITION") {  // a triangle that is not degenerate
-            std::vector<int> corners{0, 0, 0, unit, 0, 0, 0, unit, 0};
-            primitive["attributes"][name] = add(b, corners, 3);
-        }
+        if (name == "POSITION") values = {0, 0, 0, unit, 0, 0, 0, unit, 0};  // a triangle that is not degenerate
+        primitive["attributes"][name] = add(values, components);
         if (!uv) {
-            primitive["targets"] = {{{name, add(b, deltas, 3)}}};
+            primitive["targets"] = {{{name, add(deltas, 3)}}};
             b.json["meshes"][0]["weights"] = {0.5};
         }
         primitive["material"] = b.push("materials", {{"normalTexture", {{"index", 0}}}});
-        b.push("textures", {{"source", 0}});
-        b.push("images", {{"uri",
-                           "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQe"
-                           "g/AwMjA8P/1Wf//wcAPtIIBqaX8jwAAAAASUVORK5CYII="}});
+        b.push("textures", {{"source", b.push("images", {{"uri", kPng16}})}});
         b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
             b.floats("VEC3", {0, 0, 0, 5, 0, 0});
         const Scene scene = load(b);
         EXPECT_EQ(scene.instances.size(), 2u);
         const Mesh& mesh = scene.meshes.at(0);
-        const float one = normalized ? 1 : 100;
+        const float one = normalized ? 1 : static_cast<float>(unit);
         if (name == "POSITION") {
             EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 0}, {one, 0, 0}, {0, one, one / 2}}));
-        }
-        if (name == "NORMAL") {
-            EXPECT_EQ(mesh.normals[1], vec3(0, 1, 0));
-            EXPECT_LT(glm::distance(mesh.normals[2], glm::normalize(vec3(1, 0, 0.5f))), 1e-6f);
-        }
-        if (tangent) {
-            EXPECT_EQ(mesh.tangents[1], vec4(0, 1, 0, 1));
-            EXPECT_LT(glm::distance(vec3(mesh.tangents[2]), glm::normalize(vec3(1, 0, 0.5f))), 1e-6f);
-        }
-        if (uv) {
+        } else if (uv) {
             EXPECT_EQ(mesh.uvs[0], (std::vector<vec2>{{one, 0}, {0, one}, {one, 0}}));
+        } else {
+            EXPECT_EQ(tangent ? mesh.tangents[1] : vec4(mesh.normals[1], 1), vec4(0, 1, 0, 1));
+            const vec3 moved = tangent ? vec3(mesh.tangents[2]) : mesh.normals[2];
+            EXPECT_LT(glm::distance(moved, glm::normalize(vec3(1, 0, 0.5f))), 1e-6f);
         }
     }
 }
@@ -158,30 +115,25 @@ TEST_F(GltfAccessor, InterleavedWithAStride) {
     GltfBuilder b;
     const int view = b.view(std::vector<float>{9, 0, 0, 0, 0.5f, 0.25f, 9, 1, 0, 0, 1, 0, 9, 0, 1, 0, 0, 1});
     b.json["bufferViews"][0]["byteStride"] = 24;
-    const int position =
-        b.push("accessors",
-               {{"bufferView", view}, {"byteOffset", 4}, {"componentType", kF32}, {"count", 3}, {"type", "VEC3"}});
-    const int uv =
-        b.push("accessors",
-               {{"bufferView", view}, {"byteOffset", 16.0}, {"componentType", kF32}, {"count", 3}, {"type", "VEC2"}});
-    b.add_mesh({{"POSITION", position}, {"TEXCOORD_0", uv}});
+    Json accessor = {{"bufferView", view}, {"byteOffset", 4}, {"componentType", kF32}, {"count", 3}, {"type", "VEC3"}};
+    const int position = b.push("accessors", accessor);
+    accessor.update({{"byteOffset", 16.0}, {"type", "VEC2"}});
+    b.add_mesh({{"POSITION", position}, {"TEXCOORD_0", b.push("accessors", accessor)}});
     const Mesh mesh = load(b).meshes.at(0);
     EXPECT_EQ(mesh.positions, kTriangle);
     EXPECT_EQ(mesh.uvs[0], (std::vector<vec2>{{0.5f, 0.25f}, {1, 0}, {0, 1}}));
 }
 
 TEST_F(GltfAccessor, Sparse) {
-    for (const bool has_base : {true, false}) {
-        GltfBuilder b;
-        const int position = b.floats("VEC3", {0, 0, 0, 5, 0, 0, 0, 1, 0});
-        if (!has_base) b.json["accessors"][0].erase("bufferView");
-        b.json["accessors"][0]["sparse"] = {
-            {"count", 2},
-            {"indices", {{"bufferView", b.view(std::vector<std::uint16_t>{1, 2})}, {"componentType", kU16}}},
-            {"values", {{"bufferView", b.view(std::vector<float>{1, 0, 0, 0, 7, 0})}}}};
-        b.add_mesh({{"POSITION", position}});
-        EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 7, 0}}));
-    }
+    GltfBuilder b;
+    const int position = b.floats("VEC3", {0, 0, 0, 5, 0, 0, 0, 1, 0});
+    b.add_mesh({{"POSITION", position}});
+    b.json["accessors"][0]["sparse"] = {
+        {"count", 2},
+        {"indices", {{"bufferView", b.view(std::vector<std::uint16_t>{1, 2})}, {"componentType", kU16}}},
+        {"values", {{"bufferView", b.view(std::vector<float>{1, 0, 0, 0, 7, 0})}}}};
+    for (int i = 0; i < 2; ++i, b.json["accessors"][0].erase("bufferView"))
+        EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 7, 0}})) << i;
 }
 
 TEST_F(GltfAccessor, ColoursWithAndWithoutAlpha) {
@@ -189,8 +141,7 @@ TEST_F(GltfAccessor, ColoursWithAndWithoutAlpha) {
     b.add_triangle()["attributes"]["COLOR_0"] = b.floats("VEC3", {1, 0.5f, 0, 0, 2, -1, NAN, 0, 0});
     const Scene scene = load(b);
     EXPECT_EQ(scene.meshes.at(0).colors, (std::vector<vec4>{{1, 0.5f, 0, 1}, {0, 1, 0, 1}, {1, 0, 0, 1}}));
-    ASSERT_EQ(scene.report.warnings.size(), 1u);
-    EXPECT_NE(scene.report.warnings[0].find("colours"), std::string::npos);
+    EXPECT_EQ(scene.report.warnings.size(), 1u);
 }
 
 TEST_F(GltfPrimitive, Modes) {
@@ -223,9 +174,7 @@ TEST_F(GltfPrimitive, PointsAndLinesAreIgnoredAndReported) {
     EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
     EXPECT_EQ(scene.report.point_primitives_skipped, 2u);
     EXPECT_EQ(scene.report.line_primitives_skipped, 3u);
-    EXPECT_EQ(scene.report.warnings,
-              (std::vector<std::string>{"2 primitives of points are left out (--line-width draws them)",
-                                        "3 primitives of lines are left out (--line-width draws them)"}));
+    EXPECT_EQ(scene.report.warnings.size(), 2u) << "of points and of lines";
 }
 
 /// Returns six times the volume inside a mesh; expects that each edge, by positions, lies between two triangles.
@@ -305,10 +254,10 @@ TEST_F(GltfPrimitive, PointsAndLinesThatCannotBeDrawn) {
     EXPECT_TRUE(load(b, {.line_width = 1}).meshes.empty()) << "one corner is no line";
     b = {};
     b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0})}})["mode"] = 0;
-    b.json["meshes"][0]["primitives"][0]["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 7});
+    b.primitive()["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 7});
     EXPECT_THROW(load(b, {.line_width = 1}), Error);
     // The size is known before anything is made.
-    b.json["meshes"][0]["primitives"][0]["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>(1000000, 1));
+    b.primitive()["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>(1000000, 1));
     const std::filesystem::path bomb = write("bomb.glb", b.glb());
     GltfScene drawn(bomb, {.line_width = 1}), none(bomb);
     EXPECT_EQ(drawn.size().stored, 80000000u);
@@ -316,9 +265,9 @@ TEST_F(GltfPrimitive, PointsAndLinesThatCannotBeDrawn) {
     EXPECT_EQ(none.size().stored, 0u);
     b = {};
     b.add_triangle();
-    EXPECT_EQ(GltfScene(write("corners.glb", b.glb())).size().vertex_texels, 3u);
-    b.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = b.floats("VEC3", std::vector<float>(9, 0.5f));
-    EXPECT_EQ(GltfScene(write("colours.glb", b.glb())).size().vertex_texels, 6u);
+    EXPECT_EQ(open(b).size().vertex_texels, 3u);
+    b.primitive()["attributes"]["COLOR_0"] = b.floats("VEC3", std::vector<float>(9, 0.5f));
+    EXPECT_EQ(open(b).size().vertex_texels, 6u);
 }
 
 TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {
@@ -332,9 +281,7 @@ TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {
     EXPECT_EQ(scene.meshes[0].positions, kTriangle);
     EXPECT_EQ(scene.report.degenerate_triangles_dropped, 2u);
     EXPECT_EQ(scene.report.non_finite_triangles_dropped, 1u);
-    ASSERT_EQ(scene.report.warnings.size(), 1u);
-    EXPECT_TRUE(scene.report.warnings[0].ends_with("has positions that are not finite, their triangles are left out"))
-        << scene.report.warnings[0];
+    EXPECT_EQ(scene.report.warnings.size(), 1u);
 }
 
 TEST_F(GltfPrimitive, NormalsAreGeneratedOrRepaired) {

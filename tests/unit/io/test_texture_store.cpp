@@ -1,17 +1,18 @@
 // Tests files of texture tiles: sizes, damage, disks that are full, and the cache.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <random>
 #include <set>
 
 #include "engine/core/cache_folder.h"
 #include "engine/io/texture_store.h"
 #include "tests/support/error_message.h"
+#include "tests/unit/core/environment_variable.h"
+#include "tests/unit/io/file_size_limit.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight {
@@ -41,7 +42,7 @@ class TextureStores : public testing::Test {
 };
 
 TEST_F(TextureStores, GiveBackTheTexelsOfAnySize) {
-    const auto store = std::make_shared<TextureStore>(folder_.path);
+    auto store = std::make_shared<TextureStore>(folder_.path);
     std::vector<std::pair<TextureImage, TextureImage>> images;  // in memory, in tiles
     for (const ivec2 size : {ivec2(1, 1), ivec2(64, 64), ivec2(65, 63), ivec2(200, 130), ivec2(16384, 1), ivec2(1, 700),
                              ivec2(128, 64), ivec2(129, 65)}) {
@@ -52,6 +53,7 @@ TEST_F(TextureStores, GiveBackTheTexelsOfAnySize) {
         images.emplace_back(image, tiled);
     }
     EXPECT_GT(store->bytes(), 100000u);
+    store.reset();  // the file lasts as long as its images
     for (const auto& [image, tiled] : images) {
         SCOPED_TRACE(fmt::format("{} x {}", image.width, image.height));
         EXPECT_TRUE(all_texels(tiled) == image.rgba);
@@ -63,13 +65,6 @@ TEST_F(TextureStores, GiveBackTheTexelsOfAnySize) {
     images[2].second.tiles->read({2, 0}, tile);
     EXPECT_EQ(tile[4], 0) << "beyond the image";
     EXPECT_EQ(folder_.entries().size(), 0u) << "the file has no name";
-}
-
-TEST_F(TextureStores, LastAsLongAsTheirImages) {
-    const TextureImage image = noise(100, 100);
-    TextureImage tiled = image;
-    std::make_shared<TextureStore>(folder_.path)->take(tiled);
-    EXPECT_TRUE(all_texels(tiled) == image.rgba);
 }
 
 TEST_F(TextureStores, DetectDamage) {
@@ -87,46 +82,30 @@ TEST_F(TextureStores, DetectDamage) {
     byte = static_cast<char>(byte ^ 16);
     ASSERT_EQ(pwrite(file, &byte, 1, middle), 1);
     const std::string message = error_message([&] { all_texels(tiled); });
-    EXPECT_EQ(message.find(folder_.path.string() + ": the temporary file of textures is damaged (tile "), 0u)
-        << message;
+    EXPECT_TRUE(message.starts_with(folder_.path.string() + ": ")) << message;
     EXPECT_NE(message.find(" of noise)"), std::string::npos) << message;
     ASSERT_EQ(ftruncate(file, 100), 0);
-    EXPECT_EQ(error_message([&] { all_texels(tiled); }),
-              folder_.path.string() + ": temporary file of textures: cannot read: became shorter while it was read");
+    EXPECT_TRUE(error_message([&] { all_texels(tiled); }).starts_with(folder_.path.string() + ": "));
 }
 
 TEST_F(TextureStores, ReportDisksThatAreFull) {
-    EXPECT_EQ(error_message([&] { TextureStore(folder_ / "no"); }),
-              (folder_ / "no").string() + ": temporary file of textures: cannot write: No such file or directory");
-    const auto handler = signal(SIGXFSZ, SIG_IGN);
-    rlimit whole{};
-    getrlimit(RLIMIT_FSIZE, &whole);
+    EXPECT_THROW(TextureStore(folder_ / "no"), Error);
     const auto store = std::make_shared<TextureStore>(folder_.path);
     TextureImage image = noise(500, 500);
-    rlimit tight = whole;
-    tight.rlim_cur = 200000;
-    setrlimit(RLIMIT_FSIZE, &tight);
-    const std::string message = error_message([&] { store->take(image); });
-    setrlimit(RLIMIT_FSIZE, &whole);
-    signal(SIGXFSZ, handler);
-    EXPECT_EQ(message,
-              folder_.path.string() + ": temporary file of textures: cannot write temporary data: File too large");
+    const std::string message = error_message([&] {
+        const test::FileSizeLimit tight(200000);
+        store->take(image);
+    });
+    EXPECT_TRUE(message.starts_with(folder_.path.string() + ": ") && message.ends_with(": File too large")) << message;
 }
 
 TEST_F(TextureStores, LieInAFolderThatExists) {
-    const char* variable = std::getenv("TMPDIR");
-    const std::string old = variable ? variable : "";
-    setenv("TMPDIR", folder_.path.c_str(), 1);
+    test::EnvironmentVariable temporary("TMPDIR", folder_.path.c_str()), cache("XDG_CACHE_HOME", folder_.path.c_str());
     EXPECT_EQ(scratch_folder(), folder_.path);
-    const char* cache = std::getenv("XDG_CACHE_HOME");
-    const std::string old_cache = cache ? cache : "";
-    setenv("TMPDIR", (folder_ / "no").c_str(), 1);
-    setenv("XDG_CACHE_HOME", folder_.path.c_str(), 1);
+    temporary.set((folder_ / "no").c_str());
     EXPECT_EQ(scratch_folder(), folder_ / "halflight/temporary");
-    setenv("XDG_CACHE_HOME", "/dev/null", 1);
+    cache.set("/dev/null");
     EXPECT_EQ(scratch_folder(), "/tmp");
-    old_cache.empty() ? unsetenv("XDG_CACHE_HOME") : setenv("XDG_CACHE_HOME", old_cache.c_str(), 1);
-    old.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", old.c_str(), 1);
 }
 
 // --- Cache -----------------------------------------------------------------------------------------------------------
@@ -152,12 +131,10 @@ class TextureCache : public testing::Test {
     static void expect_same(const TextureImage& tiled, const TextureImage& image) {
         EXPECT_EQ(ivec2(tiled.width, tiled.height), ivec2(image.width, image.height));
         EXPECT_TRUE(all_texels(tiled) == image.rgba);
-        ASSERT_EQ(tiled.color_levels.size(), image.color_levels.size());
-        ASSERT_EQ(tiled.data_levels.size(), image.data_levels.size());
-        for (std::size_t l = 0; l < image.color_levels.size(); ++l) {
-            EXPECT_TRUE(all_texels(tiled.color_levels[l]) == image.color_levels[l].rgba);
-            EXPECT_TRUE(all_texels(tiled.data_levels[l]) == image.data_levels[l].rgba);
-            EXPECT_EQ(tiled.data_levels[l].width, image.data_levels[l].width);
+        for (const auto levels : {&TextureImage::color_levels, &TextureImage::data_levels}) {
+            ASSERT_EQ((tiled.*levels).size(), (image.*levels).size());
+            for (std::size_t l = 0; l < (image.*levels).size(); ++l)
+                expect_same((tiled.*levels)[l], (image.*levels)[l]);
         }
     }
     const TemporaryFolder folder_;
@@ -199,7 +176,7 @@ TEST_F(TextureCache, MakesDamagedAndForeignFilesAnew) {
     const std::filesystem::path path = file();
     const std::string whole = read_file(path, 1 << 30);
     const auto find_with = [&](const std::string& bytes) {
-        write_file(path, bytes);
+        std::ofstream(path, std::ios::binary) << bytes;  // write_file() would wait for the disk
         TextureImage found;
         if (!store()->find(7, found)) return false;
         expect_same(found, image);  // Zstandard ignores some bits
@@ -222,20 +199,14 @@ TEST_F(TextureCache, MakesDamagedAndForeignFilesAnew) {
     EXPECT_TRUE(read_file(path, 1 << 30) == whole);
     std::filesystem::copy_file(path, path.parent_path() / "0000000000000008-1.tiles");
     EXPECT_FALSE(store()->find(8, tiled)) << "a file of another key";
-}
 
-TEST_F(TextureCache, DetectsDamagedTiles) {
-    TextureImage tiled = with_levels();
-    store()->take(tiled, 7);
-    const std::filesystem::path path = file();
-    std::string bytes = read_file(path, 1 << 30);
-    bytes[1000] = static_cast<char>(bytes[1000] ^ 16);
-    write_file(path, bytes);
-    TextureImage found{.name = "noise", .width = 0, .height = 0, .rgba = {}};
-    ASSERT_TRUE(store()->find(7, found));
-    EXPECT_EQ(error_message([&] { all_texels(found); }),
-              path.string() + ": this file of textures is damaged (tile 0, 0 of noise); the next start makes it anew");
-    EXPECT_FALSE(std::filesystem::exists(path));
+    std::string damaged = whole;  // in a tile, which is checked when it is read
+    damaged[1000] = static_cast<char>(damaged[1000] ^ 16);
+    write_file(path, damaged);
+    TextureImage unread;
+    ASSERT_TRUE(store()->find(7, unread));
+    EXPECT_TRUE(error_message([&] { all_texels(unread); }).starts_with(path.string() + ": "));
+    EXPECT_FALSE(std::filesystem::exists(path)) << "the next start makes it anew";
 }
 
 TEST_F(TextureCache, IsIgnoredWhereItCannotBeUsed) {

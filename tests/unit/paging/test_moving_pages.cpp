@@ -137,11 +137,11 @@ TEST_F(MovingPagesTest, OtherScenesAreRefused) {
     fewer.instances.erase(fewer.instances.begin());
     painted.materials.emplace_back();
     const auto message = [&](const Scene& scene) { return error_message([&] { MovingPages(file).pose(scene); }); };
-    EXPECT_NE(message(fewer).find("box: its pages were made of another scene: "), std::string::npos) << message(fewer);
-    EXPECT_NE(message(painted).find("box: its pages were made of another scene: "), std::string::npos);
+    for (const Scene& other : {fewer, painted})
+        EXPECT_TRUE(message(other).starts_with("box: its pages were made of another scene: ")) << message(other);
     Scene far = scene_at(0);
     far.instances[1].object_to_world = glm::translate(dmat4(1), dvec3(1e15, 0, 0));
-    EXPECT_EQ(message(far), "box: instance 1 reaches beyond 2^40 from the scene's centre");
+    EXPECT_TRUE(message(far).starts_with("box: instance 1 "));
 }
 
 }  // namespace

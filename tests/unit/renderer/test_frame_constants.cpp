@@ -22,6 +22,8 @@ struct View {
     dvec3 origin;
     double reach;
     SampleView sample;
+    double near() const { return camera.near_plane > 0 ? camera.near_plane : camera.orthographic ? 0 : reach * kNear; }
+    shared::Frame frame() const { return frame_constants(camera, camera, origin, reach, sample); }
 };
 
 /// Makes random cameras near and far from the world's origin, with images, bands and jitters.
@@ -41,6 +43,13 @@ class RandomViews {
         v.sample.band.y = first_block * 16;
         v.sample.band.rows = integer(1, v.sample.band.image.y);  // the last band may extend below the image
         v.sample.jitter = {static_cast<float>(real(0, 1)), static_cast<float>(real(0, 1))};
+        return v;
+    }
+    /// Returns a view that has a near plane, a far plane, both or none.
+    View next_with_planes(int i) {
+        View v = next();
+        if (i % 2 == 0) v.camera.near_plane = 0.01 * v.reach;
+        if (i % 3 == 0) v.camera.far_plane = 1.5 * v.reach;
         return v;
     }
     /// Returns a pixel of the band that is inside the image.
@@ -73,20 +82,23 @@ CameraRay camera_ray(const Camera& camera, const ivec2& image, const dvec2& at) 
                                : CameraRay{place, turn * dvec3(x, y, -1)};
 }
 
-/// Clip coordinates, and a bound on their error from float matrices and sums.
+/// Place in a picture, pixels, and a bound on its error from float matrices and sums.
 struct Projected {
-    dvec4 clip;
-    dvec4 error;
+    dvec2 place;
+    dvec2 error;
 };
 
-Projected project(const mat4& m, const dvec3& p) {
+Projected project(const mat4& m, const dvec3& p, const ivec2& size) {
     const dvec4 q(p, 1);
     const dmat4 exact(m);
-    Projected out{exact * q, dvec4(0)};
-    for (int c = 0; c < 4; ++c) out.error += glm::abs(exact[c] * q[c]);
+    const dvec4 clip = exact * q;
+    EXPECT_GT(clip.w, 0);
+    dvec4 error(0);
+    for (int c = 0; c < 4; ++c) error += glm::abs(exact[c] * q[c]);
     // Each matrix entry, computed in double, is rounded once, each coordinate once, and the sum four times.
-    out.error *= 6 * kRounding;
-    return out;
+    error *= 6 * kRounding;
+    const dvec2 ndc = dvec2(clip) / clip.w;
+    return {(0.5 * ndc + 0.5) * dvec2(size), 0.5 * dvec2(size) * (dvec2(error) + glm::abs(ndc) * error.w) / clip.w};
 }
 
 TEST(FrameConstants, TheSamplePointIsTheCentreOfItsTexel) {
@@ -94,21 +106,16 @@ TEST(FrameConstants, TheSamplePointIsTheCentreOfItsTexel) {
     for (int i = 0; i < 4000; ++i) {
         const View v = random.next();
         const ivec2 pixel = random.pixel(v);
-        const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
+        const shared::Frame frame = v.frame();
         const CameraRay ray = camera_ray(v.camera, v.sample.band.image, dvec2(pixel) + dvec2(v.sample.jitter));
         const double distance = v.reach * random.real(0.01, 1.9);
         const dvec3 point = ray.origin + distance * ray.along - v.origin;
-        const Projected p = project(frame.view_projection, point);
-        ASSERT_GT(p.clip.w, 0);
         const RasterWindow window = raster_window(v.sample.band);
-        const ivec2 size(v.sample.band.image.x, window.rows);
+        const Projected p = project(frame.view_projection, point, {v.sample.band.image.x, window.rows});
+        const dvec2 expected = dvec2(pixel) - dvec2(0, window.y) + 0.5;
         for (int axis = 0; axis < 2; ++axis) {
-            const double ndc = p.clip[axis] / p.clip.w;
-            const double texel = (0.5 * ndc + 0.5) * size[axis];
-            const double expected = pixel[axis] - (axis == 1 ? window.y : 0) + 0.5;
-            const double error = 0.5 * size[axis] * (p.error[axis] + std::abs(ndc) * p.error.w) / p.clip.w;
-            EXPECT_NEAR(texel, expected, error) << "view " << i << ", axis " << axis;
-            EXPECT_LT(error, 0.05) << "the bound is meaningful";
+            EXPECT_NEAR(p.place[axis], expected[axis], p.error[axis]) << "view " << i << ", axis " << axis;
+            EXPECT_LT(p.error[axis], 0.05) << "the bound is meaningful";
         }
     }
 }
@@ -128,10 +135,8 @@ TEST(FrameConstants, OrthographicDepthIsPreciseWhereverTheFarPlaneIs) {
 TEST(FrameConstants, DepthIsReversedAndBeginsAtTheNearPlane) {
     RandomViews random;
     for (int i = 0; i < 500; ++i) {
-        View v = random.next();
-        if (i % 2 == 0) v.camera.near_plane = 0.01 * v.reach;
-        if (i % 3 == 0) v.camera.far_plane = 1.5 * v.reach;
-        const double near = v.camera.near_plane > 0 ? v.camera.near_plane : v.camera.orthographic ? 0 : v.reach * kNear;
+        const View v = random.next_with_planes(i);
+        const double near = v.near();
         const dmat4 to_clip = world_to_clip(v.camera, v.sample.band.image, v.reach);
         const auto depth = [&](double distance) {
             const dvec4 clip = to_clip * v.camera.camera_to_world * dvec4(0, 0, -distance, 1);
@@ -147,7 +152,7 @@ TEST(FrameConstants, DepthIsReversedAndBeginsAtTheNearPlane) {
             EXPECT_GT(now, 0) << "nothing within reach is clipped";
             before = now;
         }
-        const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
+        const shared::Frame frame = v.frame();
         EXPECT_EQ(frame.clip.x, static_cast<float>(near));
         EXPECT_EQ(frame.clip.y, v.camera.far_plane > 0 ? static_cast<float>(v.camera.far_plane) : kInfinity);
         EXPECT_EQ(frame.camera_position.w, v.camera.orthographic ? 0 : 1);
@@ -158,17 +163,13 @@ TEST(FrameConstants, PreviousCameraHasNeitherJitterNorBand) {
     RandomViews random;
     for (int i = 0; i < 500; ++i) {
         const View v = random.next();
-        View before = random.next();
+        const View before = random.next();
         const dvec2 at(random.real(0, v.sample.band.image.x), random.real(0, v.sample.band.image.y));
         const shared::Frame frame = frame_constants(v.camera, before.camera, before.origin, before.reach, v.sample);
         const CameraRay ray = camera_ray(before.camera, v.sample.band.image, at);
-        const Projected p =
-            project(frame.previous_view_projection, ray.origin + before.reach * ray.along - before.origin);
-        for (int axis = 0; axis < 2; ++axis) {
-            const double ndc = p.clip[axis] / p.clip.w;
-            EXPECT_NEAR((0.5 * ndc + 0.5) * v.sample.band.image[axis], at[axis],
-                        0.5 * v.sample.band.image[axis] * (p.error[axis] + std::abs(ndc) * p.error.w) / p.clip.w);
-        }
+        const Projected p = project(frame.previous_view_projection,
+                                    ray.origin + before.reach * ray.along - before.origin, v.sample.band.image);
+        for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(p.place[axis], at[axis], p.error[axis]);
     }
 }
 
@@ -193,12 +194,9 @@ TEST(FrameConstants, TheLastBandEndsAtTheImage) {
     view.band = {{100, 70}, 48, 48};
     view.sample = 5, view.seed = 77;
     const shared::Frame frame = frame_constants(camera, camera, dvec3(0), 1, view);
-    EXPECT_EQ(frame.band_rows, 22);
-    EXPECT_EQ(frame.band_y, 48);
-    EXPECT_EQ(frame.size, ivec2(100, 70));
+    EXPECT_EQ(ivec4(frame.size, frame.band_y, frame.band_rows), ivec4(100, 70, 48, 22));
     EXPECT_EQ(uvec2(frame.tiles_x, frame.tiles_y), uvec2(7, 3)) << "of the band as it was allocated";
-    EXPECT_EQ(frame.sample_index, 5u);
-    EXPECT_EQ(frame.seed, 77u);
+    EXPECT_EQ(uvec2(frame.sample_index, frame.seed), uvec2(5, 77));
 }
 
 using CameraRayTest = GpuTest;
@@ -220,10 +218,8 @@ void main() { rays[place] = camera_ray(frame, pixel); }
     std::vector<View> views;
     std::vector<ivec2> pixels;
     for (int i = 0; i < kViews; ++i) {
-        View v = random.next();
-        if (i % 2 == 0) v.camera.near_plane = 0.01 * v.reach;
-        if (i % 3 == 0) v.camera.far_plane = 1.5 * v.reach;
-        const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
+        const View v = random.next_with_planes(i);
+        const shared::Frame frame = v.frame();
         gpu::Buffer constants("frame", sizeof(frame));
         constants.write(0, sizeof(frame), &frame);
         program.bind_uniform("FrameBlock", constants);
@@ -246,13 +242,12 @@ void main() { rays[place] = camera_ray(frame, pixel); }
         const double half_width = std::tan(v.camera.vertical_fov / 2) * v.sample.band.image.x / v.sample.band.image.y;
         EXPECT_LT(glm::length(dvec3(r.direction) - ray.along / slope), 12 * kRounding * (1 + half_width / slope)) << i;
         EXPECT_NEAR(glm::length(r.direction), 1, 4 * kRounding);
-        const double near = v.camera.near_plane > 0 ? v.camera.near_plane : v.camera.orthographic ? 0 : v.reach * kNear;
-        EXPECT_NEAR(r.t_min, near * slope, 8 * kRounding * near * slope);
-        if (v.camera.far_plane > 0) {
-            EXPECT_NEAR(r.t_max, v.camera.far_plane * slope, 8 * kRounding * v.camera.far_plane * slope);
-        } else {
+        EXPECT_NEAR(r.t_min, v.near() * slope, 8 * kRounding * v.near() * slope);
+        const double far = v.camera.far_plane * slope;
+        if (far > 0)
+            EXPECT_NEAR(r.t_max, far, 8 * kRounding * far);
+        else
             EXPECT_EQ(r.t_max, kInfinity);
-        }
     }
 }
 

@@ -11,10 +11,10 @@
 #include "api/scene_names.h"
 #include "engine/scene/black_body.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/io/gltf_builder.h"
+#include "tests/unit/renderer/refusal.h"
 
 namespace halflight {
 namespace {
@@ -25,13 +25,8 @@ struct Yard {
     SceneTree tree;
     Yard() {
         scene.name = "yard";
-        scene.meshes.resize(2);
-        scene.meshes[0].name = "crate";
-        scene.meshes[1].name = "wall";
-        scene.materials.resize(3);
-        scene.materials[0].name = "wood";
-        scene.materials[1].name = "wood";
-        scene.materials[2].name = "steel.1";
+        for (const char* name : {"crate", "wall"}) scene.meshes.emplace_back().name = name;
+        for (const char* name : {"wood", "wood", "steel.1"}) scene.materials.emplace_back().name = name;
         const auto at = [](double x, double y) { return glm::translate(dmat4(1), dvec3(x, y, 0)); };
         tree.nodes = {{"group", kNone, true, at(1, 0)},
                       {"box a", 0, true, at(2, 0)},
@@ -40,42 +35,30 @@ struct Yard {
                       {"other scene", kNone, false, at(0, 0)}};
         tree.light_nodes = {3};
         scene.instances = {{"box a", 0, at(2, 0), 1}, {"box b", 1, at(5, 0), 2}};
-        PunctualLight lamp;
+        PunctualLight& lamp = scene.lights.emplace_back();
         lamp.name = "key";
         lamp.type = LightType::spot;
         lamp.position = {1, 1, 0};
         lamp.direction = {0, -1, 0};
         lamp.intensity = {2, 4, 8};
-        scene.lights = {lamp};
     }
     Scene with(const SceneEdits& edits) const {
         Scene edited = scene;
         apply(edits, edited, tree);
         return edited;
     }
-    std::string message(const SceneEdits& edits) const {
-        return error_message([&] { with(edits); });
-    }
-    template <class Add>
-    std::string message(Add add, const std::string& text) const {
-        SceneEdits edits;
-        return error_message([&] {
-            add(edits, "--option", text);
-            with(edits);
-        });
-    }
 };
 
-void expect_near(const dvec3& a, const dvec3& b) {
-    EXPECT_LT(glm::length(a - b), 1e-12) << a.x << " " << a.y << " " << a.z;
+using AddEdit = void (*)(SceneEdits&, const std::string&, const std::string&);
+
+SceneEdits edits_of(std::initializer_list<std::pair<AddEdit, const char*>> texts) {
+    SceneEdits edits;
+    for (const auto& [add, text] : texts) add(edits, "--option", text);
+    return edits;
 }
 
-SceneEdits edits_of(
-    std::initializer_list<std::pair<void (*)(SceneEdits&, const std::string&, const std::string&), const char*>>
-        texts) {
-    SceneEdits edits;
-    for (const auto& [add, text] : texts) add(edits, "test", text);
-    return edits;
+SceneEdits edits_in_file(const std::string& json) {
+    return parse_settings("{\"halflight_settings\": 1, " + json + "}", "a.json").edits;
 }
 
 TEST(ObjectNames, PatternsMatchWholeNames) {
@@ -95,62 +78,53 @@ TEST(ObjectNames, NamesNumbersAndPatternsFindObjects) {
     EXPECT_EQ(find_objects(nodes, "1", ""), Found{1});
     EXPECT_EQ(find_objects(nodes, "box ?", ""), (Found{1, 2}));
     EXPECT_EQ(find_objects(nodes, "*", ""), (Found{0, 1, 2, 3})) << "another scene's node is left out";
-    EXPECT_EQ(error_message([&] { find_objects(nodes, "box c", "yard"); }),
-              "yard: there is no node 'box c'; did you mean 'box a'?");
-    EXPECT_EQ(error_message([&] { find_objects(nodes, "7", "yard"); }),
-              "yard: there is no node 7; the scene has 5, numbered from 0");
-    EXPECT_EQ(error_message([&] { find_objects(nodes, "z*", "yard"); }), "yard: no node matches 'z*'");
-    EXPECT_EQ(error_message([&] { find_objects(materials, "wood", "yard"); }),
-              "yard: 'wood' is the name of 2 materials; use a number: 0, 1");
-    EXPECT_EQ(error_message([&] { find_objects(lights_of(yard.scene), "sun", "yard"); }),
-              "yard: there is no light 'sun'; `halflight info SCENE --names` lists the names");
+    for (const char* unknown : {"box c", "7", "z*"})
+        expect_refusal([&] { find_objects(nodes, unknown, "yard"); }, "yard: ");
+    EXPECT_TRUE(error_message([&] { find_objects(nodes, "box c", ""); }).ends_with("did you mean 'box a'?"));
+    expect_refusal([&] { find_objects(materials, "wood", "yard"); }, "'wood' is the name of 2 materials");
     EXPECT_EQ(references_to(materials), (std::vector<std::string>{"0", "1", "steel.1"}));
 }
 
 TEST(NodeEdits, MoveWhatHangsBelow) {
     const Yard yard;
-    const Scene moved = yard.with(edits_of({{add_node_edit, "group=translate:0,0,3"}}));
-    expect_near(dvec3(moved.instances[0].object_to_world[3]), {2, 0, 3});
-    expect_near(dvec3(moved.instances[1].object_to_world[3]), {5, 0, 0});
-    expect_near(moved.lights[0].position, {1, 1, 3});
-    // A turn about Z by 90 degrees through the group's origin takes +X to +Y.
-    const Scene turned = yard.with(edits_of({{add_node_edit, "group=rotate:0,0,90"}}));
-    expect_near(dvec3(turned.instances[0].object_to_world[3]), {1, 1, 0});
-    expect_near(turned.lights[0].position, {0, 0, 0});
-    EXPECT_LT(glm::length(turned.lights[0].direction - vec3(1, 0, 0)), 1e-6f);
-    const Scene scaled = yard.with(edits_of({{add_node_edit, "group=scale:2"}}));
-    expect_near(dvec3(scaled.instances[0].object_to_world[3]), {3, 0, 0});
-    expect_near(dvec3(scaled.instances[0].object_to_world[0]), {2, 0, 0});
-    // Scaling comes first, then rotation about X, Y and Z, then translation.
-    const Scene all = yard.with(edits_of({{add_node_edit, "box b=translate:0,0,1,rotate:90,0,90,scale:1,2,1"}}));
-    expect_near(dvec3(all.instances[1].object_to_world[3]), {5, 0, 1});
-    expect_near(dvec3(all.instances[1].object_to_world[1]), {0, 0, 2});  // Y doubled, X turns it to Z, Z keeps it
-    expect_near(dvec3(all.instances[1].object_to_world[0]), {0, 1, 0});
-}
-
-TEST(NodeEdits, ChildrenFollowTheirParents) {
-    const Yard yard;
-    // The order of the options does not matter: the box turns about its own origin, then moves with the group.
-    const auto one = edits_of({{add_node_edit, "group=translate:0,0,3"}, {add_node_edit, "box a=rotate:0,0,90"}});
-    const auto other = edits_of({{add_node_edit, "box a=rotate:0,0,90"}, {add_node_edit, "group=translate:0,0,3"}});
-    const dmat4 m = yard.with(one).instances[0].object_to_world;
-    expect_near(dvec3(m[3]), {2, 0, 3});
-    expect_near(dvec3(m[0]), {0, 1, 0});
-    EXPECT_EQ(yard.with(other).instances[0].object_to_world, m);
-    // Two edits of a node apply in their order, the second about the moved origin.
-    const auto twice = edits_of({{add_node_edit, "box*=translate:0,0,3"}, {add_node_edit, "box a=rotate:0,90,0"}});
-    expect_near(dvec3(yard.with(twice).instances[0].object_to_world[3]), {2, 0, 3});
-}
-
-TEST(NodeEdits, MatricesReplaceTransformsExactly) {
-    const Yard yard;
-    const auto edits = edits_of(
-        {{add_node_edit, "box a=matrix:0.1,0,0,0.3,0,0.7,0,0,0,0,1,1e-3"}, {add_node_edit, "group=translate:0,0,3"}});
-    const Scene moved = yard.with(edits);
+    const auto moved = [&](const std::vector<const char*>& texts) {
+        SceneEdits edits;
+        for (const char* text : texts) add_node_edit(edits, "", text);
+        return yard.with(edits);
+    };
+    // The instances' translation is column 3. Scaling comes first, then rotation about X, Y and Z, then translation.
+    const char *const lifted = "group=translate:0,0,3", *const all = "box b=translate:0,0,1,rotate:90,0,90,scale:1,2,1";
+    const struct {
+        std::vector<const char*> edits;
+        std::size_t instance;
+        int column;
+        dvec3 expected;
+    } cases[] = {{{lifted}, 0, 3, {2, 0, 3}},
+                 {{lifted}, 1, 3, {5, 0, 0}},
+                 {{"group=rotate:0,0,90"}, 0, 3, {1, 1, 0}},  // through the group's origin
+                 {{"group=scale:2"}, 0, 3, {3, 0, 0}},
+                 {{"group=scale:2"}, 0, 0, {2, 0, 0}},
+                 {{all}, 1, 3, {5, 0, 1}},
+                 {{all}, 1, 1, {0, 0, 2}},  // Y doubled, X turns it to Z, Z keeps it
+                 {{all}, 1, 0, {0, 1, 0}},
+                 // The order of objects does not matter: the box turns about its own origin, then moves with the group.
+                 {{lifted, "box a=rotate:0,0,90"}, 0, 3, {2, 0, 3}},
+                 {{lifted, "box a=rotate:0,0,90"}, 0, 0, {0, 1, 0}},
+                 {{"box a=rotate:0,0,90", lifted}, 0, 3, {2, 0, 3}},
+                 {{"box a=rotate:0,0,90", lifted}, 0, 0, {0, 1, 0}},
+                 // Two edits of a node apply in their order, the second about the moved origin.
+                 {{"box*=translate:0,0,3", "box a=rotate:0,90,0"}, 0, 3, {2, 0, 3}},
+                 {{"group=matrix:2,0,0,0,0,2,0,0,0,0,2,0"}, 0, 3, {2, 0, 0}}};
+    for (const auto& [edits, instance, column, expected] : cases)
+        EXPECT_LT(glm::length(dvec3(moved(edits).instances[instance].object_to_world[column]) - expected), 1e-12)
+            << edits[0] << ", column " << column;
+    EXPECT_LT(glm::length(moved({lifted}).lights[0].position - dvec3(1, 1, 3)), 1e-12);
+    const PunctualLight turned = moved({"group=rotate:0,0,90"}).lights[0];
+    EXPECT_LT(glm::length(turned.position), 1e-12);
+    EXPECT_LT(glm::length(turned.direction - vec3(1, 0, 0)), 1e-6f);
     const dmat4 m(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 0, 1e-3, 1));
-    EXPECT_EQ(moved.instances[0].object_to_world, m) << "a node with a matrix does not follow others";
-    const Scene group = yard.with(edits_of({{add_node_edit, "group=matrix:2,0,0,0,0,2,0,0,0,0,2,0"}}));
-    expect_near(dvec3(group.instances[0].object_to_world[3]), {2, 0, 0});
+    EXPECT_EQ(moved({"box a=matrix:0.1,0,0,0.3,0,0.7,0,0,0,0,1,1e-3", lifted}).instances[0].object_to_world, m)
+        << "a node with a matrix does not follow others";
 }
 
 TEST(NodeEdits, HideNodesMeshesAndLights) {
@@ -167,11 +141,6 @@ TEST(NodeEdits, HideNodesMeshesAndLights) {
     EXPECT_EQ(hidden("light:key").lights[0].intensity, vec3(0));
     SceneEdits bright = edits_of({{add_hidden, "key"}, {add_light_edit, "key=intensity:5"}});
     EXPECT_EQ(yard.with(bright).lights[0].intensity, vec3(0)) << "hidden lights stay dark";
-    EXPECT_EQ(yard.message(add_hidden, "grup"),
-              "--option: yard: there is no node, mesh or light 'grup'; did you mean 'group'?");
-    EXPECT_EQ(yard.message(add_hidden, "1"), "--option: yard: '1' needs a kind: node:1, mesh:1 or light:1");
-    EXPECT_EQ(yard.message(add_hidden, "mesh:box a"),
-              "--option: yard: there is no mesh 'box a'; `halflight info SCENE --names` lists the names");
     EXPECT_TRUE(change_surfaces(edits_of({{add_hidden, "wall"}})));
     EXPECT_FALSE(change_surfaces(edits_of({{add_hidden, "light:key"}})));
 }
@@ -188,41 +157,29 @@ TEST(NodeEdits, MakeShadowCatchers) {
     EXPECT_EQ(catching("node:box*"), "box a;box b;");
     EXPECT_NE(catching("group").find("box a;"), std::string::npos) << "nodes have everything below them";
     EXPECT_NE(catching("mesh:crate"), "");
-    EXPECT_EQ(yard.message(add_catcher, "grup"),
-              "--option: yard: there is no node or mesh 'grup'; did you mean 'group'?");
-    EXPECT_EQ(yard.message(add_catcher, ""), "--option: expects the name of a node or a mesh");
     EXPECT_TRUE(change_surfaces(edits_of({{add_catcher, "wall"}})));
 }
 
 TEST(LightEdits, NameTheOptionForMaterialsThatEmit) {
     Yard yard;
     yard.scene.materials[2].name = "panel";
-    EXPECT_EQ(yard.message(add_light_edit, "panel=off"),
-              "--option: yard: there is no light 'panel'; `halflight info SCENE --names` lists the names");
     yard.scene.materials[2].emission = vec3(5);
-    EXPECT_EQ(yard.message(add_light_edit, "panel=off"),
-              "--option: yard: 'panel' is an emissive material, not a light: use --material 'panel.emission=R,G,B' "
-              "or 'panel.emission_temperature=KELVIN'");
-    const auto emission = [&](const char* text) {
-        return yard.with(edits_of({{add_material_edit, text}})).materials[2].emission;
-    };
-    const vec3 warm = emission("panel.emission_temperature=2700");
+    expect_refusal([&] { yard.with(edits_of({{add_light_edit, "panel=off"}})); }, "--material 'panel.emission=R,G,B'");
+    const vec3 warm =
+        yard.with(edits_of({{add_material_edit, "panel.emission_temperature=2700"}})).materials[2].emission;
     EXPECT_EQ(warm.r, 5) << "the largest channel stays";
     EXPECT_GT(warm.g, 2 * warm.b);
-    EXPECT_EQ(yard.message(add_material_edit, "panel.emission_temperature=900"),
-              "--option: panel: emission_temperature: expects numbers from 1000 to 40000, not 900");
-    EXPECT_EQ(yard.message(add_material_edit, "panel.roughness=rough"),
-              "--option: panel: roughness: expects numbers, not 'rough'");
 }
 
 TEST(LightEdits, ReplaceIntensityAndColour) {
     const Yard yard;
     const auto light = [&](const char* text) { return yard.with(edits_of({{add_light_edit, text}})).lights[0]; };
-    EXPECT_EQ(light("key=0.5").intensity, vec3(1, 2, 4));
-    EXPECT_EQ(light("key=factor:0.5,intensity:16").intensity, vec3(2, 4, 8));
-    EXPECT_EQ(light("key=color:1,0.5,0").intensity, vec3(8, 4, 0));
-    EXPECT_EQ(light("key=intensity:2,color:#fff").intensity, vec3(2));
-    EXPECT_EQ(light("key=off").intensity, vec3(0));
+    const std::pair<const char*, vec3> intensities[] = {{"key=0.5", {1, 2, 4}},
+                                                        {"key=factor:0.5,intensity:16", {2, 4, 8}},
+                                                        {"key=color:1,0.5,0", {8, 4, 0}},
+                                                        {"key=intensity:2,color:#fff", vec3(2)},
+                                                        {"key=off", vec3(0)}};
+    for (const auto& [text, intensity] : intensities) EXPECT_EQ(light(text).intensity, intensity) << text;
     EXPECT_EQ(light("key=position:1,2,3").position, dvec3(1, 2, 3));
     EXPECT_EQ(light("k*=direction:0,0,-2").direction, vec3(0, 0, -1));
     const vec3 warm = light("key=temperature:2700").intensity;
@@ -230,19 +187,6 @@ TEST(LightEdits, ReplaceIntensityAndColour) {
     EXPECT_GT(warm.g, 2 * warm.b);
     EXPECT_EQ(yard.with(edits_of({{add_light_edit, "key=off"}, {add_light_edit, "key=on"}})).lights[0].intensity,
               yard.scene.lights[0].intensity);
-    EXPECT_EQ(yard.message(add_light_edit, "kye=off"), "--option: yard: there is no light 'kye'; did you mean 'key'?");
-    EXPECT_EQ(yard.message(add_light_edit, "key"), "--option: expects NAME=KEY:VALUE,... or NAME=off, not 'key'");
-    EXPECT_EQ(yard.message(add_light_edit, "key=colour:1,1,1"),
-              "--option: key: 'colour' is none of factor, intensity, color, temperature, position, direction, off, on; "
-              "did you mean 'color'?");
-    EXPECT_EQ(yard.message(add_light_edit, "key=color:mauve"),
-              "--option: key: color: expects R,G,B, #rrggbb or the name of a colour, not 'mauve'");
-    EXPECT_EQ(yard.message(add_light_edit, "key=temperature:900"),
-              "--option: key: temperature: expects numbers from 1000 to 40000, not 900");
-    EXPECT_EQ(yard.message(add_light_edit, "key=position:1,2"),
-              "--option: key: position: expects three numbers, not '1,2'");
-    EXPECT_EQ(yard.message(add_light_edit, "key=intensity:nan"),
-              "--option: key: intensity: expects numbers, not 'nan'");
 }
 
 TEST(MaterialEdits, ReplaceProperties) {
@@ -252,30 +196,43 @@ TEST(MaterialEdits, ReplaceProperties) {
     EXPECT_EQ(edited("0.base_color=0.5,0.25,1")[0].base_color, vec4(0.5f, 0.25f, 1, 1));
     EXPECT_EQ(edited("wo?d*.metallic=0")[0].metallic, 0);
     EXPECT_EQ(vec3(edited("1.base_color=#f00")[1].base_color), vec3(1, 0, 0));
-    EXPECT_EQ(yard.message(add_material_edit, "steel.1.rouhgness=1"),
-              "--option: steel.1: materials have no property 'rouhgness'; did you mean 'roughness'?");
-    EXPECT_EQ(yard.message(add_material_edit, "roughness=1"),
-              "--option: expects NAME.PROPERTY=VALUE, not 'roughness=1'");
-    EXPECT_EQ(yard.message(add_material_edit, "0.roughness=2"), "--option: 0: roughness: 2 is outside [0, 1]");
 }
 
-TEST(NodeEdits, InvalidValuesAreNamed) {
-    const Yard yard;
-    EXPECT_EQ(yard.message(add_node_edit, "group=scale:0"),
-              "--option: group: scale: 0 is no factor; --hide hides nodes");
-    EXPECT_EQ(yard.message(add_node_edit, "group=matrix:1,2"),
-              "--option: group: matrix: expects 12 or 16 numbers, not 2");
-    Yard with_camera;
-    with_camera.tree.nodes.push_back({"eye", 0, true, dmat4(1)});
-    EXPECT_EQ(with_camera.message(add_node_edit, "eye=translate:0,0,1"),
-              "--option: yard: node 'eye' has no surface and no light that an edit could move; edits leave cameras and "
-              "the joints of skins in place");
-    EXPECT_EQ(with_camera.message(add_node_edit, "*e*=translate:0,0,1"), "") << "others of the pattern move";
-    EXPECT_EQ(yard.message(add_node_edit, "grop=scale:2"),
-              "--option: yard: there is no node 'grop'; did you mean 'group'?");
+TEST(SceneEdits, InvalidTextsAreNamed) {
+    const struct {
+        AddEdit add;
+        const char* text;
+        const char* element;
+    } refusals[] = {{add_hidden, "grup", "yard: there is no node, mesh or light 'grup'"},
+                    {add_hidden, "1", "yard: '1' needs a kind"},
+                    {add_hidden, "mesh:box a", "yard: there is no mesh 'box a'"},
+                    {add_catcher, "grup", "yard: there is no node or mesh 'grup'"},
+                    {add_catcher, "", "expects the name of a node or a mesh"},
+                    {add_light_edit, "kye=off", "yard: there is no light 'kye'"},
+                    {add_light_edit, "wood=off", "yard: there is no light 'wood'"},
+                    {add_light_edit, "key", "not 'key'"},
+                    {add_light_edit, "key=colour:1,1,1", "key: 'colour'"},
+                    {add_light_edit, "key=color:mauve", "key: color: "},
+                    {add_light_edit, "key=temperature:900", "key: temperature: "},
+                    {add_light_edit, "key=position:1,2", "key: position: "},
+                    {add_light_edit, "key=intensity:nan", "key: intensity: "},
+                    {add_material_edit, "0.emission_temperature=900", "0: emission_temperature: "},
+                    {add_material_edit, "0.roughness=rough", "0: roughness: "},
+                    {add_material_edit, "0.roughness=2", "0: roughness: 2"},
+                    {add_material_edit, "steel.1.rouhgness=1", "steel.1: materials have no property 'rouhgness'"},
+                    {add_material_edit, "roughness=1", "not 'roughness=1'"},
+                    {add_node_edit, "group=scale:0", "group: scale: 0"},
+                    {add_node_edit, "group=matrix:1,2", "group: matrix: "},
+                    {add_node_edit, "grop=scale:2", "yard: there is no node 'grop'"},
+                    {add_node_edit, "eye=translate:0,0,1", "yard: node 'eye' has no surface"}};
+    Yard yard;
+    yard.tree.nodes.push_back({"eye", 0, true, dmat4(1)});
+    for (const auto& [add, text, element] : refusals)
+        expect_refusal([&] { yard.with(edits_of({{add, text}})); }, element, "--option: ");
+    EXPECT_NO_THROW(yard.with(edits_of({{add_node_edit, "*e*=translate:0,0,1"}}))) << "others of the pattern move";
     SceneEdits twice;
     twice.lights = {{"key", {}}, {"key", {}}};
-    EXPECT_EQ(yard.message(twice), "yard: light 'key' is edited twice");
+    expect_refusal([&] { yard.with(twice); }, "yard: light 'key'");
 }
 
 /// CIE illuminant A is a black body of 2856 K. The fit of the matching functions is exact to some thousandths.
@@ -304,85 +261,51 @@ TEST(BlackBody, IsFoundByItsColor) {
 }
 
 TEST(EditTexts, RestoreTheEditExactly) {
-    LightEdit light;
-    light.factor = 0.1f;
-    light.intensity = 1.0f / 3;
-    light.color = vec3(0.1f, 0.7f, 1);
-    light.position = dvec3(1.0 / 3, -1e7, 1e-30);
-    light.direction = unit_direction({1, 2, 3});
-    light.off = true;
-    NodeEdit node;
-    node.translate = {0.1, 1.0 / 3, 0};
-    node.rotate = {45, 0, -1e-5};
-    node.scale = {1, 2, 1.0 / 7};
-    node.matrix = dmat4(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0.2, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 4, 1e-3, 1));
+    LightEdit light{.factor = 0.1f,
+                    .color = vec3(0.1f, 0.7f, 1),
+                    .position = dvec3(1.0 / 3, -1e7, 1e-30),
+                    .direction = unit_direction({1, 2, 3}),
+                    .intensity = 1.0f / 3,
+                    .off = true};
+    const dmat4 matrix(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0.2, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 4, 1e-3, 1));
+    const NodeEdit node{{0.1, 1.0 / 3, 0}, {45, 0, -1e-5}, {1, 2, 1.0 / 7}, matrix};
     SceneEdits edits;
     add_light_edit(edits, "", "a = b=" + text(light));
     add_node_edit(edits, "", "n=" + text(node));
     EXPECT_EQ(edits.lights.at(0).name, "a = b");
-    EXPECT_EQ(edits.lights[0].edit.position, light.position);
     light.direction = edits.lights[0].edit.direction;  // normalised again
     EXPECT_LT(glm::length(*light.direction - *unit_direction({1, 2, 3})), 1e-15);
     EXPECT_EQ(edits.lights[0].edit, light);
     EXPECT_EQ(edits.nodes.at(0).edit, node);
-
-    // Settings files restore them, too.
-    TemporaryFolder folder;
-    SavedSettings saved;
-    saved.edits = edits;
-    add_light_edit(saved.edits, "", "0=factor:2,temperature:2700.5");
-    material_edit(saved.edits, "1") = {{"metallic", {0.7f}}, {"roughness", {0.3f}}};
-    add_material_edit(saved.edits, "", "wall*.base_color=0.1,0.2,0.3");
-    add_hidden(saved.edits, "", "mesh:crate");
-    write_settings(folder / "a.json", saved);
-    const SceneEdits read = read_settings(folder / "a.json").edits;
-    EXPECT_EQ(read.materials, saved.edits.materials);
-    EXPECT_EQ(read.nodes, saved.edits.nodes);
-    EXPECT_EQ(read.hidden, saved.edits.hidden);
-    EXPECT_EQ(read.lights, saved.edits.lights);
-    EXPECT_EQ(read, saved.edits);
-    EXPECT_EQ(text(read.lights.at(1).edit), "factor:2,temperature:2700.5");
-    EXPECT_EQ(read.materials.at(0).edit, (MaterialEdit{{"metallic", {0.7f}}, {"roughness", {0.3f}}}));
+    EXPECT_EQ(text(LightEdit{.factor = 2, .temperature = 2700.5f}), "factor:2,temperature:2700.5");
 }
 
 TEST(EditTexts, NumbersAreNamesInFilesAndOptions) {
     const Yard yard;
-    const auto parsed = [](const std::string& json) {
-        return parse_settings("{\"halflight_settings\": 1, " + json + "}", "a.json").edits;
-    };
     for (const char* file : {R"("lights": {"0": 0.5})", R"("lights": [0.5])"}) {
-        SceneEdits edits = parsed(file);
+        SceneEdits edits = edits_in_file(file);
         EXPECT_EQ(yard.with(edits).lights[0].intensity, 0.5f * yard.scene.lights[0].intensity) << file;
         add_light_edit(edits, "--light", "0=2");
         EXPECT_EQ(yard.with(edits).lights[0].intensity, 2.0f * yard.scene.lights[0].intensity) << file;
     }
-    EXPECT_EQ(parsed(R"("lights": [1, {"factor": 1}, {"off": true}])").lights,
+    EXPECT_EQ(edits_in_file(R"("lights": [1, {"factor": 1}, {"off": true}])").lights,
               (std::vector<NamedEdit<LightEdit>>{{"2", {.off = true}}}));
-    SceneEdits steel = parsed(R"("materials": {"2": {"roughness": 0.5, "metallic": 1}})");
+    SceneEdits steel = edits_in_file(R"("materials": {"2": {"roughness": 0.5, "metallic": 1}})");
     add_material_edit(steel, "--material", "2.roughness=0.25");
     EXPECT_EQ(steel.materials.size(), 1u);
     EXPECT_EQ(yard.with(steel).materials[2].roughness, 0.25f);
     EXPECT_EQ(yard.with(steel).materials[2].metallic, 1);
-    EXPECT_EQ(yard.message(parsed(R"("lights": {"7": 0.5})")),
-              "a.json: lights: yard: there is no light 7; the scene has 1, numbered from 0");
+    expect_refusal([&] { yard.with(edits_in_file(R"("lights": {"7": 0.5})")); },
+                   "a.json: lights: yard: there is no light 7");
 }
 
 TEST(EditTexts, FilesTakeTheTextsOfOptions) {
-    const auto edits = [](const std::string& json) {
-        return parse_settings("{\"halflight_settings\": 1, " + json + "}", "a.json").edits;
-    };
-    EXPECT_EQ(edits(R"("lights": {"key": {"temperature": 2700, "off": true}, "fill": 0.5})"),
+    EXPECT_EQ(edits_in_file(R"("lights": {"key": {"temperature": 2700, "off": true}, "fill": 0.5})"),
               edits_of({{add_light_edit, "key=temperature:2700,off"}, {add_light_edit, "fill=0.5"}}));
-    EXPECT_EQ(edits(R"("materials": {"floor": {"base_color": "#8899cc", "roughness": 0.3}})"),
+    EXPECT_EQ(edits_in_file(R"("materials": {"floor": {"base_color": "#8899cc", "roughness": 0.3}})"),
               edits_of({{add_material_edit, "floor.base_color=#8899cc"}, {add_material_edit, "floor.roughness=0.3"}}));
-    EXPECT_EQ(edits(R"("nodes": {"crate": {"rotate": [0, 45, 0], "scale": 2}}, "hide": ["wall*"])"),
+    EXPECT_EQ(edits_in_file(R"("nodes": {"crate": {"rotate": [0, 45, 0], "scale": 2}}, "hide": ["wall*"])"),
               edits_of({{add_node_edit, "crate=rotate:0,45,0,scale:2"}, {add_hidden, "wall*"}}));
-    const auto message = [&](const std::string& json) { return error_message([&] { edits(json); }); };
-    EXPECT_EQ(message(R"("nodes": {"crate": {"turn": 1}})"), "a.json: nodes.crate: there is no setting 'turn'");
-    EXPECT_EQ(message(R"("nodes": {"crate": {"rotate": 1}})"), "a.json: nodes.crate.rotate: is no list");
-    EXPECT_EQ(message(R"("lights": {"key": {"color": [1, 1, 1], "temperature": 2700}})"),
-              "a.json: lights.key: has both 'color' and 'temperature'");
-    EXPECT_EQ(message(R"("hide": [1])"), "a.json: hide[0]: is no text");
 }
 
 TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
@@ -398,10 +321,7 @@ TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
     scene.pose(0);
     EXPECT_EQ(position(), start + dvec3(0, 0, 5));
     const std::uint64_t before = scene.transform_revision();
-    EXPECT_NE(error_message([&] {
-                  scene.edit(edits_of({{add_node_edit, "77=scale:2"}}));
-              }).find("there is no node 77"),
-              std::string::npos);
+    expect_refusal([&] { scene.edit(edits_of({{add_node_edit, "77=scale:2"}})); }, "there is no node 77");
     EXPECT_EQ(position(), start + dvec3(0, 0, 5)) << "an invalid edit keeps the earlier ones";
     EXPECT_EQ(scene.transform_revision(), before);
     const std::size_t all = scene.scene().instances.size();
@@ -453,9 +373,7 @@ TEST(NodeEdits, FindObjectsWhileAnimationsHideThem) {
             for (const double time : {0.0, 1.0, 2.0}) EXPECT_NO_THROW(scene.pose(time)) << k << " at " << time;
             const Instance& last = scene.scene().instances.back();
             EXPECT_EQ(last.name == "blinking", k != 2);
-            if (k < 2) {
-                EXPECT_EQ(last.object_to_world[3].y, k == 0 ? 3 : 7);
-            }
+            EXPECT_TRUE(k >= 2 || last.object_to_world[3].y == (k == 0 ? 3 : 7));
             EXPECT_EQ(last.catcher, k == 3);
             ++k;
         }
@@ -514,11 +432,10 @@ TEST(SceneNames, AreOptionsThatKeepTheScene) {
     for (std::size_t i = 0; i < 2; ++i)
         EXPECT_EQ(same.instances[i].object_to_world, yard.scene.instances[i].object_to_world);
     const std::string lines = option_lines(names);
-    EXPECT_NE(lines.find("--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0'\n"),
-              std::string::npos)
-        << lines;
-    EXPECT_NE(lines.find("--variant red\n"), std::string::npos) << lines;
-    EXPECT_NE(lines.find("--node 'box a=translate:0,0,0'\n"), std::string::npos) << lines;
+    for (const char* line :
+         {"--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0'\n",
+          "--variant red\n", "--node 'box a=translate:0,0,0'\n"})
+        EXPECT_NE(lines.find(line), std::string::npos) << lines;
     EXPECT_EQ(lines.find("other scene"), std::string::npos) << lines;
 }
 

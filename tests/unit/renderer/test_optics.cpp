@@ -1,4 +1,5 @@
-// Tests projections and eyes as pure functions: camera rays, their inverse, known directions, and parallax.
+// Tests projections, eyes and lenses as pure functions: camera rays, their inverse, known directions, parallax, the
+// aperture of an f-number, and how settings and scenes combine.
 #include "engine/core/optics.h"
 
 #include <gtest/gtest.h>
@@ -7,10 +8,12 @@
 #include <random>
 
 #include "api/halflight/camera.h"
+#include "api/halflight/statistics.h"
+#include "engine/core/view_transform.h"
 #include "engine/settings/denoiser_windows.h"
 #include "engine/settings/render_settings.h"
 #include "renderer/frame_constants.h"
-#include "tests/support/error_message.h"
+#include "tests/unit/renderer/refusal.h"
 
 namespace halflight {
 namespace {
@@ -76,33 +79,36 @@ TEST(Optics, PlacesAreTheInverseOfRays) {
     EXPECT_GT(found, 12000);
 }
 
-void expect_direction(const Optics& optics, const dvec2& share, const dvec3& direction) {
-    const ivec2 image(1000, 1000);
-    const Ray ray = ray_at(camera_with(optics), image, share * 1000.0, ivec2(share * 999.0));
-    EXPECT_LT(glm::length(ray.direction - direction), 1e-6) << text(optics) << " " << share.x << ", " << share.y;
-}
-
 TEST(Optics, KnownDirections) {
+    struct Case {
+        Optics optics;
+        dvec2 share;  // place, relative to the picture's size
+        dvec3 direction;
+    };
     const Optics panorama{.projection = Projection::panorama};
-    expect_direction(panorama, {0.5, 0.5}, {0, 0, -1});
-    expect_direction(panorama, {0.75, 0.5}, {1, 0, 0});
-    expect_direction(panorama, {0.25, 0.5}, {-1, 0, 0});
-    expect_direction(panorama, {0, 0.5}, {0, 0, 1});
-    expect_direction(panorama, {1, 0.5}, {0, 0, 1});
-    expect_direction(panorama, {0.3, 0}, {0, 1, 0});
-    expect_direction(panorama, {0.9, 1}, {0, -1, 0});
+    // Half of the radius: 45 degrees, or for equal areas 2 asin(sin(45 degrees) / 2).
+    const double angle = 2 * std::asin(std::sqrt(0.5) / 2);
+    std::vector<Case> cases{
+        {panorama, {0.5, 0.5}, {0, 0, -1}},
+        {panorama, {0.75, 0.5}, {1, 0, 0}},
+        {panorama, {0.25, 0.5}, {-1, 0, 0}},
+        {panorama, {0, 0.5}, {0, 0, 1}},
+        {panorama, {1, 0.5}, {0, 0, 1}},
+        {panorama, {0.3, 0}, {0, 1, 0}},
+        {panorama, {0.9, 1}, {0, -1, 0}},
+        {{.projection = Projection::fisheye}, {0.75, 0.5}, {std::sqrt(0.5), 0, -std::sqrt(0.5)}},
+        {{.projection = Projection::equisolid}, {0.5, 0.25}, {0, std::sin(angle), -std::cos(angle)}}};
     for (const Projection projection : {Projection::fisheye, Projection::equisolid}) {
         const Optics half{.projection = projection, .fisheye_fov = 180};
-        expect_direction(half, {0.5, 0.5}, {0, 0, -1});
-        expect_direction(half, {1, 0.5}, {1, 0, 0});
-        expect_direction(half, {0.5, 0}, {0, 1, 0});
-        const Optics whole{.projection = projection, .fisheye_fov = 360};
-        expect_direction(whole, {0, 0.5}, {0, 0, 1});
+        cases.push_back({half, {0.5, 0.5}, {0, 0, -1}});
+        cases.push_back({half, {1, 0.5}, {1, 0, 0}});
+        cases.push_back({half, {0.5, 0}, {0, 1, 0}});
+        cases.push_back({{.projection = projection, .fisheye_fov = 360}, {0, 0.5}, {0, 0, 1}});
     }
-    // Half of the radius: 45 degrees, or for equal areas 2 asin(sin(45 degrees) / 2).
-    expect_direction({.projection = Projection::fisheye}, {0.75, 0.5}, {std::sqrt(0.5), 0, -std::sqrt(0.5)});
-    const double angle = 2 * std::asin(std::sqrt(0.5) / 2);
-    expect_direction({.projection = Projection::equisolid}, {0.5, 0.25}, {0, std::sin(angle), -std::cos(angle)});
+    for (const auto& [optics, share, direction] : cases) {
+        const Ray ray = ray_at(camera_with(optics), {1000, 1000}, share * 1000.0, ivec2(share * 999.0));
+        EXPECT_LT(glm::length(ray.direction - direction), 1e-6) << text(optics) << " " << share.x << ", " << share.y;
+    }
 }
 
 TEST(Optics, EqualAreasHaveEqualSolidAngles) {
@@ -140,24 +146,19 @@ TEST(Optics, ParallaxOfKnownPoints) {
     constexpr double kEyes = 0.065;
     const Camera camera;
     const double pixels = kImage.y / (2 * std::tan(camera.vertical_fov / 2));  // per unit at distance 1
+    const Optics panorama{.projection = Projection::panorama}, fisheye{.projection = Projection::fisheye};
     for (const double distance : {0.5, 2.0, 50.0}) {
         const dvec3 point(0.1 * distance, -0.2 * distance, -distance);
         EXPECT_NEAR(parallax({}, point), pixels * kEyes / distance, 2e-3) << "parallel eyes";
         EXPECT_NEAR(parallax({.convergence = 2}, point), pixels * kEyes * (1 / distance - 1 / 2.0), 2e-3);
         // Omnidirectional stereo: the line of sight is a tangent of the circle on which the eyes turn.
-        const double level = std::hypot(point.x, point.z);
-        EXPECT_NEAR(parallax({.projection = Projection::panorama}, point),
-                    kImage.x / (2 * kPi) * 2 * std::asin(kEyes / 2 / level), 2e-3);
-        const auto turned = [&](double azimuth) {
-            return dvec3(level * std::sin(azimuth), point.y, -level * std::cos(azimuth));
-        };
-        for (const double azimuth : {1.0, 2.5, -2.0})
-            EXPECT_NEAR(parallax({.projection = Projection::panorama}, turned(azimuth)),
+        const double level = std::hypot(point.x, point.z), start = std::atan2(point.x, -point.z);
+        for (const double azimuth : {start, 1.0, 2.5, -2.0})
+            EXPECT_NEAR(parallax(panorama, {level * std::sin(azimuth), point.y, -level * std::cos(azimuth)}),
                         kImage.x / (2 * kPi) * 2 * std::asin(kEyes / 2 / level), 2e-3)
                 << "the same in all directions";
         // Two parallel fisheyes; 180 degrees take 1200 pixels.
-        EXPECT_NEAR(parallax({.projection = Projection::fisheye}, dvec3(0, 0, -distance)),
-                    1200 / kPi * 2 * std::atan(kEyes / 2 / distance), 2e-3);
+        EXPECT_NEAR(parallax(fisheye, {0, 0, -distance}), 1200 / kPi * 2 * std::atan(kEyes / 2 / distance), 2e-3);
     }
     for (const Projection projection : kProjections)
         EXPECT_NEAR(parallax({.projection = projection, .convergence = 2}, dvec3(0, 0, -2)), 0, 2e-3)
@@ -230,23 +231,68 @@ TEST(Optics, CamerasWithOptics) {
     EXPECT_EQ(with_optics(own, {.stereo = Stereo::side_by_side}).aspect, 3);
     own.orthographic = true;
     EXPECT_FALSE(with_optics(own, {.projection = Projection::fisheye}).orthographic);
-    EXPECT_EQ(
-        error_message([&] { with_optics(own, {.stereo = Stereo::left}); }),
-        "render settings: stereo needs a perspective camera, a panorama or a fisheye; the camera is orthographic");
+    expect_refusal([&] { with_optics(own, {.stereo = Stereo::left}); }, "render settings: stereo");
     own.lens = {.aperture = 9, .focus = {.kind = Focus::Kind::distance, .distance = 2}};
-    EXPECT_EQ(
-        error_message([&] { with_optics(own, {.projection = Projection::panorama}); }),
-        "render settings: depth of field needs a perspective or orthographic camera, not the projection panorama");
-    EXPECT_EQ(error_message([&] { with_optics({}, {.stereo = Stereo::left, .convergence = 0.05}); }),
-              "render settings: the eyes must converge farther away than they are apart");
-    EXPECT_EQ(error_message([&] { with_optics({}, {.fisheye_fov = 361}); }),
-              "render settings: a fisheye sees more than 0 and up to 360 degrees");
+    expect_refusal([&] { with_optics(own, {.projection = Projection::panorama}); }, "render settings: depth of field");
+    expect_refusal([&] { with_optics({}, {.stereo = Stereo::left, .convergence = 0.05}); },
+                   "render settings: the eyes");
+    expect_refusal([&] { with_optics({}, {.fisheye_fov = 361}); }, "render settings: a fisheye");
     EXPECT_EQ(with_optics({}, {.fisheye_fov = 90, .eye_distance = 1, .convergence = 2}).optics, Optics());
     EXPECT_EQ(text(Optics()), "");
-    EXPECT_EQ(text(Optics{.projection = Projection::fisheye, .fisheye_fov = 220, .stereo = Stereo::views}),
-              "fisheye of 220 degrees, stereo views, eyes 0.065 m apart, parallel");
     EXPECT_EQ(text(Optics{.stereo = Stereo::left, .convergence = 3}),
               "stereo left, eyes 0.065 m apart, converging at 3 m");
+}
+
+Camera camera_of_50_mm(double aspect) {
+    Camera camera;
+    camera.vertical_fov = 2 * std::atan(36 / 50.0 / 2 / std::max(aspect, 1.0));
+    return camera;
+}
+
+TEST(LensValues, ApertureOfAnFNumber) {
+    for (const double aspect : {16.0 / 9, 1.0, 0.5}) {
+        Camera camera = camera_of_50_mm(aspect);
+        camera.lens.fstop = 2;
+        EXPECT_NEAR(aperture_radius(camera, aspect), 0.0125, 1e-12) << "50 mm at f/2, whatever the picture's shape";
+        camera.lens.sensor = 18;
+        EXPECT_NEAR(aperture_radius(camera, aspect), 0.00625, 1e-12);
+        camera.lens.aperture = 3;
+        EXPECT_NEAR(aperture_radius(camera, aspect), 0.0015, 1e-12) << "the diameter replaces the f-number";
+    }
+}
+
+TEST(LensValues, SettingsReplaceTheLensOfTheCamera) {
+    const Focus at_2{.kind = Focus::Kind::distance, .distance = 2};
+    const Camera plain;
+    Camera own;
+    own.lens = {.fstop = 4, .focus = at_2, .blades = 6};
+    EXPECT_EQ(with_lens(plain, {}).lens, Lens());
+    EXPECT_EQ(with_lens(plain, {.fstop = 2}).lens, Lens()) << "an f-number alone sets the exposure";
+    EXPECT_EQ(with_lens(own, {}).lens, own.lens);
+    EXPECT_EQ(with_lens(own, {.fstop = 2}).lens, (Lens{.fstop = 2, .focus = at_2, .blades = 6}));
+    EXPECT_EQ(with_lens(own, {.focus = {.kind = Focus::Kind::none}}).lens, Lens());
+    EXPECT_EQ(with_lens(own, {.aperture = 9}).lens, (Lens{.fstop = 4, .aperture = 9, .focus = at_2, .blades = 6}));
+    EXPECT_EQ(with_lens(plain, {.aperture = 9, .focus = at_2}).lens, (Lens{.aperture = 9, .focus = at_2}));
+    expect_refusal([&] { with_lens(plain, {.focus = at_2}); }, "focus: ");
+    expect_refusal([&] { with_lens(plain, {.aperture = 9}); }, "aperture: ");
+    Camera orthographic;
+    orthographic.orthographic = true;
+    expect_refusal([&] { with_lens(orthographic, {.fstop = 2, .focus = at_2}); }, "no focal length");
+    EXPECT_TRUE(with_lens(orthographic, {.aperture = 2, .focus = at_2}).lens.blurs());
+    const Lens lens{.fstop = 2, .focus = {.kind = Focus::Kind::distance, .distance = 1.5}, .blades = 6, .rotation = 10};
+    EXPECT_EQ(lens_text(camera_of_50_mm(1.5), lens, {3, 2}),
+              "f/2, aperture 25 mm, focus at 1.5 m, 6 blades turned by 10 degrees");
+}
+
+TEST(LensValues, AnFNumberBesideAFocusLeavesTheExposureAlone) {
+    ViewTransform view;
+    view.camera.lens = {.fstop = 2, .focus = {.kind = Focus::Kind::distance, .distance = 2}};
+    EXPECT_TRUE(view.metered());
+    view.camera.iso = 100;
+    EXPECT_FALSE(view.metered()) << "exposure and depth of field share the f-number";
+    const float blurred = view.stops();
+    view.camera.lens.focus = {};
+    EXPECT_EQ(view.stops(), blurred);
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
-// Tests samples in flight: what is read of them, when, and what happens to samples that nobody waits for.
-#include "renderer/sample_queue.h"
-
+// Tests samples in flight: what is read of them, when, and what happens to samples that nobody waits for. Also tests
+// counters of bad values, and predictions of when samples end.
 #include <gtest/gtest.h>
 
 #include <set>
 
+#include "passes/picture/bad_values.h"
+#include "renderer/sample_pace.h"
+#include "renderer/sample_queue.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
 
@@ -108,6 +110,48 @@ TEST_F(SampleQueueTest, SamplesInFlightCanBeForgotten) {
     push(2, mattes);
     queue.wait();
     EXPECT_EQ(added(mattes), (Names{"a", "c"}));
+}
+
+TEST(BadValues, SumsDoNotWrap) {
+    BadValueSums sums;
+    std::array<std::uint32_t, kBadValueCounts> counts{};
+    counts[1 * shared::kBadKinds + shared::kBadNan] = 0xffffffffu;
+    counts[1 * shared::kBadKinds + shared::kBadNegative] = 1;
+    counts[3 * shared::kBadKinds + shared::kBadInfinite] = 0x80000000u;
+    for (int sample = 0; sample < 4; ++sample) sums.add(counts);
+    const std::vector<BadValues> bad = sums.by_component();
+    ASSERT_EQ(bad.size(), shared::kCountedPasses);
+    EXPECT_EQ(bad[1].component, "shadow");
+    EXPECT_EQ(bad[1].nans, 4 * 0xffffffffull);
+    EXPECT_EQ(bad[1].negatives, 4u);
+    EXPECT_EQ(bad[3].infinities, 0x200000000ull);
+    EXPECT_EQ(bad[0].total() + bad[2].total(), 0u);
+    EXPECT_EQ(bad[1].total(), 4 * 0x100000000ull);
+    sums.reset();
+    for (const BadValues& n : sums.by_component()) EXPECT_EQ(n.total(), 0u);
+}
+
+TEST(SamplePace, ExpectsTheMeanOfSamplesWithoutCompilation) {
+    const struct {
+        std::vector<std::pair<double, double>> samples;  // seconds, and shaders that were compiled
+        double overhead, too_little, enough;
+    } cases[] = {{{{2, 0}}, 0, 3.9, 4},
+                 {{{2, 0}, {3, 0}}, 0, 4.4, 4.5},
+                 {{{3, 1}}, 3, 2.9, 4},  // nothing is known about samples that compile nothing
+                 {{{3, 1}, {3.5, 1}}, 2.5, 3.9, 4},
+                 {{{1, 1}, {4, 1}}, 0, 0, 100}};  // slow samples after a quick start
+    for (const auto& [samples, overhead, too_little, enough] : cases) {
+        SamplePace pace;
+        for (const auto& [seconds, compiled] : samples) pace.add(seconds, compiled);
+        EXPECT_EQ(pace.overhead(), overhead);
+        EXPECT_FALSE(pace.another_fits(too_little)) << too_little;
+        EXPECT_TRUE(pace.another_fits(enough)) << enough;
+    }
+    SamplePace slow;
+    slow.add(60, 1);
+    EXPECT_LT(slow.overhead(), 10) << "one shader does not excuse a long sample";
+    EXPECT_FALSE(slow.another_fits(65));
+    EXPECT_TRUE(slow.another_fits(115));
 }
 
 }  // namespace

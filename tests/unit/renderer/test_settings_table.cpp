@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <limits>
 #include <set>
 
 #include "engine/core/error.h"
@@ -51,87 +51,76 @@ RenderSettings unusual() {
 TEST(SettingsTable, TextsAreReadBack) {
     const RenderSettings from = unusual();
     RenderSettings to;
+    std::set<std::string_view> names;
     for (const Setting& s : known_settings()) {
+        EXPECT_TRUE(names.insert(s.name).second) << s.name;
         EXPECT_NE(s.get(from), s.get(to)) << s.name;
         copy_setting(s, from, to);
     }
     for (const Setting& s : known_settings()) EXPECT_EQ(s.get(from), s.get(to)) << s.name;
     EXPECT_EQ(to.clamp, from.clamp);
     EXPECT_EQ(to.filter, from.filter);
-    EXPECT_EQ(to.error, from.error);
-    EXPECT_EQ(to.aovs, from.aovs);
     EXPECT_EQ(to.view, from.view);
-    EXPECT_EQ(to.kept, from.kept);
-    EXPECT_EQ(to.crop, from.crop);
-}
-
-TEST(SettingsTable, NamesAreUnique) {
-    std::set<std::string_view> names;
-    for (const Setting& s : known_settings()) EXPECT_TRUE(names.insert(s.name).second) << s.name;
 }
 
 TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
-    RenderSettings s;
-    const auto problem = [&](const char* name, const std::string& text) { return setting(name).set(s, text); };
-    EXPECT_EQ(problem("samples", "16"), "");
-    EXPECT_EQ(s.samples, 16);
-    EXPECT_EQ(problem("samples", "0"), "expects a whole number from 1 to 16777216, not '0'");
-    EXPECT_EQ(problem("samples", "1.5"), "expects a whole number from 1 to 16777216, not '1.5'");
-    EXPECT_EQ(problem("clamp", "0"), "");
-    EXPECT_EQ(problem("clamp", "1e-9"), "expects 0 or a number from 1e-06 to 1e+30, not '1e-9'");
-    EXPECT_EQ(problem("exposure", "nan"), "expects auto or a number from -64 to 64, not 'nan'");
-    EXPECT_EQ(problem("exposure", "-2.5"), "");
-    EXPECT_EQ(s.view.exposure, Exposure(-2.5f));
-    EXPECT_EQ(problem("exposure", "auto"), "");
-    EXPECT_TRUE(s.view.metered());
-    EXPECT_EQ(problem("shutter-speed", "1/250"), "");
-    EXPECT_EQ(s.view.camera.shutter_speed.seconds, 0.004f);
-    for (const char* text : {"1/0", "1/-5", "1/", "1/nan", "1/1e99"})
-        EXPECT_EQ(problem("shutter-speed", text),
-                  std::string("expects 0, a number from 1e-06 to 100000 or 1/N, not '") + text + "'");
-    EXPECT_EQ(problem("fstop", "0.01"), "expects 0 or a number from 0.1 to 1000, not '0.01'");
-    using Kind = Focus::Kind;
-    const Focus& focus = s.view.camera.lens.focus;
-    EXPECT_EQ(problem("focus", "0.25,1"), "");
-    EXPECT_EQ(focus, (Focus{.kind = Kind::point, .point = {0.25, 1}}));
-    EXPECT_EQ(setting("focus").get(s), "0.25,1");
-    EXPECT_EQ(problem("focus", "infinity"), "");
-    EXPECT_TRUE(std::isinf(focus.distance));
-    EXPECT_EQ(setting("focus").get(s), "infinity");
-    EXPECT_EQ(problem("focus", "none"), "");
-    EXPECT_EQ(setting("focus").get(s), "none");
-    EXPECT_EQ(problem("focus", "2.5"), "");
-    for (const char* text :
-         {"0", "-1", "nan", "inf", "1e10", "1.5,0.5", "0.5,-0.1", "0.5,", ",0.5", "nan,0", "1,1,1", ""})
-        EXPECT_EQ(problem("focus", text), fmt::format("expects auto, none, infinity, a distance from 1e-06 to "
-                                                      "1000000000, or X,Y from 0 to 1, not '{}'",
-                                                      text));
-    EXPECT_EQ(focus, (Focus{.kind = Kind::distance, .distance = 2.5})) << "unchanged";
-    for (const char* text : {"1", "2", "65"})
-        EXPECT_EQ(problem("blades", text), fmt::format("expects 0 or a whole number from 3 to 64, not '{}'", text));
-    EXPECT_EQ(problem("blades", "0"), "");
-    EXPECT_EQ(problem("aperture", "-1"), "expects 0 or a number from 1e-06 to 1000000, not '-1'");
-    EXPECT_EQ(problem("error", "0.5 mse"), "");
-    EXPECT_EQ(problem("error", "0.5 psnr"), "expects one of relmse, mse, not 'psnr'");
-    EXPECT_EQ(problem("filter", "blackman-harris"), "");
-    EXPECT_EQ(s.filter.radius, 1.5) << "the usual one of the shape";
-    EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, native, not 'cpu'");
-    EXPECT_EQ(problem("denoise-frames", "5"), "expects auto or a whole number from 0 to 4, not '5'");
-    EXPECT_EQ(problem("denoise-frames", "0"), "");
-    EXPECT_EQ(s.denoise_frames, 0);
-    EXPECT_EQ(problem("denoise-frames", "auto"), "");
-    EXPECT_FALSE(s.denoise_frames);
-    EXPECT_EQ(problem("half", "1"), "expects yes or no, not '1'");
-    EXPECT_EQ(problem("aov", "all"), "");
-    EXPECT_EQ(s.aovs.size() + 5, known_aovs().size()) << "all but three for debugging and two of the denoiser";
-    EXPECT_TRUE(problem("aov", "depht").starts_with("has no layer 'depht'; known layers are: none, all, emission"));
-    EXPECT_EQ(s.samples, 16) << "unchanged";
+    const std::pair<const char*, std::vector<const char*>> refusals[] = {
+        {"samples", {"0", "1.5", "16777217"}},
+        {"clamp", {"1e-9", "-1"}},
+        {"exposure", {"nan", "65"}},
+        {"shutter-speed", {"1/0", "1/-5", "1/", "1/nan", "1/1e99"}},
+        {"fstop", {"0.01"}},
+        {"focus", {"0", "-1", "nan", "inf", "1e10", "1.5,0.5", "0.5,-0.1", "0.5,", ",0.5", "nan,0", "1,1,1", ""}},
+        {"blades", {"1", "2", "65"}},
+        {"aperture", {"-1"}},
+        {"error", {"0.5 psnr"}},
+        {"culling", {"cpu"}},
+        {"denoise-frames", {"5"}},
+        {"half", {"1"}},
+        {"aov", {"depht"}}};
+    RenderSettings s = unusual();
+    for (const auto& [name, texts] : refusals)
+        for (const char* text : texts) {
+            const std::string before = setting(name).get(s), problem = setting(name).set(s, text);
+            EXPECT_NE(problem, "") << name << " " << text;
+            EXPECT_EQ(problem.find('\n'), std::string::npos) << problem;
+            EXPECT_EQ(setting(name).get(s), before) << name << " " << text;
+        }
+    EXPECT_NO_THROW(check_setting_ranges(s));
+    s.clamp = -1;
+    EXPECT_TRUE(error_message([&] { check_setting_ranges(s); }).starts_with("render settings: clamp expects "));
+}
 
-    RenderSettings wrong;
-    wrong.clamp = -1;
-    EXPECT_EQ(error_message([&] { check_setting_ranges(wrong); }),
-              "render settings: clamp expects 0 or a number from 1e-06 to 1e+30, not '-1'");
-    check_setting_ranges(unusual());
+TEST(SettingsTable, TextsHaveTheirMeaning) {
+    RenderSettings s;
+    const auto set = [&](const char* name, const char* text) { EXPECT_EQ(setting(name).set(s, text), "") << text; };
+    set("clamp", "0");
+    EXPECT_EQ(s.clamp, 0);
+    set("exposure", "-2.5");
+    EXPECT_EQ(s.view.exposure, Exposure(-2.5f));
+    set("exposure", "auto");
+    EXPECT_TRUE(s.view.metered());
+    set("shutter-speed", "1/250");
+    EXPECT_EQ(s.view.camera.shutter_speed.seconds, 0.004f);
+    const Focus foci[] = {{.kind = Focus::Kind::point, .point = {0.25, 1}},
+                          {.kind = Focus::Kind::distance, .distance = std::numeric_limits<double>::infinity()},
+                          {.kind = Focus::Kind::none},
+                          {.kind = Focus::Kind::distance, .distance = 2.5}};
+    for (std::size_t i = 0; const char* text : {"0.25,1", "infinity", "none", "2.5"}) {
+        set("focus", text);
+        EXPECT_EQ(s.view.camera.lens.focus, foci[i++]) << text;
+        EXPECT_EQ(setting("focus").get(s), text);
+    }
+    set("blades", "0");
+    set("error", "0.5 mse");
+    set("filter", "blackman-harris");
+    EXPECT_EQ(s.filter.radius, 1.5) << "the usual one of the shape";
+    set("denoise-frames", "0");
+    EXPECT_EQ(s.denoise_frames, 0);
+    set("denoise-frames", "auto");
+    EXPECT_FALSE(s.denoise_frames);
+    set("aov", "all");
+    EXPECT_EQ(s.aovs.size() + 5, known_aovs().size()) << "all but three for debugging and two of the denoiser";
 }
 
 TEST(SettingsTable, PageInDocsIsUpToDate) {

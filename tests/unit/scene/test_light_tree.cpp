@@ -7,10 +7,6 @@
 #include <functional>
 #include <numeric>
 #include <random>
-#include <tuple>
-
-#include "engine/tables/lights.h"
-#include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
@@ -54,14 +50,10 @@ std::vector<LightBounds> mixed_lights(int count, std::uint32_t seed, bool square
     return lights;
 }
 
-std::vector<std::uint32_t> own_places(std::size_t count) {
-    std::vector<std::uint32_t> names(count);
-    std::iota(names.begin(), names.end(), 0u);
-    return names;
-}
-
 LightTree tree_of(const std::vector<LightBounds>& lights) {
-    return build_light_tree(lights, own_places(lights.size()));
+    std::vector<std::uint32_t> names(lights.size());
+    std::iota(names.begin(), names.end(), 0u);
+    return build_light_tree(lights, names);
 }
 
 double angle(const dvec3& a, const dvec3& b) {
@@ -127,10 +119,9 @@ void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights)
         ASSERT_LT(depth, shared::kLightTreeDepth);
         EXPECT_TRUE(child.bounds.intensity >= 0 && child.bounds.intensity <= 1) << child.bounds.intensity;
         const std::uint32_t mask = (4u << depth) - 1;
-        for (std::size_t i = 0; i < lights.size(); ++i) {
+        for (std::size_t i = 0; i < lights.size(); ++i)
             EXPECT_TRUE(((tree.trails[i] ^ way) & mask) != 0 || holds(child.bounds, lights[i]))
                 << i << " at depth " << depth;
-        }
         if (!child.leaf) return;
         ++found[child.index];
         EXPECT_EQ(tree.trails[child.index], way);
@@ -166,12 +157,27 @@ TEST(LightBounds, ConesOfUnionsContainBoth) {
 }
 
 TEST(LightTree, NodesBoundTheirLights) {
+    std::vector<std::vector<LightBounds>> cases;
     for (const int count : {1, 2, 3, 16, 500}) {
-        SCOPED_TRACE(count);
-        const auto lights = mixed_lights(count, 7);
-        expect_sound(tree_of(lights), lights);
-        const auto squares = mixed_lights(count, 8, true);
-        expect_sound(tree_of(squares), squares);
+        cases.push_back(mixed_lights(count, 7));
+        cases.push_back(mixed_lights(count, 8, true));
+    }
+    cases.push_back(mixed_lights(300, 3));
+    for (LightBounds& b : cases.back()) b.lower = b.upper = dvec3(1, 2, 3);
+    // The best split of a row with exponential spaces separates one light at a time. Trails must still not become as
+    // long as the row.
+    cases.push_back(mixed_lights(300, 4));
+    double at = 1e-30;
+    for (LightBounds& b : cases.back()) {
+        b.lower = b.upper = dvec3(at, 0, 0);
+        b.intensity = at * at;
+        at *= 1.3;
+    }
+    for (const auto& lights : cases) {
+        SCOPED_TRACE(lights.size());
+        const LightTree tree = tree_of(lights), again = tree_of(lights);
+        expect_sound(tree, lights);
+        EXPECT_TRUE(tree.trails == again.trails && tree.rows == again.rows) << "it is deterministic";
     }
 }
 
@@ -208,28 +214,6 @@ TEST(LightTree, RoundedBoundsAreTight) {
         EXPECT_GE(double(child.bounds.cos_o), std::cos(std::min(light.theta_o + 0.04, kPi)));
         EXPECT_GE(double(child.bounds.cos_e), std::cos(light.theta_e) - 0.005);
     });
-}
-
-TEST(LightTree, CoincidentAndExponentiallySpacedLights) {
-    auto together = mixed_lights(300, 3);
-    for (LightBounds& b : together) b.lower = b.upper = dvec3(1, 2, 3);
-    expect_sound(tree_of(together), together);
-    // The best split of such a row separates one light at a time. Trails must still not become as long as the row.
-    auto row = mixed_lights(300, 4);
-    double at = 1e-30;
-    for (LightBounds& b : row) {
-        b.lower = b.upper = dvec3(at, 0, 0);
-        b.intensity = at * at;
-        at *= 1.3;
-    }
-    expect_sound(tree_of(row), row);
-}
-
-TEST(LightTree, IsDeterministic) {
-    const auto lights = mixed_lights(200, 5);
-    const LightTree a = tree_of(lights), b = tree_of(lights);
-    EXPECT_EQ(a.trails, b.trails);
-    EXPECT_EQ(a.rows, b.rows);
 }
 
 TEST(LightTree, ProbabilitiesAddUp) {
@@ -298,91 +282,6 @@ TEST(LightTree, OppositeSpots) {
             down += chance[k];
         }
         EXPECT_GT(down, 0.9);
-    }
-}
-
-// --- Tables ---------------------------------------------------------------------------------------------------------
-
-/// Returns point lights in a row, with a sky if `sky` is set.
-Scene bulbs(int count, bool sky) {
-    Scene scene;
-    scene.name = "bulbs";
-    scene.materials.resize(1);
-    Mesh floor;
-    floor.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
-    floor.normals.assign(3, vec3(0, 1, 0));
-    floor.triangles = {{0, 1, 2}};
-    floor.triangle_material = {0};
-    scene.meshes = {floor};
-    scene.instances.resize(1);
-    scene.instances[0].mesh = 0;
-    for (int i = 0; i < count; ++i) {
-        PunctualLight& bulb = scene.lights.emplace_back();
-        bulb.position = dvec3(i, 1, 0);
-        bulb.intensity = vec3(i == 0 ? 1e8f : 1.0f + static_cast<float>(i));
-    }
-    if (sky) scene.environment.color = vec3(0.1f);
-    return scene;
-}
-
-LightTables lights_of(const Scene& scene, LightChoice choice = LightChoice::automatic) {
-    return build_lights(scene, build_trace_tables(scene), choice);
-}
-
-TEST(LightChoice, TreeIsUsedWhereThereIsAChoiceAmongMany) {
-    EXPECT_EQ(lights_of(bulbs(1, false)).choice, LightChoice::power);
-    EXPECT_EQ(lights_of(bulbs(8, true)).choice, LightChoice::tree);
-    EXPECT_EQ(lights_of(bulbs(9, false)).choice, LightChoice::tree);
-    EXPECT_EQ(lights_of(bulbs(65, false), LightChoice::all).choice, LightChoice::tree);
-    EXPECT_EQ(lights_of(bulbs(16, true), LightChoice::power).choice, LightChoice::power);
-    EXPECT_TRUE(lights_of(bulbs(16, true), LightChoice::power).tree.empty());
-    EXPECT_EQ(lights_of(bulbs(2, true), LightChoice::tree).choice, LightChoice::tree);
-    EXPECT_EQ(lights_of(bulbs(1, false), LightChoice::tree).choice, LightChoice::power) << "nothing to choose among";
-}
-
-TEST(LightChoice, FewLightsAreAllSampled) {
-    for (const auto& [count, sky, choice] :
-         {std::tuple(1, true, LightChoice::automatic), std::tuple(2, false, LightChoice::automatic),
-          std::tuple(8, false, LightChoice::automatic), std::tuple(7, true, LightChoice::automatic),
-          std::tuple(64, false, LightChoice::all), std::tuple(2, true, LightChoice::all)}) {
-        SCOPED_TRACE(count);
-        const LightTables lights = lights_of(bulbs(count, sky), choice);
-        EXPECT_EQ(lights.choice, LightChoice::all);
-        EXPECT_TRUE(!lights.needs.light_tree && lights.tree.empty());
-        EXPECT_EQ(lights.probabilities, std::vector<double>(static_cast<std::size_t>(count + (sky ? 1 : 0)), 1.0));
-        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-            EXPECT_EQ(lights.rows[i * shared::kLightStride + 3].w, 1);
-        if (sky) {
-            EXPECT_EQ(lights.environment_warp[0].z, 1);
-        }
-    }
-    EXPECT_EQ(lights_of(bulbs(1, false), LightChoice::all).choice, LightChoice::power) << "nothing to choose among";
-}
-
-TEST(LightChoice, UniformIsUniform) {
-    const LightTables lights = lights_of(bulbs(20, true), LightChoice::uniform);
-    EXPECT_EQ(lights.choice, LightChoice::uniform);
-    for (const double p : lights.probabilities) EXPECT_NEAR(p, 1 / 21.0, 1e-6);
-}
-
-TEST(LightChoice, EachLightKeepsItsMinimumProbability) {
-    for (const bool sky : {false, true}) {
-        const LightTables tree = lights_of(bulbs(40, sky));
-        ASSERT_EQ(tree.choice, LightChoice::tree);
-        const double shining = sky ? 41 : 40;
-        double sum = tree.tree_share;
-        for (std::size_t i = 0; i < tree.probabilities.size(); ++i)
-            EXPECT_NEAR(tree.probabilities[i], 0.125 / shining, 1e-8) << i;
-        for (std::size_t i = 0; i < 40; ++i) {
-            EXPECT_FLOAT_EQ(tree.rows[i * shared::kLightStride + 3].w, static_cast<float>(tree.probabilities[i]));
-            const std::uint32_t head = shared::word_of_float(tree.rows[i * shared::kLightStride].w);
-            EXPECT_EQ(shared::light_kind(head), shared::kLightPoint);
-        }
-        for (const double p : tree.probabilities) sum += p;
-        EXPECT_NEAR(sum, 1, 1e-9);
-        const shared::LightTreeHeader header = light_tree_header(tree.tree);
-        EXPECT_NEAR(header.gain / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);
-        EXPECT_EQ(header.share, static_cast<float>(tree.tree_share));
     }
 }
 

@@ -1,7 +1,10 @@
 // Tests that every row of the table of material properties is read from glTF, validated, packed and animated. Also
 // tests the texts made from the table. HALFLIGHT_REWRITE=1 rewrites these texts.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <set>
 
 #include "engine/io/files.h"
@@ -10,7 +13,7 @@
 #include "shaders/shared/texture.h"
 #include "shaders/shared/word.h"
 #include "tests/unit/io/gltf_builder.h"
-#include "tests/unit/scene/material_texts.h"
+#include "tests/unit/renderer/refusal.h"
 
 namespace halflight {
 namespace {
@@ -91,7 +94,6 @@ class MaterialTable : public GltfTest {
              {"channels", {{{"sampler", 0}, {"target", {{"path", "pointer"}, {"extensions", extension}}}}}}}};
         GltfScene scene(write("scene.glb", b.glb()));
         EXPECT_EQ(scene.animation_warnings(), std::vector<std::string>{}) << path;
-        static constexpr std::size_t kFirst[] = {0};
         return scene.at(0.5, kFirst).materials.at(0);
     }
 
@@ -214,8 +216,9 @@ TEST_F(MaterialTable, PropertiesArePacked) {
         EXPECT_LT(slot(tables), tables.textures.size() / shared::kTextureStride);
         Scene without = scene;
         without.materials[0].*t.field = {};
-        EXPECT_EQ(slot(tables_of(without)), shared::kNoTexture);
-        EXPECT_FALSE(tables_of(without).needs.*t.need);
+        const ShadingTables less = tables_of(without);
+        EXPECT_EQ(slot(less), shared::kNoTexture);
+        EXPECT_FALSE(less.needs.*t.need);
     }
 }
 
@@ -246,22 +249,201 @@ TEST_F(MaterialTable, TextureTransformsAreAnimated) {
     }
 }
 
-TEST(MaterialEdits, SetPropertiesByName) {
+TEST(MaterialProperties, AreSetByName) {
     Material m;
-    const auto refusal = [&](std::string_view name, std::vector<float> values) {
-        return error_message([&] { set_property(m, name, values, "materials[0]"); });
+    const auto set = [&](std::string_view name, std::vector<float> values) {
+        set_property(m, name, values, "materials[0]");
     };
-    EXPECT_EQ(refusal("roughness", {0.25f}), "");
-    EXPECT_EQ(refusal("emission", {1, 2, 3}), "");
-    EXPECT_EQ(refusal("double_sided", {1}), "");
+    set("roughness", {0.25f}), set("emission", {1, 2, 3}), set("double_sided", {1});
+    const std::tuple<const char*, std::vector<float>, const char*> refusals[] = {
+        {"shine", {1}, "no property 'shine'"},
+        {"roughness", {1, 2}, "roughness takes 1 numbers"},
+        {"roughness", {2}, "roughness: 2"},
+        {"ior", {0.5f}, "ior: 0.5"}};
+    for (const auto& [name, values, element] : refusals)
+        expect_refusal([&] { set(name, values); }, element, "materials[0]: ");
     EXPECT_EQ(m.roughness, 0.25f);
     EXPECT_EQ(m.emission, vec3(1, 2, 3));
     EXPECT_TRUE(m.double_sided);
-    EXPECT_EQ(refusal("shine", {1}), "materials[0]: materials have no property 'shine'");
-    EXPECT_EQ(refusal("roughness", {1, 2}), "materials[0]: roughness takes 1 numbers, not 2");
-    EXPECT_EQ(refusal("roughness", {2}), "materials[0]: roughness: 2 is outside [0, 1]");
-    EXPECT_EQ(refusal("ior", {0.5f}), "materials[0]: ior: 0.5 is below 1 or not finite");
-    EXPECT_EQ(m.roughness, 0.25f);
+}
+
+// --- Texts made from the table -------------------------------------------------------------------------------------
+
+constexpr const char* kHead =
+    R"(// tests/unit/scene/test_material_properties.cpp writes this file from the table of engine/scene/material_properties.h.
+// After a change of the table, this command writes it anew: HALFLIGHT_REWRITE=1 ctest --preset release -R material_properties
+//
+// Unpacks the rows of materials (UNIT_MATERIALS, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
+// a word (word.h): the index of a descriptor (texture.h), or kNoTexture. Needs shaders/scene_tables.glsl.
+//
+)";
+
+constexpr const char* kFunctions = R"(
+// Properties that no material of the scene needs are constants, which the compiler folds.
+struct Material {{
+{members}    vec3 normal;           // n: normal-mapped, on the side of n_g, bent towards wo
+    vec3 coat_normal;      // n_k
+    bool front;            // true: wo is outside, on the side of the vertex normals
+    int channel;           // colour channel of the path, 0 to 2, for solids that disperse light
+    bool bent;             // true: wo is behind n as it was before bending, or behind the coat's n_k
+    vec3 rough_direction;  // direction of the higher roughness, perpendicular to n; 0: none
+}};
+
+// Returns the factors; the caller sets the normals and the direction.
+Material load_material(uint material) {{
+    Material m;
+{loads}    return m;
+}}
+
+// Multiplies the factors by their textures, except for those that need tangents.
+void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {{
+{multiplies}}}
+)";
+
+const char* swizzle(const MaterialPacking& packing, int count) {
+    static const char* const kSwizzles[] = {"x", "y", "z", "w", "rgb", "rgba"};
+    return kSwizzles[count == 1 ? packing.component : count == 3 ? 4 : 5];
+}
+
+std::string glsl_type(int count) {
+    return count == 1 ? "float" : fmt::format("vec{}", count);
+}
+
+/// Returns the macro of a lobe or texture without the prefix HALFLIGHT_.
+std::string define_of(bool MaterialNeeds::*need) {
+    for (const MaterialLobe& lobe : material_lobes())
+        if (lobe.need == need) return lobe.define;
+    for (const MaterialTexture& texture : material_textures())
+        if (texture.need == need) return texture.define;
+    return "";
+}
+
+/// Describes the contents of the rows, one line per row.
+std::string row_list() {
+    std::map<std::pair<int, int>, std::string> parts;
+    for (const MaterialProperty& p : material_properties()) {
+        if (p.packing.row == kNone) continue;
+        const int count = component_count(p.field);
+        parts[{p.packing.row, p.packing.component}] =
+            count == 1 ? p.name : fmt::format("{}.{}", p.name, swizzle(p.packing, count));
+    }
+    for (const MaterialTexture& t : material_textures())
+        parts[{t.packing.row, t.packing.component}] = fmt::format("slot of {}", t.name);
+    std::string lines;
+    for (int row = 0; row < material_rows(); ++row) {
+        std::string line;
+        for (const auto& [place, part] : parts)
+            if (place.first == row) line += (line.empty() ? "" : ", ") + part;
+        lines += fmt::format("//   row {}  {}\n", row, line);
+    }
+    return lines;
+}
+
+/// Returns the assignment of a property to its member of `m`, or of its default if its macro is not defined.
+std::string load(const MaterialProperty& p) {
+    const int count = component_count(p.field);
+    const std::string value = fmt::format("packed_{}(material){}", p.name,
+                                          is_flag(p)   ? " != 0.0"
+                                          : count == 4 ? ".rgb"
+                                                       : "");
+    const std::string line = fmt::format("    m.{} = {};\n", p.shader, value);
+    if (!p.need) return line;
+    const vec4 constant = packed_value(Material{}, p);
+    const std::string otherwise = is_flag(p) ? constant.x != 0 ? "true" : "false"
+                                  : count == 1
+                                      ? fmt::format("{:.1f}", constant.x)
+                                      : fmt::format("vec3({:.1f}, {:.1f}, {:.1f})", constant.x, constant.y, constant.z);
+    return fmt::format("#ifdef HALFLIGHT_{}\n{}#else\n    m.{} = {};\n#endif\n", define_of(p.need), line, p.shader,
+                       otherwise);
+}
+
+std::string range_of(const MaterialProperty& p) {
+    if (is_flag(p)) return "false or true";
+    const bool below = std::isinf(p.range.lowest), above = std::isinf(p.range.highest);
+    if (below && above) return "finite";
+    return above ? fmt::format(">= {}", p.range.lowest) : fmt::format("{} to {}", p.range.lowest, p.range.highest);
+}
+
+std::string type_of(const MaterialProperty& p) {
+    return is_flag(p) ? "flag" : glsl_type(component_count(p.field));
+}
+
+std::string default_of(const MaterialProperty& p) {
+    const vec4 value = value_of(Material{}, p.field);
+    if (is_flag(p)) return value.x != 0 ? "true" : "false";
+    std::string text = fmt::format("{}", value.x);
+    for (int i = 1; i < component_count(p.field); ++i) text += fmt::format(", {}", value[i]);
+    return text;
+}
+
+/// Returns the row and components of a packing, for example "2.w".
+std::string place_of(const MaterialPacking& packing, int count) {
+    return packing.row == kNone ? "" : fmt::format("{}.{}", packing.row, swizzle(packing, count));
+}
+
+std::string texture_of(const MaterialProperty& p) {
+    for (const MaterialTexture& texture : material_textures())
+        for (const TexturedProperty& factor : texture.multiplies)
+            if (*p.shader && std::string_view(factor.shader) == p.shader)
+                return fmt::format("`{}`, {}", texture.name, factor.channels);
+    return "";
+}
+
+/// Returns shaders/lib/material_properties.glsl: the rows, and how they are unpacked into GLSL's struct Material.
+std::string material_glsl() {
+    std::string text = kHead + row_list();
+    text += "#include \"shaders/lib/texture.glsl\"\n#include \"shaders/shared/word.h\"\n\n";
+    text += fmt::format("const int kMaterialStride = {};\n\n", material_rows());
+    text +=
+        "vec4 material_row(uint material, int row) {\n"
+        "    return texelFetch(scene_materials, int(material) * kMaterialStride + row);\n}\n\n";
+    std::string members, loads, multiplies;
+    for (const MaterialProperty& p : material_properties()) {
+        if (p.packing.row == kNone) continue;
+        const int count = component_count(p.field);
+        text += fmt::format("{} packed_{}(uint material) {{ return material_row(material, {}).{}; }}\n",
+                            glsl_type(count), p.name, p.packing.row, swizzle(p.packing, count));
+        if (!*p.shader) continue;
+        members += fmt::format("    {} {};\n", is_flag(p) ? "bool" : glsl_type(std::min(count, 3)), p.shader);
+        loads += load(p);
+    }
+    text += '\n';
+    for (const MaterialTexture& t : material_textures()) {
+        text += fmt::format("uint {}_slot(uint material) {{ return word_of_float(material_row(material, {}).{}); }}\n",
+                            t.name, t.packing.row, swizzle(t.packing, 1));
+        if (t.multiplies.empty()) continue;
+        multiplies += fmt::format("#ifdef HALFLIGHT_{}\n    vec4 {} = {}_texture({}_slot(material), uv0, uv1);\n",
+                                  t.define, t.name, t.use == TextureUse::color ? "color" : "data", t.name);
+        for (const TexturedProperty& factor : t.multiplies)
+            multiplies += fmt::format("    m.{} *= {}.{};\n", factor.shader, t.name, factor.channels);
+        multiplies += "#endif\n";
+    }
+    return text + fmt::format(kFunctions, fmt::arg("members", members), fmt::arg("loads", loads),
+                              fmt::arg("multiplies", multiplies));
+}
+
+/// Returns the tables of docs/materials.md: properties, textures and lobes.
+std::string material_tables() {
+    std::string text =
+        "| Property | glTF: pointer in the material | Type | Range | Default | Texture, channels | GPU row | Meaning "
+        "|\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
+    for (const MaterialProperty& p : material_properties())
+        text += fmt::format("| `{}` | `{}` | {} | {} | {} | {} | {} | {} |\n", p.name, p.path, type_of(p), range_of(p),
+                            default_of(p), texture_of(p), place_of(p.packing, component_count(p.field)), p.meaning);
+    text +=
+        "\n| Texture | glTF: pointer in the material | Encoding | GPU row of the slot | Looked up where "
+        "`HALFLIGHT_...` is "
+        "defined |\n| --- | --- | --- | --- | --- |\n";
+    static const char* const kUses[] = {"sRGB", "linear", "normal map", "linear direction and strength"};
+    for (const MaterialTexture& t : material_textures())
+        text += fmt::format("| `{}` | `{}` | {} | {} | `{}` |\n", t.name, t.path, kUses[static_cast<int>(t.use)],
+                            place_of(t.packing, 1), t.define);
+    text +=
+        "\n| Lobe or feature | Compiled in where `HALFLIGHT_...` is defined | Left out where |\n| --- | --- | --- |\n";
+    for (const MaterialLobe& l : material_lobes())
+        text += fmt::format("| {} | `{}` | {} |\n", l.label, l.define, l.fact);
+    return text;
 }
 
 /// Compares the file's text between `begin` and `end` (empty: all of it) with `text`, or replaces it by `text`.

@@ -1,12 +1,13 @@
-// Tests scenes: validation, bounds, lights, sky, cameras.
+// Tests scenes: validation, bounds, lights, sky, cameras, and previous positions of points of moving surfaces.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "engine/scene/motion.h"
 #include "engine/scene/scene.h"
-#include "tests/support/error_message.h"
+#include "tests/unit/renderer/refusal.h"
 
 namespace halflight {
 namespace {
@@ -30,17 +31,11 @@ Scene good_scene() {
     return scene;
 }
 
-TEST(SceneValidation, AcceptsValidScenes) {
+TEST(SceneValidation, NamesInvalidElements) {
     EXPECT_NO_THROW(validate(good_scene()));
     EXPECT_NO_THROW(validate(Scene()));
-}
-
-TEST(SceneValidation, NamesInvalidElements) {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    const struct {
-        const char* subject;
-        std::function<void(Scene&)> spoil;
-    } cases[] = {
+    const std::pair<const char*, std::function<void(Scene&)>> cases[] = {
         {"images[0].rgba", [](Scene& s) { s.images[0].rgba.edit().pop_back(); }},
         {"images[0].width", [](Scene& s) { s.images[0].width = 0; }},
         {"materials[0].base_color_texture", [](Scene& s) { s.materials[0].base_color_texture.image = 1; }},
@@ -48,25 +43,15 @@ TEST(SceneValidation, NamesInvalidElements) {
         {"materials[0].base_color_texture", [](Scene& s) { s.materials[0].base_color_texture.uv_set = 2; }},
         {"materials[0].base_color_texture",
          [](Scene& s) { s.materials[0].base_color_texture.uv_transform[2].y = kNan; }},
-        {"materials[0].roughness", [](Scene& s) { s.materials[0].roughness = 1.5f; }},
-        {"materials[0].metallic", [](Scene& s) { s.materials[0].metallic = kNan; }},
-        {"materials[0].emission", [](Scene& s) { s.materials[0].emission.g = -1; }},
-        {"materials[0].ior", [](Scene& s) { s.materials[0].ior = 0.5f; }},
         {"meshes[0].normals", [](Scene& s) { s.meshes[0].normals.pop_back(); }},
-        {"meshes[0].normals[1]",
-         [](Scene& s) {
-             s.meshes[0].normals[1] = {0, 0, 2};
-         }},
+        {"meshes[0].normals[1]", [](Scene& s) { s.meshes[0].normals[1] = vec3(0, 0, 2); }},
         {"meshes[0].positions[2]", [](Scene& s) { s.meshes[0].positions[2].x = kInfinity; }},
         {"meshes[0].tangents[0]", [](Scene& s) { s.meshes[0].tangents[0].w = 0; }},
         {"meshes[0].uvs[1]", [](Scene& s) { s.meshes[0].uvs[1].resize(2); }},
         {"meshes[0].uvs[0][1]", [](Scene& s) { s.meshes[0].uvs[0][1].y = kNan; }},
         {"meshes[0].colors[2]", [](Scene& s) { s.meshes[0].colors[2].a = 1.5f; }},
         {"meshes[0].triangles[0]", [](Scene& s) { s.meshes[0].triangles[0].z = 3; }},
-        {"meshes[0].triangles[0]",
-         [](Scene& s) {
-             s.meshes[0].positions[2] = {2, 0, 0};
-         }},
+        {"meshes[0].triangles[0]", [](Scene& s) { s.meshes[0].positions[2] = vec3(2, 0, 0); }},
         {"meshes[0].triangle_material[0]", [](Scene& s) { s.meshes[0].triangle_material[0] = 1; }},
         {"meshes[0].triangle_material", [](Scene& s) { s.meshes[0].triangle_material.clear(); }},
         {"instances[0].mesh", [](Scene& s) { s.instances[0].mesh = 1; }},
@@ -83,13 +68,11 @@ TEST(SceneValidation, NamesInvalidElements) {
         {"cameras[0].vertical_fov", [](Scene& s) { s.cameras[0].vertical_fov = 0; }},
         {"cameras[0].far_plane", [](Scene& s) { s.cameras[0].near_plane = 2, s.cameras[0].far_plane = 1; }},
         {"environment.color", [](Scene& s) { s.environment.color.b = -1; }},
-        {"environment.map", [](Scene& s) { s.environment.map = Image(2, 1, 1); }},
-    };
+        {"environment.map", [](Scene& s) { s.environment.map = Image(2, 1, 1); }}};
     for (const auto& [subject, spoil] : cases) {
         Scene scene = good_scene();
         spoil(scene);
-        const std::string message = error_message([&] { validate(scene); });
-        EXPECT_EQ(message.substr(0, message.find(": ")), subject) << message;
+        expect_refusal([&] { validate(scene); }, std::string(subject) + ": ");
     }
 }
 
@@ -107,44 +90,21 @@ TEST(SceneLight, IsDetectedFromEverySource) {
     Scene dark = good_scene();
     dark.lights.clear();
     EXPECT_FALSE(has_light(dark));
-    Scene scene = dark;
-    scene.materials[0].emission = {0, 0.1f, 0};
-    EXPECT_TRUE(has_light(scene));
-    EXPECT_TRUE(has_emission(scene.materials[0]));
-    scene.instances.clear();
-    EXPECT_FALSE(has_light(scene)) << "no instance uses the emitter";
-    scene = dark;
-    scene.materials[0].unlit = true;
-    EXPECT_TRUE(has_light(scene));
-    scene.materials[0].emission = vec3(1);
-    EXPECT_FALSE(has_emission(scene.materials[0])) << "unlit surfaces show their base colour only";
-    scene = dark;
-    scene.lights.emplace_back().intensity = vec3(0);
-    EXPECT_FALSE(has_light(scene));
-    scene.lights[0].intensity = vec3(0, 0, 1);
-    EXPECT_TRUE(has_light(scene));
-    scene = dark;
-    scene.environment = default_sky();
-    EXPECT_TRUE(has_light(scene));
-}
-
-TEST(SceneSky, GivesAHorizontalPlaneAnIrradianceOfPi) {
-    const Environment sky = default_sky();
-    EXPECT_NO_THROW(validate([&] {
-        Scene scene;
-        scene.environment = sky;
-        return scene;
-    }()));
-    double irradiance = 0;
-    for (int y = 0; y < sky.map.height; ++y) {
-        const double v0 = kPi * y / sky.map.height, v1 = kPi * (y + 1) / sky.map.height;
-        // The value is the integral of cos(theta) over the row's band of the upper hemisphere.
-        const double projected =
-            std::pow(std::cos(std::min(v0, kPi / 2)), 2) - std::pow(std::cos(std::min(v1, kPi / 2)), 2);
-        irradiance += sky.color.g * sky.map.at(0, y)[1] * kPi * projected;
-    }
-    EXPECT_NEAR(irradiance, kPi, 0.001 * kPi);
-    EXPECT_EQ(sky.map.at(0, 20)[0], sky.map.at(63, 31)[2]) << "neutral, and constant below the horizon";
+    Scene glowing = dark, unlit = dark, lamp = dark, sky = dark;
+    glowing.materials[0].emission = {0, 0.1f, 0};
+    EXPECT_TRUE(has_light(glowing) && has_emission(glowing.materials[0]));
+    glowing.instances.clear();
+    EXPECT_FALSE(has_light(glowing)) << "no instance uses the emitter";
+    unlit.materials[0].unlit = true;
+    EXPECT_TRUE(has_light(unlit));
+    unlit.materials[0].emission = vec3(1);
+    EXPECT_FALSE(has_emission(unlit.materials[0])) << "unlit surfaces show their base colour only";
+    lamp.lights.emplace_back().intensity = vec3(0);
+    EXPECT_FALSE(has_light(lamp));
+    lamp.lights[0].intensity = vec3(0, 0, 1);
+    EXPECT_TRUE(has_light(lamp));
+    sky.environment = default_sky();
+    EXPECT_TRUE(has_light(sky));
 }
 
 TEST(SceneCamera, LooksFromAPointAtAPoint) {
@@ -166,12 +126,15 @@ TEST(SceneCamera, LengthsOfDirectionsDoNotMatter) {
 
 TEST(SceneCamera, RefusesDegenerateViews) {
     const dvec3 a(0), b(0, 0, -1), up(0, 1, 0);
-    EXPECT_NE(error_message([&] { look_at_camera(a, a, up, 1); }).find("same point"), std::string::npos);
-    EXPECT_NE(error_message([&] { look_at_camera(a, b, dvec3(0, 0, 3), 1); }).find("up"), std::string::npos);
-    EXPECT_NE(error_message([&] { look_at_camera(a, b, dvec3(0), 1); }).find("up"), std::string::npos);
-    EXPECT_NE(error_message([&] { look_at_camera(a, b, up, 0); }).find("field of view"), std::string::npos);
-    EXPECT_NE(error_message([&] { look_at_camera(a, b, up, kPi); }).find("field of view"), std::string::npos);
-    EXPECT_NE(error_message([&] { look_at_camera(a, dvec3(NAN), up, 1); }).find("finite"), std::string::npos);
+    const auto refuse = [](const dvec3& from, const dvec3& at, const dvec3& upwards, double fov, const char* element) {
+        expect_refusal([&] { look_at_camera(from, at, upwards, fov); }, element);
+    };
+    refuse(a, a, up, 1, "same point");
+    refuse(a, b, dvec3(0, 0, 3), 1, "up");
+    refuse(a, b, dvec3(0), 1, "up");
+    refuse(a, b, up, 0, "field of view");
+    refuse(a, b, up, kPi, "field of view");
+    refuse(a, dvec3(NAN), up, 1, "finite");
 }
 
 TEST(SceneCamera, FramesTheWholeScene) {
@@ -196,6 +159,54 @@ TEST(SceneCamera, FramesTheWholeScene) {
     EXPECT_NEAR(lower[axis], -0.9, 1e-9) << "the scene is in the middle";
     EXPECT_TRUE(lower[1 - axis] >= -0.9 && upper[1 - axis] <= 0.9);
     EXPECT_NO_THROW(framing_camera(Scene()));
+}
+
+/// Returns two instances, at nodes 3 and 5, of a mesh of two triangles.
+Scene pair_of_squares() {
+    Scene scene;
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    scene.meshes.push_back(mesh);
+    scene.instances = {{"a", 0, dmat4(1), 3}, {"b", 0, glm::translate(dmat4(1), dvec3(0, 0, 7)), 5}};
+    return scene;
+}
+
+TEST(PreviousSurfaces, StaticSurfacesHaveNoMotion) {
+    const Scene now = pair_of_squares();
+    const PreviousSurfaces surfaces(now, pair_of_squares());
+    EXPECT_FALSE(surfaces.moved(0));
+    EXPECT_FALSE(surfaces.moved(1));
+}
+
+TEST(PreviousSurfaces, FollowsNodesAndCorners) {
+    const Scene now = pair_of_squares();
+    Scene before = now;
+    std::swap(before.instances[0], before.instances[1]);  // nodes identify the instances
+    before.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(2, 1, 1));
+    PreviousSurfaces turned(now, before);
+    EXPECT_FALSE(turned.moved(0));
+    ASSERT_TRUE(turned.moved(1));
+    EXPECT_LT(glm::distance(turned.before(1, 0, {0.75, 0.25, 7}), dvec3(1.5, 0.25, 0)), 1e-15);
+    EXPECT_LT(glm::distance(turned.before(1, 1, {0.25, 0.75, 7 + 1e-3}), dvec3(0.5, 0.75, 0)), 1e-12)
+        << "beside its plane, as rounding may have it";
+
+    Scene bent = pair_of_squares();
+    bent.meshes[0].positions[2].z = 4;
+    PreviousSurfaces deformed(now, bent);
+    ASSERT_TRUE(deformed.moved(0));
+    EXPECT_LT(glm::distance(deformed.before(0, 0, {0.75, 0.25, 0}), dvec3(0.75, 0.25, 1)), 1e-15);
+}
+
+TEST(PreviousSurfaces, UnmatchedInstancesCountAsStatic) {
+    const Scene now = pair_of_squares();
+    Scene before = now;
+    before.instances[0].node = 4;
+    before.meshes[0].triangles.pop_back();
+    before.instances[1].object_to_world = glm::scale(dmat4(1), dvec3(2, 1, 1));
+    const PreviousSurfaces surfaces(now, before);
+    EXPECT_FALSE(surfaces.moved(0)) << "was not there";
+    EXPECT_FALSE(surfaces.moved(1)) << "other triangles";
 }
 
 }  // namespace

@@ -27,19 +27,16 @@ namespace {
 Scene plain_scene() {
     Scene scene;
     scene.name = "plain";
-    scene.materials.resize(1);
-    scene.materials[0].metallic = 0;
-    scene.materials[0].specular = 0;
-    Mesh mesh;
+    Material& material = scene.materials.emplace_back();
+    material.metallic = material.specular = 0;
+    Mesh& mesh = scene.meshes.emplace_back();
     mesh.positions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     mesh.normals.assign(3, glm::normalize(vec3(1)));
     mesh.tangents.assign(3, vec4(glm::normalize(vec3(-1, 1, 0)), 1));
     mesh.uvs[0] = {{0, 0}, {1, 0}, {0, 1}};
     mesh.triangles = {{0, 1, 2}};
     mesh.triangle_material = {0};
-    scene.meshes = {mesh};
-    scene.instances.resize(1);
-    scene.instances[0].mesh = 0;
+    scene.instances.emplace_back().mesh = 0;
     return scene;
 }
 
@@ -50,11 +47,6 @@ ShadingTables tables_of(const Scene& scene) {
     EXPECT_EQ(shader_defines(shading_needs(scene, trace, LightChoice::automatic, SunChoice::among)),
               shader_defines(tables.needs));
     return tables;
-}
-
-bool defines(const ShadingTables& tables, const std::string& name) {
-    const auto all = shader_defines(tables.needs);
-    return std::any_of(all.begin(), all.end(), [&](const auto& d) { return d.first == name; });
 }
 
 TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
@@ -71,35 +63,35 @@ TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
 }
 
 TEST(ShadingTables, NeedsFollowMaterials) {
-    const auto with = [](auto&& change) {
+    const auto needs = [](auto&& change) {
         Scene scene = plain_scene();
         change(scene.materials[0]);
-        return tables_of(scene);
+        return tables_of(scene).needs;
     };
-    EXPECT_TRUE(with([](Material& m) { m.specular = 0.5f; }).needs.glossy);
-    EXPECT_TRUE(with([](Material& m) { m.metallic = 0.5f; }).needs.glossy);
-    EXPECT_FALSE(with([](Material& m) { m.metallic = 1; }).needs.diffuse);
-    EXPECT_TRUE(with([](Material& m) { m.transmission = 0.5f; }).needs.transmission);
-    EXPECT_FALSE(with([](Material& m) { m.transmission = 1; }).needs.diffuse);
-    const auto leaf = [](Material& m) { m.diffuse_transmission = 0.5f, m.base_color = vec4(0, 0, 0, 1); };
-    EXPECT_TRUE(with(leaf).needs.diffuse_transmission && with(leaf).needs.diffuse) << "the colour is its own";
-    EXPECT_FALSE(with(leaf).needs.glossy || with(leaf).needs.transmission || with(leaf).needs.volume);
-    const auto candle = [](Material& m) { m.diffuse_transmission = m.thickness = 0.5f; };
-    EXPECT_TRUE(with(candle).needs.volume && !with([](Material& m) { m.thickness = 1; }).needs.volume);
-    const auto hidden = [](Material& m) { m.diffuse_transmission = m.transmission = 1; };
-    EXPECT_FALSE(with(hidden).needs.diffuse_transmission || with(hidden).needs.diffuse);
-    EXPECT_TRUE(with([](Material& m) { m.clearcoat = 1; }).needs.clearcoat);
-    // This material has no specular reflection.
-    EXPECT_FALSE(with([](Material& m) { m.specular_color = vec3(0.5f); }).needs.specular_color);
-    EXPECT_TRUE(with([](Material& m) { m.specular = 1, m.specular_color = vec3(0.5f); }).needs.specular_color);
-    const ShadingTables unlit = with([](Material& m) { m.unlit = true, m.emission = vec3(7); });
-    EXPECT_TRUE(unlit.needs.unlit && unlit.needs.emission);
-    EXPECT_FALSE(unlit.needs.diffuse || unlit.needs.glossy || unlit.needs.lights());
-    EXPECT_EQ(vec3(unlit.materials[1]), vec3(0));
-    const ShadingTables glowing = with([](Material& m) { m.emission = vec3(7); });
-    EXPECT_TRUE(glowing.needs.emission && glowing.needs.area_lights);
-    EXPECT_TRUE(defines(glowing, "HALFLIGHT_LIGHTS") && defines(glowing, "HALFLIGHT_AREA_LIGHTS"));
-    EXPECT_FALSE(with([](Material& m) { m.base_color = vec4(0, 0, 0, 1); }).needs.diffuse);
+    EXPECT_TRUE(needs([](Material& m) { m.specular = 0.5f; }).glossy);
+    EXPECT_TRUE(needs([](Material& m) { m.metallic = 0.5f; }).glossy);
+    EXPECT_FALSE(needs([](Material& m) { m.metallic = 1; }).diffuse);
+    EXPECT_TRUE(needs([](Material& m) { m.transmission = 0.5f; }).transmission);
+    EXPECT_FALSE(needs([](Material& m) { m.transmission = 1; }).diffuse);
+    EXPECT_FALSE(needs([](Material& m) { m.base_color = vec4(0, 0, 0, 1); }).diffuse);
+    const SceneNeeds leaf = needs([](Material& m) { m.diffuse_transmission = 0.5f, m.base_color = vec4(0, 0, 0, 1); });
+    EXPECT_TRUE(leaf.diffuse_transmission && leaf.diffuse) << "the colour is its own";
+    EXPECT_FALSE(leaf.glossy || leaf.transmission || leaf.volume);
+    EXPECT_TRUE(needs([](Material& m) { m.diffuse_transmission = m.thickness = 0.5f; }).volume) << "a candle";
+    EXPECT_FALSE(needs([](Material& m) { m.thickness = 1; }).volume);
+    const SceneNeeds hidden = needs([](Material& m) { m.diffuse_transmission = m.transmission = 1; });
+    EXPECT_FALSE(hidden.diffuse_transmission || hidden.diffuse);
+    EXPECT_TRUE(needs([](Material& m) { m.clearcoat = 1; }).clearcoat);
+    EXPECT_FALSE(needs([](Material& m) { m.specular_color = vec3(0.5f); }).specular_color) << "nothing is specular";
+    EXPECT_TRUE(needs([](Material& m) { m.specular = 1, m.specular_color = vec3(0.5f); }).specular_color);
+    const SceneNeeds unlit = needs([](Material& m) { m.unlit = true, m.emission = vec3(7); });
+    EXPECT_TRUE(unlit.unlit && unlit.emission);
+    EXPECT_FALSE(unlit.diffuse || unlit.glossy || unlit.lights());
+    const SceneNeeds glowing = needs([](Material& m) { m.emission = vec3(7); });
+    EXPECT_TRUE(glowing.emission && glowing.area_lights);
+    std::set<std::string> defines;
+    for (const auto& [name, value] : shader_defines(glowing)) defines.insert(name);
+    EXPECT_TRUE(defines.contains("HALFLIGHT_LIGHTS") && defines.contains("HALFLIGHT_AREA_LIGHTS"));
 }
 
 TEST(ShadingTables, RowsOfLobesDoNotOverlap) {
@@ -206,14 +198,10 @@ TEST(ShadingTables, NormalsAndTangentsOfMergedMeshesAreInWorldSpace) {
         EXPECT_EQ(row[1], vec4(scene.meshes[0].uvs[0][i].y, 0, 0, -1));
         EXPECT_EQ(row[3], scene.meshes[0].colors[i]);
     }
-}
-
-TEST(ShadingTables, FlatteningInstanceKeepsItsNormals) {
-    Scene scene = plain_scene();
-    scene.meshes[0].normals.assign(3, vec3(0, 0, 1));
-    scene.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1, 0));
-    const ShadingTables tables = tables_of(scene);
-    for (const vec4& row : tables.vertices) EXPECT_EQ(vec3(row), vec3(0, 0, 1));
+    Scene flat = plain_scene();
+    flat.meshes[0].normals.assign(3, vec3(0, 0, 1));
+    flat.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1, 0));
+    for (const vec4& row : tables_of(flat).vertices) EXPECT_EQ(vec3(row), vec3(0, 0, 1));
 }
 
 TEST(ShadingTables, EveryLightTypeHasARow) {

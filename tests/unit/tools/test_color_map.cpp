@@ -20,22 +20,15 @@ TEST(Magma, LightnessIsUniform) {
     EXPECT_GT(lightness(magma(1)), 97);
     for (int i = 0; i < 64; ++i) {
         const float t = static_cast<float>(i) / 64;
-        const double step = lightness(magma(t + 1.0f / 64)) - lightness(magma(t));
-        EXPECT_GT(step, 0.5 * 98 / 64) << t;  // the slope is smallest close to black
-        EXPECT_LT(step, 1.5 * 98 / 64) << t;
+        const double step = (lightness(magma(t + 1.0f / 64)) - lightness(magma(t))) * 64 / 98;
+        EXPECT_TRUE(step > 0.5 && step < 1.5) << t << ": " << step;  // the slope is smallest close to black
     }
     EXPECT_EQ(magma(-1), magma(0));
     EXPECT_EQ(magma(2), magma(1));
-}
-
-TEST(Magma, MapIsScaledAndShowsNan) {
-    Image map(3, 1, 1);
-    map.pixels = {2, 9, std::numeric_limits<float>::quiet_NaN()};
-    const Image picture = magma(map, 4);
-    ASSERT_EQ(picture.channels, 3);
-    EXPECT_EQ(vec3(picture.at(0, 0)[0], picture.at(0, 0)[1], picture.at(0, 0)[2]), magma(0.5f));
-    EXPECT_EQ(vec3(picture.at(1, 0)[0], picture.at(1, 0)[1], picture.at(1, 0)[2]), magma(1));
-    EXPECT_EQ(vec3(picture.at(2, 0)[0], picture.at(2, 0)[1], picture.at(2, 0)[2]), vec3(0, 1, 0));
+    Image map(2, 1, 1);
+    map.pixels = {2, std::numeric_limits<float>::quiet_NaN()};
+    const vec3 half = magma(0.5f);
+    EXPECT_EQ(magma(map, 4).pixels, (std::vector<float>{half.r, half.g, half.b, 0, 1, 0}));
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 namespace halflight::converge::test {
 namespace {
 
-TEST(ConvergePlan, RunsEveryPictureOnce) {
-    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 5};
+TEST(ConvergePlan, RunsEveryPictureOnceInTurnsThatRotate) {
+    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 6};
     const std::vector<converge::Run> runs = runs_of(plan);
     std::set<std::array<int, 3>> seen;
     std::map<std::uint32_t, std::set<std::pair<int, int>>> users;
@@ -19,15 +19,11 @@ TEST(ConvergePlan, RunsEveryPictureOnce) {
         seen.insert({run.method, run.budget, run.repeat});
         users[run.seed].insert({run.budget, run.repeat});
     }
-    EXPECT_EQ(runs.size(), 60u);
-    EXPECT_EQ(seen.size(), 60u);
-    EXPECT_EQ(users.size(), 20u);  // per budget and repeat, all methods share one seed
+    EXPECT_EQ(runs.size(), 72u);
+    EXPECT_EQ(seen.size(), 72u);
+    EXPECT_EQ(users.size(), 24u);  // per budget and repeat, all methods share one seed
     for (const auto& [seed, user] : users) EXPECT_EQ(user.size(), 1u) << seed;
-}
 
-TEST(ConvergePlan, TurnsRotate) {
-    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 6};
-    const std::vector<converge::Run> runs = runs_of(plan);
     std::map<int, int> firsts, first_budgets;
     for (std::size_t turn = 0; turn < runs.size(); turn += 3) {
         ++firsts[runs[turn].method];
@@ -39,15 +35,6 @@ TEST(ConvergePlan, TurnsRotate) {
     }
     for (int method = 0; method < 3; ++method) EXPECT_EQ(firsts[method], 8);
     EXPECT_EQ(first_budgets.size(), 4u);
-}
-
-TEST(ConvergePlan, NamesRoundTrip) {
-    for (const Method method : {Method::compute, Method::raster, Method::plain, Method::native, Method::oracle})
-        EXPECT_EQ(method_named(name(method)), method);
-    EXPECT_FALSE(method_named("external"));
-    EXPECT_FALSE(method_named("Compute"));
-    EXPECT_EQ(text(Budget{1, 0}), "1 sample");
-    EXPECT_EQ(text(Budget{0, 0.5}), "0.5 s");
 }
 
 const Finding* find(const MethodResult& method, Finding::Kind kind) {
@@ -76,16 +63,6 @@ TEST(Converge, IndependentSamplesHaveSlopeMinusOne) {
     }
     // The second method takes four times as long for the same error.
     EXPECT_NEAR(measured.methods[0].efficiency / measured.methods[1].efficiency, 4, 1e-6);
-}
-
-TEST(Converge, NoiseOfTheReferenceIsNotError) {
-    // The reference is as noisy as the pictures. Without its two halves, the estimated error would be at least twice as
-    // high.
-    const Measurement measured = measure_fakes({}, {}, kPlan, fake_reference(64));
-    const Point& last = measured.methods[0].points.back();
-    EXPECT_NEAR(last.mse.value, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
-    EXPECT_NEAR(last.reference_variance, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
-    EXPECT_NEAR(measured.methods[0].slope.slope.value, -1, 0.1);
 }
 
 TEST(Converge, BiasIsFlagged) {
@@ -136,23 +113,24 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
         EXPECT_NEAR(stages[i].time_share, time[i], 1e-9);
         EXPECT_NEAR(stages[i].error_share, error[i], 0.02);
         EXPECT_NEAR(stages[i].gain.value, 1 / ((1 - error[i] / 2) * (1 + time[i])), 0.02);
-    }
-    for (const Stage& stage : stages) {
-        EXPECT_GT(stage.gain.half_width, 0);
-        EXPECT_LT(stage.gain.half_width, 0.05);
+        EXPECT_GT(stages[i].gain.half_width, 0);
+        EXPECT_LT(stages[i].gain.half_width, 0.05);
     }
     // The efficiency ratio is 1 / (0.8 * 1.25) for direct light and 1 / (0.9 * 1.125) for emission.
     EXPECT_NEAR(measured.methods[0].stage_lead.value, 1 / (0.8 * 1.25) - 1 / (0.9 * 1.125), 0.02);
     EXPECT_GT(measured.methods[0].stage_lead.half_width, 0);
-    Plan plan = kPlan;
-    plan.seeds = 1;
-    EXPECT_TRUE(std::isinf(measure_fakes({}, {}, plan).methods[0].stage_lead.half_width));
-    for (const char* pass : {"gbuffer: resolve", "primary rays: closest hit", "accumulate"})
-        EXPECT_EQ(stage_of(pass), 0u);
-    EXPECT_EQ(stage_of("shadow: sample lights"), 1u);
-    for (const char* pass : {"diffuse: sample", "glossy rays: closest hit", "continuation: last vertex",
-                             "later shadow rays: any hit", "connection rays: any hit", "reuse: gather"})
-        EXPECT_EQ(stage_of(pass), 2u) << pass;
+    const char* const passes[] = {"gbuffer: resolve",
+                                  "primary rays: closest hit",
+                                  "accumulate",
+                                  "shadow: sample lights",
+                                  "diffuse: sample",
+                                  "glossy rays: closest hit",
+                                  "continuation: last vertex",
+                                  "later shadow rays: any hit",
+                                  "connection rays: any hit",
+                                  "reuse: gather"};
+    for (std::size_t i = 0; i < std::size(passes); ++i)
+        EXPECT_EQ(stage_of(passes[i]), i < 3 ? 0u : i < 4 ? 1u : 2u) << passes[i];
 }
 
 TEST(Converge, TimeToTheSameErrorIsInterpolated) {
@@ -168,9 +146,6 @@ TEST(Converge, TimeToTheSameErrorIsInterpolated) {
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
     EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
     EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
-    method.points[0].mse.value = 0.1;  // too low by chance
-    EXPECT_GT(seconds_until(method, 0.2, Clock::wall), 0.5);
-    EXPECT_LE(seconds_until(method, 0.2, Clock::wall), 8);
     method.points[2].mse.value = -1e-9;  // estimates of tiny errors may be negative
     EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
 }
@@ -233,16 +208,13 @@ TEST(Converge, PicturesWithoutComponentsHaveNoShares) {
     painters.push_back(std::make_unique<Plain>());
     const Measurement measured = measure(plan, painters, fake_reference(4096), Clock::wall, {[] {}, [](double) {}});
     const Point &ours = measured.methods[0].points[0], &others = measured.methods[1].points[0];
-    EXPECT_EQ(measured.methods[1].name, "other");
     EXPECT_TRUE(ours.has_components);
     EXPECT_FALSE(others.has_components);
     EXPECT_EQ(ours.mse.value, others.mse.value) << "the same pictures";
-    EXPECT_EQ(others.components, decltype(others.components){});
     EXPECT_TRUE(measured.methods[1].stages.empty());
     EXPECT_EQ(measured.pictures_compared, 0) << "they need not be the same";
     EXPECT_NEAR(ours.paths_per_second.value, kWidth * kHeight / 1e-3, 1e-3);
     ASSERT_EQ(measured.agreements.size(), 1u);
-    EXPECT_EQ(measured.agreements[0].method, 0u);
     EXPECT_EQ(measured.agreements[0].agreement.blocks.size(), 2u) << "whole blocks of 16 x 16 pixels";
     EXPECT_EQ(measured.agreements[0].agreement.whole.relative, 0) << "the same pictures";
     EXPECT_TRUE(measured.agreements[0].agreement.agrees());
@@ -251,11 +223,11 @@ TEST(Converge, PicturesWithoutComponentsHaveNoShares) {
 TEST(Converge, OneSeedHasNoIntervals) {
     Plan plan = kPlan;
     plan.seeds = 1;
-    const Point point = measure_fakes({}, {}, plan).methods[0].points[0];
+    const MethodResult method = measure_fakes({}, {}, plan).methods[0];
+    const Point& point = method.points[0];
     EXPECT_NEAR(point.mse.value, 0.45, 0.05);
-    EXPECT_TRUE(std::isinf(point.mse.half_width));
-    EXPECT_TRUE(std::isinf(point.bias_squared.half_width));
-    EXPECT_TRUE(std::isinf(point.paths_per_second.half_width));
+    for (const Interval& unknown : {point.mse, point.bias_squared, point.paths_per_second, method.stage_lead})
+        EXPECT_TRUE(std::isinf(unknown.half_width));
 }
 
 TEST(Converge, UndeterminedSlopesAreInfinite) {
@@ -303,21 +275,13 @@ TEST(Converge, NoisyReferencesAreReported) {
 TEST(Converge, StopsWhenThePulseThrows) {
     std::vector<std::unique_ptr<Painter>> painters;
     painters.push_back(std::make_unique<FakePainter>(Fake{}));
-    Plan plan = kPlan;
-    plan.methods = {Method::plain};
+    const Plan plan{{Method::plain}, kPlan.budgets, kPlan.seeds};
     int pulses = 0;
     const Pulse pulse = [&] {
         if (++pulses == 5) throw std::runtime_error("stop");
     };
     EXPECT_THROW(measure(plan, painters, fake_reference(64), Clock::wall, {pulse, [](double) {}}), std::runtime_error);
     EXPECT_EQ(pulses, 5);
-}
-
-TEST(Converge, FiguresAsText) {
-    EXPECT_EQ(text(Interval{-1.0213, 0.0343}), "-1.021 ± 0.034");
-    EXPECT_EQ(text(Interval{2.314e-5, 1.24e-6}), "(2.31 ± 0.12)·10⁻⁵");
-    EXPECT_EQ(text(Interval{0.5, std::numeric_limits<double>::infinity()}), "0.5");
-    EXPECT_EQ(text(Interval{0, 0}), "0");
 }
 
 }  // namespace

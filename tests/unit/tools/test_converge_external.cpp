@@ -15,6 +15,8 @@ namespace {
 
 using halflight::test::read_text, halflight::test::write_text;
 
+const std::string kCopy = "cp \"$1\" \"$2\"", kInputs = "{environment} {samples} {seed}";
+
 /// Fixture whose renderer is a script: $1 is the scene, $2 the output, $3 the environment.
 class ExternalTest : public testing::Test {
   protected:
@@ -26,7 +28,7 @@ class ExternalTest : public testing::Test {
         write_exr(scene.file, {{{"R", "G", "B"}, image}}, {});
     }
     /// Writes the script, and returns the command that calls it.
-    std::string command(const std::string& script, const std::string& more = "{environment} {samples} {seed}") const {
+    std::string command(const std::string& script, const std::string& more = kInputs) const {
         const std::filesystem::path file = folder / "render";
         write_text(file, "#!/bin/sh\n" + script + "\n");
         std::filesystem::permissions(file, std::filesystem::perms::owner_all);
@@ -37,7 +39,7 @@ class ExternalTest : public testing::Test {
     }
     /// Renders by a script that runs the lines `first` and then copies the picture to the output.
     Painted paint(const std::string& first, const Pulse& pulse = {}) const {
-        return paint_by(command(first + "\ncp \"$1\" \"$2\""), pulse);
+        return paint_by(command(first + "\n" + kCopy), pulse);
     }
     std::string refusal(const std::string& line) const {
         const std::string message = error_message([&] { paint_by(line); });
@@ -71,7 +73,7 @@ TEST_F(ExternalTest, NamesAreNeverExecuted) {
     const std::filesystem::path before = std::filesystem::current_path();
     std::filesystem::current_path(folder.path);
     const std::string told = folder / "told";
-    const std::string line = command("cp \"$1\" \"$2\"; printf '%s|' \"$1\" \"$6\" \"$7\" > '" + told + "'",
+    const std::string line = command(kCopy + "; printf '%s|' \"$1\" \"$6\" \"$7\" > '" + told + "'",
                                      "{environment} {samples} {seed} {camera} '{camera}'");
     for (const std::string name :
          {"x'; id > pwned; '", "; id > pwned;", "$(id > pwned)", "`id > pwned`", "\"; id > pwned; \"", "| id > pwned",
@@ -79,28 +81,24 @@ TEST_F(ExternalTest, NamesAreNeverExecuted) {
         scene.file = folder / (std::string(name) + ".exr");
         view.camera.name = name;
         write(4, 3);
-        paint_by(line);
+        EXPECT_EQ(refusal(line), "none");
         EXPECT_EQ(read_text(told), scene.file.string() + "|" + name + "|" + name + "|");
         EXPECT_FALSE(std::filesystem::exists("pwned")) << name;
-        std::filesystem::remove(scene.file);
     }
     std::filesystem::current_path(before);
 }
 
 TEST_F(ExternalTest, NamesOfCamerasAreNoOptions) {
     view.camera.name = "--help";
-    EXPECT_EQ(refusal(command("cp \"$1\" \"$2\"", "{environment} {samples} {seed} --camera {camera}")),
-              "other: would take the camera's name '--help' for an option; write --camera={camera}");
-    EXPECT_EQ(refusal(command("cp \"$1\" \"$2\"", "{environment} {samples} {seed} --camera={camera}")), "none");
+    EXPECT_NE(refusal(command(kCopy, kInputs + " --camera {camera}")).find("'--help'"), std::string::npos);
+    EXPECT_EQ(refusal(command(kCopy, kInputs + " --camera={camera}")), "none");
 }
 
 TEST_F(ExternalTest, CamerasWithoutANameAreDescribedByTheirPose) {
-    const std::string told = folder / "told";
-    const std::string posed = "{environment} {samples} {seed} {look-from} {look-at} {vfov}";
-    const std::string copies = "cp \"$1\" \"$2\"; shift 5; echo \"$@\" > '" + told + "'";
+    const std::string told = folder / "told", posed = kInputs + " {look-from} {look-at} {vfov}";
+    const std::string copies = kCopy + "; shift 5; echo \"$@\" > '" + told + "'";
     view.camera = look_at_camera({1, 2, 3}, {1, 2, -4}, {0, 1, 0}, glm::radians(60.0));
-    EXPECT_EQ(refusal(command(copies)),
-              "other: its command lacks {look-from} or {look-at}, and the camera has no name");
+    EXPECT_NE(refusal(command(copies)).find("lacks {look-from}"), std::string::npos);
     EXPECT_EQ(refusal(command(copies, posed)), "none");
     std::istringstream words(std::regex_replace(read_text(told), std::regex(","), " "));
     for (const double expected : {1.0, 2.0, 3.0, 1.0, 2.0, 2.0, 60.0}) {
@@ -109,11 +107,11 @@ TEST_F(ExternalTest, CamerasWithoutANameAreDescribedByTheirPose) {
         EXPECT_NEAR(found, expected, 1e-12) << read_text(told);
     }
     view.camera = look_at_camera({1, 2, 3}, {1, 2, -4}, {1, 0, 0}, glm::radians(60.0));
-    EXPECT_EQ(refusal(command(copies, posed)), "other: its command lacks {up}, and the camera is rolled");
+    EXPECT_NE(refusal(command(copies, posed)).find("lacks {up}"), std::string::npos);
     EXPECT_EQ(refusal(command(copies, posed + " {up}")), "none");
     EXPECT_TRUE(read_text(told).ends_with(" 1,0,0\n")) << read_text(told);
     view.camera.orthographic = true;
-    EXPECT_EQ(refusal(command(copies, posed)), "other: its command has {look-from}, and the camera is orthographic");
+    EXPECT_NE(refusal(command(copies, posed)).find("orthographic"), std::string::npos);
 }
 
 TEST_F(ExternalTest, ReportedTimesAreUsed) {
@@ -136,27 +134,29 @@ TEST_F(ExternalTest, NonFiniteValuesAreCounted) {
     for (const float value : painted.picture.beauty.pixels) EXPECT_EQ(value, 0);
 }
 
-TEST_F(ExternalTest, FailuresQuoteTheCommandsOutput) {
-    EXPECT_EQ(refusal(command("echo first >&2; echo 'no licence' >&2; exit 3")),
-              "other: exit status 3; it says: no licence");
-    EXPECT_EQ(refusal(command("kill -9 $$")), "other: was ended by signal 9");
-    EXPECT_EQ(refusal(command(":")), "other: has written no picture");
-    EXPECT_EQ(refusal(command("echo lost")), "other: has written no picture; it says: lost");
-    EXPECT_EQ(refusal("'no such program' {environment} {output} {samples} {seed}"),
-              "other: no such program: is no program in PATH");
-    EXPECT_EQ(refusal("cp {scene} {output}"), "other: its command lacks {samples}");
-    EXPECT_EQ(refusal("cp {scene} {output} {samples}"), "other: its command lacks {seed}");
-    EXPECT_EQ(refusal("echo {samples}"), "other: its command lacks {output}");
-    EXPECT_EQ(refusal(" "), "other: its command is empty");
-    EXPECT_EQ(refusal("cp 'a {samples}"), "cp 'a {samples}: has a ' that is not closed");
-    const std::string copies = command("cp \"$1\" \"$2\"", "{samples} {seed}");
-    EXPECT_EQ(refusal(copies), "other: its command lacks {environment}, and the scene has one");
+TEST_F(ExternalTest, FailuresAreNamed) {
+    const auto expect_refusal = [&](const std::string& line, const std::string& what) {
+        const std::string message = refusal(line);
+        EXPECT_NE(message.find(what), std::string::npos) << line << ": " << message;
+    };
+    expect_refusal(command("echo first >&2; echo 'no licence' >&2; exit 3"),
+                   "other: exit status 3; it says: no licence");
+    expect_refusal(command("kill -9 $$"), "signal 9");
+    expect_refusal(command(":"), "no picture");
+    expect_refusal("'no such program' {environment} {output} {samples} {seed}", "no such program");
+    expect_refusal("cp {scene} {output}", "{samples}");
+    expect_refusal("cp {scene} {output} {samples}", "{seed}");
+    expect_refusal("echo {samples}", "{output}");
+    expect_refusal(" ", "empty");
+    expect_refusal("cp 'a {samples}", "not closed");
+    const std::string copies = command(kCopy, "{samples} {seed}");
+    expect_refusal(copies, "{environment}");
     scene.environment.color = vec3(0);
-    EXPECT_EQ(refusal(copies), "none");
+    expect_refusal(copies, "none");
     write(3, 4);
-    EXPECT_EQ(refusal(copies), "other: its picture has 3x4 pixels instead of 4x3");
+    expect_refusal(copies, "3x4 pixels instead of 4x3");
     write_text(scene.file, "no picture");
-    EXPECT_TRUE(refusal(copies).starts_with("other: its picture cannot be used: ")) << refusal(copies);
+    expect_refusal(copies, "other: its picture cannot be used: ");
 }
 
 TEST_F(ExternalTest, PulseCanStopIt) {

@@ -1,14 +1,13 @@
 // Tests the references of `halflight converge`: fingerprints identify them, and their files can be continued.
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <filesystem>
-#include <limits>
+#include <functional>
 #include <stdexcept>
 
 #include "engine/core/error.h"
-#include "engine/core/hash.h"
 #include "engine/io/files.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/scenes.h"
 #include "tools/common/temporary_folder.h"
 #include "tools/measure/converge/fingerprint.h"
@@ -18,6 +17,7 @@ namespace halflight::converge {
 namespace {
 
 namespace fs = std::filesystem;
+using halflight::test::cornell_box, halflight::test::EnvironmentVariable;
 
 class ConvergeReference : public testing::Test {
   protected:
@@ -33,12 +33,15 @@ class ConvergeReference : public testing::Test {
             component.pixels.assign(component.pixels.size(), static_cast<float>(sum / count));
         return picture;
     }
-    Halves continue_to(std::int64_t samples_of_each, Portion portion = {.largest = 4}) {
-        requests.clear();
-        const auto more = [this](int half, std::int64_t first, int count) { return make(half, first, count); };
+    Halves continue_by(std::int64_t samples_of_each, const std::function<Picture(int, std::int64_t, int)>& more) {
+        requests.clear(), notes.clear();
         return continue_halves(
-            reference_path(folder / "cache", 7), 7, view, samples_of_each, more, portion, [](double) {},
+            file, 7, view, samples_of_each, more, {.largest = 4}, [](double) {},
             [this](const std::string& note) { notes.push_back(note); });
+    }
+    Halves continue_to(std::int64_t samples_of_each) {
+        return continue_by(samples_of_each,
+                           [this](int half, std::int64_t first, int count) { return make(half, first, count); });
     }
     static void expect_samples(const Halves& halves, std::int64_t samples) {
         for (std::size_t half = 0; half < 2; ++half) {
@@ -58,6 +61,7 @@ class ConvergeReference : public testing::Test {
     std::vector<Request> requests;
     std::vector<std::string> notes;
     TemporaryFolder folder;
+    const fs::path file = reference_path(folder / "cache", 7);
     View view{3, 2, {}, 8};
 };
 
@@ -79,11 +83,8 @@ TEST_F(ConvergeReference, InterruptedReferencesAreKept) {
         if (first >= 8) throw Error("test", "stop");
         return make(half, first, count);
     };
-    EXPECT_THROW(continue_halves(
-                     reference_path(folder / "cache", 7), 7, view, 16, fails, {.largest = 4}, [](double) {},
-                     [this](const std::string& note) { notes.push_back(note); }),
-                 Error);
-    EXPECT_EQ(notes, std::vector<std::string>{"reference: 16 samples are kept"});
+    EXPECT_THROW(continue_by(16, fails), Error);
+    EXPECT_EQ(notes.size(), 1u);
     expect_samples(continue_to(16), 16);
     ASSERT_FALSE(requests.empty());
     EXPECT_EQ(requests.front().first, 8);
@@ -91,50 +92,19 @@ TEST_F(ConvergeReference, InterruptedReferencesAreKept) {
 
 TEST_F(ConvergeReference, DamagedFilesAreReplaced) {
     continue_to(4);
-    const fs::path file = reference_path(folder / "cache", 7);
     const std::string good = read_file(file, 1 << 20);
     for (const std::string& bad :
          {good.substr(0, good.size() - 1), std::string("short"), good.substr(0, 60) + "x" + good.substr(61)}) {
         write_file(file, bad);
         EXPECT_THROW(load_halves(file, 7, 3, 2), Error);
-        notes.clear();
         expect_samples(continue_to(4), 4);
         ASSERT_EQ(notes.size(), 1u);
-        EXPECT_TRUE(notes[0].ends_with("the reference is damaged: begun anew")) << notes[0];
+        EXPECT_NE(notes[0].find("is damaged"), std::string::npos) << notes[0];
         EXPECT_EQ(read_file(file, 1 << 20), good);
     }
     EXPECT_THROW(load_halves(file, 8, 3, 2), Error);  // the file holds another reference
-    EXPECT_FALSE(load_halves(folder / "none", 7, 3, 2));
-}
-
-TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
-    continue_to(4);
-    const fs::path file = reference_path(folder / "cache", 7);
-    const std::string good = read_file(file, 1 << 20);
-    const auto hashed = [](std::string content) {
-        Hash hash;
-        hash.add_bytes(content.data(), content.size());
-        const std::uint64_t value = hash.value();
-        return content.append(reinterpret_cast<const char*>(&value), sizeof(value));
-    };
-    const std::string content = good.substr(0, good.size() - sizeof(std::uint64_t));
-    ASSERT_EQ(hashed(content), good);
-    const auto with = [&](std::size_t offset, auto value) {
-        std::string other = content;
-        std::memcpy(other.data() + offset, &value, sizeof(value));
-        return hashed(other);
-    };
-    // Damages magic, fingerprint, samples of both halves, width and height in turn.
-    for (const std::string& bad :
-         {with(32, 1 << 30), with(32, -3), with(36, 3), with(16, std::int64_t{-1}), with(24, std::int64_t{-1}),
-          with(16, std::numeric_limits<std::int64_t>::max()), hashed(content.substr(0, 40)),
-          hashed(content.substr(0, content.size() - 8)), hashed(content + "12345678")}) {
-        write_file(file, bad);
-        EXPECT_THROW(load_halves(file, 7, 3, 2), Error);
-    }
-    write_file(file, good);
-    EXPECT_TRUE(load_halves(file, 7, 3, 2));
     EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // the number of pixels is the same
+    EXPECT_FALSE(load_halves(folder / "none", 7, 3, 2));
 }
 
 TEST_F(ConvergeReference, UnwritableFoldersAreReportedBeforehand) {
@@ -152,10 +122,7 @@ TEST_F(ConvergeReference, SavesThatFailLaterAreNoted) {
     };
     const auto go = [&](std::int64_t samples_of_each) {
         fs::remove_all(folder / "cache");
-        notes.clear();
-        return continue_halves(
-            reference_path(folder / "cache", 7), 7, view, samples_of_each, loses_folder, {.largest = 4}, [](double) {},
-            [this](const std::string& note) { notes.push_back(note); });
+        return continue_by(samples_of_each, loses_folder);
     };
     expect_samples(go(4), 4);
     ASSERT_EQ(notes.size(), 1u);
@@ -165,58 +132,60 @@ TEST_F(ConvergeReference, SavesThatFailLaterAreNoted) {
 }
 
 TEST_F(ConvergeReference, FolderFollowsTheEnvironment) {
-    setenv("XDG_CACHE_HOME", folder.path.c_str(), 1);
+    const EnvironmentVariable cache("XDG_CACHE_HOME", folder.path.string()), home("HOME", "/home/somebody");
     EXPECT_EQ(default_reference_folder(), folder / "halflight" / "references");
-    setenv("XDG_CACHE_HOME", "relative", 1);
-    setenv("HOME", "/home/somebody", 1);
+    cache.set("relative");
     EXPECT_EQ(default_reference_folder(), "/home/somebody/.cache/halflight/references");
-    unsetenv("XDG_CACHE_HOME");
-    unsetenv("HOME");
+    cache.set({}), home.set({});
     EXPECT_THROW(default_reference_folder(), Error);
 }
 
 TEST(ConvergeFingerprint, ChangesWithEveryInput) {
-    const Scene scene = halflight::test::cornell_box();
+    const Scene scene = cornell_box();
     const std::uint64_t usual = scene_fingerprint(scene);
-    EXPECT_EQ(scene_fingerprint(halflight::test::cornell_box()), usual);
-    const auto differs = [&](auto change) {
+    EXPECT_EQ(scene_fingerprint(cornell_box()), usual);
+    const auto fingerprint_with = [&](void (*change)(Scene&)) {
         Scene other = scene;
         change(other);
-        return scene_fingerprint(other) != usual;
+        return scene_fingerprint(other);
     };
-    EXPECT_FALSE(differs([](Scene& s) { s.name = "another"; }));
-    EXPECT_TRUE(differs([](Scene& s) { s.materials[0].roughness += 0.01f; }));
-    EXPECT_TRUE(differs([](Scene& s) { s.materials[0].base_color_texture.uv_transform[2].x = 0.5f; }));
-    EXPECT_TRUE(differs([](Scene& s) { s.meshes[0].positions[0].x += 1e-6f; }));
-    EXPECT_TRUE(differs([](Scene& s) { s.meshes[0].triangle_material[0] = 1; }));
-    EXPECT_TRUE(differs([](Scene& s) { s.instances[0].object_to_world[3].x += 1e-12; }));
-    EXPECT_TRUE(differs([](Scene& s) { s.lights.emplace_back(); }));
-    EXPECT_TRUE(differs([](Scene& s) { s.environment.color = vec3(1); }));
-    EXPECT_TRUE(differs([](Scene& s) { s.images.push_back({"", 1, 1, {1, 2, 3, 4}}); }));
+    EXPECT_EQ(fingerprint_with([](Scene& s) { s.name = "another"; }), usual);
+    void (*const changes[])(Scene&) = {[](Scene& s) { s.materials[0].roughness += 0.01f; },
+                                       [](Scene& s) { s.materials[0].base_color_texture.uv_transform[2].x = 0.5f; },
+                                       [](Scene& s) { s.meshes[0].positions[0].x += 1e-6f; },
+                                       [](Scene& s) { s.meshes[0].triangle_material[0] = 1; },
+                                       [](Scene& s) { s.instances[0].object_to_world[3].x += 1e-12; },
+                                       [](Scene& s) { s.lights.emplace_back(); },
+                                       [](Scene& s) { s.environment.color = vec3(1); },
+                                       [](Scene& s) {
+                                           s.images.push_back({"", 1, 1, {1, 2, 3, 4}});
+                                       }};
+    for (std::size_t i = 0; i < std::size(changes); ++i) EXPECT_NE(fingerprint_with(changes[i]), usual) << i;
 
     const View view{8, 8, scene.cameras.at(0), 3};
     const ReferenceScene oracle(scene);
     const Picture probe = oracle_samples(oracle, view, 0, 0, 1);
     const std::uint64_t reference = reference_fingerprint(usual, view, "oracle", probe);
-    const auto other = [&](auto change) {
+    void (*const inputs[])(View&, Picture&, std::string&) = {
+        [](View& v, Picture&, std::string&) { v.bounces = 4; },
+        [](View& v, Picture&, std::string&) { v.height = 9; },
+        [](View& v, Picture&, std::string&) { v.camera.vertical_fov *= 1.001; },
+        [](View& v, Picture&, std::string&) { v.camera.optics.eye_distance += 1e-9; },
+        [](View& v, Picture&, std::string&) { v.camera.optics.stereo = Stereo::left; },
+        [](View&, Picture& p, std::string&) { p.components[3].pixels[5] += 1e-3f; },
+        [](View&, Picture&, std::string& maker) { maker = "gl"; }};
+    for (std::size_t i = 0; i < std::size(inputs); ++i) {
         View v = view;
         Picture p = probe;
         std::string maker = "oracle";
-        change(v, p, maker);
-        return reference_fingerprint(usual, v, maker, p) != reference;
-    };
-    EXPECT_FALSE(other([](View&, Picture&, std::string&) {}));
-    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.bounces = 4; }));
-    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.height = 9; }));
-    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.vertical_fov *= 1.001; }));
-    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.optics.eye_distance += 1e-9; }));
-    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.optics.stereo = Stereo::left; }));
-    EXPECT_TRUE(other([](View&, Picture& p, std::string&) { p.components[3].pixels[5] += 1e-3f; }));
-    EXPECT_TRUE(other([](View&, Picture&, std::string& m) { m = "gl"; }));
+        EXPECT_EQ(reference_fingerprint(usual, v, maker, p), reference);
+        inputs[i](v, p, maker);
+        EXPECT_NE(reference_fingerprint(usual, v, maker, p), reference) << i;
+    }
 }
 
 TEST(ConvergeOracle, SampleCountsAreExact) {
-    const Scene scene = halflight::test::cornell_box();
+    const Scene scene = cornell_box();
     const View view{8, 8, scene.cameras.at(0), 2};
     const auto painter = oracle_painter(scene, view);
     const Painted painted = painter->paint({37, 0}, 5, [] {});
@@ -233,7 +202,7 @@ TEST(ConvergeOracle, SampleCountsAreExact) {
 
 TEST(ConvergeMaker, ManyTrianglesUseTheEngine) {
     using enum ReferenceOrder::Maker;
-    Scene scene = halflight::test::cornell_box();
+    Scene scene = cornell_box();
     EXPECT_EQ(choose_maker(scene, automatic).first, oracle);
     EXPECT_EQ(choose_maker(scene, gl).first, gl);
     scene.meshes[0].triangles.resize(20'000);

@@ -9,7 +9,6 @@
 #include <functional>
 #include <limits>
 #include <numbers>
-#include <random>
 
 #include "engine/core/math.h"
 #include "engine/core/metrics.h"
@@ -80,20 +79,6 @@ TEST(Flip, IsSymmetricGrowsWithContrastAndStaysInRange) {
     // A black and white edge and its negative have equal features everywhere and equal colours nowhere.
     const auto step = [](bool left) { return picture(64, 8, [=](int x, int) { return vec3((x < 32) == left); }); };
     EXPECT_GT(mean_of(flip_map(step(true), step(false))), 0.9);
-}
-
-TEST(Flip, IgnoresDetailBeyondTheEyesResolution) {
-    const auto noise = [](std::uint32_t seed) {
-        std::mt19937 random(seed);
-        return picture(64, 64, [&](int, int) { return vec3(random() % 2 ? 0.6f : 0.4f); });
-    };
-    const Image a = noise(1), b = noise(2);
-    double before = 1;
-    for (const double ppd : {10.0, 20.0, 40.0, 80.0, 160.0}) {  // a larger distance hides more
-        const double seen = mean_of(flip_map(a, b, ppd));
-        EXPECT_LT(seen, before);
-        before = seen;
-    }
 }
 
 /// Returns the error at the crest of a vertical grey wave of `cycles` per degree against its mean grey. Evaluates the

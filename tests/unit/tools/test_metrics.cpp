@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <random>
 #include <vector>
 
 namespace halflight {
@@ -33,17 +31,6 @@ TEST(ErrorMaps, AreMeansOverChannels) {
     EXPECT_NEAR(relative.pixels[0], 9 / 0.01 / 3, 1e-3);
     EXPECT_NEAR(relative.pixels[1], (4 / 49.01 + 1 / 49.01) / 3, 1e-7);
     EXPECT_NEAR(mean_of(squares), 7.0 / 3, 1e-7);
-}
-
-TEST(ErrorMaps, OfGaussianNoiseAreItsVariance) {
-    std::mt19937 generator(1);
-    std::normal_distribution<float> noise(0, 0.25f);
-    Image truth(200, 200, 1), noisy = truth;
-    std::ranges::fill(truth.pixels, 2.0f);
-    for (float& v : noisy.pixels) v = 2 + noise(generator);
-    // The mean of n squares of Gaussian noise has a relative standard deviation of sqrt(2 / n), here 0.7 %.
-    EXPECT_NEAR(mean_of(squared_error_map(noisy, truth)), 0.0625, 0.03 * 0.0625);
-    EXPECT_NEAR(mean_of(relative_squared_error_map(noisy, truth)), 0.0625 / 4.01, 0.03 * 0.0625 / 4.01);
 }
 
 TEST(WorstShare, DistinguishesFirefliesFromNoise) {

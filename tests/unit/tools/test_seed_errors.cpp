@@ -79,17 +79,6 @@ TEST(SeedErrors, OneRenderHasAnErrorButNoInterval) {
         EXPECT_TRUE(std::isinf(interval.half_width));
 }
 
-TEST(SeedErrors, DetectHeavyTails) {
-    const auto share = [](bool heavy) {
-        Pictures pictures(4, heavy);
-        const Image reference = Pictures(5).make(0, 0.01);
-        return seed_errors(pictures.renders(1, 0, 0.2), reference, reference).worst_share;
-    };
-    // The two worst of 1024 pixels hold this share: 16 pixels have all the error, or all have Gaussian noise.
-    EXPECT_GT(share(true), 0.08);
-    EXPECT_LT(share(false), 0.03);
-}
-
 /// Counts how often the intervals of many experiments contain the truth, and sums the estimates.
 struct Tally {
     int trials = 0, mse = 0, bias = 0, variance = 0;

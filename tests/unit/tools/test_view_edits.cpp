@@ -5,8 +5,7 @@
 
 #include "api/halflight/edit_text.h"
 #include "tests/support/error_message.h"
-#include "tests/support/process.h"
-#include "tests/support/scenes.h"
+#include "tests/unit/tools/view_scenes.h"
 #include "tools/view/edit_history.h"
 #include "tools/view/gizmo.h"
 #include "tools/view/outline.h"
@@ -15,32 +14,29 @@
 namespace halflight::view {
 namespace {
 
-constexpr ivec2 kSize(512, 512);
-
-class ViewEdits : public testing::Test {
+class ViewEdits : public CornellSession {
   protected:
-    static PreviewArguments cornell() {
-        PreviewArguments a;
-        a.scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";
-        a.log_level = LogLevel::error;
-        return a;
-    }
+    ViewEdits() { history.start(session.document()); }
     void edit(void (*add)(SceneEdits&, const std::string&, const std::string&), const char* text) {
         SceneEdits edits = session.edits;
         add(edits, "test", text);
         session.edit(edits);
     }
+    void record(bool busy = false) { history.record(session.document(), busy); }
+    void set_emission(float factor, bool busy) {
+        session.edits.emission = factor;
+        record(busy);
+    }
 
-    Session session{cornell(), ColorConfig::load()};
+    EditHistory history;
 };
 
 TEST_F(ViewEdits, UndoAndRedoRestoreEachEdit) {
     session.transform.exposure = 0.5f;  // a value that metering has found
-    EditHistory history;
     history.start(session.document());
     std::vector<SavedSettings> states = {session.document()};
     const auto done = [&] {
-        history.record(session.document(), false);
+        record();
         states.push_back(session.document());
     };
     edit(add_material_edit, "white.roughness=0.25");
@@ -58,7 +54,7 @@ TEST_F(ViewEdits, UndoAndRedoRestoreEachEdit) {
         ASSERT_TRUE(history.can_undo());
         EXPECT_FALSE(session.restore(*history.undo())) << "neither environment nor variant changes";
         EXPECT_EQ(session.document(), states[i]) << i;
-        history.record(session.document(), false);  // a restored state is no edit
+        record();  // a restored state is no edit
     }
     EXPECT_FALSE(history.can_undo());
     EXPECT_FALSE(history.undo());
@@ -74,38 +70,27 @@ TEST_F(ViewEdits, UndoAndRedoRestoreEachEdit) {
     session.restore(*history.undo());
     EXPECT_TRUE(history.unsaved());
     edit(add_hidden, "light");
-    history.record(session.document(), false);
+    record();
     EXPECT_FALSE(history.can_redo()) << "another edit ends the undone ones";
 }
 
 TEST_F(ViewEdits, DragsAreOneEditAndCamerasAreNone) {
-    EditHistory history;
-    history.start(session.document());
-    for (const float factor : {1.5f, 2.0f, 2.5f}) {
-        session.edits.emission = factor;
-        history.record(session.document(), true);
-    }
+    for (const float factor : {1.5f, 2.0f, 2.5f}) set_emission(factor, true);
     EXPECT_FALSE(history.can_undo()) << "the mouse is still held";
-    history.record(session.document(), false);
+    record();
     session.move(orbit(session.pose(), {0.3, 0.1}));
-    history.record(session.document(), false);
+    record();
     session.restore(*history.undo());
     EXPECT_EQ(session.edits.emission, 1);
     EXPECT_FALSE(history.can_undo());
 }
 
 TEST_F(ViewEdits, AControlThatTakesItsChangeBackLeavesNoStep) {
-    EditHistory history;
-    history.start(session.document());
-    const auto set = [&](float factor, bool busy) {
-        session.edits.emission = factor;
-        history.record(session.document(), busy);
-    };
-    set(2, false);
-    set(7, false);  // the first click on a slider
-    set(2, true);   // the second click opens its text
-    set(3, true);
-    set(3, false);
+    set_emission(2, false);
+    set_emission(7, false);  // the first click on a slider
+    set_emission(2, true);   // the second click opens its text
+    set_emission(3, true);
+    set_emission(3, false);
     session.restore(*history.undo());
     EXPECT_EQ(session.edits.emission, 2);
     session.restore(*history.undo());
@@ -115,22 +100,20 @@ TEST_F(ViewEdits, AControlThatTakesItsChangeBackLeavesNoStep) {
 
 TEST_F(ViewEdits, MeteringIsNoEdit) {
     session.transform.exposure = {};
-    ASSERT_TRUE(session.transform.metered());
-    EditHistory history;
     history.start(session.document());
     const auto meter = [&](float stops) {
         session.transform.exposure = stops;
         history.meter(stops);
-        history.record(session.document(), false);
+        record();
     };
     meter(-3);
     EXPECT_FALSE(history.can_undo());
     EXPECT_FALSE(history.unsaved());
     session.transform.exposure = 1.0f;
-    history.record(session.document(), false);
+    record();
     EXPECT_TRUE(history.can_undo());
     session.transform.exposure.automatic = true;
-    history.record(session.document(), false);
+    record();
     meter(1);
     session.restore(*history.undo());
     EXPECT_EQ(session.transform.exposure, Exposure(-3.0f)) << "metering that changes nothing has left a step";
@@ -138,12 +121,11 @@ TEST_F(ViewEdits, MeteringIsNoEdit) {
 
 TEST_F(ViewEdits, AnExposureSetBeforeMeteringIsAnEdit) {
     session.transform.exposure = {};
-    EditHistory history;
     history.start(session.document());
     session.transform.exposure = 1.0f;
-    history.record(session.document(), false);
+    record();
     session.bounces = 3;
-    history.record(session.document(), false);
+    record();
     EXPECT_TRUE(history.unsaved());
     session.restore(*history.undo());
     session.restore(*history.undo());
@@ -155,7 +137,7 @@ TEST_F(ViewEdits, InvalidEditsChangeNothing) {
     const SavedSettings before = session.document();
     SceneEdits edits;
     add_node_edit(edits, "test", "tal block=scale:2");
-    EXPECT_NE(error_message([&] { session.edit(edits); }).find("did you mean 'tall block'?"), std::string::npos);
+    EXPECT_NE(error_message([&] { session.edit(edits); }).find("'tall block'"), std::string::npos);
     EXPECT_EQ(session.document(), before);
 }
 
@@ -177,11 +159,7 @@ TEST_F(ViewEdits, ClicksSelectTheNodeOfASurface) {
     session.select("material:red");
     EXPECT_EQ(session.selection, (Selection{ObjectKind::material, 1}));
     EXPECT_TRUE(outline.lines(session, kSize).empty());
-    EXPECT_NE(error_message([&] { session.select("node:nobody"); }).find("there is no node 'nobody'"),
-              std::string::npos);
-    EXPECT_EQ(error_message([&] { session.select("red"); }),
-              "select: expects node:NAME, light:NAME, mesh:NAME, material:NAME, camera:NAME, environment or none, not "
-              "'red'");
+    for (const char* unknown : {"node:nobody", "red"}) EXPECT_THROW(session.select(unknown), Error);
 }
 
 TEST_F(ViewEdits, OutlinesFollowEdits) {
@@ -293,23 +271,13 @@ TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
     EXPECT_EQ(turned.rotate.x, 0);
 
     EXPECT_EQ(gizmo_mode("scale"), GizmoMode::scale);
-    EXPECT_NE(error_message([] { gizmo_mode("turn"); }).find("valid are none, move, rotate, scale"), std::string::npos);
+    EXPECT_THROW(gizmo_mode("turn"), Error);
 }
 
 /// The numbers of a node count along the axes that edits of the nodes above leave it, and handles follow them.
 TEST(ViewNodes, FollowThoseAbove) {
-    TemporaryFolder folder;
-    PreviewArguments a;
-    a.scene = folder / "two.gltf";
-    a.log_level = LogLevel::error;
-    test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": "arm", "children": [1]}, {"name": "hand", "translation": [1, 0, 0], "mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-2, -2, 0],
-                       "max": [2, 2, 0]}],
-        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri":
-            "data:application/octet-stream;base64,AAAAwAAAAMAAAAAAAAAAQAAAAMAAAAAAAAAAAAAAAEAAAAAA"}]})");
-    Session session(a, ColorConfig::load());
+    const TemporaryFolder folder;
+    Session session(arguments_for(write_hand(folder)), ColorConfig::load());
     node_edit(session.edits, "arm").rotate = {0, 0, 90};
     session.select("node:hand");
     const NodeFrame frame = session.node_frame(session.selection.index);
@@ -335,16 +303,14 @@ TEST(ViewNodes, FollowThoseAbove) {
 
 TEST_F(ViewEdits, EnvironmentsAreChosenAndUndone) {
     const Environment own = session.scene().environment;
-    EditHistory history;
-    history.start(session.document());
     session.open(session.lighting(SkyPreset::studio)());
     EXPECT_GT(session.scene().environment.map.width, 0);
     EXPECT_EQ(session.environment(), EnvironmentChoice(SkyPreset::studio));
-    history.record(session.document(), false);
+    record();
     const CameraPose pose = session.pose();
     session.open(session.lighting(ClearSky{30, 120})());
     EXPECT_EQ(session.scene().lights.size(), 1u) << "the sun";
-    history.record(session.document(), false);
+    record();
     auto undone = session.restore(*history.undo());
     ASSERT_TRUE(undone);
     session.open((*undone)());

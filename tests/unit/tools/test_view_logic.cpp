@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/error_message.h"
 #include "tools/common/color_map.h"
@@ -14,7 +15,6 @@
 #include "tools/view/resolution.h"
 #include "tools/view/script.h"
 #include "tools/view/standing_picture.h"
-#include "tools/view/statistics_text.h"
 #include "tools/view/timings.h"
 
 namespace halflight::view {
@@ -22,73 +22,53 @@ namespace {
 
 constexpr ivec2 kSize(960, 540);
 
-TEST(Resolution, StartsCoarse) {
-    EXPECT_EQ(Resolution(0.1).divisor(kSize), 8);
-}
-
-TEST(Resolution, OneSlowPictureDoesNotCountForLong) {
-    Resolution resolution(0.1);
-    resolution.record(divided(kSize, 8), 1.1);  // a hitch
-    EXPECT_EQ(resolution.divisor(kSize), 16);
-    resolution.record(divided(kSize, 16), 0.008);
-    EXPECT_EQ(resolution.divisor(kSize), 8) << "four times as many pixels take 0.032 s at most";
-    for (int i = 0; i < 4; ++i) resolution.record(divided(kSize, 8), 0.3);
-    EXPECT_EQ(resolution.divisor(kSize), 16) << "it is slow after all";
-}
-
-TEST(Resolution, FinerPicturesPrecedeSlowOnes) {
-    EXPECT_TRUE(worth_finer(0.1, 16, 0.1)) << "the whole picture takes 25 s";
-    EXPECT_TRUE(worth_finer(0.1, 4, 0.1)) << "1.6 s";
-    EXPECT_FALSE(worth_finer(0.005, 8, 0.1)) << "0.32 s";
-    EXPECT_TRUE(worth_finer(0.005, 16, 0.1)) << "1.28 s";
-    for (const int divisor : {1, 2}) EXPECT_FALSE(worth_finer(10, divisor, 0.1)) << "the whole picture is next";
-}
-
-TEST(Resolution, PicturesAreNeverEmpty) {
-    EXPECT_EQ(divided({960, 540}, 1), ivec2(960, 540));
-    EXPECT_EQ(divided({961, 3}, 4), ivec2(241, 1));
-}
-
-/// Returns the divisor of the resolution after some pictures that take `fixed` seconds and `each` seconds per pixel.
-int settled(double budget, double fixed, double each, bool whole_one) {
-    Resolution resolution(budget);
-    const auto took = [&](int d) {
-        const ivec2 size = divided(kSize, d);
-        resolution.record(size, fixed + each * size.x * size.y);
-    };
-    if (whole_one) took(1);
-    for (int i = 0; i < 10; ++i) took(resolution.divisor(kSize));
-    return resolution.divisor(kSize);
-}
-
-TEST(Resolution, FindsTheFinestWithinTheBudget) {
-    constexpr double kPixels = 960 * 540;
-    EXPECT_EQ(settled(0.1, 0, 0.08 / kPixels, false), 1) << "a fast device";
-    EXPECT_EQ(settled(0.1, 0, 0.3 / kPixels, false), 2);
-    EXPECT_EQ(settled(0.1, 0, 1.2 / kPixels, false), 4);
-    EXPECT_EQ(settled(0.1, 0, 100 / kPixels, false), kCoarsest) << "nothing is in time";
-    EXPECT_EQ(settled(0.1, 0.04, 0.8 / kPixels, true), 4) << "a time that does not depend on the size";
-    EXPECT_EQ(settled(0.1, 0.2, 0.8 / kPixels, true), kCoarsest);
-}
-
 TEST(Resolution, AdaptsAndResets) {
     Resolution resolution(0.1);
+    EXPECT_EQ(resolution.divisor(kSize), 8);
     resolution.record(kSize, 0.05);
     EXPECT_EQ(resolution.divisor(kSize), 1);
     for (int i = 0; i < 20; ++i) resolution.record(kSize, 0.3);
     EXPECT_GT(resolution.divisor(kSize), 1) << "it has become slow";
     resolution.reset();
     EXPECT_EQ(resolution.divisor(kSize), 8);
-}
-
-TEST(Resolution, RetriesSizesThatWereSlow) {
-    Resolution resolution(0.1);
-    resolution.record(divided(kSize, 8), 0.5);
+    resolution.record(divided(kSize, 8), 1.1);  // a hitch does not count for long
     EXPECT_EQ(resolution.divisor(kSize), 16);
+    resolution.record(divided(kSize, 16), 0.008);
+    EXPECT_EQ(resolution.divisor(kSize), 8) << "four times as many pixels take 0.032 s at most";
+    for (int i = 0; i < 4; ++i) resolution.record(divided(kSize, 8), 0.3);
+    EXPECT_EQ(resolution.divisor(kSize), 16) << "it is slow after all";
+    resolution.reset();
+    resolution.record(divided(kSize, 8), 0.5);
     int pictures = 0;
     for (; resolution.divisor(kSize) == 16 && pictures < 1000; ++pictures) resolution.record(divided(kSize, 16), 0.06);
-    EXPECT_EQ(resolution.divisor(kSize), 8);
+    EXPECT_EQ(resolution.divisor(kSize), 8) << "sizes that were slow are tried again";
     EXPECT_GT(pictures, 20) << "but not all the time";
+}
+
+TEST(Resolution, FinerPicturesPrecedeSlowOnes) {
+    EXPECT_TRUE(worth_finer(0.005, 16, 0.1)) << "the whole picture takes 1.28 s";
+    EXPECT_FALSE(worth_finer(0.005, 8, 0.1)) << "0.32 s";
+    for (const int divisor : {1, 2}) EXPECT_FALSE(worth_finer(10, divisor, 0.1)) << "the whole picture is next";
+    EXPECT_EQ(divided({961, 3}, 4), ivec2(241, 1)) << "never empty";
+}
+
+TEST(Resolution, FindsTheFinestWithinTheBudget) {
+    const struct {
+        double fixed, whole;  // seconds of any picture, and those that the pixels of a whole picture add
+        bool whole_first;
+        int divisor;
+    } cases[] = {{0, 0.08, false, 1},        {0, 0.3, false, 2},   {0, 1.2, false, 4},
+                 {0, 100, false, kCoarsest}, {0.04, 0.8, true, 4}, {0.2, 0.8, true, kCoarsest}};
+    for (const auto& c : cases) {
+        Resolution resolution(0.1);
+        const auto record = [&](int divisor) {
+            const ivec2 size = divided(kSize, divisor);
+            resolution.record(size, c.fixed + c.whole * size.x * size.y / (kSize.x * kSize.y));
+        };
+        if (c.whole_first) record(1);
+        for (int i = 0; i < 10; ++i) record(resolution.divisor(kSize));
+        EXPECT_EQ(resolution.divisor(kSize), c.divisor) << c.fixed << ' ' << c.whole;
+    }
 }
 
 TEST(Script, LinesBecomeCommands) {
@@ -104,94 +84,84 @@ TEST(Script, LinesBecomeCommands) {
     EXPECT_EQ(commands[3].line, 6);
     EXPECT_TRUE(parse_script("s.txt", "").empty());
     EXPECT_EQ(parse_script("s.txt", "environment #8899cc # grey")[0].words, std::vector<std::string>{"#8899cc"});
-    const auto more = parse_script("s.txt", "wait error 0.01\nlight 12 5\nlight 12 0 0.5 1\ncompare on\nclay off");
-    ASSERT_EQ(more.size(), 5u);
-    EXPECT_EQ(more[0].numbers, std::vector{0.01});
-    EXPECT_EQ(more[1].numbers, (std::vector{12.0, 5.0}));
-    EXPECT_EQ(more[2].numbers, (std::vector{12.0, 0.0, 0.5, 1.0}));
-    EXPECT_TRUE(more[3].on());
-    EXPECT_FALSE(more[4].on());
+    EXPECT_EQ(parse_script("s.txt", "light 12 0 0.5 1")[0].numbers, (std::vector{12.0, 0.0, 0.5, 1.0}));
+    EXPECT_TRUE(parse_script("s.txt", "compare on")[0].on());
+    EXPECT_FALSE(parse_script("s.txt", "clay off")[0].on());
 }
 
 TEST(Script, InvalidLinesAreNamed) {
-    const auto message = [](const std::string& line) {
-        return error_message([&] { parse_script("s.txt", "wait first\n" + line); });
-    };
-    EXPECT_EQ(message("jump 3"), "s.txt:2: unknown command 'jump'");
-    EXPECT_EQ(message("orbit 1"), "s.txt:2: 'orbit' takes 2 arguments, not 1");
-    EXPECT_EQ(message("orbit 1 x"), "s.txt:2: 'orbit' needs a number, not 'x'");
-    EXPECT_EQ(message("orbit 1 inf"), "s.txt:2: 'orbit' needs a number, not 'inf'");
-    EXPECT_EQ(message("orbit 1e300 0"), "s.txt:2: 'orbit' needs a number from -1000000 to 1000000, not 1e300");
-    EXPECT_EQ(message("focus 0 -2e6"), "s.txt:2: 'focus' needs a number from -1000000 to 1000000, not -2e6");
-    EXPECT_EQ(message("fly 0 0 1e30"), "s.txt:2: 'fly' needs a number from -1000000000 to 1000000000, not 1e30");
-    EXPECT_EQ(message("wait samples 1.5"), "s.txt:2: 'wait' needs a whole number, not '1.5'");
-    EXPECT_EQ(message("wait samples 0"), "s.txt:2: 'wait' needs a number from 1 to 16777216, not 0");
-    EXPECT_EQ(message("wait long"),
-              "s.txt:2: unknown 'wait long'; valid are 'wait first', 'wait samples N' and 'wait error E'");
-    EXPECT_EQ(message("wait for 3"),
-              "s.txt:2: unknown 'wait for'; valid are 'wait first', 'wait samples N' and 'wait error E'");
-    EXPECT_EQ(message("wait error 0"), "s.txt:2: 'wait' needs a number from 1e-09 to 1000000000, not 0");
-    EXPECT_EQ(message("wait error x"), "s.txt:2: 'wait' needs a number, not 'x'");
-    EXPECT_EQ(message("component emission"), "s.txt:2: 'component' takes 2 arguments, not 1");
-    EXPECT_EQ(message("component emission maybe"), "s.txt:2: 'component' takes on or off");
-    EXPECT_EQ(message("split 1.5"), "s.txt:2: 'split' needs a number from 0 to 1, not 1.5");
-    EXPECT_EQ(message("light -1 2"), "s.txt:2: 'light' needs a number from 0 to 16777216, not -1");
-    EXPECT_EQ(message("light 0.5 2"), "s.txt:2: 'light' needs a whole number, not '0.5'");
-    EXPECT_EQ(message("light 12 0.5 0.5 2"), "s.txt:2: 'light' needs a number from 0 to 1, not 2");
-    EXPECT_EQ(message("clay perhaps"), "s.txt:2: 'clay' takes on or off");
-    EXPECT_EQ(message("key X"), "s.txt:2: unknown key 'X'; F1 shows the keys");
-    EXPECT_EQ(message("screenshot a.jpg"), "s.txt:2: a screenshot must be a .png or an .exr");
-    EXPECT_EQ(message("camera \"main"), "s.txt:2: a quotation mark is not closed");
+    const std::pair<const char*, const char*> cases[] = {{"jump 3", "'jump'"},
+                                                         {"orbit 1", "takes 2 arguments"},
+                                                         {"orbit 1 x", "'x'"},
+                                                         {"orbit 1 inf", "'inf'"},
+                                                         {"orbit 1e300 0", "-1000000 to 1000000, not 1e300"},
+                                                         {"focus 0 -2e6", "-2e6"},
+                                                         {"fly 0 0 1e30", "-1000000000 to 1000000000, not 1e30"},
+                                                         {"wait samples 1.5", "whole number, not '1.5'"},
+                                                         {"wait samples 0", "1 to 16777216, not 0"},
+                                                         {"wait long", "'wait long'"},
+                                                         {"wait for 3", "'wait for'"},
+                                                         {"wait error 0", "1e-09 to 1000000000, not 0"},
+                                                         {"component emission", "takes 2 arguments"},
+                                                         {"component emission maybe", "on or off"},
+                                                         {"split 1.5", "0 to 1, not 1.5"},
+                                                         {"light -1 2", "0 to 16777216, not -1"},
+                                                         {"light 0.5 2", "whole number, not '0.5'"},
+                                                         {"light 12 0.5 0.5 2", "0 to 1, not 2"},
+                                                         {"clay perhaps", "on or off"},
+                                                         {"key X", "'X'"},
+                                                         {"screenshot a.jpg", ".png"},
+                                                         {"camera \"main", "quotation mark"}};
+    for (const auto& [line, named] : cases) {
+        const std::string message = error_message([&] { parse_script("s.txt", std::string("wait first\n") + line); });
+        EXPECT_TRUE(message.starts_with("s.txt:2: ") && message.find(named) != std::string::npos) << message;
+    }
+}
+
+/// Returns a picture with one layer of black pixels.
+RenderResult with_layer(int width, int height, int channels) {
+    RenderResult result;
+    result.beauty = Image(width, height, 4);
+    result.aovs.push_back({{}, Image(width, height, channels)});
+    return result;
 }
 
 TEST(DisplayImage, EveryViewIsFinite) {
     for (const std::string& view : layer_view_names()) {
         SCOPED_TRACE(view);
-        RenderResult result;
-        result.beauty = Image(4, 3, 4);
+        const auto is_one_of = [&](auto... names) { return ((view == names) || ...); };
+        RenderResult result = with_layer(4, 3,
+                                         view.starts_with("crypto")                    ? 12
+                                         : is_one_of("culling", "motion", "residency") ? 2
+                                         : is_one_of("depth", "samples", "nodes")      ? 1
+                                                                                       : 3);
         std::ranges::fill(result.beauty.pixels, 0.5f);
-        const bool wide = view.starts_with("crypto");
-        ExrLayer layer{{},
-                       Image(4, 3,
-                             wide                                                           ? 12
-                             : view == "culling" || view == "motion" || view == "residency" ? 2
-                                                                                            : 3)};
-        if (view == "depth" || view == "samples" || view == "nodes") layer.image = Image(4, 3, 1);
-        for (std::size_t i = 0; i < layer.image.pixels.size(); ++i) layer.image.pixels[i] = 0.1f * float(i % 7);
-        result.aovs.push_back(layer);
+        for (int i = 0; float& value : result.aovs[0].image.pixels) value = 0.1f * float(i++ % 7);
         const LayerView layer_view{.layer = view};
         const std::vector<std::string> aovs = {view == kError ? "variance" : view};
         const DisplayImage shown = display_image(layer_view, aovs, result);
         EXPECT_EQ(shown.image.width, 4);
         EXPECT_EQ(shown.image.height, 3);
         EXPECT_GE(shown.image.channels, 3);
-        float least = kInfinity, most = -kInfinity;
-        for (const float v : shown.image.pixels) {
-            ASSERT_TRUE(std::isfinite(v));
-            least = std::min(least, v), most = std::max(most, v);
-        }
+        ASSERT_TRUE(std::ranges::all_of(shown.image.pixels, [](float v) { return std::isfinite(v); }));
+        const auto [least, most] = std::ranges::minmax(shown.image.pixels);
         EXPECT_EQ(least < most, view != kFinal);
         EXPECT_TRUE(!shown.encoded || (least >= 0 && most <= 1)) << least << " " << most;
-        EXPECT_FALSE(description(view).empty());
-        const bool of_picture = view == kFinal || view == kLuminance;
-        EXPECT_EQ(required_aovs(layer_view), of_picture ? std::vector<std::string>{} : aovs);
-        const bool scaled = view == kError || view == "variance" || view == "depth" || view == "samples" ||
-                            view == "nodes" || view == "culling" || view == "denoiser" || view == kLuminance;
+        EXPECT_EQ(required_aovs(layer_view), is_one_of(kFinal, kLuminance) ? std::vector<std::string>{} : aovs);
+        const bool scaled =
+            is_one_of(kError, kLuminance, "variance", "depth", "samples", "nodes", "culling", "denoiser");
         ASSERT_EQ(shown.scale.has_value(), scaled);
         EXPECT_TRUE(!scaled || (shown.scale->top > 0 && !shown.scale->unit.empty()));
     }
 }
 
 TEST(DisplayImage, EmptyPixelsHaveTheirOwnColour) {
-    RenderResult result;
-    result.beauty = Image(2, 1, 4);
-    result.aovs.push_back({{}, Image(2, 1, 1)});
+    RenderResult result = with_layer(2, 1, 1);
     result.aovs[0].image.pixels = {3, 1e10f};
     const Image depth = display_image({.layer = "depth"}, {"depth"}, result).image;
-    EXPECT_EQ(std::vector(depth.at(1, 0), depth.at(1, 0) + 3),
-              (std::vector{0xfc / 255.0f, 0xfd / 255.0f, 0xbf / 255.0f}))
-        << "the far end of magma";
-    result.aovs[0].image = Image(2, 1, 3);
+    const vec3 far = magma(1);
+    EXPECT_EQ(std::vector(depth.at(1, 0), depth.at(1, 0) + 3), (std::vector{far.r, far.g, far.b}));
+    result = with_layer(2, 1, 3);
     result.aovs[0].image.pixels[0] = std::bit_cast<float>(7u);
     result.aovs[0].image.pixels[3] = std::bit_cast<float>(~0u);
     const Image ids = display_image({.layer = "ids"}, {"ids"}, result).image;
@@ -200,11 +170,9 @@ TEST(DisplayImage, EmptyPixelsHaveTheirOwnColour) {
 }
 
 TEST(DisplayImage, ComponentsAddUp) {
-    RenderResult result;
-    result.beauty = Image(1, 1, 4);
+    RenderResult result = with_layer(1, 1, 3);
     result.beauty.pixels = {100, 100, 100, 1};
     std::vector<std::string> aovs = {"variance"};
-    result.aovs.push_back({{}, Image(1, 1, 3)});
     for (std::size_t i = 0; i < kComponents.size(); ++i) {
         aovs.emplace_back(kComponents[i]);
         ExrLayer& layer = result.aovs.emplace_back(ExrLayer{{}, Image(1, 1, 3)});
@@ -216,18 +184,14 @@ TEST(DisplayImage, ComponentsAddUp) {
         << "all of them are the picture itself";
     layer_view.components = {true, false, false, true, false};
     EXPECT_TRUE(layer_view.is_sum());
-    const DisplayImage sum = display_image(layer_view, aovs, result);
-    EXPECT_EQ(sum.image.pixels, (std::vector<float>{9, 90, 0}));
-    EXPECT_FALSE(sum.encoded);
+    EXPECT_EQ(display_image(layer_view, aovs, result).image.pixels, (std::vector<float>{9, 90, 0}));
     layer_view.layer = "albedo";
     EXPECT_FALSE(layer_view.is_sum()) << "that has none";
 }
 
 TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
-    RenderResult result;
-    result.beauty = Image(2, 1, 4);
+    RenderResult result = with_layer(2, 1, 3);
     result.beauty.pixels = {0, 0, 0, 1, 2, 2, 2, 1};
-    result.aovs.push_back({{}, Image(2, 1, 3)});
     result.aovs[0].image.pixels = {0.012f, 0.012f, 0.012f, 1, 1, 1};
     result.stats.samples = kMinSamples;
     const DisplayImage error = display_image({.layer = kError}, {"variance"}, result);
@@ -243,11 +207,9 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
     ASSERT_TRUE(estimated_relmse({"variance"}, result));
     EXPECT_NEAR(*estimated_relmse({"variance"}, result), 0.5 * (0.012 + 1) / 4.01, 1e-6) << "the upper one of two";
     // One of nine pixels has a rare bright sample, which must not make the pixel's own relative error small.
-    RenderResult rare;
-    rare.beauty = Image(3, 3, 4);
+    RenderResult rare = with_layer(3, 3, 3);
     std::ranges::fill(rare.beauty.pixels, 1.0f);
     std::fill_n(rare.beauty.at(1, 1), 3, 100.0f);
-    rare.aovs.push_back({{}, Image(3, 3, 3)});
     std::fill_n(rare.aovs[0].image.at(1, 1), 3, 10000.0f);
     rare.stats.samples = kMinSamples;
     EXPECT_NEAR(*estimated_relmse({"variance"}, rare), 10000 / 1.01 / 9, 1e-2);
@@ -274,22 +236,20 @@ TEST(Requests, ServeRequestsThatDifferInTheShownLayer) {
     Request made;
     made.aovs = {"variance", "emission"};
     Request other = made;
-    other.aovs = {"indirect_glossy", "samples", "variance"};
-    EXPECT_TRUE(serves(made, other));
-    other.aovs.clear();
-    EXPECT_TRUE(serves(made, other));
-    EXPECT_TRUE(serves(other, made)) << "all layers are gathered";
+    for (const auto& aovs : {std::vector<std::string>{"indirect_glossy", "samples", "variance"}, {}}) {
+        other.aovs = aovs;
+        EXPECT_TRUE(serves(made, other));
+        EXPECT_TRUE(serves(other, made)) << "all layers are gathered";
+    }
     other.region = PixelWindow{{1, 2}, {3, 4}};
     EXPECT_TRUE(serves(made, other)) << "a region keeps the samples";
     EXPECT_FALSE(other == made);
-    other.bounces = 1;
-    EXPECT_FALSE(serves(made, other));
-    other = made;
-    other.camera.camera_to_world[3].x = 1;
-    EXPECT_FALSE(serves(made, other));
-    other = made;
-    other.modes.clamp = 1;
-    EXPECT_FALSE(serves(made, other));
+    for (void (*change)(Request&) : {+[](Request& r) { r.bounces = 1; }, +[](Request& r) { r.modes.clamp = 1; },
+                                     +[](Request& r) { r.camera.camera_to_world[3].x = 1; }}) {
+        other = made;
+        change(other);
+        EXPECT_FALSE(serves(made, other));
+    }
 }
 
 TEST(Region, KeepsItsPlaceWhereTheSizeChanges) {
@@ -384,51 +344,6 @@ TEST(PassHistory, HoldsEachSamplesTime) {
     EXPECT_EQ(history.passes()[0].milliseconds.size(), PassHistory::kLength);
 }
 
-TEST(StatisticsText, DescribesCulling) {
-    RenderStats stats;
-    rays::BatchStatistics batch;
-    batch.batch = "shadow";
-    batch.method = rays::TraceMethod::tiles;
-    batch.reason = "faster";
-    stats.batches.push_back(batch);
-    EXPECT_EQ(culling_lines(stats), std::vector<std::string>{"shadow: tiles (faster)"}) << "nothing was counted";
-    stats.batches[0].tiles_culled = 10;
-    stats.batches[0].lists = {
-        .tiles = 40, .entries = 400, .leaves = 300, .longest = 32, .rays = 1000, .rest_rays = 100, .remembered = 250};
-    stats.batches[0].state_bytes = 3 << 20;
-    rays::RasterBatch raster;
-    raster.statistics = {.runs = 2,
-                         .queries = 20,
-                         .multi_queries = 4,
-                         .saved_hidden = 6,
-                         .saved_visible = 8,
-                         .waits = 0,
-                         .nodes = 50,
-                         .leaves = 30,
-                         .traces = 0,
-                         .seconds = 0,
-                         .pairs = 900,
-                         .stages = {}};
-    stats.raster.push_back(raster);
-    EXPECT_EQ(
-        culling_lines(stats),
-        (std::vector<std::string>{
-            "shadow: tiles (faster)", "  10.0 pairs per tile, 7.5 leaves; maximum 32",
-            "  state hits: 75 % of lists, 25 % of rays by leaf", "  10 % of rays beyond the leaves",
-            "  3.0 MiB of state", "primary 0, occlusion queries per run:", "  10 queries, 2 for several nodes",
-            "  state hits: 3 hidden, 4 visible nodes not queried", "  25 nodes tested, 15 leaves hit, 450 pairs"}));
-}
-
-TEST(StatisticsText, DescribesWhatIsLeftOut) {
-    RenderStats stats;
-    stats.gpu_bytes = 5 << 20;
-    stats.left_out = {{"glossy", "nothing shines", 1 << 20}, {"clearcoat", "none has it", 0}};
-    EXPECT_EQ(left_out_lines(stats),
-              (std::vector<std::string>{"glossy: nothing shines (1.0 MiB)", "clearcoat: none has it"}));
-    EXPECT_EQ(memory_rows(stats)[0].size, "5.0 MiB");
-    EXPECT_EQ(memory_rows(stats)[1].size, "1.0 MiB");
-}
-
 TEST(Timings, MeasureFirstPictures) {
     Timings timings;
     Picture picture;
@@ -447,6 +362,8 @@ TEST(Timings, MeasureFirstPictures) {
     EXPECT_FALSE(timings.json()["last_picture"].contains("estimated_relmse"));
     picture.relmse = 0.25;
     timings.record_shown(picture, 21);
+    EXPECT_FALSE(timings.json()["last_picture"].contains("relmse"));
+    timings.record_error(0.125);
     const auto json = timings.json();
     EXPECT_EQ(json["views"], 2);
     EXPECT_EQ(json["seconds_to_first_picture"]["median"], 0.25);
@@ -455,16 +372,7 @@ TEST(Timings, MeasureFirstPictures) {
     EXPECT_EQ(json["last_picture"]["samples"], 12);
     EXPECT_EQ(json["last_picture"]["seconds"], 7.0);
     EXPECT_EQ(json["last_picture"]["estimated_relmse"], 0.25);
-    EXPECT_FALSE(json["last_picture"].contains("relmse"));
-    timings.record_error(0.125);
-    EXPECT_EQ(timings.json()["last_picture"]["relmse"], 0.125);
-}
-
-TEST(LayerView, PreviewsShareALine) {
-    using Lines = std::vector<std::string>;
-    EXPECT_EQ(bias_lines({}), Lines{});
-    EXPECT_EQ(bias_lines({"clamped", "preview: filtered", "preview: 60 % cached", "mip levels"}),
-              (Lines{"preview: filtered; 60 % cached", "biased: clamped", "biased: mip levels"}));
+    EXPECT_EQ(json["last_picture"]["relmse"], 0.125);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <thread>
 
@@ -11,34 +10,30 @@
 #include "engine/io/exr.h"
 #include "engine/paging/pages.h"
 #include "tests/cli/animated_scenes.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/error_message.h"
-#include "tests/support/process.h"
-#include "tools/common/temporary_folder.h"
+#include "tests/unit/tools/view_scenes.h"
 #include "tools/view/navigation.h"
 
 namespace halflight::view {
 namespace {
 
-constexpr ivec2 kSize(512, 512);
-
-class ViewSession : public testing::Test {
+class ViewSession : public CornellSession {
   protected:
-    static PreviewArguments cornell() {
-        PreviewArguments a;
-        a.scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";
-        a.log_level = LogLevel::error;
-        return a;
-    }
     double distance() const { return glm::length(session.pose().at - session.pose().from); }
     void steer(const Input& input) { navigation.steer(session, input, kSize); }
+    /// Returns the surface that is visible at a pixel.
+    auto picked(const dvec2& pixel) const {
+        return Picker(session.shared_scene()).pick(ray_through(session.camera(), pixel, kSize));
+    }
 
-    Session session{cornell(), ColorConfig::load()};
     Navigation navigation;
 };
 
 TEST_F(ViewSession, TheScenesCameraIsExactUntilItMoves) {
     ASSERT_EQ(session.scene_camera(), 0u);
     EXPECT_EQ(session.camera().camera_to_world, session.scene().cameras[0].camera_to_world);
+    EXPECT_LT(glm::length(session.pose().at - picked({256, 256}).value().position), 1e-6) << "orbits the middle";
     const Request before = session.request(kSize);
     steer({});
     EXPECT_TRUE(session.request(kSize) == before) << "nothing has happened";
@@ -51,25 +46,15 @@ TEST_F(ViewSession, TheScenesCameraIsExactUntilItMoves) {
     EXPECT_TRUE(session.request(kSize) == before);
 }
 
-TEST_F(ViewSession, OrbitsAroundTheSurfaceInTheMiddle) {
-    // The camera looks at the surface in the middle of the picture.
-    const auto picked =
-        Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {256, 256}, kSize));
-    ASSERT_TRUE(picked);
-    EXPECT_LT(glm::length(session.pose().at - picked->position), 1e-6);
-}
-
 TEST_F(ViewSession, TheLensFocusesOnThePickedSurface) {
     const Camera pinhole = session.camera_with_lens();
     EXPECT_FALSE(pinhole.lens.blurs());
-    const auto picked =
-        Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {100, 300}, kSize));
-    ASSERT_TRUE(picked);
+    const dvec3 point = picked({100, 300}).value().position;
     session.focus_lens({100, 300}, kSize);
     const Lens lens = session.request(kSize).camera.lens;
     const dmat4& m = pinhole.camera_to_world;
     EXPECT_EQ(lens.fstop, 2.8f);
-    EXPECT_DOUBLE_EQ(lens.focus.distance, -glm::dot(picked->position - dvec3(m[3]), dvec3(m[2])));
+    EXPECT_DOUBLE_EQ(lens.focus.distance, -glm::dot(point - dvec3(m[3]), dvec3(m[2])));
     EXPECT_TRUE(session.transform.metered()) << "depth of field leaves the exposure alone";
     // The lens stays when the camera moves, and the settings file holds it.
     steer({.drag = {0.1, 0}, .left = true});
@@ -92,8 +77,7 @@ TEST_F(ViewSession, TheLensFocusesOnThePickedSurface) {
 
 TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
     const TemporaryFolder folder;
-    PreviewArguments a = cornell();
-    a.scene = folder / "two.gltf";
+    const PreviewArguments a = arguments_for(folder / "two.gltf");
     test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
         "nodes": [{"camera": 0}, {"camera": 1}],
         "cameras": [{"name": "pinhole", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}},
@@ -112,11 +96,9 @@ TEST_F(ViewSession, ScenesInPages) {
     const TemporaryFolder folder;
     std::filesystem::copy_file(cornell().scene, folder / "cornell.glb");
     test::write_text(folder / "list.parts.json", R"({"parts": [{"uri": "cornell.glb"}]})");
-    setenv("XDG_CACHE_HOME", folder.path.c_str(), 1);
-    PreviewArguments a = cornell();
-    a.scene = folder / "list.parts.json";
+    const test::EnvironmentVariable cache("XDG_CACHE_HOME", folder.path.string());
+    PreviewArguments a = arguments_for(folder / "list.parts.json");
     Session paged(a, ColorConfig::load());
-    unsetenv("XDG_CACHE_HOME");
     const Request request = paged.request(kSize);
     ASSERT_TRUE(request.pages);
     EXPECT_FALSE(session.request(kSize).pages);
@@ -134,18 +116,19 @@ TEST_F(ViewSession, ScenesInPages) {
 
 TEST_F(ViewSession, DragsOfEachButton) {
     const CameraPose start = session.pose();
-    steer({.drag = {0.1, 0.05}});
-    EXPECT_EQ(session.pose(), start) << "no button is held";
-    steer({.drag = {0.1, 0.05}, .left = true});
-    EXPECT_EQ(session.pose(), orbit(start, {kPi * 0.1, kPi * 0.05}));
-    session.reset_camera();
-    for (const Input& sideways :
-         {Input{.drag = {0.1, 0.05}, .middle = true}, Input{.drag = {0.1, 0.05}, .left = true, .shift = true}}) {
-        steer(sideways);
-        EXPECT_EQ(session.pose(), pan(start, {0.1, 0.05}));
+    const double before = distance();
+    const struct {
+        Input input;
+        CameraPose pose;
+    } drags[] = {{{.drag = {0.1, 0.05}}, start},  // no button is held
+                 {{.drag = {0.1, 0.05}, .left = true}, orbit(start, {kPi * 0.1, kPi * 0.05})},
+                 {{.drag = {0.1, 0.05}, .middle = true}, pan(start, {0.1, 0.05})},
+                 {{.drag = {0.1, 0.05}, .left = true, .shift = true}, pan(start, {0.1, 0.05})}};
+    for (const auto& drag : drags) {
+        steer(drag.input);
+        EXPECT_EQ(session.pose(), drag.pose) << &drag - drags;
         session.reset_camera();
     }
-    const double before = distance();
     steer({.drag = {0, 0.5}, .right = true});
     EXPECT_NEAR(distance(), before * std::exp(1), 1e-9);
     session.reset_camera();
@@ -178,11 +161,9 @@ TEST_F(ViewSession, FlyingRotatesTheCamera) {
 }
 
 TEST_F(ViewSession, ADoubleClickAimsTheCamera) {
-    const auto there =
-        Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {300, 400}, kSize));
-    ASSERT_TRUE(there);
+    const dvec3 there = picked({300, 400}).value().position;
     steer({.double_click = dvec2(300, 400)});
-    EXPECT_LT(glm::length(session.pose().at - there->position), 1e-9);
+    EXPECT_LT(glm::length(session.pose().at - there), 1e-9);
     EXPECT_TRUE(session.frame_object({256, 256}, kSize));
     session.move(turn(session.pose(), {kPi, 0}));
     const CameraPose away = session.pose();
@@ -201,18 +182,15 @@ TEST_F(ViewSession, BookmarksAreReplacedByName) {
     session.reset_camera();
     session.recall("b");
     EXPECT_NE(session.pose(), start);
-    EXPECT_EQ(error_message([&] { session.recall("c"); }), "bookmarks: there is no 'c'");
-}
-
-TEST_F(ViewSession, NewBookmarksReplaceNone) {
-    session.bookmark();
-    session.bookmark();
-    session.bookmark("view 4");
+    EXPECT_THROW(session.recall("c"), Error);
+    // Those without a name replace none.
+    session.bookmarks.clear();
+    for (const char* name : {"", "", "view 4"}) *name == 0 ? session.bookmark() : session.bookmark(name);
     session.bookmarks.erase(session.bookmarks.begin());
     for (int i = 0; i < 3; ++i) session.bookmark();
-    std::vector<std::string> names;
-    for (const Bookmark& bookmark : session.bookmarks) names.push_back(bookmark.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"view 2", "view 4", "view 1", "view 3", "view 5"}));
+    std::string names;
+    for (const Bookmark& bookmark : session.bookmarks) names += bookmark.name + ", ";
+    EXPECT_EQ(names, "view 2, view 4, view 1, view 3, view 5, ");
 }
 
 TEST_F(ViewSession, DegenerateViewsAreRefused) {
@@ -240,8 +218,9 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     test::write_text(settings_file_of(other), R"({"halflight_settings": 2, "samples": 3})");
-    EXPECT_EQ(error_message([&] { session.open(session.opening(other)()); }),
-              settings_file_of(other).string() + ": halflight_settings: is not 1, the version that is known");
+    EXPECT_TRUE(error_message([&] {
+                    session.open(session.opening(other)());
+                }).starts_with(settings_file_of(other).string() + ": halflight_settings: "));
     EXPECT_TRUE(session.request(kSize) == before);
     EXPECT_EQ(session.transform, ViewTransform());
     EXPECT_EQ(session.file(), cornell().scene);
@@ -284,8 +263,7 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
 
 TEST_F(ViewSession, ChangesOfTheSettingsFileAreNoticed) {
     TemporaryFolder folder;
-    PreviewArguments a;
-    a.scene = test::copy_room(folder.path);
+    PreviewArguments a = arguments_for(test::copy_room(folder.path));
     take_settings(a);
     Session own(a, ColorConfig::load());
     EXPECT_FALSE(own.settings_changed()) << "there is no file";
@@ -301,8 +279,7 @@ TEST_F(ViewSession, ChangesOfTheSettingsFileAreNoticed) {
 
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
     TemporaryFolder folder;
-    PreviewArguments a = cornell();
-    a.scene = test::write_sliding_light(folder.path, 30);  // an animation of 2 s
+    PreviewArguments a = arguments_for(test::write_sliding_light(folder.path, 30));  // an animation of 2 s
     a.animation = "slide";
     a.settings.frame = 45;
     const Session own(a, ColorConfig::load());
@@ -317,8 +294,7 @@ TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
 
 TEST_F(ViewSession, TransformsMoveWhatIsPicked) {
     const Ray ahead = ray_through(session.camera(), {256, 256}, kSize);
-    const auto still = Picker(std::make_shared<Scene>(session.scene())).pick(ahead);
-    ASSERT_TRUE(still);
+    const auto still = picked({256, 256});
     dmat4 nearer = session.scene().instances[still->instance].object_to_world;
     nearer[3] -= dvec4(0.1 * ahead.direction, 0);
     PreviewArguments a = cornell();
@@ -332,8 +308,7 @@ TEST_F(ViewSession, TransformsMoveWhatIsPicked) {
 /// Motion compares the scenes of two requests.
 TEST_F(ViewSession, TransformsHoldInAllPoses) {
     TemporaryFolder folder;
-    PreviewArguments a = cornell();
-    a.scene = test::write_sliding_light(folder.path);
+    PreviewArguments a = arguments_for(test::write_sliding_light(folder.path));
     a.animation = "slide";
     a.edits.transforms[0] = dmat4(dvec4(1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(7, 0, 0, 1));
     Session moved(a, ColorConfig::load());
@@ -349,18 +324,18 @@ TEST_F(ViewSession, TransformsHoldInAllPoses) {
 }
 
 TEST_F(ViewSession, SavesSizeAndModes) {
-    session.modes = {{.cache = true, .filter = true}, 2.5f};
+    const PreviewModes modes{{.cache = true, .filter = true}, 2.5f};
+    session.modes = modes;
     const SavedSettings saved = session.saved({640, 480});
     EXPECT_EQ(saved.size, ivec2(640, 480));
-    EXPECT_EQ(saved.settings.preview, (Preview{.cache = true, .filter = true}));
-    EXPECT_EQ(saved.settings.clamp, 2.5f);
+    EXPECT_EQ((PreviewModes{saved.settings.preview, saved.settings.clamp}), modes);
     EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
 
     // A scene with settings replaces the current ones. A scene without settings leaves them unchanged.
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     session.open(session.opening(other)());
-    EXPECT_EQ(session.modes, (PreviewModes{{.cache = true, .filter = true}, 2.5f}));
+    EXPECT_EQ(session.modes, modes);
     test::write_text(settings_file_of(other),
                      R"({"halflight_settings": 1, "size": [8, 80], "preview": "temporal", "clamp": 0})");
     session.open(session.opening(other)());
@@ -375,34 +350,11 @@ TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {
     EXPECT_EQ(session.request(kSize).aovs, std::vector<std::string>{"variance"});
 }
 
-TEST_F(ViewSession, EmissionOfAMaterialLacksTheFactorOnAll) {
+TEST_F(ViewSession, ControlsShowMaterialEditsAsTheyWriteThem) {
     session.edits.emission = 2;
     material_edit(session.edits, "1")["emission"] = {3, 2, 1};
-    EXPECT_EQ(session.edited_values().materials[1].emission, vec3(3, 2, 1)) << "controls write back what they show";
-}
-
-TEST_F(ViewSession, ControlsShowEditsBesideThoseOfNodes) {
-    material_edit(session.edits, "1")["roughness"] = {0.25f};
     session.edits.nodes = {{"short block", {.translate = dvec3(0.1, 0, 0)}}};
-    EXPECT_EQ(session.edited_values().materials[1].roughness, 0.25f) << "the node moves no light";
-}
-
-TEST_F(ViewSession, DescribesThePicture) {
-    EXPECT_EQ(session.description(), "final, 8 bounces");
-    session.layer_view.components[0] = false;
-    session.edits.emission = 0.5f;
-    session.edits.lights = {{"1", {2, vec3(1, 0, 0), dvec3(0)}}};
-    session.edits.clay = true;
-    material_edit(session.edits, "2")["roughness"] = {0.5f};
-    session.edits.transforms = {{3, dmat4(1)}, {4, dmat4(1)}};
-    session.modes.clamp = 3;
-    session.bounces = 1;
-    EXPECT_EQ(session.description(),
-              "final, no emission, emission x 0.5, clay, light 1 x 2 colour 1,0,0 moved, 2.roughness=0.5, 2 instances "
-              "moved, clamped to 3, 1 bounce");
-    for (const char* name : {"metallic", "ior", "transmission"}) material_edit(session.edits, "2")[name] = {1.5f};
-    EXPECT_NE(session.description().find("1 light edited, 1 material edited"), std::string::npos)
-        << "few edits are named, many are counted: " << session.description();
+    EXPECT_EQ(session.edited_values().materials[1].emission, vec3(3, 2, 1)) << "without the factor on all";
 }
 
 TEST(ViewTimeline, ReachesTheLastKey) {
@@ -422,24 +374,8 @@ TEST(ViewTimeline, AnimationNamesAreUnambiguous) {
 
 /// Without a camera in the file, every frame has the view that `render` chooses at 0 s.
 TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
-    TemporaryFolder folder;
-    const std::filesystem::path file = folder / "slide.gltf";
-    test::write_text(file,
-                     R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "animations": [{"name": "slide", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
-                        "samplers": [{"input": 1, "output": 2}]}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-2, -2, 0],
-                       "max": [2, 2, 0]},
-                      {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [2]},
-                      {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
-        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 32, "byteLength": 8},
-                        {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
-        "buffers": [{"byteLength": 40, "uri":
-            "data:application/octet-stream;base64,AAAAwAAAAMAAAAAAAAAAQAAAAMAAAAAAAAAAAAAAAEAAAAAAAAAAQA=="}]})");
-    PreviewArguments a;
-    a.scene = file;
-    a.log_level = LogLevel::error;
+    const TemporaryFolder folder;
+    PreviewArguments a = arguments_for(write_hand(folder));
     a.animation = "slide";
     Session first(a, ColorConfig::load());
     a.settings.frame = 24;
@@ -460,9 +396,7 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
 /// Edits of lights that an environment brings go with it.
 TEST(ViewTimeline, EditsOfTheSunGoWithItsSky) {
     const TemporaryFolder folder;
-    PreviewArguments a;
-    a.scene = test::write_blinking_scene(folder.path);
-    a.log_level = LogLevel::error;
+    PreviewArguments a = arguments_for(test::write_blinking_scene(folder.path));
     const std::string file = a.scene.string() + ".halflight.json";
     test::write_text(file, R"({"halflight_settings": 1, "environment": {"sky": {"elevation": 40}},
         "lights": {"sun": {"factor": 0.5}}, "hide": ["light:sun"], "light_groups": {"key": ["light:sun"]},
@@ -480,9 +414,7 @@ TEST(ViewTimeline, EditsOfTheSunGoWithItsSky) {
 /// Settings that were saved for another state of the scene, or by another version.
 TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     const TemporaryFolder folder;
-    PreviewArguments a;
-    a.scene = test::copy_room(folder.path);
-    a.log_level = LogLevel::error;
+    PreviewArguments a = arguments_for(test::copy_room(folder.path));
     const std::string file = a.scene.string() + ".halflight.json";
     const auto opened = [&](const std::string& entries) {
         test::write_text(file, R"({"halflight_settings": 1)" + entries + "}");
@@ -502,12 +434,9 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
                          {"name": "there", "camera": {"from": [0, 0, 0], "at": [0, 0, 0]}}])";
     const Session session = opened(text);
     const std::string& warning = session.warning();
-    EXPECT_TRUE(
-        warning.starts_with(file + ": 13 entries are left out, and the file stays as it is until settings are saved: "))
-        << warning;
-    for (const char* named : {"camera: ", "size: has a side of 8 pixels; the viewer takes 16 to 16384", "nobody's",
-                              "focus: ", "'haze'", "material 'gone'", "gloss", "node 'gone'", "hide",
-                              "animation: ", "variant 'gone'", "gone.hdr", "bookmarks", "there is no instance 2;"})
+    EXPECT_TRUE(warning.starts_with(file + ": 13 entries are left out")) << warning;
+    for (const char* named : {"camera: ", "size: ", "nobody's", "focus: ", "'haze'", "material 'gone'", "gloss", "hide",
+                              "node 'gone'", "animation: ", "variant 'gone'", "gone.hdr", "bookmarks", "instance 2"})
         EXPECT_NE(warning.find(named), std::string::npos) << named << ": " << warning;
     EXPECT_EQ(std::ranges::count(warning, '\n'), 0);
     EXPECT_EQ(session.samples, 7);
@@ -520,10 +449,10 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
 
     // Options are not entries of the file, and a broken file is none.
     a.camera = "nobody";
-    EXPECT_TRUE(error_message([&] { opened(""); }).find("no camera 'nobody'") != std::string::npos);
+    EXPECT_NE(error_message([&] { opened(""); }).find("'nobody'"), std::string::npos);
     a.camera.reset();
     test::write_text(file, "{");
-    EXPECT_EQ(error_message([&] { take_settings(a); }), file + ": is not valid JSON at line 1, column 2");
+    EXPECT_TRUE(error_message([&] { take_settings(a); }).starts_with(file + ": "));
 }
 
 }  // namespace

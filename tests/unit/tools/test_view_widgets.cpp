@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
-#include <functional>
+#include <type_traits>
 
 #include "tools/view/widgets.h"
 
@@ -25,53 +25,51 @@ class ViewWidgets : public testing::Test {
     }
     ~ViewWidgets() override { ImGui::DestroyContext(); }
 
-    /// Declares one frame, in which the mouse is at `place` and its left button is pressed or not.
-    void frame(const ImVec2& place, bool pressed, const std::function<void()>& controls) {
+    /// Declares one frame, in which the mouse is at `place` and its left button is pressed or not. Returns whether the
+    /// slider has changed the value.
+    template <class Value>
+    bool frame(const ImVec2& place, bool pressed, Value& value) {
         ImGui::GetIO().MousePos = place;
         ImGui::GetIO().MouseDown[0] = pressed;
         ImGui::NewFrame();
         ImGui::SetNextWindowPos({0, 0});
         ImGui::SetNextWindowSize({400, 200});
         ImGui::Begin("controls", nullptr, ImGuiWindowFlags_NoDecoration);
-        controls();
+        bool changed = false;
+        if constexpr (std::is_same_v<Value, float>) {
+            changed = slider("Roughness", value, 0, 1, "%.3f", "");
+        } else {
+            changed = slider("Bounces", value, 0, 6, "");
+        }
+        const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
+        middle = {0.5f * (from.x + to.x), 0.5f * (from.y + to.y)};
         ImGui::End();
         ImGui::EndFrame();
+        return changed;
     }
+
+    ImVec2 middle;  // of the slider
 };
 
 TEST_F(ViewWidgets, ADoubleClickOnASliderTypesAndRestoresItsValue) {
     float value = 0.25f;
-    bool changed = false;
-    ImVec2 middle;
-    const auto controls = [&] {
-        changed = slider("Roughness", value, 0, 1, "%.3f", "");
-        const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
-        middle = {0.5f * (from.x + to.x), 0.5f * (from.y + to.y)};
-    };
-    for (int i = 0; i < 3; ++i) frame({300, 190}, false, controls);
-    for (const bool pressed : {false, true, false}) frame(middle, pressed, controls);
+    for (int i = 0; i < 3; ++i) frame({300, 190}, false, value);
+    for (const bool pressed : {false, true, false}) frame(middle, pressed, value);
     EXPECT_NEAR(value, 0.5f, 0.05f) << "the first click moves the slider";
     EXPECT_FALSE(wants_state_before_click());
-    frame(middle, true, controls);
+    EXPECT_TRUE(frame(middle, true, value));
     EXPECT_EQ(value, 0.25f);
-    EXPECT_TRUE(changed);
     EXPECT_TRUE(wants_state_before_click());
     EXPECT_FALSE(wants_state_before_click()) << "once for each double click";
-    for (int i = 0; i < 2; ++i) frame(middle, false, controls);
+    for (int i = 0; i < 2; ++i) frame(middle, false, value);
     EXPECT_TRUE(ImGui::GetIO().WantTextInput) << "a text field is open";
     EXPECT_EQ(value, 0.25f);
 }
 
 TEST_F(ViewWidgets, ADoubleClickOnAnUnmovedSliderRestoresNothing) {
     int value = 3;
-    ImVec2 middle;
-    const auto controls = [&] {
-        slider("Bounces", value, 0, 6, "");
-        const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
-        middle = {0.5f * (from.x + to.x), 0.5f * (from.y + to.y)};
-    };
-    for (int i = 0; i < 3; ++i) frame({300, 190}, false, controls);
-    for (const bool pressed : {false, true, false, true, false}) frame(middle, pressed, controls);
+    for (int i = 0; i < 3; ++i) frame({300, 190}, false, value);
+    for (const bool pressed : {false, true, false, true, false}) frame(middle, pressed, value);
     EXPECT_EQ(value, 3);
     EXPECT_FALSE(wants_state_before_click());
 }

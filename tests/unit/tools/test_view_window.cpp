@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <filesystem>
 #include <thread>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
-#include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tools/view/actions.h"
 #include "tools/view/events.h"
@@ -68,9 +68,11 @@ TEST(Events, LosingTheFocusStandsAlone) {
     queue.add(key('A', true));
     queue.add({.kind = Kind::focus, .down = false});
     queue.add(key('A', true));
-    EXPECT_EQ(queue.take().size(), 1u);
-    EXPECT_EQ(queue.take()[0].kind, Kind::focus);
-    EXPECT_EQ(queue.take().size(), 1u);
+    for (const Kind kind : {Kind::key, Kind::focus, Kind::key}) {
+        const auto events = queue.take();
+        ASSERT_EQ(events.size(), 1u);
+        EXPECT_EQ(events[0].kind, kind);
+    }
 }
 
 bool overlap(const Rectangle& a, const Rectangle& b) {
@@ -106,23 +108,16 @@ TEST(Layout, APictureThatFitsIsNotResampled) {
 }
 
 TEST(Actions, KeysAreUnambiguous) {
-    EXPECT_EQ(action_of(key_press("Ctrl+S"))->action, Action::save);
-    EXPECT_EQ(action_of(key_press("?"))->action, Action::shortcuts);
-    EXPECT_EQ(action_of(key_press("F1"))->action, Action::shortcuts);
     EXPECT_EQ(action_of(key_press("7"))->action, Action::recall);
-    EXPECT_EQ(action_of(key_press("0"))->action, Action::final_layer);
-    EXPECT_EQ(action_of(key_press(","))->action, Action::previous_layer);
     EXPECT_EQ(action_of(key_press("S")), nullptr) << "it moves the camera";
     EXPECT_EQ(action_of(key_press("Ctrl+Z"))->action, Action::undo);
-    EXPECT_EQ(action_of(key_press("Ctrl+Shift+Z"))->action, Action::redo);
-    EXPECT_EQ(action_of(key_press("Ctrl+Y"))->action, Action::redo);
-    EXPECT_EQ(action_of({.key = "Z", .ctrl = true, .shift = true})->action, Action::redo);
+    for (const char* name : {"Ctrl+Shift+Z", "Ctrl+Y"}) EXPECT_EQ(action_of(key_press(name))->action, Action::redo);
     EXPECT_EQ(action_of({.key = "=", .ctrl = true, .shift = true})->action, Action::larger_ui) << "a plus sign";
-    std::vector<std::string> keys;
-    for (char sign = '!'; sign < 0x7f; ++sign) keys.push_back({sign});
-    for (const char* name : {"Space", "F1", "Ctrl+S", "Ctrl+K", "Ctrl+Shift+K", "Ctrl+E", "Ctrl+O", "Ctrl+Q", "Ctrl+Y",
-                             "Ctrl+Z", "Ctrl+Shift+Z", "Ctrl+B", "Ctrl+Shift+B"})
-        keys.push_back(name);
+    std::vector<std::string> keys = {"Space", "F1"};
+    for (char sign = '!'; sign < 0x7f; ++sign) {
+        for (const char* modifiers : {"", "Ctrl+", "Ctrl+Shift+"})
+            if (*modifiers == 0 || std::isupper(sign)) keys.push_back(modifiers + std::string{sign});
+    }
     for (const std::string& name : keys) {
         const auto has = [&](const ActionRow& row) { return has_key(row, key_press(name)); };
         EXPECT_LE(std::ranges::count_if(actions(), has), 1) << name;
@@ -153,17 +148,10 @@ TEST(Toasts, DisappearUnlessTheyAreErrors) {
     EXPECT_TRUE(toasts.all()[0].error);
     toasts.dismiss(0);
     EXPECT_TRUE(toasts.all().empty());
-}
-
-TEST(Toasts, OnlyTheLastMessageOfATopicStays) {
-    Toasts toasts;
     toasts.tell("Layer depth", 0, "layer");
-    toasts.tell("saved", 0);
     toasts.tell("Layer normal", 1, "layer");
-    ASSERT_EQ(toasts.all().size(), 2u);
-    EXPECT_EQ(toasts.all()[0].text, "saved");
-    EXPECT_EQ(toasts.all()[1].text, "Layer normal");
-    EXPECT_EQ(toasts.total(), 3u);
+    ASSERT_EQ(toasts.all().size(), 1u) << "a topic has one message";
+    EXPECT_EQ(toasts.all()[0].text, "Layer normal");
 }
 
 TEST(FolderListing, ShowsFoldersAndFilesThatSuit) {
@@ -174,38 +162,31 @@ TEST(FolderListing, ShowsFoldersAndFilesThatSuit) {
     constexpr std::string_view kExtensions[] = {"glb", "gltf"};
     const std::vector<FolderEntry> expected = {{"maps", true}, {"a.GLTF", false}, {"b.glb", false}};
     EXPECT_EQ(list_folder(folder.path, kExtensions), expected);
-    EXPECT_EQ(error_message([&] { list_folder(folder / "none", kExtensions); }),
-              (folder / "none").string() + ": cannot be read: No such file or directory");
+    EXPECT_THROW(list_folder(folder / "none", kExtensions), Error);
     EXPECT_EQ(typed_path("/scenes", "../maps/sky.hdr"), "/maps/sky.hdr");
     EXPECT_EQ(typed_path("/scenes", "/a.glb"), "/a.glb");
 }
 
 TEST(Progress, NamesEveryState) {
-    EXPECT_EQ(progress_line({.activity = "loading a.glb", .divisor = 0}), "loading a.glb");
-    EXPECT_EQ(progress_line({.activity = "compiling shaders, pass 3 of 12", .limit = 64, .divisor = 0}),
-              "compiling shaders, pass 3 of 12");
-    EXPECT_EQ(progress_line({.activity = "rendering", .limit = 64, .divisor = 8}), "rendering, 1/8 resolution");
-    EXPECT_EQ(
-        progress_line({.activity = "rendering", .samples = 64, .limit = 1024, .seconds = 0.125, .relmse = 0.0009}),
-        "64 of 1024 samples, 2 min left, error 0.03");
-    EXPECT_EQ(progress_line({.activity = "", .samples = 1024, .limit = 1024, .seconds = 1, .relmse = 1e-4}),
-              "1024 samples, done, error 0.01");
-    EXPECT_EQ(progress_line({.activity = "rendering", .samples = 64, .limit = 1024, .region = ivec2(320, 200)}),
-              "region 320x200: 64 of 1024 samples");
-    EXPECT_EQ(progress_line({}), "ready");
+    const std::pair<Progress, const char*> cases[] = {
+        {{.activity = "rendering", .limit = 64, .divisor = 8}, "1/8 resolution"},
+        {{.activity = "rendering", .samples = 64, .limit = 1024, .seconds = 0.125, .relmse = 0.0009},
+         "64 of 1024 samples, 2 min left, error 0.03"},
+        {{.activity = "", .samples = 1024, .limit = 1024, .seconds = 1}, "done"},
+        {{.activity = "rendering", .samples = 64, .limit = 1024, .region = ivec2(320, 200)}, "region 320x200"}};
+    for (const auto& [state, text] : cases)
+        EXPECT_NE(progress_line(state).find(text), std::string::npos) << progress_line(state);
     EXPECT_EQ(share_done({.activity = "", .samples = 16, .limit = 64}), 0.25);
 }
 
 TEST(Progress, TheClockStartsAgainWithEachView) {
     SampleClock clock;
-    clock.record(1, 1, 10);
-    EXPECT_FALSE(clock.seconds());
-    clock.record(1, 5, 12);
-    EXPECT_EQ(clock.seconds(), 0.5);
-    clock.record(2, 1, 13);
-    EXPECT_FALSE(clock.seconds());
-    clock.record(2, 3, 17);
-    EXPECT_EQ(clock.seconds(), 2);
+    for (const unsigned view : {1u, 2u}) {
+        clock.record(view, 1, 10.0 * view);
+        EXPECT_FALSE(clock.seconds());
+        clock.record(view, 5, 10.0 * view + 2);
+        EXPECT_EQ(clock.seconds(), 0.5);
+    }
 }
 
 TEST(Fonts, AreFoundInTheFoldersOfTheSystem) {

@@ -12,6 +12,7 @@
 #include "engine/color/ocio.h"
 #include "engine/core/error.h"
 #include "tests/support/error_message.h"
+#include "tests/unit/core/environment_variable.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight {
@@ -19,20 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kShared = HALFLIGHT_SHARED_DIR;
-const fs::path kConfigs = kShared / "assets/ocio";
+const fs::path kConfigs = fs::path(HALFLIGHT_SHARED_DIR) / "assets/ocio";
 const fs::path kCgConfig = kConfigs / "cg-config-v1.0.0_aces-v1.3_ocio-v2.1.ocio";
 
-/// Sets or clears $OCIO for the duration of a test.
-class Ocio {
-  public:
-    explicit Ocio(const char* value) { value ? setenv("OCIO", value, 1) : unsetenv("OCIO"); }
-    ~Ocio() { unsetenv("OCIO"); }
-};
-
-ColorConfig built_in() {
-    Ocio none(nullptr);
-    return ColorConfig::load();
+const ColorConfig& built_in() {
+    static const ColorConfig config = [] {
+        const test::EnvironmentVariable none("OCIO", nullptr);
+        return ColorConfig::load();
+    }();
+    return config;
 }
 
 vec3 shown(const ViewProcessor& view, const vec3& colour) {
@@ -48,55 +44,44 @@ double srgb_curve(double v) {
 }
 
 TEST(Color, BuiltInConfigIsValid) {
-    Ocio none(nullptr);
     const fs::path file = fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio";
     EXPECT_NO_THROW(ocio::Config::CreateFromFile(file.c_str())->validate());
-    const ColorConfig config = ColorConfig::load();
+    const ColorConfig& config = built_in();
     EXPECT_EQ(config.source(), "built-in");
-    EXPECT_EQ(config.displays(),
-              (std::vector<std::string>{"sRGB - Display", "Rec.1886 Rec.709 - Display", "Display P3 - Display"}));
+    EXPECT_EQ(config.displays().size(), 3u);
     for (const std::string& display : config.displays()) {
         EXPECT_EQ(config.views(display), (std::vector<std::string>{"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}));
         EXPECT_EQ(config.default_view(display), "ACES 1.0 - SDR Video");
     }
     EXPECT_EQ(config.default_display(), "sRGB - Display");
-    EXPECT_EQ(config.looks(), (std::vector<std::string>{"ACES 1.3 Reference Gamut Compression"}));
+    EXPECT_TRUE(config.files().empty());
 }
 
 TEST(Color, UnToneMappedIsTheDisplaysCurve) {
-    const ColorConfig config = built_in();
+    const ColorConfig& config = built_in();
     const ViewProcessor srgb = config.view({"sRGB - Display", "Un-tone-mapped", "", 0});
     const ViewProcessor rec1886 = config.view({"Rec.1886 Rec.709 - Display", "Un-tone-mapped", "", 0});
+    const ViewProcessor display_p3 = config.view({"Display P3 - Display", "Un-tone-mapped", "", 0});
+    const Chromaticities p3{{0.680, 0.320}, {0.265, 0.690}, {0.150, 0.060}, {0.3127, 0.3290}};  // SMPTE EG 432-1
     for (double v : {0.0, 0.001, 0.0031308, 0.01, 0.18, 0.5, 0.9, 1.0}) {
         const vec3 colour(static_cast<float>(v), static_cast<float>(1 - v), 0.25f);
+        const dvec3 in_p3 = rgb_conversion(kRec709, p3) * dvec3(colour);
         for (int c = 0; c < 3; ++c) {
-            EXPECT_NEAR(shown(srgb, colour)[c], srgb_curve(colour[c]), 1e-4) << "channel " << c << " of " << v;
-            EXPECT_NEAR(shown(rec1886, colour)[c], std::pow(colour[c], 1 / 2.4), 1e-3)
-                << "channel " << c << " of " << v;
+            SCOPED_TRACE(fmt::format("channel {} of {}", c, v));
+            EXPECT_NEAR(shown(srgb, colour)[c], srgb_curve(colour[c]), 1e-4);
+            EXPECT_NEAR(shown(rec1886, colour)[c], std::pow(colour[c], 1 / 2.4), 1e-3);
+            EXPECT_NEAR(shown(display_p3, colour)[c], srgb_curve(in_p3[c]), 1e-4);
         }
     }
 }
 
-TEST(Color, DisplayP3HasItsPrimaries) {
-    const Chromaticities p3{{0.680, 0.320}, {0.265, 0.690}, {0.150, 0.060}, {0.3127, 0.3290}};  // SMPTE EG 432-1
-    const ViewProcessor view = built_in().view({"Display P3 - Display", "Un-tone-mapped", "", 0});
-    const vec3 colour(0.1f, 0.7f, 0.4f);
-    const dvec3 expected = rgb_conversion(kRec709, p3) * dvec3(colour);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown(view, colour)[c], srgb_curve(expected[c]), 1e-4);
-}
-
 TEST(Color, ExposureIsInStops) {
-    const ColorConfig config = built_in();
-    const ViewProcessor raw = config.view({"", "Raw", "", 0});
-    const ViewProcessor brighter = config.view({"", "Raw", "", 1});
-    const ViewProcessor darker = config.view({"", "Raw", "", -2});
+    const ColorConfig& config = built_in();
     const vec3 colour(0.1f, 0.2f, 0.4f);
-    for (int c = 0; c < 3; ++c) {
-        EXPECT_EQ(shown(raw, colour)[c], colour[c]);
-        EXPECT_EQ(shown(brighter, colour)[c], 2 * colour[c]);
-        EXPECT_EQ(shown(darker, colour)[c], colour[c] / 4);
-    }
-    EXPECT_EQ(brighter.exposure_scale(), 2.0f);
+    EXPECT_EQ(shown(config.view({"", "Raw", "", 0}), colour), colour);
+    EXPECT_EQ(shown(config.view({"", "Raw", "", 1}), colour), 2.0f * colour);
+    EXPECT_EQ(shown(config.view({"", "Raw", "", -2}), colour), colour / 4.0f);
+    EXPECT_EQ(config.view({"", "Raw", "", 1}).exposure_scale(), 2.0f);
     EXPECT_THROW(config.view({"", "", "", std::numeric_limits<float>::quiet_NaN()}), Error);
 }
 
@@ -120,7 +105,7 @@ TEST(Color, AcesViewIsPlausibleAndMonotonic) {
 
 TEST(Color, AgreesWithTheAcesConfig) {
     if (!fs::exists(kCgConfig)) GTEST_SKIP() << kCgConfig << " is not there";
-    const ColorConfig ours = built_in();
+    const ColorConfig& ours = built_in();
     const ColorConfig aces = ColorConfig::load(kCgConfig);
     for (const char* view : {"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}) {
         for (const char* display : {"sRGB - Display", "Rec.1886 Rec.709 - Display"}) {
@@ -136,7 +121,7 @@ TEST(Color, AgreesWithTheAcesConfig) {
 TEST(Color, NonFiniteNumbersAreDefined) {
     const float inf = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const ColorConfig config = built_in();
+    const ColorConfig& config = built_in();
     for (const char* name : {"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}) {
         const ViewProcessor view = config.view({"", name, "", 0});
         EXPECT_EQ(shown(view, vec3(nan)), shown(view, vec3(0)));
@@ -162,7 +147,7 @@ TEST(Color, AlphaPassesAndOtherChannelCountsAreRefused) {
 }
 
 TEST(Color, LookReplacesTheViewsOwnLooks) {
-    const ColorConfig config = built_in();
+    const ColorConfig& config = built_in();
     const std::string look = config.looks().at(0);
     const ViewProcessor without = config.view({"", "Un-tone-mapped", "", 0});
     const ViewProcessor with = config.view({"", "Un-tone-mapped", look, 0});
@@ -175,33 +160,24 @@ TEST(Color, LookReplacesTheViewsOwnLooks) {
 }
 
 TEST(Color, NamesAreCaseInsensitiveAndErrorsListThem) {
-    const ColorConfig config = built_in();
+    const ColorConfig& config = built_in();
     EXPECT_EQ(config.view({"srgb", "un-tone-mapped", "", 0}).display(), "sRGB - Display");
     EXPECT_EQ(config.view({"DISPLAY P3", "RAW", "", 0}).view(), "Raw");
-    EXPECT_EQ(error_message([&] {
-                  config.view({"CRT", "", "", 0});
-              }),
-              "built-in: has no display \"CRT\"; it has: sRGB - Display, Rec.1886 Rec.709 - Display, Display P3 - "
-              "Display");
-    EXPECT_EQ(error_message([&] {
-                  config.view({"", "Filmic", "", 0});
-              }),
-              "built-in: sRGB - Display: has no view \"Filmic\"; it has: ACES 1.0 - SDR Video, Un-tone-mapped, Raw");
-    EXPECT_EQ(error_message([&] {
-                  config.view({"", "", "teal", 0});
-              }),
-              "built-in: has no look \"teal\"; it has: ACES 1.3 Reference Gamut Compression");
-    EXPECT_NE(error_message([&] { config.linear_space("Rec.9000"); }).find("Linear Rec.709 (sRGB), ACEScg"),
-              std::string::npos);
+    const std::pair<ViewTransform, const char*> cases[] = {{{"CRT", "", "", 0}, "Display P3 - Display"},
+                                                           {{"", "Filmic", "", 0}, "Un-tone-mapped, Raw"},
+                                                           {{"", "", "teal", 0}, "Gamut Compression"}};
+    for (const auto& [wanted, listed] : cases) {
+        const std::string message = error_message([&] { config.view(wanted); });
+        EXPECT_NE(message.find(listed), std::string::npos) << message;
+    }
+    EXPECT_NE(error_message([&] { config.linear_space("Rec.9000"); }).find("ACEScg"), std::string::npos);
 }
 
 TEST(Color, LinearSpaces) {
-    const ColorConfig config = built_in();
+    const ColorConfig& config = built_in();
     EXPECT_EQ(config.linear_space("").from_rec709, mat3(1));
-    struct {
-        const char* name;
-        Chromaticities expected;
-    } const cases[] = {{"Linear Rec.709 (sRGB)", kRec709}, {"acescg", kAp1}, {"ACES2065-1", kAp0}};
+    const std::pair<const char*, Chromaticities> cases[] = {
+        {"Linear Rec.709 (sRGB)", kRec709}, {"acescg", kAp1}, {"ACES2065-1", kAp0}};
     for (const auto& [name, expected] : cases) {
         const LinearSpace space = config.linear_space(name);
         const dmat3 matrix = rgb_conversion(kRec709, expected);
@@ -211,69 +187,30 @@ TEST(Color, LinearSpaces) {
         EXPECT_EQ(space.chromaticities->green, expected.green) << name;
     }
     EXPECT_FALSE(config.linear_space("CIE-XYZ-D65").chromaticities) << "white is not (1, 1, 1) there";
-    EXPECT_NE(error_message([&] { config.linear_space("sRGB - Texture"); }).find("is not linear"), std::string::npos);
-    EXPECT_NE(error_message([&] { config.linear_space("ACEScct"); }).find("is not linear"), std::string::npos);
-}
-
-TEST(Color, LinearSpacesHaveThePrimariesOfTheirMatrices) {
-    const TemporaryFolder folder;
-    std::ofstream(folder / "config.ocio") << R"(ocio_profile_version: 1
-roles: {default: lin_srgb, scene_linear: lin_srgb}
-displays:
-  plain:
-    - !<View> {name: Raw, colorspace: lin_srgb}
-colorspaces:
-  - !<ColorSpace> {name: lin_srgb}
-  - !<ColorSpace>
-    name: rec2020
-    from_reference: !<MatrixTransform> {matrix: [0.6274039, 0.329283, 0.0433131, 0, 0.0690973, 0.9195404, 0.0113623, 0, 0.0163914, 0.0880133, 0.8955953, 0, 0, 0, 0, 1]}
-  - !<ColorSpace>
-    name: bright
-    from_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]}
-  - !<ColorSpace>
-    name: grey
-    from_reference: !<MatrixTransform> {matrix: [0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1]}
-)";
-    const ColorConfig config = ColorConfig::load(folder / "config.ocio");
-    const Chromaticities rec2020{{0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, kRec709.white};  // ITU-R BT.2020-2
-    const auto found = config.linear_space("rec2020").chromaticities;
-    ASSERT_TRUE(found);
-    EXPECT_TRUE(same_space(*found, rec2020));
-    for (const char* name : {"bright", "grey"}) EXPECT_FALSE(config.linear_space(name).chromaticities) << name;
+    for (const char* name : {"sRGB - Texture", "ACEScct"}) EXPECT_THROW(config.linear_space(name), Error);
 }
 
 TEST(Color, EnvironmentVariableIsUsedOrAnError) {
-    {
-        Ocio missing("/nonexistent/config.ocio");
-        const std::string error = error_message([] { ColorConfig::load(); });
-        EXPECT_TRUE(error.starts_with("$OCIO (/nonexistent/config.ocio): cannot be used")) << error;
-        EXPECT_EQ(error.find('\n'), std::string::npos);
-    }
-    {
-        Ocio folder(HALFLIGHT_SOURCE_DIR);
-        EXPECT_TRUE(error_message([] { ColorConfig::load(); }).ends_with(": cannot read: Is a directory"));
-    }
-    {
-        Ocio empty("");
-        EXPECT_EQ(ColorConfig::load().source(), "built-in");
-    }
     const fs::path own = fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio";
-    {
-        Ocio set(own.c_str());
-        EXPECT_EQ(ColorConfig::load().source(), own);
-    }
-    {
-        Ocio missing("/nonexistent/config.ocio");
-        EXPECT_EQ(ColorConfig::load(own).source(), own) << "a file that is given comes first";
-    }
+    test::EnvironmentVariable ocio("OCIO", "/nonexistent/config.ocio");
+    const std::string error = error_message([] { ColorConfig::load(); });
+    EXPECT_TRUE(error.starts_with("$OCIO (/nonexistent/config.ocio): cannot be used")) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos);
+    EXPECT_EQ(ColorConfig::load(own).source(), own) << "a file that is given comes first";
+    ocio.set(HALFLIGHT_SOURCE_DIR);
+    EXPECT_TRUE(error_message([] { ColorConfig::load(); }).ends_with(": cannot read: Is a directory"));
+    ocio.set("");
+    EXPECT_EQ(ColorConfig::load().source(), "built-in");
+    ocio.set(own.c_str());
+    EXPECT_EQ(ColorConfig::load().source(), own);
     const TemporaryFolder folder;
     const fs::path bad = folder / "bad.ocio";
+    EXPECT_TRUE(error_message([&] { ColorConfig::load(bad); }).starts_with(bad.string() + ": cannot"));
     for (const char* text : {"", "ocio_profile_version: 2\ndisplays: [", "\x01\x02 {", "ocio_profile_version: 2.1\n"}) {
         std::ofstream(bad) << text;
-        const std::string error = error_message([&] { ColorConfig::load(bad); });
-        EXPECT_TRUE(error.starts_with(bad.string() + ": cannot be used")) << error;
+        const std::string refusal = error_message([&] { ColorConfig::load(bad); });
+        EXPECT_TRUE(refusal.starts_with(bad.string() + ": cannot be used")) << refusal;
     }
-    EXPECT_TRUE(error_message([] { ColorConfig::load("/nonexistent.ocio"); }).starts_with("/nonexistent.ocio: cannot"));
 }
 
 TEST(Color, ConfigsOfOtherProjects) {
@@ -282,7 +219,7 @@ TEST(Color, ConfigsOfOtherProjects) {
     for (const auto& entry : fs::directory_iterator(kConfigs)) {
         if (entry.path().extension() != ".ocio") continue;
         SCOPED_TRACE(entry.path());
-        try {
+        const std::string error = error_message([&] {
             const ColorConfig config = ColorConfig::load(entry.path());
             EXPECT_FALSE(config.displays().empty());
             for (const std::string& display : config.displays())
@@ -293,19 +230,16 @@ TEST(Color, ConfigsOfOtherProjects) {
                 }
             EXPECT_TRUE(config.linear_space("ACEScg").chromaticities);
             ++loaded;
-        } catch (const Error& e) {
-            const std::string error = e.what();
-            EXPECT_NE(error.find("ocio-v2.3"), std::string::npos) << error;
-            EXPECT_EQ(error.find('\n'), std::string::npos);
-            EXPECT_NE(error.find("version"), std::string::npos) << error;
-            std::cout << "refused as expected: " << error << "\n";
-        }
+        });
+        // The library may be older than a config.
+        EXPECT_TRUE(error.empty() || error.find("ocio-v2.3") != std::string::npos) << error;
     }
     EXPECT_GT(loaded, 0);
 }
 
-/// Returns a config with two LUT views: a 3D table swaps red and blue, and a 1D table halves values.
-fs::path config_of_tables(const fs::path& folder) {
+/// Returns a config with two LUT views: a 3D table swaps red and blue, and a 1D table halves values. Three more spaces
+/// have matrices.
+fs::path small_config(const fs::path& folder) {
     std::ofstream cube(folder / "swap.cube");
     cube << "LUT_3D_SIZE 2\n";
     for (int i = 0; i < 8; ++i) cube << (i >> 2) << " " << (i >> 1) % 2 << " " << i % 2 << "\n";
@@ -315,33 +249,39 @@ fs::path config_of_tables(const fs::path& folder) {
     curve << "}\n";
     std::ofstream(folder / "config.ocio") << R"(ocio_profile_version: 1
 search_path: "."
-strictparsing: true
-luma: [0.2126, 0.7152, 0.0722]
-roles:
-  default: lin_srgb
-  scene_linear: lin_srgb
+roles: {default: lin_srgb, scene_linear: lin_srgb}
 displays:
   table:
     - !<View> {name: swap, colorspace: swap}
     - !<View> {name: half, colorspace: half}
-active_displays: []
-active_views: []
 colorspaces:
-  - !<ColorSpace>
-    name: lin_srgb
+  - !<ColorSpace> {name: lin_srgb}
   - !<ColorSpace>
     name: swap
     from_reference: !<FileTransform> {src: swap.cube, interpolation: linear}
   - !<ColorSpace>
     name: half
     from_reference: !<FileTransform> {src: half.spi1d, interpolation: linear}
+  - !<ColorSpace>
+    name: rec2020
+    from_reference: !<MatrixTransform> {matrix: [0.6274039, 0.329283, 0.0433131, 0, 0.0690973, 0.9195404, 0.0113623, 0, 0.0163914, 0.0880133, 0.8955953, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: bright
+    from_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: grey
+    from_reference: !<MatrixTransform> {matrix: [0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1]}
 )";
     return folder / "config.ocio";
 }
 
-TEST(Color, TablesReachCpuAndGpu) {
+TEST(Color, TablesReachCpuAndGpuAndMatricesGivePrimaries) {
     const TemporaryFolder folder;
-    const ColorConfig config = ColorConfig::load(config_of_tables(folder.path));  // OCIO 1 without interchange roles
+    const ColorConfig config = ColorConfig::load(small_config(folder.path));  // OCIO 1 without interchange roles
+    const Chromaticities rec2020{{0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, kRec709.white};  // ITU-R BT.2020-2
+    const auto found = config.linear_space("rec2020").chromaticities;
+    EXPECT_TRUE(found && same_space(*found, rec2020));
+    for (const char* name : {"bright", "grey"}) EXPECT_FALSE(config.linear_space(name).chromaticities) << name;
     const ViewProcessor swap = config.view({"", "swap", "", 0});
     const ViewProcessor half = config.view({"", "half", "", 0});
     for (int c = 0; c < 3; ++c) {
@@ -351,7 +291,6 @@ TEST(Color, TablesReachCpuAndGpu) {
     std::vector<std::string> names;
     for (const VersionedFile& file : config.files()) names.push_back(file.path.filename().string());
     EXPECT_EQ(names, (std::vector<std::string>{"config.ocio", "half.spi1d", "swap.cube"}));
-    EXPECT_TRUE(built_in().files().empty());
     for (const ViewProcessor& view : {swap, half}) {
         const GpuShader shader = view.gpu_shader();
         ASSERT_EQ(shader.luts.size(), 1u);
@@ -360,15 +299,14 @@ TEST(Color, TablesReachCpuAndGpu) {
         EXPECT_NE(shader.glsl.find(declaration), std::string::npos) << shader.glsl;
         EXPECT_EQ(lut.values.size(), static_cast<std::size_t>(lut.width * lut.height * lut.depth * lut.channels));
     }
-    const GpuLut cube = swap.gpu_shader().luts[0];
-    EXPECT_EQ(cube.depth, 2);
+    EXPECT_EQ(swap.gpu_shader().luts[0].depth, 2);
     const GpuLut curve = half.gpu_shader().luts[0];
     EXPECT_EQ(curve.dimensions, 2) << "8192 entries do not fit one row of the size that OpenGL promises";
     EXPECT_TRUE(curve.linear);
 }
 
 TEST(Color, GpuShaderDeclaresWhatItReturns) {
-    const ColorConfig config = built_in();
+    const ColorConfig& config = built_in();
     const GpuShader shader = config.view({}).gpu_shader();
     EXPECT_NE(shader.glsl.find("vec4 ocio_view(vec4 pixel)"), std::string::npos);
     EXPECT_EQ(shader.glsl.find("#version"), std::string::npos);

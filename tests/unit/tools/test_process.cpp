@@ -1,4 +1,4 @@
-// Tests child processes, temporary folders, and the runner of the tests' programs.
+// Tests child processes and temporary folders.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <unistd.h>
@@ -11,6 +11,7 @@
 #include "engine/core/process.h"
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
+#include "tests/unit/core/environment_variable.h"
 
 namespace halflight {
 namespace {
@@ -50,8 +51,7 @@ TEST(Process, TellsHowItEnds) {
 
 TEST(Process, StreamsAndEnvironmentAreThoseAskedFor) {
     EXPECT_EQ(output_of("cat; echo heard >&2; readlink /proc/self/fd/0"), "/dev/null\n");
-    ASSERT_EQ(setenv("HALFLIGHT_TEST_A", "old", 1), 0);
-    ASSERT_EQ(setenv("HALFLIGHT_TEST_B", "kept", 1), 0);
+    const test::EnvironmentVariable a("HALFLIGHT_TEST_A", "old"), b("HALFLIGHT_TEST_B", "kept");
     const std::string script = "echo ${HALFLIGHT_TEST_A-none} ${HALFLIGHT_TEST_B-none} ${HALFLIGHT_TEST_C-none}";
     EXPECT_EQ(output_of(script), "old kept none\n");
     EXPECT_EQ(output_of(script, {.environment = {"HALFLIGHT_TEST_A=new=er", "HALFLIGHT_TEST_C="}}), "new=er kept\n");
@@ -59,26 +59,35 @@ TEST(Process, StreamsAndEnvironmentAreThoseAskedFor) {
 }
 
 TEST(Process, ProgramsThatCannotBeStartedAreNamed) {
+    for (const char* program : {"no such program", "/no/such", "/dev/null"})
+        EXPECT_TRUE(error_message([&] { Process({program}); }).starts_with(std::string(program) + ": ")) << program;
+    const TemporaryFolder folder;
+    std::ofstream(folder / "no folder") << "x";
+    const test::EnvironmentVariable path("PATH", (folder / "no folder").c_str());
     EXPECT_EQ(error_message([] { Process({"no such program"}); }), "no such program: is no program in PATH");
-    {
-        const TemporaryFolder folder;
-        std::ofstream(folder / "no folder") << "x";
-        const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
-        setenv("PATH", (folder / "no folder").c_str(), 1);
-        EXPECT_EQ(error_message([] { Process({"no such program"}); }), "no such program: is no program in PATH");
-        setenv("PATH", path.c_str(), 1);
-    }
-    EXPECT_EQ(error_message([] { Process({"/no/such"}); }), "/no/such: cannot be started: No such file or directory");
-    EXPECT_EQ(error_message([] { Process({"/dev/null"}); }), "/dev/null: cannot be started: Permission denied");
+}
+
+/// Returns whether a process has ended; nobody may have waited for it yet.
+bool has_ended(const std::string& id) {
+    std::ifstream file("/proc/" + id + "/stat");
+    std::string state;
+    std::getline(file, state);
+    return state.empty() || state.find(") Z ") != std::string::npos;
 }
 
 TEST(Process, IsKilledWithItsGroup) {
-    TemporaryFolder folder;
-    const std::string late = folder / "late", script = "(sleep 3; touch '" + late + "') & ";
-    { Process killed({"sh", "-c", script + "wait"}); }
-    Process({"sh", "-c", script}).wait();  // the script ends at once and leaves a child behind
-    std::this_thread::sleep_for(std::chrono::milliseconds(3500));
-    EXPECT_FALSE(std::filesystem::exists(late));
+    for (const bool waits : {true, false}) {  // whether the script waits for its child, or leaves it behind
+        const Spool out;
+        {
+            const std::string script = "sleep 60 & echo $!";
+            Process process({"sh", "-c", script + (waits ? "; wait" : "")}, {.output = out.descriptor()});
+            if (!waits) process.wait();
+            while (!out.text().ends_with('\n')) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        const std::string child = last_line(out.text());
+        for (int i = 0; i < 10000 && !has_ended(child); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        EXPECT_TRUE(has_ended(child)) << child;
+    }
 }
 
 TEST(Process, PulseCanEndTheWait) {
@@ -93,16 +102,16 @@ TEST(Process, PulseCanEndTheWait) {
 }
 
 TEST(Process, CommandsAreSplitAsAShellQuotesThem) {
-    EXPECT_EQ(split_command(""), Strings{});
-    EXPECT_EQ(split_command(" \t\n"), Strings{});
-    EXPECT_EQ(split_command("a  b\tc\n"), (Strings{"a", "b", "c"}));
-    EXPECT_EQ(split_command(R"('a b' "c d" e\ f '' "")"), (Strings{"a b", "c d", "e f", "", ""}));
-    EXPECT_EQ(split_command(R"(a'b'"c"\'d)"), Strings{"abc'd"});
-    EXPECT_EQ(split_command(R"("a \" \\ \n $x" '\')"), (Strings{R"(a " \ \n $x)", "\\"}));
-    EXPECT_EQ(split_command("a \\\n b\\\nc \"d\\\ne\" 'f\\\ng'"), (Strings{"a", "bc", "de", "f\\\ng"}));
-    EXPECT_EQ(split_command("a | b; c > $(d)"), (Strings{"a", "|", "b;", "c", ">", "$(d)"}));
-    EXPECT_EQ(error_message([] { split_command("a 'b"); }), "a 'b: has a ' that is not closed");
-    EXPECT_EQ(error_message([] { split_command("a \"b'"); }), "a \"b': has a \" that is not closed");
+    const std::pair<const char*, Strings> cases[] = {{"", {}},
+                                                     {" \t\n", {}},
+                                                     {"a  b\tc\n", {"a", "b", "c"}},
+                                                     {R"('a b' "c d" e\ f '' "")", {"a b", "c d", "e f", "", ""}},
+                                                     {R"(a'b'"c"\'d)", {"abc'd"}},
+                                                     {R"("a \" \\ \n $x" '\')", {R"(a " \ \n $x)", "\\"}},
+                                                     {"a \\\n b\\\nc \"d\\\ne\" 'f\\\ng'", {"a", "bc", "de", "f\\\ng"}},
+                                                     {"a | b; c > $(d)", {"a", "|", "b;", "c", ">", "$(d)"}}};
+    for (const auto& [command, words] : cases) EXPECT_EQ(split_command(command), words);
+    for (const char* open : {"a 'b", "a \"b'"}) EXPECT_THROW(split_command(open), Error);
 }
 
 TEST(Process, LastLines) {
@@ -125,26 +134,6 @@ TEST(TemporaryFolders, AreNewAndGoWithTheObject) {
         EXPECT_EQ(folder.entries(), (Strings{"a", "b"}));
     }
     EXPECT_FALSE(std::filesystem::exists(path));
-}
-
-TEST(TestRunner, GivesBackWhatProgramsPrint) {
-    const test::Outcome outcome = test::run({"sh", "-c", "echo one; echo two >&2; exit 4"});
-    EXPECT_EQ(outcome.status, 4);
-    EXPECT_EQ(outcome.out, "one\n");
-    EXPECT_EQ(outcome.err, "two\n");
-    EXPECT_EQ(test::run({"sh", "-c", "stty size <&1; test -t 2"}, {.terminal = true}).err, "24 80\r\n");
-    EXPECT_EQ(test::run({"sh", "-c", "echo $X"}, {.environment = {"X=1"}, .wrapper = {"env", "X=2"}}).out, "2\n");
-    EXPECT_EQ(test::run({"sleep", "60"}, {.most_seconds = 1}).status, 128 + SIGALRM);
-    const test::Outcome full = test::run({"sh", "-c", "echo x; test $? != 0"}, {.stdout_path = "/dev/full"});
-    EXPECT_EQ(full.status, 0) << full.err;
-}
-
-TEST(TestDevice, IsInsertedWhereACommandRenders) {
-    const std::string device = test::test_device();
-    EXPECT_EQ(test::on_test_device({"render", "a.glb"}), (Strings{"render", "--device", device, "a.glb"}));
-    for (const Strings& same : {Strings{}, Strings{"info", "a.glb"}, Strings{"render", "--help"},
-                                Strings{"render", "a.glb", "--device", "0"}, Strings{"view", "--device=0"}})
-        EXPECT_EQ(test::on_test_device(same), same);
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
-// Tests adaptive sampling up to an error: shares of blocks, coverage, no bias, fewer samples, equal bits whatever the
-// bands.
+// Tests rendering to an error target, with even and with adaptive samples: it is reached, reported and correct.
+// Adaptive samples take fewer, keep the mean, and give equal bits whatever the bands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "engine/core/error.h"
 #include "engine/core/metrics.h"
 #include "passes/picture/adaptive.h"
 #include "renderer/replicates.h"
@@ -55,51 +55,61 @@ TEST(ReplicateCounts, AreEvenAtFirstAndWhereNoiseIsEven) {
         EXPECT_EQ(replicate_counts(std::vector<double>(3, d), 37, 2, 1 << 20), Counts(3, 37)) << d;
 }
 
+TEST(ReplicateSamples, GrowByTheRule) {
+    const auto next = [](int samples, double bound, double target) {
+        return next_replicate_samples(samples, {.value = 1, .lower = 0, .upper = 0, .bound = bound}, target);
+    };
+    EXPECT_EQ(next(8, 1.01, 1), 10);
+    EXPECT_EQ(next(8, 1.5, 1), 12);
+    EXPECT_EQ(next(8, 1e9, 1e-9), 16);
+    EXPECT_EQ(next(1, 1.5, 1), 2);
+}
+
 TEST(ExpectedSamples, AreThoseOfIndependentSamples) {
     EXPECT_EQ(expected_samples(std::vector<double>{1, 3}, 0.5), 8);
     EXPECT_EQ(expected_samples(std::vector<double>{0, 0}, 0.5), 1);
     EXPECT_EQ(expected_samples(std::vector<double>{1e200, 0}, 0.5), 1000000000);
 }
 
-/// Returns settings for a picture of a Cornell box that fills a part of it.
-RenderSettings settings_of(const Scene& scene, int width, int height, double error,
-                           ErrorMetric metric = ErrorMetric::relmse) {
-    RenderSettings s = small_settings(scene.cameras.at(0), width, height, 1 << 16, 2);
-    s.camera.camera_to_world[3] += dvec4(1.2, 0.9, 2.5, 0);
-    s.aovs = {"samples"};
-    s.error = ErrorTarget{metric, error};
-    s.adaptive = true;
-    return s;
-}
-
-class AdaptiveErrorTest : public GpuTest {
+class ErrorTargets : public GpuTest {
   protected:
+    /// Returns settings for a small picture. With adaptive samples the box fills a part of it.
+    static RenderSettings settings_of(const Scene& of, bool adaptive, double error,
+                                      ErrorMetric metric = ErrorMetric::relmse) {
+        RenderSettings s = small_settings(of.cameras.at(0), adaptive ? 48 : 24, 32, 1 << 16, 2);
+        if (adaptive) s.camera.camera_to_world[3] += dvec4(1.2, 0.9, 2.5, 0);
+        s.aovs = {"samples"};
+        s.error = ErrorTarget{metric, error};
+        s.adaptive = adaptive;
+        return s;
+    }
+    /// Expects that the target is reached, and that the truth is in the interval and below the target as often as it
+    /// must be.
+    void expect_coverage(const Scene& of, bool adaptive, ErrorMetric metric, double target);
+
     Scene scene = shiny_cornell();
     PreparedScene prepared{context, scene};
     ColorConfig colors = ColorConfig::load();
 };
 
-/// Checks that the target is reached, and that the truth lies in the interval and below the target as often as it must.
-void expect_coverage(gpu::Context& context, const Scene& scene, ErrorMetric metric, double target) {
-    const ColorConfig colors = ColorConfig::load();
-    PreparedScene prepared(context, scene);
-    RenderSettings settings = settings_of(scene, 48, 32, target, metric);
+void ErrorTargets::expect_coverage(const Scene& of, bool adaptive, ErrorMetric metric, double target) {
+    SCOPED_TRACE(testing::Message() << name(metric) << (adaptive ? ", adaptive" : ", even"));
+    PreparedScene own(context, of);
+    RenderSettings settings = settings_of(of, adaptive, target, metric);
     FrameSettings frame = settings;
-    Renderer renderer(prepared, colors, settings);
+    Renderer renderer(own, colors, settings);
     settings.adaptive = false;
     settings.error.reset();
     settings.samples = 2048;
-    Renderer even(prepared, colors, settings);
+    Renderer even(own, colors, settings);
     Image halves[2];
-    for (std::uint32_t half : {0u, 1u}) {
+    for (const std::uint32_t half : {0u, 1u}) {
         settings.seed = 1000 + half;
         halves[half] = rgb(even.render(settings).beauty);
     }
     const Image weights = metric == ErrorMetric::mse ? Image() : relative_weights(halves[0]);
-    constexpr int kSeeds = 16;
     int inside = 0, below = 0;
-    for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
-        frame.seed = seed;
+    for (frame.seed = 0; frame.seed < 16; ++frame.seed) {
         const RenderResult result = renderer.render(frame);
         ASSERT_TRUE(result.stats.error);
         const ErrorEstimate& e = result.stats.error->estimate;
@@ -107,8 +117,12 @@ void expect_coverage(gpu::Context& context, const Scene& scene, ErrorMetric metr
         EXPECT_LE(e.bound, target);
         EXPECT_TRUE(0 <= e.lower && e.lower < e.value && e.value < e.bound && e.bound < e.upper);
         const Image& samples = layer(result, "samples.Y");
-        EXPECT_GT(std::ranges::max(samples.pixels), 2 * std::ranges::min(samples.pixels));
-        EXPECT_NEAR(mean_of(samples), result.stats.samples, 1) << "the sums stand for the mean number";
+        EXPECT_NEAR(mean_of(samples), result.stats.samples, adaptive ? 1 : 0) << "the mean number is reported";
+        if (adaptive) {
+            EXPECT_GT(std::ranges::max(samples.pixels), 2 * std::ranges::min(samples.pixels));
+        } else {
+            EXPECT_EQ(result.stats.samples % kReplicates, 0);
+        }
         const std::vector<Image> picture{rgb(result.beauty)};
         const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
         inside += e.lower <= truth && truth <= e.upper;
@@ -119,27 +133,34 @@ void expect_coverage(gpu::Context& context, const Scene& scene, ErrorMetric metr
     EXPECT_GE(below, 12);
 }
 
-TEST_F(AdaptiveErrorTest, ReachesRelativeErrors) {
-    expect_coverage(context, scene, ErrorMetric::relmse, 0.004);
-}
-
-// The edge of a lamp would dominate the squared error: 24 samples of so few pixels may miss it, even or adaptive.
-TEST_F(AdaptiveErrorTest, ReachesSquaredErrors) {
+TEST_F(ErrorTargets, AreReachedAndCorrect) {
+    expect_coverage(scene, false, ErrorMetric::relmse, 0.01);
+    expect_coverage(scene, false, ErrorMetric::mse, 0.02);
+    expect_coverage(scene, true, ErrorMetric::relmse, 0.004);
+    // The edge of a lamp would dominate the squared error: 24 samples of so few pixels may miss it, even or adaptive.
     Scene unlit = cornell_box(diffuse_material(vec3(0.6f)));
     for (Material& material : unlit.materials) material.emission = vec3(0);
     unlit.environment.color = vec3(1);
-    expect_coverage(context, unlit, ErrorMetric::mse, 0.0002);
+    expect_coverage(unlit, true, ErrorMetric::mse, 0.0002);
 }
 
-TEST_F(AdaptiveErrorTest, TakesFewerSamples) {
-    RenderSettings settings = settings_of(scene, 96, 96, 0.002);
-    const int adaptive = Renderer(prepared, colors, settings).render().stats.samples;
+TEST_F(ErrorTargets, LowerErrorsTakeMoreSamplesAndAdaptiveOnesFewer) {
+    const auto samples = [&](const RenderSettings& settings) {
+        const RenderResult result = Renderer(prepared, colors, settings).render();
+        EXPECT_TRUE(result.stats.error->reached);
+        return result.stats.samples;
+    };
+    // The ratio is about ten, apart from rounding up.
+    EXPECT_GT(samples(settings_of(scene, false, 0.003)), 4 * samples(settings_of(scene, false, 0.03)));
+    RenderSettings settings = settings_of(scene, true, 0.002);
+    settings.width = settings.height = 96;
+    const int adaptive = samples(settings);
     settings.adaptive = false;
-    EXPECT_LT(adaptive, 0.8 * Renderer(prepared, colors, settings).render().stats.samples);
+    EXPECT_LT(adaptive, 0.8 * samples(settings));
 }
 
 // Where the number of samples is the limit, nothing but the pilot decides about samples, so there is no bias at all.
-TEST_F(AdaptiveErrorTest, ThinStripsKeepTheirMean) {
+TEST_F(ErrorTargets, ThinStripsKeepTheirMean) {
     constexpr int kSeeds = 450, kSide = 32;
     for (const double width : {1.0 / 16, 1.0 / 4}) {  // pixels
         const Scene strips = thin_strip(width, kSide);
@@ -169,21 +190,37 @@ TEST_F(AdaptiveErrorTest, ThinStripsKeepTheirMean) {
     }
 }
 
-TEST_F(AdaptiveErrorTest, BandsChangeNothing) {
-    RenderSettings settings = settings_of(scene, 70, 90, 0.004);
+TEST_F(ErrorTargets, EvenBandsReachItTogether) {
+    RenderSettings settings = settings_of(scene, false, 0.01);
+    settings.band_pixels = 32 * 16;
+    Renderer renderer(prepared, colors, settings);
+    const RenderResult result = renderer.render(), again = renderer.render();
+    EXPECT_TRUE(result.stats.error->reached);
+    expect_same(result, again);
+    EXPECT_EQ(result.stats.error->estimate.value, again.stats.error->estimate.value);
+    // Each band takes the samples that it needs.
+    const Image& samples = layer(result, "samples.Y");
+    EXPECT_EQ(static_cast<int>(std::ranges::min(samples.pixels)), result.stats.samples);
+    EXPECT_EQ(*samples.at(0, 0), *samples.at(23, 15));
+    EXPECT_EQ(*samples.at(0, 16), *samples.at(23, 31));
+}
+
+TEST_F(ErrorTargets, BandsChangeNothingOfAdaptivePictures) {
+    RenderSettings settings = settings_of(scene, true, 0.004);
+    settings.width = 42, settings.height = 58;
     settings.aovs = {"samples", "variance", "albedo", "cryptoobject", "depth"};
     settings.denoise = true;
     std::vector<RenderResult> results;
-    for (const int rows : {105, 16, 48}) {
-        settings.band_pixels = static_cast<std::size_t>(80 * rows);
+    for (const int rows : {80, 16, 48}) {
+        settings.band_pixels = static_cast<std::size_t>(48 * rows);
         Renderer renderer(prepared, colors, settings);
         results.push_back(renderer.render());
         SCOPED_TRACE(rows);
         expect_same(results.back(), results[0]);
-        expect_same(renderer.render(), results[0]);
         EXPECT_EQ(results.back().stats.samples, results[0].stats.samples);
         EXPECT_EQ(results.back().stats.error->estimate.value, results[0].stats.error->estimate.value);
         EXPECT_EQ(results.back().stats.error->estimate.bound, results[0].stats.error->estimate.bound);
+        if (rows == 16) expect_same(renderer.render(), results[0]);
     }
     const Image& samples = layer(results[0], "samples.Y");
     EXPECT_GT(std::ranges::max(samples.pixels), std::ranges::min(samples.pixels));
@@ -191,26 +228,36 @@ TEST_F(AdaptiveErrorTest, BandsChangeNothing) {
     EXPECT_NE(Renderer(prepared, colors, settings).render().beauty.pixels, results[0].beauty.pixels);
 }
 
-TEST_F(AdaptiveErrorTest, EndsAtItsLimits) {
-    RenderSettings settings = settings_of(scene, 48, 32, 1e-9);
-    settings.samples = 101;
-    Renderer renderer(prepared, colors, settings);
-    const RenderResult few = renderer.render();
-    EXPECT_LE(few.stats.samples, 96);  // the last multiple of kReplicates
-    EXPECT_GT(few.stats.samples, 80);
-    EXPECT_FALSE(few.stats.error->reached);
-    EXPECT_GT(few.stats.error->estimate.lower, 1e-9);
+TEST_F(ErrorTargets, EndAtTheirLimits) {
+    for (const bool adaptive : {false, true}) {
+        SCOPED_TRACE(adaptive);
+        RenderSettings settings = settings_of(scene, adaptive, 1e-9);
+        settings.samples = adaptive ? 101 : 37;
+        Renderer renderer(prepared, colors, settings);
+        const RenderResult few = renderer.render();
+        const int most = settings.samples / kReplicates * kReplicates;
+        EXPECT_LE(few.stats.samples, most);
+        EXPECT_GT(few.stats.samples, adaptive ? 80 : most - 1);
+        EXPECT_FALSE(few.stats.error->reached);
+        EXPECT_GT(few.stats.error->estimate.lower, 1e-9);
 
-    FrameSettings timed = settings;
-    timed.time_limit = 1e9;  // the time allows more samples than an int can count
-    EXPECT_EQ(renderer.render(timed).stats.samples, few.stats.samples);
-    timed.samples = 1 << 20, timed.time_limit = 1e-6;
-    EXPECT_EQ(renderer.render(timed).stats.samples, kFirstLook * kReplicates);
+        FrameSettings timed = settings;
+        timed.time_limit = 1e9;  // the time allows more samples than an int can count
+        EXPECT_EQ(renderer.render(timed).stats.samples, few.stats.samples);
+        timed.samples = 1 << 20, timed.time_limit = 1e-6;
+        EXPECT_EQ(renderer.render(timed).stats.samples, kFirstLook * kReplicates);
+
+        const auto three = [](const RenderProgress& p) { return p.samples_done < 3; };
+        const RenderResult stopped = renderer.render(settings, three);
+        EXPECT_TRUE(stopped.stats.interrupted);
+        EXPECT_FALSE(stopped.stats.error);
+    }
 }
 
-TEST_F(AdaptiveErrorTest, InterruptedPicturesHoldTheSamplesSoFar) {
+TEST_F(ErrorTargets, InterruptedPicturesHoldTheSamplesSoFar) {
     for (const std::size_t band_pixels : {48u * 48, 48u * 16}) {
-        RenderSettings settings = settings_of(scene, 48, 48, 1e-9);
+        RenderSettings settings = settings_of(scene, true, 1e-9);
+        settings.height = 48;
         settings.samples = 256, settings.band_pixels = band_pixels;
         settings.denoise = true;
         settings.aovs = {"samples", "noisy"};
@@ -237,13 +284,23 @@ TEST_F(AdaptiveErrorTest, InterruptedPicturesHoldTheSamplesSoFar) {
     }
 }
 
-TEST_F(AdaptiveErrorTest, WithoutNoiseThereIsNoError) {
+TEST_F(ErrorTargets, WithoutNoiseThereIsNoError) {
     Scene black;
     black.cameras = scene.cameras;
-    Renderer renderer(context, black, colors, settings_of(black, 32, 32, 1e-6));
-    const RenderResult result = renderer.render();
-    EXPECT_EQ(result.stats.samples, kFirstLook * kReplicates);
-    EXPECT_EQ(result.stats.error->estimate.upper, 0);
+    for (const bool adaptive : {false, true}) {
+        Renderer renderer(context, black, colors, settings_of(black, adaptive, 1e-6));
+        const RenderResult result = renderer.render();
+        EXPECT_EQ(result.stats.samples, kFirstLook * kReplicates);
+        EXPECT_EQ(result.stats.error->estimate.upper, 0);
+    }
+}
+
+TEST_F(ErrorTargets, InvalidOnesAreRefused) {
+    for (const double error : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), HUGE_VAL})
+        EXPECT_THROW(Renderer(prepared, colors, settings_of(scene, false, error)), Error) << error;
+    RenderSettings few = settings_of(scene, false, 1);
+    few.samples = kFirstLook * kReplicates - 1;
+    EXPECT_THROW(Renderer(prepared, colors, few), Error);
 }
 
 }  // namespace
