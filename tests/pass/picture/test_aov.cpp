@@ -158,7 +158,7 @@ class DebugAovTest : public PassTest {
     }
 };
 
-/// Of several shadow rays, the first ones are counted.
+/// The first one of several shadow rays is counted.
 TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
     for (const std::uint32_t shadow_rays : {1u, 3u}) {

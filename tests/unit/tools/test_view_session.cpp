@@ -183,7 +183,7 @@ TEST_F(ViewSession, BookmarksAreReplacedByName) {
     session.recall("b");
     EXPECT_NE(session.pose(), start);
     EXPECT_THROW(session.recall("c"), Error);
-    // Those without a name replace none.
+    // Bookmarks without a name replace none.
     session.bookmarks.clear();
     for (const char* name : {"", "", "view 4"}) *name == 0 ? session.bookmark() : session.bookmark(name);
     session.bookmarks.erase(session.bookmarks.begin());
