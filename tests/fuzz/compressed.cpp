@@ -31,17 +31,17 @@ void draco(std::string_view input) {
     GltfDocument document;
     document.file = "scene";
     for (const char* type : {"VEC3", "VEC3", "VEC2", "SCALAR"}) {
-        gltf::Accessor& accessor = document.model.accessors.emplace_back();
-        accessor.componentType = gltf::kFloat;
+        tinygltf::Accessor& accessor = document.model.accessors.emplace_back();
+        accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
         accessor.type = type;
         accessor.count = accessor.type == "SCALAR" ? indices : vertices;
     }
-    gltf::BufferView& view = document.model.bufferViews.emplace_back();
+    tinygltf::BufferView& view = document.model.bufferViews.emplace_back();
     view.buffer = 0;
     view.byteLength = input.size();
     document.buffers.emplace_back(std::string(input));
-    gltf::Primitive primitive;
-    primitive.mode = gltf::kTriangles;
+    tinygltf::Primitive primitive;
+    primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.indices = 3;
     primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}};
     primitive.extensions["KHR_draco_mesh_compression"] = {

@@ -20,14 +20,14 @@ std::string name(int accessor) {
 /// Returns the bytes of a component; 0 for unknown types.
 std::size_t component_size(int type) {
     switch (type) {
-        case gltf::kByte:
-        case gltf::kUnsignedByte:
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
             return 1;
-        case gltf::kShort:
-        case gltf::kUnsignedShort:
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
             return 2;
-        case gltf::kUnsignedInt:
-        case gltf::kFloat:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
             return 4;
         default:
             return 0;
@@ -58,18 +58,19 @@ void load_floats(const unsigned char* from, int components, bool normalized, flo
 }
 
 std::uint32_t load_unsigned(const unsigned char* from, int type) {
-    if (type == gltf::kUnsignedByte) return *from;
-    if (type == gltf::kUnsignedShort) return load<std::uint16_t>(from);
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *from;
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return load<std::uint16_t>(from);
     return load<std::uint32_t>(from);
 }
 
 bool is_unsigned(int type) {
-    return type == gltf::kUnsignedByte || type == gltf::kUnsignedShort || type == gltf::kUnsignedInt;
+    return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+           type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
 }  // namespace
 
-std::set<int> views_of(const gltf::Model& model, int accessor) {
+std::set<int> views_of(const tinygltf::Model& model, int accessor) {
     const auto& a = model.accessors[static_cast<std::size_t>(accessor)];
     std::set<int> views{a.bufferView};
     if (a.sparse.count > 0) views.insert({a.sparse.indices.bufferView, a.sparse.values.bufferView});
@@ -89,7 +90,8 @@ std::size_t GltfAccessors::count(int accessor) const {
 }
 
 int GltfAccessors::components(int accessor) const {
-    return gltf::component_count(document_.model.accessors[static_cast<std::size_t>(accessor)].type);
+    const int type = document_.model.accessors[static_cast<std::size_t>(accessor)].type;
+    return tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
 }
 
 std::size_t GltfAccessors::element_size(int accessor) const {
@@ -150,14 +152,14 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
     if (a.sparse.count == 0 || base.decoded) return;
 
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
-    const std::uint64_t replaced = a.sparse.count;
+    const auto replaced = static_cast<std::size_t>(a.sparse.count);
     const int index_type = a.sparse.indices.componentType;
     if (!is_unsigned(index_type))
         document_.fail(name(accessor), "sparse indices of componentType {} are not unsigned integers", index_type);
-    const View indices = packed(a.sparse.indices.bufferView, a.sparse.indices.byteOffset, replaced,
-                                component_size(index_type), name(accessor) + ".sparse.indices");
-    const View values = packed(a.sparse.values.bufferView, a.sparse.values.byteOffset, replaced, size,
-                               name(accessor) + ".sparse.values");
+    const View indices = packed(a.sparse.indices.bufferView, static_cast<std::uint64_t>(a.sparse.indices.byteOffset),
+                                replaced, component_size(index_type), name(accessor) + ".sparse.indices");
+    const View values = packed(a.sparse.values.bufferView, static_cast<std::uint64_t>(a.sparse.values.byteOffset),
+                               replaced, size, name(accessor) + ".sparse.values");
     std::vector<std::uint32_t> places;
     for_each_in(indices, 0, replaced, [&](std::size_t, const unsigned char* from) {
         places.push_back(load_unsigned(from, index_type));
@@ -191,15 +193,15 @@ void GltfAccessors::read_floats(int accessor, std::size_t first, std::size_t cou
         });
     };
     switch (a.componentType) {
-        case gltf::kByte:
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
             return read_as(std::int8_t{});
-        case gltf::kUnsignedByte:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
             return read_as(std::uint8_t{});
-        case gltf::kShort:
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
             return read_as(std::int16_t{});
-        case gltf::kUnsignedShort:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
             return read_as(std::uint16_t{});
-        case gltf::kUnsignedInt:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
             return read_as(std::uint32_t{});
         default:
             return read_as(float{});

@@ -19,7 +19,7 @@ struct GltfDecodedAccessor {
 using GltfDecodedAccessors = std::map<int, GltfDecodedAccessor>;  // by index of the accessor
 
 /// Returns the buffer views of an accessor and of its sparse elements.
-std::set<int> views_of(const gltf::Model& model, int accessor);
+std::set<int> views_of(const tinygltf::Model& model, int accessor);
 
 class GltfAccessors {
   public:

@@ -68,9 +68,11 @@ class Reader {
         if (!interpolation) document_.fail(element, "interpolation '{}' is unknown", name);
         const int input = from.at("input");
         accessors_.check_type(input, 1, element + ".input");
-        if (document_.model.accessors[static_cast<std::size_t>(input)].componentType != gltf::kFloat)
+        const tinygltf::Accessor& times = document_.model.accessors[static_cast<std::size_t>(input)];
+        if (times.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
             document_.fail(element, "its times in accessors[{}] are not floating-point numbers", input);
-        if (document_.without_limits.contains(input)) document_.warnings.add("its times have no min and max", element);
+        if (times.minValues.empty() || times.maxValues.empty())
+            document_.warnings.add("its times have no min and max", element);
         if (interpolation == Interpolation::cubic_spline && accessors_.count(input) < 2)
             document_.warnings.add("is a cubic spline of fewer than two keys", element);
         for (const int accessor : {input, from.at("output").get<int>()}) {
@@ -130,10 +132,10 @@ class Reader {
 
     /// Returns the number of morph targets where weights are driven, else 0.
     int check_target(const std::string& element, AnimatedProperty property, int index) const {
-        const gltf::Model& model = document_.model;
+        const tinygltf::Model& model = document_.model;
         if (property == AnimatedProperty::mesh_weights) return count_morph_targets(index, element, "meshes", index);
         if (!of_node(property)) return 0;
-        const gltf::Node& node = model.nodes[static_cast<std::size_t>(index)];
+        const tinygltf::Node& node = model.nodes[static_cast<std::size_t>(index)];
         if (property == AnimatedProperty::weights) return count_morph_targets(node.mesh, element, "nodes", index);
         if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
         return 0;

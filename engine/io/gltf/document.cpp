@@ -191,8 +191,9 @@ void check_values(const Json& root, GltfDocument& document) {
                 document.warnings.add(fmt::format("has '{}' without a mesh, it is ignored", of_mesh), element);
     });
     each("accessors", [&](const Json& accessor, const std::string& element) {
+        static const std::set<std::string> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
         const std::string type = accessor["type"];
-        if (gltf::component_count(type) == 0) document.fail(element, "type '{}' is unknown", type);
+        if (!kTypes.contains(type)) document.fail(element, "type '{}' is unknown", type);
     });
     each("bufferViews", [&](const Json& view, const std::string& element) {
         warn_if_empty(view, element);
@@ -214,11 +215,12 @@ void check_values(const Json& root, GltfDocument& document) {
 /// becomes the fallback. An image that another texture needs is not optional.
 void choose_images(GltfDocument& document, const std::set<std::string>& required) {
     std::set<int> needed;
-    for (gltf::Texture& texture : document.model.textures) {
+    for (tinygltf::Texture& texture : document.model.textures) {
         bool by_option = false;
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {  // the last one is preferred
-            const Json* extension = gltf::find_extension(texture.extensions, name);
-            const int source = extension ? extension->value("source", kNone) : kNone;
+            const tinygltf::Value* extension = find_extension(texture.extensions, name);
+            const int source =
+                extension && extension->Has("source") ? extension->Get("source").GetNumberAsInt() : kNone;
             if (source == kNone) continue;
             by_option = !required.contains(name);
             if (by_option) {
@@ -336,18 +338,12 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
         throw Error(document.file, is_part_list(path) ? "is a list of files, which lists of files cannot contain"
                                                       : "is a list of files, whose name must end with .parts.json");
     check_generation(root, document.file);
+    if (root.contains("animations"))  // read on demand, since a damaged animation must not prevent the rest pose
+        document.animations = std::exchange(root["animations"], nullptr);
     check_gltf(root, document.file);
     check_version(root, document.file);
     const std::set<std::string> required = check_extensions(root, document);
     choose_variant(root, document);
-    if (root.contains("animations")) {  // read on demand, since a damaged animation must not prevent the rest pose
-        document.animations = std::move(root["animations"]);
-        root.erase("animations");
-        const Json accessors = root.value("accessors", Json::array());
-        for (std::size_t i = 0; i < accessors.size(); ++i)
-            if (accessors[i]["type"] == "SCALAR" && !(accessors[i].contains("min") && accessors[i].contains("max")))
-                document.without_limits.insert(static_cast<int>(i));
-    }
     if (root.contains("materials")) {
         // Measured for 300,000 materials: each takes 3156 bytes, its JSON included, most of them once it is converted.
         constexpr std::size_t kMaterial = 3200;
@@ -359,7 +355,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_values(root, document);
     document.images = take_images(root, document);
     take_buffers(root, document, chunks.binary);
-    document.model = gltf::to_model(std::move(root));
+    document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
     return document;
 }

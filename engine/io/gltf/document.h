@@ -19,7 +19,7 @@
 #include "engine/io/files.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/meshopt.h"
-#include "engine/io/gltf/model.h"
+#include "engine/io/gltf/tinygltf.h"
 
 namespace halflight {
 
@@ -67,7 +67,7 @@ struct GltfDocument {
     std::filesystem::path folder;
     GltfOptions options;
     std::uint64_t bytes_of_files = 0;  // bytes of the scene's file, buffers and images opened so far
-    gltf::Model model;                 // without buffers, images, materials and animations
+    tinygltf::Model model;             // without buffers, images, materials and animations
     std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: no data, or an unused fallback
     std::map<int, GltfMeshoptView> compressed_views;                                   // by index of the buffer view
     std::unique_ptr<GltfDecodedViews> decoded = std::make_unique<GltfDecodedViews>();  // cache of view_bytes()
@@ -78,7 +78,6 @@ struct GltfDocument {
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked
     nlohmann::json animations;                           // animations of the file, unchecked; null: none
-    std::set<int> without_limits;                        // accessors of scalars without min or max
     std::vector<VersionedFile> files;                    // files opened so far, the scene's own first
     GltfWarnings warnings;
 

@@ -107,7 +107,7 @@ struct Source {
     Header header;
     std::size_t triangles = 0;  // triangles that the accessors allow
     std::size_t vertices = 0;   // vertices that the accessors allow
-    const nlohmann::json* attributes = nullptr;
+    const tinygltf::Value::Object* attributes = nullptr;
 
     /// Returns the largest number of vertices after seams have split them.
     std::size_t most_vertices() const {
@@ -142,22 +142,22 @@ Header read_header(const ByteSource& data, const GltfDocument& document, const s
     return *header;
 }
 
-std::optional<Source> open_source(const GltfDocument& document, const gltf::Primitive& primitive,
+std::optional<Source> open_source(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                   const std::string& element) {
-    const nlohmann::json* extension = gltf::find_extension(primitive.extensions, "KHR_draco_mesh_compression");
+    const tinygltf::Value* extension = find_extension(primitive.extensions, "KHR_draco_mesh_compression");
     if (!extension) return std::nullopt;
-    const bool strip = primitive.mode == gltf::kTriangleStrip;
-    if (!strip && primitive.mode != gltf::kTriangles)
+    const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+    if (!strip && primitive.mode != TINYGLTF_MODE_TRIANGLES)
         document.fail(element, "KHR_draco_mesh_compression allows triangles and triangle strips only");
     Source source;
-    source.attributes = &extension->at("attributes");
+    source.attributes = &extension->Get("attributes").Get<tinygltf::Value::Object>();
     const GltfAccessors accessors(document);
     const int position = primitive.attributes.at("POSITION");
     const std::size_t corners = accessors.count(primitive.indices == kNone ? position : primitive.indices);
     source.triangles = strip ? corners - std::min<std::size_t>(corners, 2) : corners / 3;
     source.vertices = accessors.count(position);
 
-    source.data = document.view_bytes(extension->at("bufferView").get<int>());
+    source.data = document.view_bytes(extension->Get("bufferView").GetNumberAsInt());
     source.header = read_header(source.data, document, element);
     const Header& header = source.header;
     if (header.triangles > source.triangles || header.vertices > source.vertices)
@@ -168,7 +168,7 @@ std::optional<Source> open_source(const GltfDocument& document, const gltf::Prim
                       source.data.size());
     // Twice the bytes of the uncompressed triangles and vertices, since the encoder lengthens random numbers.
     std::size_t each = 0;  // bytes of a vertex
-    for (const auto& [name, id] : source.attributes->items())
+    for (const auto& [name, id] : *source.attributes)
         if (const auto found = primitive.attributes.find(name); found != primitive.attributes.end())
             each += sizeof(float) * static_cast<std::size_t>(accessors.components(found->second));
     const std::size_t most = 2 * (std::size_t{header.triangles} * sizeof(uvec3) + source.most_vertices() * each);
@@ -253,15 +253,15 @@ bool convert(const draco::Mesh& mesh, const draco::PointAttribute& from, std::st
 /// Converts an attribute to the type of an accessor. Returns false for values that do not fit.
 bool convert(const draco::Mesh& mesh, const draco::PointAttribute& from, int component_type, std::string& to) {
     switch (component_type) {
-        case gltf::kByte:
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
             return convert<std::int8_t>(mesh, from, to);
-        case gltf::kUnsignedByte:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
             return convert<std::uint8_t>(mesh, from, to);
-        case gltf::kShort:
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
             return convert<std::int16_t>(mesh, from, to);
-        case gltf::kUnsignedShort:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
             return convert<std::uint16_t>(mesh, from, to);
-        case gltf::kUnsignedInt:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
             return convert<std::uint32_t>(mesh, from, to);
         default:
             return convert<float>(mesh, from, to);
@@ -299,14 +299,14 @@ std::vector<std::uint32_t> indices_of(const draco::Mesh& mesh, const GltfDocumen
 
 }  // namespace
 
-std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const gltf::Primitive& primitive,
+std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                                const std::string& element) {
     const std::optional<Source> source = open_source(document, primitive, element);
     if (!source) return std::nullopt;
     return GltfPrimitiveSize{source->most_vertices(), source->header.triangles, source->decoding_bytes()};
 }
 
-std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const gltf::Primitive& primitive,
+std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                           const std::string& element) {
     const std::optional<Source> source = open_source(document, primitive, element);
     if (!source) return std::nullopt;
@@ -323,12 +323,12 @@ std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const gl
     GltfDracoMesh decoded;
     decoded.indices = indices_of(mesh, document, element);
     decoded.has_other_counts = mesh.num_points() != source->vertices ||
-                               (primitive.mode == gltf::kTriangles && mesh.num_faces() != source->triangles);
+                               (primitive.mode == TINYGLTF_MODE_TRIANGLES && mesh.num_faces() != source->triangles);
     const GltfAccessors accessors(document);
-    for (const auto& [name, number] : source->attributes->items()) {
+    for (const auto& [name, number] : *source->attributes) {
         const auto found = primitive.attributes.find(name);
         if (found == primitive.attributes.end()) continue;
-        const auto id = number.get<std::uint32_t>();
+        const auto id = static_cast<std::uint32_t>(number.GetNumberAsInt());
         const draco::PointAttribute* const from = mesh.GetAttributeByUniqueId(id);
         if (!from) document.fail(element, "its Draco data has no attribute {} for {}", id, name);
         const std::size_t size = accessors.element_size(found->second) * mesh.num_points();

@@ -19,7 +19,7 @@ struct GltfPrimitiveSize {
 
 /// Returns the sizes of a primitive; none where it is not compressed. Throws Error about `element` for damaged headers
 /// and for counts above those of the primitive's accessors.
-std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const gltf::Primitive& primitive,
+std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                                const std::string& element);
 
 struct GltfDracoMesh {
@@ -30,7 +30,7 @@ struct GltfDracoMesh {
 
 /// Decodes a primitive; none where it is not compressed. Throws what measure_draco() throws, and Error for damaged data
 /// and for data that does not fit into the memory budget.
-std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const gltf::Primitive& primitive,
+std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                           const std::string& element);
 
 }  // namespace halflight

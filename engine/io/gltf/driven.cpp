@@ -22,7 +22,7 @@ struct Field {
     std::string_view list;
     std::string rest;
     AnimatedProperty property;
-    Place (*place)(gltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
+    Place (*place)(tinygltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
     Values default_values;  // one per component; empty for weights, whose number depends on the mesh
 };
 
@@ -31,18 +31,18 @@ constexpr std::string_view kNodes = "/nodes/", kMeshes = "/meshes/", kMaterials 
 
 /// Returns the place of a nested member in an element of one of the model's lists.
 template <auto kList, auto... kMembers>
-Place place(gltf::Model& model, std::size_t index) {
+Place place(tinygltf::Model& model, std::size_t index) {
     return &((model.*kList)[index].*....*kMembers);
 }
 
-using gltf::Model;
+using tinygltf::Model;
 
 std::vector<Field> plain_fields() {
     using enum AnimatedProperty;
-    using gltf::Camera, gltf::Light, gltf::Mesh, gltf::Node;
-    using Perspective = Camera::Perspective;
-    using Orthographic = Camera::Orthographic;
-    using Spot = Light::Spot;
+    using tinygltf::Camera, tinygltf::Light, tinygltf::Mesh, tinygltf::Node;
+    using Perspective = tinygltf::PerspectiveCamera;
+    using Orthographic = tinygltf::OrthographicCamera;
+    using Spot = tinygltf::SpotLight;
     constexpr auto spot = &Light::spot;
     constexpr auto perspective = &Camera::perspective;
     constexpr auto orthographic = &Camera::orthographic;
@@ -100,7 +100,7 @@ const Field& field_of(const GltfTarget& target) {
 }
 
 std::size_t size_of(const GltfDocument& document, std::string_view list) {
-    const gltf::Model& model = document.model;
+    const tinygltf::Model& model = document.model;
     return list == kNodes       ? model.nodes.size()
            : list == kMeshes    ? model.meshes.size()
            : list == kMaterials ? document.materials.size()
@@ -186,7 +186,7 @@ std::vector<double> driven_values(const GltfDocument& document, const GltfTarget
         const Json& found = material.at(pointer);
         return found.is_array() ? found.get<Values>() : Values{found.get<double>()};
     }
-    const Place place = field.place(const_cast<gltf::Model&>(document.model), index);  // the model is only read
+    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // the model is only read
     if (const auto* number = std::get_if<double*>(&place)) return {**number};
     return *std::get<Values*>(place);
 }

@@ -26,11 +26,11 @@ namespace {
 
 Environment convert_environment(const GltfDocument& document) {
     Environment environment;
-    const nlohmann::json* extension = gltf::find_extension(document.model.extensions, "HALFLIGHT_environment");
+    const tinygltf::Value* extension = find_extension(document.model.extensions, "HALFLIGHT_environment");
     if (!extension) return environment;
     environment.name = "HALFLIGHT_environment";
-    const std::vector<double> color = extension->at("color");
-    environment.color = vec3(color[0], color[1], color[2]);
+    const tinygltf::Value& color = extension->Get("color");
+    for (int i = 0; i < 3; ++i) environment.color[i] = static_cast<float>(color.Get(i).GetNumberAsDouble());
     if (!all_finite(environment.color) || glm::any(glm::lessThan(environment.color, vec3(0))))
         document.fail("extensions.HALFLIGHT_environment", "color is negative or not finite");
     return environment;
@@ -99,7 +99,7 @@ Material with_images_of(const Material& known, const GltfMaterial& from) {
 }
 
 /// Adds the buffer views of a primitive's attributes and morph targets.
-void add_views(const gltf::Model& model, const gltf::Primitive& primitive, std::set<int>& views) {
+void add_views(const tinygltf::Model& model, const tinygltf::Primitive& primitive, std::set<int>& views) {
     const auto add = [&](const std::map<std::string, int>& attributes) {
         for (const auto& [name, accessor] : attributes) views.merge(views_of(model, accessor));
     };
@@ -269,16 +269,15 @@ struct GltfScene::State {
     bool carry_surfaces(std::vector<int> todo) const {
         const auto& nodes = document.model.nodes;
         std::vector<bool> carries(nodes.size(), false), visited(nodes.size(), false);
-        for (const gltf::Skin& skin : document.model.skins)
+        for (const tinygltf::Skin& skin : document.model.skins)
             for (const int joint : skin.joints) carries[static_cast<std::size_t>(joint)] = true;
         while (!todo.empty()) {
             const auto index = static_cast<std::size_t>(todo.back());
             todo.pop_back();
             if (visited[index]) continue;
             visited[index] = true;
-            const gltf::Node& n = nodes[index];
-            if (carries[index] || n.mesh != kNone || gltf::find_extension(n.extensions, "KHR_lights_punctual"))
-                return true;
+            const tinygltf::Node& n = nodes[index];
+            if (carries[index] || n.mesh != kNone || find_extension(n.extensions, "KHR_lights_punctual")) return true;
             todo.insert(todo.end(), n.children.begin(), n.children.end());
         }
         return false;
@@ -322,10 +321,10 @@ const std::vector<std::string>& GltfScene::variants() const {
 }
 
 GltfDeformers GltfScene::deformers() const {
-    const gltf::Model& model = state_->document.model;
+    const tinygltf::Model& model = state_->document.model;
     GltfDeformers deformers;
-    for (const gltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
-    for (const gltf::Mesh& mesh : model.meshes) {
+    for (const tinygltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
+    for (const tinygltf::Mesh& mesh : model.meshes) {
         std::size_t targets = 0;
         for (const auto& primitive : mesh.primitives) targets = std::max(targets, primitive.targets.size());
         if (targets > 0) deformers.morphed_meshes.push_back({mesh.name, targets});
@@ -482,7 +481,7 @@ struct GltfMeshSource::State {
     std::set<int> views_of_mesh(std::size_t index) const {
         std::set<int> views;
         if (index >= stream.meshes() || document.compressed_views.empty()) return views;
-        for (const gltf::Primitive& primitive : document.model.meshes[stream.file_mesh(index)].primitives) {
+        for (const tinygltf::Primitive& primitive : document.model.meshes[stream.file_mesh(index)].primitives) {
             add_views(document.model, primitive, views);
             if (primitive.indices != kNone) views.merge(views_of(document.model, primitive.indices));
         }

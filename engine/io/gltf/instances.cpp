@@ -10,6 +10,13 @@
 namespace halflight {
 namespace {
 
+using Attributes = tinygltf::Value::Object;  // indices of accessors, by semantic
+
+/// Returns the attributes of EXT_mesh_gpu_instancing.
+const Attributes& instance_attributes(const tinygltf::Value& extension) {
+    return extension.Get("attributes").Get<Attributes>();
+}
+
 /// A requested mesh.
 struct MeshRequest {
     GltfMeshKey key;
@@ -30,14 +37,14 @@ class Instances {
     bool used_default_material() const { return used_default_material_; }
 
     void add(int node) {
-        const gltf::Node& from = node_of(node);
+        const tinygltf::Node& from = node_of(node);
         if (from.mesh == kNone) return;
         if (from.skin != kNone) {
             // Joints alone place a skinned mesh (glTF 2.0, section 3.7.3.3).
             return add(node, dmat4(1), {{}, true});
         }
         const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
-        const nlohmann::json* instancing = gltf::find_extension(from.extensions, "EXT_mesh_gpu_instancing");
+        const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
         if (!instancing) return place(node, world);
         const std::string element = fmt::format("nodes[{}]", node);
         warn_of_attributes(*instancing, element);
@@ -93,7 +100,7 @@ class Instances {
     std::string mesh_name(std::size_t mesh) const { return meshes_.name(file_mesh(mesh)); }
 
   private:
-    const gltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
+    const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
 
     void place(int node, const dmat4& world) {
         const GltfShape shape = shape_of(world);
@@ -103,8 +110,8 @@ class Instances {
         document_.warnings.add("its transform leaves no area, it is left out", fmt::format("nodes[{}]", node));
     }
 
-    void warn_of_attributes(const nlohmann::json& extension, const std::string& element) {
-        for (const auto& [name, accessor] : extension.at("attributes").items())
+    void warn_of_attributes(const tinygltf::Value& extension, const std::string& element) {
+        for (const auto& [name, accessor] : instance_attributes(extension))
             // Names with an underscore are those of an application.
             if (!name.starts_with('_') && name != "TRANSLATION" && name != "ROTATION" && name != "SCALE")
                 document_.warnings.add(fmt::format("instance attribute {} is not supported, it is ignored", name),
@@ -149,7 +156,7 @@ class Instances {
     }
 
     int find_by_key(int node, GltfPose pose) {
-        const gltf::Node& from = node_of(node);
+        const tinygltf::Node& from = node_of(node);
         const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
         const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
         const bool flattened = !pose.skin && !pose.joints.empty();
@@ -221,7 +228,7 @@ class Instances {
     }
 
     std::vector<dmat4> skin_joints(std::size_t index) const {
-        const gltf::Skin& skin = document_.model.skins[index];
+        const tinygltf::Skin& skin = document_.model.skins[index];
         const std::string element = fmt::format("skins[{}]", index);
         std::vector<dmat4> joints;
         for (const int joint : skin.joints) joints.push_back(nodes_.world[static_cast<std::size_t>(joint)]);
@@ -250,7 +257,7 @@ class Instances {
 }  // namespace
 
 GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels) {
-    const gltf::Model& model = document.model;
+    const tinygltf::Model& model = document.model;
     const std::vector<bool> none(model.nodes.size(), false);
     GltfAnimatedObjects animated{none, none, std::vector<bool>(document.materials.size(), false)};
     std::vector<bool> weighted(model.meshes.size(), false);  // meshes whose default weights are driven
@@ -267,7 +274,7 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
             todo.push_back(channel.target);
     }
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-        const gltf::Node& node = model.nodes[i];
+        const tinygltf::Node& node = model.nodes[i];
         if (node.mesh != kNone && node.weights.empty() && weighted[static_cast<std::size_t>(node.mesh)])
             animated.weights[i] = true;
     }
@@ -288,14 +295,15 @@ GltfShape shape_of(const dmat4& object_to_world) {
     return leaves_area(object_to_world) ? GltfShape::flat : GltfShape::nothing;
 }
 
-std::vector<dmat4> instance_transforms(const GltfDocument& document, const nlohmann::json& extension,
+std::vector<dmat4> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
                                        const std::string& element, std::size_t first, std::size_t count) {
     const GltfAccessors accessors(document);
-    const nlohmann::json& attributes = extension.at("attributes");
+    const Attributes& attributes = instance_attributes(extension);
     const auto read = [&]<class V>(const V& otherwise, const char* name, bool normalize) {
-        const int accessor = attributes.value(name, kNone);
-        return accessor == kNone ? std::vector<V>(count, otherwise)
-                                 : accessors.read<V>(accessor, first, count, name, normalize);
+        const auto found = attributes.find(name);
+        return found == attributes.end()
+                   ? std::vector<V>(count, otherwise)
+                   : accessors.read<V>(found->second.GetNumberAsInt(), first, count, name, normalize);
     };
     const auto translations = read(vec3(0), "TRANSLATION", false);
     const auto rotations = read(vec4(0, 0, 0, 1), "ROTATION", true);
@@ -311,10 +319,12 @@ std::vector<dmat4> instance_transforms(const GltfDocument& document, const nlohm
     return transforms;
 }
 
-std::size_t count_instances(const GltfDocument& document, const nlohmann::json& extension, const std::string& element) {
+std::size_t count_instances(const GltfDocument& document, const tinygltf::Value& extension,
+                            const std::string& element) {
     const GltfAccessors accessors(document);
     std::optional<std::size_t> count;
-    for (const int accessor : extension.at("attributes")) {
+    for (const auto& [name, value] : instance_attributes(extension)) {
+        const int accessor = value.GetNumberAsInt();
         accessors.check_data(accessor);
         if (!count) count = accessors.count(accessor);
         if (*count != accessors.count(accessor))

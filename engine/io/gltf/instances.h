@@ -24,17 +24,17 @@ struct GltfAnimatedObjects {
 
     bool move(int node) const { return !nodes.empty() && nodes[static_cast<std::size_t>(node)]; }
     bool morph(int node) const { return !weights.empty() && weights[static_cast<std::size_t>(node)]; }
-    bool turn_tangents(const gltf::Mesh& mesh) const {
-        return !normal_maps.empty() && std::ranges::any_of(mesh.primitives, [&](const gltf::Primitive& p) {
+    bool turn_tangents(const tinygltf::Mesh& mesh) const {
+        return !normal_maps.empty() && std::ranges::any_of(mesh.primitives, [&](const tinygltf::Primitive& p) {
             return p.material != kNone && normal_maps[static_cast<std::size_t>(p.material)];
         });
     }
-    bool bend(const gltf::Skin& skin) const {
+    bool bend(const tinygltf::Skin& skin) const {
         return std::ranges::any_of(skin.joints, [&](int joint) { return move(joint); });
     }
     /// Returns whether the surface of a node that has a mesh moves, deforms or gets other tangents.
-    bool move_surface(const gltf::Model& model, int node) const {
-        const gltf::Node& n = model.nodes[static_cast<std::size_t>(node)];
+    bool move_surface(const tinygltf::Model& model, int node) const {
+        const tinygltf::Node& n = model.nodes[static_cast<std::size_t>(node)];
         const bool moved = n.skin == kNone ? move(node) : bend(model.skins[static_cast<std::size_t>(n.skin)]);
         return moved || morph(node) || turn_tangents(model.meshes[static_cast<std::size_t>(n.mesh)]);
     }
@@ -75,12 +75,12 @@ GltfShape shape_of(const dmat4& object_to_world);
 
 /// Returns the transforms of the instances [first, first + count) of EXT_mesh_gpu_instancing, relative to their node.
 /// Throws Error about `element` where one is not finite, or its data cannot be read.
-std::vector<dmat4> instance_transforms(const GltfDocument& document, const nlohmann::json& extension,
+std::vector<dmat4> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
                                        const std::string& element, std::size_t first, std::size_t count);
 
 /// Returns the number of instances that EXT_mesh_gpu_instancing gives to a node. Throws Error about `element` where its
 /// attributes differ in number, and where their data is too short.
-std::size_t count_instances(const GltfDocument& document, const nlohmann::json& extension, const std::string& element);
+std::size_t count_instances(const GltfDocument& document, const tinygltf::Value& extension, const std::string& element);
 
 /// Fills Scene::meshes and Scene::instances. Returns whether some triangle has the default material.
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,

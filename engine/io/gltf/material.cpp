@@ -120,9 +120,9 @@ class Converter {
     }
 
     Wrap wrap(int mode) {
-        if (mode == gltf::kClampToEdge) return Wrap::clamp_to_edge;
-        if (mode == gltf::kMirroredRepeat) return Wrap::mirrored_repeat;
-        if (mode != gltf::kRepeat)
+        if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return Wrap::clamp_to_edge;
+        if (mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT) return Wrap::mirrored_repeat;
+        if (mode != TINYGLTF_TEXTURE_WRAP_REPEAT)
             document_.warnings.add(fmt::format("wrap mode {} is unknown, taken as repeat", mode), element_);
         return Wrap::repeat;
     }
@@ -133,7 +133,7 @@ class Converter {
         const Json* info = find(from_, path);
         const int index = info ? info->value("index", kNone) : kNone;  // animations may leave no index
         if (index == kNone) return ref;
-        const gltf::Texture& from = document_.model.textures[static_cast<std::size_t>(index)];
+        const tinygltf::Texture& from = document_.model.textures[static_cast<std::size_t>(index)];
         if (from.source == kNone) {
             document_.warnings.add("has no image, it is not used", fmt::format("textures[{}]", index));
             return ref;
@@ -141,10 +141,10 @@ class Converter {
         ref.image = from.source;
         ref.uv_set = info->value("texCoord", 0);
         if (from.sampler != kNone) {
-            const gltf::Sampler& sampler = document_.model.samplers[static_cast<std::size_t>(from.sampler)];
+            const tinygltf::Sampler& sampler = document_.model.samplers[static_cast<std::size_t>(from.sampler)];
             ref.wrap_u = wrap(sampler.wrapS);
             ref.wrap_v = wrap(sampler.wrapT);
-            ref.nearest = sampler.magFilter == gltf::kNearest;
+            ref.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
         }
         if (const Json* transform = find(*info, "/extensions/KHR_texture_transform")) {
             ref.uv_transform = uv_transform(*transform);

@@ -28,14 +28,14 @@ std::string GltfMeshes::name(std::size_t index) const {
 
 GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weights, const GltfPose& pose,
                                  GltfPrimitives* kept) {
-    const gltf::Mesh& from = document_.model.meshes[index];
+    const tinygltf::Mesh& from = document_.model.meshes[index];
     GltfUnposedMesh mesh;
     mesh.name = name(index);
     for (std::size_t i = 0; i < from.primitives.size(); ++i) {
-        const gltf::Primitive& primitive = from.primitives[i];
+        const tinygltf::Primitive& primitive = from.primitives[i];
         const std::string element = fmt::format("meshes[{}].primitives[{}]", index, i);
-        if (primitive.mode > gltf::kTriangleFan) document_.fail(element, "mode {} is unknown", primitive.mode);
-        const bool points = primitive.mode == gltf::kPoints;
+        if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) document_.fail(element, "mode {} is unknown", primitive.mode);
+        const bool points = primitive.mode == TINYGLTF_MODE_POINTS;
         const bool stroke = is_stroke(primitive.mode);
         if (stroke && document_.stroke_radii.empty()) {
             ++(points ? report_.point_primitives_skipped : report_.line_primitives_skipped);

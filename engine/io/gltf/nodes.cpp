@@ -24,7 +24,7 @@ V to_vector(const std::vector<double>& values, V otherwise) {
 }
 
 dmat4 local_matrix(GltfDocument& document, std::size_t index) {
-    const gltf::Node& node = document.model.nodes[index];
+    const tinygltf::Node& node = document.model.nodes[index];
     if (node.matrix.empty()) {
         const dvec4 rotation = to_vector(node.rotation, dvec4(0, 0, 0, 1));
         if (rotation == dvec4(0)) document.warnings.add("rotation is a zero quaternion, it is ignored", name(index));
@@ -39,9 +39,9 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
 }
 
 /// Returns whether the node hides itself and all nodes below it.
-bool is_hidden(const gltf::Node& node) {
-    const nlohmann::json* extension = gltf::find_extension(node.extensions, "KHR_node_visibility");
-    return extension && !extension->value("visible", true);
+bool is_hidden(const tinygltf::Node& node) {
+    const tinygltf::Value* extension = find_extension(node.extensions, "KHR_node_visibility");
+    return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
 }
 
 std::vector<int> find_parents(const GltfDocument& document) {
@@ -94,12 +94,12 @@ float to_light(double value) {
 }
 
 /// Returns the extension by which a node is a light; null where it is none.
-const nlohmann::json* find_light(const gltf::Node& node) {
-    return gltf::find_extension(node.extensions, "KHR_lights_punctual");
+const tinygltf::Value* find_light(const tinygltf::Node& node) {
+    return find_extension(node.extensions, "KHR_lights_punctual");
 }
 
 PunctualLight convert_light(GltfDocument& document, std::size_t index) {
-    const gltf::Light& from = document.model.lights[index];
+    const tinygltf::Light& from = document.model.lights[index];
     const std::string element = fmt::format("extensions.KHR_lights_punctual.lights[{}]", index);
     PunctualLight light;
     const dvec3 intensity = from.intensity * to_vector(from.color, dvec3(1));
@@ -124,7 +124,7 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
 dmat3 directions_of(const GltfDocument& document, const GltfNodes& nodes, std::size_t node) {
     dmat3 all(1);
     for (int n = static_cast<int>(node); n != kNone; n = nodes.parents[static_cast<std::size_t>(n)]) {
-        const gltf::Node& from = document.model.nodes[static_cast<std::size_t>(n)];
+        const tinygltf::Node& from = document.model.nodes[static_cast<std::size_t>(n)];
         dvec3 scale = to_vector(from.scale, dvec3(1));
         for (int axis = 0; axis < 3; ++axis)
             if (scale[axis] == 0) scale[axis] = 1;
@@ -155,7 +155,7 @@ dmat4 camera_frame(GltfDocument& document, const GltfNodes& nodes, std::size_t n
 }
 
 Camera convert_camera(GltfDocument& document, std::size_t index) {
-    const gltf::Camera& from = document.model.cameras[index];
+    const tinygltf::Camera& from = document.model.cameras[index];
     const std::string element = fmt::format("cameras[{}]", index);
     Camera camera;
     camera.orthographic = from.type == "orthographic";
@@ -205,7 +205,7 @@ dmat4 compose(const dvec3& translation, const dvec4& rotation, const dvec3& scal
 }
 
 GltfNodes resolve_nodes(GltfDocument& document) {
-    const gltf::Model& model = document.model;
+    const tinygltf::Model& model = document.model;
     GltfNodes nodes;
     nodes.parents = find_parents(document);
     const std::vector<int>& parents = nodes.parents;
@@ -233,7 +233,7 @@ GltfNodes resolve_nodes(GltfDocument& document) {
     }
 
     if (!model.scenes.empty()) {
-        roots = model.scenes[static_cast<std::size_t>(std::max(model.scene, 0))].nodes;
+        roots = model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
         for (const int root : roots) {
             if (parents[static_cast<std::size_t>(root)] != kNone)
                 document.warnings.add("is listed in a scene, but has a parent", name(static_cast<std::size_t>(root)));
@@ -250,7 +250,7 @@ std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nod
     Names names;
     for (const int node : nodes.all) {
         const auto n = static_cast<std::size_t>(node);
-        const gltf::Node& from = document.model.nodes[n];
+        const tinygltf::Node& from = document.model.nodes[n];
         if (from.camera == kNone) continue;
         Camera camera = convert_camera(document, static_cast<std::size_t>(from.camera));
         camera.camera_to_world = camera_frame(document, nodes, n);
@@ -265,10 +265,10 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
     std::vector<PunctualLight> lights;
     for (const int node : nodes.shown) {
         const auto n = static_cast<std::size_t>(node);
-        const gltf::Node& from = document.model.nodes[n];
-        const nlohmann::json* extension = find_light(from);
+        const tinygltf::Node& from = document.model.nodes[n];
+        const tinygltf::Value* extension = find_light(from);
         if (!extension) continue;
-        const auto index = static_cast<std::size_t>(extension->at("light").get<int>());
+        const auto index = static_cast<std::size_t>(extension->Get("light").GetNumberAsInt());
         PunctualLight light = convert_light(document, index);
         light.position = nodes.world[n][3];
         dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));

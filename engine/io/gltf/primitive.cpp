@@ -14,14 +14,14 @@ namespace {
 std::vector<uvec3> make_triangles(const std::vector<std::uint32_t>& v, int mode) {
     std::vector<uvec3> triangles;
     if (v.size() < 3) return triangles;
-    if (mode == gltf::kTriangles) {
+    if (mode == TINYGLTF_MODE_TRIANGLES) {
         triangles.reserve(v.size() / 3);
         for (std::size_t i = 0; i + 2 < v.size(); i += 3) triangles.emplace_back(v[i], v[i + 1], v[i + 2]);
         return triangles;
     }
     triangles.reserve(v.size() - 2);
     for (std::size_t i = 0; i + 2 < v.size(); ++i) {
-        if (mode == gltf::kTriangleStrip)
+        if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
             triangles.emplace_back(v[i], v[i + 1 + i % 2], v[i + 2 - i % 2]);
         else
             triangles.emplace_back(v[i + 1], v[i + 2], v[0]);
@@ -40,7 +40,7 @@ std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material) {
     return TextureRef{.uv_set = material->uv_sets[0] == 0 || material->uv_sets[1] != 0 ? 0 : 1};
 }
 
-GltfPrimitive::GltfPrimitive(const GltfDocument& document, const gltf::Primitive& primitive, std::string element,
+GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
                              const GltfMaterial* material, std::uint32_t material_index, bool skinned, float radius)
     : document_(document),
       primitive_(primitive),
@@ -98,7 +98,7 @@ std::vector<V> GltfPrimitive::around(std::vector<V> values, std::size_t size) co
 void GltfPrimitive::read_triangles() {
     const std::size_t vertices = accessors_.count(attribute("POSITION"));
     const int accessor = primitive_.indices;
-    const int mode = draco_ ? gltf::kTriangles : primitive_.mode;
+    const int mode = draco_ ? TINYGLTF_MODE_TRIANGLES : primitive_.mode;
     std::vector<std::uint32_t> indices;
     if (draco_) {
         indices = std::move(draco_->indices);
@@ -123,7 +123,7 @@ void GltfPrimitive::read_triangles() {
     count_ = *highest - first_ + 1;
     for (std::uint32_t& index : indices) index -= static_cast<std::uint32_t>(first_);
     if (is_stroke(mode)) return read_strokes(indices);
-    if (mode == gltf::kTriangles && indices.size() % 3 != 0)
+    if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
         warnings_.add("number of indices is not a multiple of 3, the last ones are left out", element_);
     still.triangles = make_triangles(indices, mode);
 }
@@ -132,7 +132,7 @@ void GltfPrimitive::read_strokes(const std::vector<std::uint32_t>& indices) {
     const StrokeSize size = measure_strokes(primitive_.mode, indices.size());
     if (size.vertices > std::numeric_limits<std::uint32_t>::max())
         document_.fail(element_, "its points or lines need {} vertices, more than 2^32 - 1", size.vertices);
-    if (primitive_.mode == gltf::kLines && indices.size() % 2 != 0)
+    if (primitive_.mode == TINYGLTF_MODE_LINE && indices.size() % 2 != 0)
         warnings_.add("number of indices is not a multiple of 2, the last one is left out", element_);
     const std::vector<vec3> positions = read_attribute<vec3>("POSITION");
     strokes_ = make_strokes(primitive_.mode, indices, positions);

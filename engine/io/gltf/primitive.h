@@ -25,7 +25,7 @@ class GltfPrimitive final : public RestShape {
     /// in either case. `skinned` tells whether JOINTS_n and WEIGHTS_n give the joints of vertices. `radius` is that of
     /// points and lines, which become triangles. The document must outlive the object. Throws Error for indices out of
     /// range, attributes of different lengths, damaged accessors, and missing joints of a skinned mesh.
-    GltfPrimitive(const GltfDocument& document, const gltf::Primitive& primitive, std::string element,
+    GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
                   const GltfMaterial* material, std::uint32_t material_index, bool skinned, float radius = 0);
 
     /// Triangles, their material, texture coordinates and colours; no vertices without triangles.
@@ -69,7 +69,7 @@ class GltfPrimitive final : public RestShape {
     void free_decoded();
 
     const GltfDocument& document_;
-    const gltf::Primitive& primitive_;
+    const tinygltf::Primitive& primitive_;
     std::string element_;
     std::optional<GltfDracoMesh> draco_;  // after construction, what poses read
     const GltfAccessors accessors_;

@@ -97,6 +97,8 @@ GltfRules make_rules() {
           {"byteOffset", natural, "size"},
           {"componentType", natural, "", 0, kRequired},
           {"count", natural, "size", 0, kRequired},
+          {"max", anything},  // whether animations' times have limits; damaged ones are common
+          {"min", anything},
           {"normalized", flag},
           {"sparse", object, "sparse"},
           {"type", text, "", 0, kRequired}}},

@@ -12,6 +12,7 @@ namespace halflight {
 
 /// JSON type of a property.
 enum class GltfKind {
+    anything,
     flag,
     number,
     natural,  // 0 to 2^31 - 1, or 2^53 where `of` is "size"

@@ -11,8 +11,8 @@ namespace halflight {
 nlohmann::json parse_gltf_json(std::string_view text, const std::string& file);
 
 /// Checks all properties that the loader reads for the rest pose. Later code then finds values of the right type,
-/// arrays of the right length and indices in range. Removes `extras`. Whole numbers written as 3.0 become integers, and
-/// numbers in real properties become floating point. Throws Error that names `file` and the property.
+/// arrays of the right length and indices in range. Removes all other properties. Whole numbers written as 3.0 become
+/// integers, and numbers in real properties become floating point. Throws Error that names `file` and the property.
 void check_gltf(nlohmann::json& root, const std::string& file);
 
 /// Checks animations[index], which check_gltf() ignores: a damaged animation must prevent neither the rest pose nor the

@@ -35,7 +35,8 @@ std::size_t count(const GltfAccessors& accessors, int accessor) {
 }
 
 /// Returns the numbers of vertices and triangles of a primitive with positions.
-GltfPrimitiveSize measure(const GltfDocument& document, const gltf::Primitive& primitive, const std::string& element) {
+GltfPrimitiveSize measure(const GltfDocument& document, const tinygltf::Primitive& primitive,
+                          const std::string& element) {
     if (const auto compressed = measure_draco(document, primitive, element)) return *compressed;
     const GltfAccessors accessors(document);
     GltfPrimitiveSize size;
@@ -46,15 +47,16 @@ GltfPrimitiveSize measure(const GltfDocument& document, const gltf::Primitive& p
         const StrokeSize strokes = measure_strokes(primitive.mode, std::min(corners, kMost));
         return {strokes.vertices, strokes.triangles, corners * sizeof(std::uint32_t) + size.vertices * sizeof(vec3)};
     }
-    size.triangles = primitive.mode == gltf::kTriangles ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
+    size.triangles =
+        primitive.mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners - std::min<std::size_t>(corners, 2);
     return size;
 }
 
 MeshSize measure(const GltfDocument& document, int index, const std::vector<GltfMaterial>& materials) {
-    const gltf::Mesh& mesh = document.model.meshes[static_cast<std::size_t>(index)];
+    const tinygltf::Mesh& mesh = document.model.meshes[static_cast<std::size_t>(index)];
     MeshSize size;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
-        const gltf::Primitive& primitive = mesh.primitives[i];
+        const tinygltf::Primitive& primitive = mesh.primitives[i];
         const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
         const bool stroke = is_stroke(primitive.mode);
         if ((stroke && document.stroke_radii.empty()) || !has("POSITION")) continue;
@@ -79,8 +81,8 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
 }
 
 /// Returns how many instances of a node get a mesh of their own. `instancing` may be null.
-std::size_t count_flat(const GltfDocument& document, const GltfNodes& nodes, int node, const nlohmann::json* instancing,
-                       std::size_t instances) {
+std::size_t count_flat(const GltfDocument& document, const GltfNodes& nodes, int node,
+                       const tinygltf::Value* instancing, std::size_t instances) {
     // Joints alone place a skinned mesh.
     if (document.model.nodes[static_cast<std::size_t>(node)].skin != kNone) return 0;
     const dmat4& world = nodes.world[static_cast<std::size_t>(node)];
@@ -107,10 +109,10 @@ std::set<int> compressed_views_in_use(const GltfDocument& document) {
     for (int i = 0; i < static_cast<int>(document.model.accessors.size()); ++i)
         views.merge(views_of(document.model, i));
     for (const GltfImageSource& image : document.images) views.insert(image.buffer_view);
-    for (const gltf::Mesh& mesh : document.model.meshes)
-        for (const gltf::Primitive& primitive : mesh.primitives)
-            if (const nlohmann::json* draco = gltf::find_extension(primitive.extensions, "KHR_draco_mesh_compression"))
-                views.insert(draco->at("bufferView").get<int>());
+    for (const tinygltf::Mesh& mesh : document.model.meshes)
+        for (const tinygltf::Primitive& primitive : mesh.primitives)
+            if (const tinygltf::Value* draco = find_extension(primitive.extensions, "KHR_draco_mesh_compression"))
+                views.insert(draco->Get("bufferView").GetNumberAsInt());
     std::erase_if(views, [&](int view) { return !document.compressed_views.contains(view); });
     return views;
 }
@@ -129,12 +131,12 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
     std::set<std::tuple<int, int, std::vector<double>>> stored;
     std::size_t vertices = 0;  // number in `stored`, and in meshes of a transform of their own
     for (const int index : nodes.shown) {
-        const gltf::Node& node = document.model.nodes[static_cast<std::size_t>(index)];
+        const tinygltf::Node& node = document.model.nodes[static_cast<std::size_t>(index)];
         if (node.mesh == kNone) continue;
         const auto [known, is_new] = sizes.try_emplace(node.mesh);
         MeshSize& mesh = known->second;
         if (is_new) mesh = measure(document, node.mesh, materials);
-        const nlohmann::json* extension = gltf::find_extension(node.extensions, "EXT_mesh_gpu_instancing");
+        const tinygltf::Value* extension = find_extension(node.extensions, "EXT_mesh_gpu_instancing");
         const std::size_t instances =
             extension ? count_instances(document, *extension, fmt::format("nodes[{}]", index)) : 1;
         // Each instance has the name of its node, or else of its mesh.
@@ -144,7 +146,7 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
         if (moving && !moving->move_surface(document.model, index)) continue;
         size.drawn += mesh.triangles * instances;
         if (const std::size_t flat = count_flat(document, nodes, index, extension, instances)) {
-            const gltf::Mesh& from = document.model.meshes[static_cast<std::size_t>(node.mesh)];
+            const tinygltf::Mesh& from = document.model.meshes[static_cast<std::size_t>(node.mesh)];
             // The mesh itself, and what its request keeps: its key with weights, and its transform.
             const std::size_t others = sizeof(Mesh) + from.name.size() + sizeof(GltfMeshKey) + sizeof(dmat4) +
                                        sizeof(double) * std::max(node.weights.size(), from.weights.size());

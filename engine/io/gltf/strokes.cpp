@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "engine/io/gltf/model.h"
+#include "engine/io/gltf/tinygltf.h"
 
 namespace halflight {
 namespace {
@@ -74,12 +74,12 @@ Shape make_tube() {
 
 const Shape& shape_of(int mode) {
     static const Shape sphere = make_sphere(), tube = make_tube();
-    return mode == gltf::kPoints ? sphere : tube;
+    return mode == TINYGLTF_MODE_POINTS ? sphere : tube;
 }
 
 std::size_t segments(int mode, std::size_t corners) {
-    if (mode == gltf::kLines) return corners / 2;
-    if (mode == gltf::kLineLoop && corners > 2) return corners;
+    if (mode == TINYGLTF_MODE_LINE) return corners / 2;
+    if (mode == TINYGLTF_MODE_LINE_LOOP && corners > 2) return corners;
     return corners - std::min<std::size_t>(corners, 1);
 }
 
@@ -94,17 +94,17 @@ dmat3 rotation_to(const dvec3& direction) {
 }  // namespace
 
 bool is_stroke(int mode) {
-    return mode >= 0 && mode < gltf::kTriangles;
+    return mode >= 0 && mode < TINYGLTF_MODE_TRIANGLES;
 }
 
 StrokeSize measure_strokes(int mode, std::size_t corners) {
-    const std::size_t strokes = mode == gltf::kPoints ? corners : segments(mode, corners);
+    const std::size_t strokes = mode == TINYGLTF_MODE_POINTS ? corners : segments(mode, corners);
     const Shape& shape = shape_of(mode);
     return {strokes, strokes * shape.directions.size(), strokes * shape.triangles.size()};
 }
 
 Strokes make_strokes(int mode, std::span<const std::uint32_t> indices, std::span<const vec3> positions) {
-    const bool points = mode == gltf::kPoints;
+    const bool points = mode == TINYGLTF_MODE_POINTS;
     const StrokeSize size = measure_strokes(mode, indices.size());
     const Shape& shape = shape_of(mode);
     Strokes made;
@@ -112,7 +112,7 @@ Strokes make_strokes(int mode, std::span<const std::uint32_t> indices, std::span
     made.directions.reserve(size.vertices);
     made.triangles.reserve(size.triangles);
     for (std::size_t i = 0; i < size.strokes; ++i) {
-        const std::size_t first = mode == gltf::kLines ? 2 * i : i;
+        const std::size_t first = mode == TINYGLTF_MODE_LINE ? 2 * i : i;
         const std::uint32_t a = indices[first], b = points ? a : indices[(first + 1) % indices.size()];
         const dmat3 turn = rotation_to(dvec3(positions[b]) - dvec3(positions[a]));
         const uvec3 base(static_cast<std::uint32_t>(made.sources.size()));

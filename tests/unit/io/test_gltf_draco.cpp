@@ -328,7 +328,7 @@ TEST_F(GltfDraco, TablesOfSymbolsAreCounted) {
 TEST_F(GltfDraco, KeptPrimitivesAreInTheLedger) {
     const DracoEncoding encoding;
     const GltfDocument document = open_gltf(write("scene.glb", grid(&encoding).glb()), {});
-    const gltf::Primitive& primitive = document.model.meshes[0].primitives[0];
+    const tinygltf::Primitive& primitive = document.model.meshes[0].primitives[0];
     const auto held = [before = MemoryLedger::process().bytes(MemoryPart::scene)] {
         return MemoryLedger::process().bytes(MemoryPart::scene) - before;
     };

@@ -89,6 +89,7 @@ TEST_F(GltfIndices, AccessorsMustLieWithinTheirBuffers) {
     b.json["nodes"][0].erase("skin");
     b.json["materials"][0] = Json::object();
     b.add_buffer();
+    b.push("accessors", {{"componentType", 1}, {"count", 1}, {"type", "VEC3"}});  // nothing uses it
     EXPECT_EQ(refusal(b), "");
     expect_refused(b, {{"/accessors/0/count", 4, "accessors[0]: ends at byte 48 of bufferViews[0], which has 36"},
                        {"/accessors/0/byteOffset", 4, "accessors[0]: "},
@@ -100,6 +101,7 @@ TEST_F(GltfIndices, AccessorsMustLieWithinTheirBuffers) {
                        {"/bufferViews/0/byteStride", 8, "accessors[0]: "},
                        {"/accessors/0/type", "VEC2", "accessors[0]: "},
                        {"/accessors/0/componentType", 5124, "accessors[0]: componentType 5124"},
+                       {"/accessors/0/componentType", 1, "accessors[0]: componentType 1 "},
                        {"/accessors/0/componentType", 5130, "accessors[0]: componentType 5130"},
                        {"/accessors/1/componentType", kI8, "accessors[1]: componentType 5120"},
                        {"/meshes/0/primitives/0/mode", 7, "meshes[0].primitives[0]: "},

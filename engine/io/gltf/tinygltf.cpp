@@ -1,0 +1,68 @@
+#include <fstream>  // tinygltf's writer needs it, and includes it only with its access to files
+
+#define TINYGLTF_IMPLEMENTATION
+#include "engine/io/gltf/tinygltf.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/scene/material.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Members of accessors that glTF allows, or that only matter once they are read, and that tinygltf refuses: indices
+/// without a buffer view, whose data Draco decodes, and unknown component types.
+struct Unusual {
+    std::size_t accessor = 0;
+    int buffer_view = kNone, component_type = 0;
+};
+
+/// Replaces the unusual members, and adds the view that they get to the list of buffer views.
+std::vector<Unusual> replace_unusual(Json& root) {
+    std::vector<Unusual> unusual;
+    Json& accessors = root["accessors"];  // null: none
+    Json& views = root["bufferViews"];
+    for (std::size_t i = 0; i < accessors.size(); ++i) {
+        Json& accessor = accessors[i];
+        const int type = accessor["componentType"];
+        const bool known = type >= TINYGLTF_COMPONENT_TYPE_BYTE && type <= TINYGLTF_COMPONENT_TYPE_FLOAT;
+        if (known && accessor.contains("bufferView")) continue;
+        unusual.push_back({i, accessor.value("bufferView", kNone), type});
+        accessor["componentType"] = TINYGLTF_COMPONENT_TYPE_FLOAT;
+        accessor["bufferView"] = views.size();
+    }
+    views.push_back({{"buffer", 0}, {"byteLength", 1}});
+    return unusual;
+}
+
+}  // namespace
+
+tinygltf::Model to_model(Json root, const std::string& file) {
+    const std::vector<Unusual> unusual = replace_unusual(root);
+    const std::string text = std::exchange(root, nullptr).dump();
+    if (text.size() > std::numeric_limits<unsigned>::max())
+        throw Error(file, "has {} bytes of JSON without buffers and materials, more than tinygltf reads", text.size());
+    tinygltf::TinyGLTF reader;
+    tinygltf::Model model;
+    std::string error, warning;
+    if (!reader.LoadASCIIFromString(&model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "", 0)) {
+        std::ranges::replace(error, '\n', ' ');
+        throw Error(file, "cannot be read by tinygltf: {}", error);
+    }
+    for (tinygltf::Accessor& accessor : model.accessors)
+        if (!accessor.sparse.isSparse) accessor.sparse = {};
+    for (const Unusual& u : unusual) {
+        model.accessors[u.accessor].bufferView = u.buffer_view;
+        model.accessors[u.accessor].componentType = u.component_type;
+    }
+    model.bufferViews.pop_back();
+    return model;
+}
+
+}  // namespace halflight
