@@ -17,10 +17,18 @@ This script reads the materials of the glTF file and builds them of plain nodes:
 - The interface of a solid is a sharp Glossy and a sharp Refraction node at such a normal h, weighted by Cycles' Fresnel
   node. Without roughness these are what Cycles' Glass node consists of.
 - Albedos, which scale what is below a lobe, are integrals that stand in small images.
+- Textures, with transform, coordinate set, wrap modes and filter, and COLOR_0 multiply the factors (cycles_textures.py).
+  Alpha mixes in a Transparent node, by its value (blend) or by the cutoff (mask).
+- With a normal map, Cycles dims its Diffuse node by a term for bumps, and bends normals. A mirror node with directions by
+  the cosine adds what is missing.
+
+Mirror nodes do not see lights without size: point, spot and directional lights, to which Cycles gives no surface. The
+remainder of a rough reflection, and that of a normal map, lack the light of these. The script prints the names of such
+materials and lights. Only scenes that are lit by surfaces or an environment are a check of these materials.
 
 If HALFLIGHT_IMPORTED_GLOSSY is set in the environment, all materials that are not purely diffuse stay as imported: the
-second node makes noise, which a comparison of times should not contain. Materials with textures, vertex colours, sheen,
-iridescence, dispersion or rough thin glass stay as imported, too, and their names are printed.
+second node makes noise, which a comparison of times should not contain. Material.why_not() lists what else stays as
+imported. The script prints the names and reasons.
 
 Prints the CPU seconds of the render, all threads, as a line of JSON in addition to that of cycles_render.py.
 
@@ -29,19 +37,24 @@ Cycles does not count the first reflection as a bounce: its --bounces N are our 
 import json
 import math
 import os
-import struct
 import sys
 import time
 
 import bpy
 import numpy
 
-# Images of albedos have columns by sqrt(mu), which spreads the steep part near 0, and rows by azimuth.
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import cycles_textures
+from cycles_nodes import Nodes, is_socket, largest
+
+# Images of albedos have columns by sqrt(mu), which spreads the steep part near 0, and rows by azimuth or by roughness.
 WIDTH, HEIGHT = 128, 24
+ROUGH_WIDTH = 64  # columns where rows are roughnesses
 
 
 def albedos(mu, phi, alphas, ior, reflected, steps=96):
-    """Returns E_1, E_B, and E_s from outside and from inside, for a wo with the cosine mu and the azimuth phi.
+    """Returns E_1 and E_B, or with an ior E_s from outside and from inside, for a wo with the cosine mu and the azimuth
+    phi.
 
     It is the midpoint rule over the two numbers that choose h. The first is 1 - s^4, because its tail is long."""
     s, turn = numpy.meshgrid((numpy.arange(steps) + 0.5) / steps, (numpy.arange(steps) + 0.5) * 2 * numpy.pi / steps)
@@ -61,6 +74,8 @@ def albedos(mu, phi, alphas, ior, reflected, steps=96):
         return numpy.where(seen, 2 * x * cosine / numpy.maximum(denominator, 1e-30) * 4 * s**3, 0)
 
     mirrored = weight(2 * x * h - wo, 1)
+    if ior is None:
+        return [numpy.mean(mirrored), numpy.mean(mirrored * (1 - x)**5)]
     solid = []
     for eta, most in ((ior, reflected), (1 / ior, 1)):
         y_squared = 1 - (1 - x * x) / (eta * eta)
@@ -68,77 +83,17 @@ def albedos(mu, phi, alphas, ior, reflected, steps=96):
         s_wave, p_wave = (x - eta * y) / (x + eta * y), (eta * x - y) / (eta * x + y)
         f = most * numpy.where(y_squared > 0, (s_wave**2 + p_wave**2) / 2, 1)
         solid.append(numpy.mean(f * mirrored + (1 - f) * weight((x / eta - y) * h - wo / eta, -1)))
-    return [numpy.mean(mirrored), numpy.mean(mirrored * (1 - x)**5), *solid]
-
-
-class Nodes:
-    """Builds arithmetic in the node tree of a material. Operands are sockets or constants."""
-
-    def __init__(self, tree):
-        self.tree = tree
-        geometry = self.node("ShaderNodeNewGeometry").outputs
-        self.normal, self.wo, self.inside = geometry["Normal"], geometry["Incoming"], geometry["Backfacing"]
-        self.position, self.mu = geometry["Position"], self.dot(geometry["Normal"], geometry["Incoming"])
-
-    def link(self, operand, socket):
-        if isinstance(operand, bpy.types.NodeSocket):
-            self.tree.links.new(operand, socket)
-        else:
-            socket.default_value = operand
-
-    def node(self, kind, *operands, normal=None, **settings):
-        node = self.tree.nodes.new(kind)
-        for name, value in settings.items():
-            setattr(node, name, value)
-        for socket, operand in zip(node.inputs, operands):
-            self.link(operand, socket)
-        if normal is not None:
-            self.link(normal, node.inputs["Normal"])
-        return node
-
-    def math(self, operation, *operands):
-        return self.node("ShaderNodeMath", *operands, operation=operation).outputs[0]
-
-    def product(self, first, *others):
-        for other in others:
-            first = self.math("MULTIPLY", first, other)
-        return first
-
-    def vector(self, operation, *operands):
-        return self.node("ShaderNodeVectorMath", *operands, operation=operation).outputs["Vector"]
-
-    def dot(self, a, b):
-        return self.node("ShaderNodeVectorMath", a, b, operation="DOT_PRODUCT").outputs["Value"]
-
-    def scaled(self, vector, *factors):
-        for factor in factors:
-            node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
-            self.link(factor, node.inputs["Scale"])
-            vector = node.outputs["Vector"]
-        return vector
-
-    def sum(self, *vectors):
-        total = vectors[0]
-        for vector in vectors[1:]:
-            total = self.vector("ADD", total, vector)
-        return total
-
-    def one_less(self, value):
-        return self.math("SUBTRACT", 1.0, value)
-
-    def mixed(self, outside, inside):
-        """Returns the value of the side that the ray comes from."""
-        return self.math("ADD", self.product(self.inside, inside), self.product(self.one_less(self.inside), outside))
+    return solid
 
 
 class Facets:
     """The half vector h of a hit, drawn by D cos(h, n), and the lobes that it makes."""
 
-    def __init__(self, n, alpha, ior=1.0, strength=0, rotation=0, reflected=1.0):
-        self.n, self.ior, self.reflected, self.tangent = n, ior, reflected, None
+    def __init__(self, n, roughness, ior=None, strength=0, rotation=0, reflected=1.0):
+        self.n, self.roughness, self.ior, self.reflected, self.tangent = n, roughness, ior, reflected, None
+        alpha = n.product(roughness, roughness) if is_socket(roughness) else roughness**2
         self.alphas = (alpha + (1 - alpha) * strength**2, max(alpha, 1e-4)) if strength else (alpha, alpha)
-        noise = n.node("ShaderNodeTexWhiteNoise", n.position, noise_dimensions="3D").outputs["Color"]
-        u, v, w = n.node("ShaderNodeSeparateXYZ", noise).outputs
+        u, v, w = n.noise()
         # The slope of h is distributed as D cos(h, n) (Walter 2007, eq. 35).
         slope, turn = n.math("SQRT", n.math("DIVIDE", u, n.one_less(u))), n.product(w, 2 * math.pi)
         if strength:
@@ -149,51 +104,53 @@ class Facets:
             tilt = n.sum(n.scaled(self.tangent, n.math("COSINE", turn), self.alphas[0]),
                          n.scaled(self.across, n.math("SINE", turn), self.alphas[1]))
         else:  # The azimuth is that of a uniform direction.
-            z = n.math("MULTIPLY_ADD", v, 2.0, -1.0)
-            radius = n.math("SQRT", n.one_less(n.product(z, z)))
-            sphere = n.node("ShaderNodeCombineXYZ", n.product(radius, n.math("COSINE", turn)),
-                            n.product(radius, n.math("SINE", turn)), z).outputs[0]
+            sphere = n.on_sphere(v, w)
             along = n.scaled(n.normal, n.dot(n.normal, sphere))
             tilt = n.scaled(n.vector("NORMALIZE", n.vector("SUBTRACT", sphere, along)), alpha)
         self.h = n.vector("NORMALIZE", n.sum(n.normal, n.scaled(tilt, slope)))
         self.h_z, self.x = n.dot(n.normal, self.h), n.dot(n.wo, self.h)
         self.root = self.root_of(n.wo, n.mu)
-        self.e_1, self.e_b, self.e_out, self.e_in = self.look_up()
+        self.e_1, self.e_b = self.e_out, self.e_in = self.look_up()
 
     def root_of(self, w, cosine):
         """Returns the root in Lambda = (root / cosine - 1) / 2 (Heitz 2014, eqs. 72 and 80)."""
         n = self.n
         if self.tangent is None:
-            squared = self.alphas[0]**2
-            return n.math("SQRT", n.math("MULTIPLY_ADD", n.product(cosine, cosine), 1 - squared, squared))
+            squared = n.product(self.alphas[0], self.alphas[0])
+            return n.math("SQRT", n.math("MULTIPLY_ADD", n.product(cosine, cosine), n.one_less(squared), squared))
         along = n.product(n.dot(w, self.tangent), self.alphas[0])
         across = n.product(n.dot(w, self.across), self.alphas[1])
         squares = [n.product(value, value) for value in (along, across, cosine)]
         return n.math("SQRT", n.math("ADD", n.math("ADD", squares[0], squares[1]), squares[2]))
 
     def look_up(self):
-        """Returns the four albedos at wo, from an image whose rows are azimuths from the tangent."""
+        """Returns two albedos at wo, from an image whose rows are azimuths from the tangent, or roughnesses."""
         n = self.n
-        rows = 1 if self.tangent is None else HEIGHT
-        places = [(((i + 0.5) / WIDTH)**2, (j + 0.5) / rows * math.pi / 2) for j in range(rows) for i in range(WIDTH)]
-        values = [albedos(mu, phi, self.alphas, self.ior, self.reflected) for mu, phi in places]
+        by_roughness = is_socket(self.roughness)
+        rows, width = 1 if self.tangent is None and not by_roughness else HEIGHT, ROUGH_WIDTH if by_roughness else WIDTH
+        values = []
+        for j in range(rows):
+            alphas = ((j / (rows - 1))**2,) * 2 if by_roughness else self.alphas
+            phi = 0 if by_roughness else (j + 0.5) / rows * math.pi / 2
+            values += [albedos(((i + 0.5) / width)**2, phi, alphas, self.ior, self.reflected) for i in range(width)]
         row = 0.5
-        if self.tangent is not None:
+        if by_roughness:
+            row = n.math("MULTIPLY_ADD", self.roughness, (rows - 1) / rows, 0.5 / rows)
+        elif self.tangent is not None:
             sides = [n.math("ABSOLUTE", n.dot(n.wo, axis)) for axis in (self.across, self.tangent)]
             row = n.product(n.math("ARCTAN2", *sides), 2 / math.pi)
         place = n.node("ShaderNodeCombineXYZ", n.math("SQRT", n.mu), row, 0.0).outputs[0]
-        found = []
-        for pair in (0, 2):  # Two images, because nodes give alpha another meaning than colours.
-            image = bpy.data.images.new("albedo", WIDTH, rows, float_buffer=True, is_data=True)
-            image.pixels.foreach_set(numpy.array([(*v[pair:pair + 2], 0, 1) for v in values], "f").ravel())
-            texture = n.node("ShaderNodeTexImage", place, image=image, extension="EXTEND")
-            found += n.node("ShaderNodeSeparateXYZ", texture.outputs["Color"]).outputs[:2]
-        return found
+        image = bpy.data.images.new("albedo", width, rows, float_buffer=True, is_data=True)
+        image.pixels.foreach_set(numpy.array([(*pair, 0, 1) for pair in values], "f").ravel())
+        texture = n.node("ShaderNodeTexImage", place, image=image, extension="EXTEND")
+        return n.node("ShaderNodeSeparateXYZ", texture.outputs["Color"]).outputs[:2]
 
     def weight(self, cosine, w):
         """Returns 2 x / h_z cosine / (mu root_w + cosine root): G_2 cosine over the density of the direction w."""
         n = self.n
         seen = n.product(n.math("GREATER_THAN", self.x, 0.0), n.math("GREATER_THAN", cosine, 0.0))
+        if n.is_mapped:
+            seen = n.product(seen, n.math("GREATER_THAN", n.dot(w, n.horizon), 0.0))
         sum_of_roots = n.math("ADD", n.product(n.mu, self.root_of(w, cosine)), n.product(cosine, self.root))
         return n.math("DIVIDE", n.product(seen, 2.0, self.x, cosine), n.product(self.h_z, sum_of_roots))
 
@@ -204,10 +161,11 @@ class Facets:
 
     def albedo(self, f0, f90):
         """Returns min(max-component of M(f_0) (f_0 E_A + f_90 E_B), 1)."""
-        n, f0 = self.n, (max(f0),) * 3
-        e = n.sum(n.scaled(f0, n.math("SUBTRACT", self.e_1, self.e_b)), n.scaled((f90,) * 3, self.e_b))
-        components = n.node("ShaderNodeSeparateXYZ", n.vector("MULTIPLY", self.gain(f0), e)).outputs
-        return n.math("MINIMUM", components[0], 1.0)
+        n = self.n
+        most = n.largest(f0)
+        e = n.math("ADD", n.product(most, n.math("SUBTRACT", self.e_1, self.e_b)), n.product(f90, self.e_b))
+        gain = n.math("MULTIPLY_ADD", most, n.math("DIVIDE", n.one_less(self.e_1), self.e_1), 1.0)
+        return n.math("MINIMUM", n.product(gain, e), 1.0)
 
     def mirrored(self):
         """Returns the direction wo mirrored at h, and its cosine with n."""
@@ -220,7 +178,8 @@ class Facets:
         n = self.n
         wi, mu_i = self.mirrored()
         schlick = n.math("POWER", n.one_less(self.x), 5.0)
-        fresnel = n.sum(f0, n.scaled(tuple(f90 - v for v in f0), schlick))
+        f90 = f90 if is_socket(f90) else (f90,) * 3
+        fresnel = n.sum(f0, n.scaled(n.vector("SUBTRACT", f90, f0), schlick))
         # G_1 G_1 / G_2 for the part that Cycles' own node has.
         root_i = self.root_of(wi, mu_i)
         separable = n.math("DIVIDE", n.product(2.0, n.math("ADD", n.product(n.mu, root_i), n.product(mu_i, self.root))),
@@ -230,7 +189,8 @@ class Facets:
         own = n.scaled(f0, share)
         nodes = [n.node("ShaderNodeBsdfGlossy", rest, distribution="SHARP", normal=self.h)]
         if self.tangent is None:
-            return [n.node("ShaderNodeBsdfGlossy", own, self.alphas[0]**0.5, distribution="GGX"), *nodes]
+            normal = n.normal if n.is_mapped else None
+            return [n.node("ShaderNodeBsdfGlossy", own, self.roughness, distribution="GGX", normal=normal), *nodes]
         # The node has alpha_t = roughness^2 / (1 + a) and alpha_b = roughness^2 (1 + a) for its anisotropy a < 0.
         a, b = self.alphas
         gloss = n.node("ShaderNodeBsdfAnisotropic", own, (a * b)**0.25, (b / a)**0.5 - 1, 0.0, distribution="GGX")
@@ -255,67 +215,160 @@ class Facets:
 
 
 class Material:
-    """The factors of a glTF material."""
+    """A glTF material: factors, and textures by their pointers in the material."""
 
-    def __init__(self, source):
-        self.extensions, pbr = source.get("extensions", {}), source.get("pbrMetallicRoughness", {})
-        self.color, self.metallic = tuple(pbr.get("baseColorFactor", (1.0,) * 4)[:3]), pbr.get("metallicFactor", 1.0)
-        self.alpha = pbr.get("roughnessFactor", 1.0)**2
+    KNOWN = {"KHR_materials_" + name for name in (
+        "anisotropy", "clearcoat", "diffuse_transmission", "emissive_strength", "ior", "specular", "transmission", "unlit",
+        "volume")}
+
+    def __init__(self, document, material):
+        index = material[cycles_textures.INDEX]
+        source = document.json["materials"][index] if index >= 0 else {}
+        self.document, self.source, self.material = document, source, material
+        self.extensions, self.pbr = source.get("extensions", {}), source.get("pbrMetallicRoughness", {})
+        self.metallic, self.roughness = self.pbr.get("metallicFactor", 1.0), self.pbr.get("roughnessFactor", 1.0)
         self.ior, self.specular = self.of("ior", "ior", 1.5), self.of("specular", "specularFactor", 1.0)
         self.tint = tuple(self.of("specular", "specularColorFactor", (1.0,) * 3))
         self.transmission = self.of("transmission", "transmissionFactor", 0.0)
         self.backlit = self.of("diffuse_transmission", "diffuseTransmissionFactor", 0.0)
         self.solid = self.of("volume", "thicknessFactor", 0.0) > 0 and self.transmission + self.backlit > 0
+        self.strength = self.of("anisotropy", "anisotropyStrength", 0.0)
         strength = self.of("emissive_strength", "emissiveStrength", 1.0)
         self.emission = tuple(strength * v for v in source.get("emissiveFactor", (0.0,) * 3))
-        self.coat = self.of("clearcoat", "clearcoatFactor", 0.0)
-        self.is_glossy = max(self.metallic, self.specular, self.coat, self.transmission) > 0
-        thin_and_rough = self.transmission > 0 and not self.solid and self.alpha >= 1e-4
-        others = {"KHR_materials_" + name for name in ("sheen", "iridescence", "dispersion", "unlit")}
-        self.is_known = "Texture\"" not in json.dumps(source) and not others & set(self.extensions) and not thin_and_rough
+        self.coat, self.coat_roughness = (self.of("clearcoat", key, 0.0)
+                                          for key in ("clearcoatFactor", "clearcoatRoughnessFactor"))
+        self.is_unlit = "KHR_materials_unlit" in self.extensions
+        self.is_glossy = max(self.metallic, self.specular, self.coat, self.transmission) > 0 and not self.is_unlit
+        # Our surfaces reflect as mirrors at alpha < 1e-4. Such mirrors see no lights without size, either.
+        self.has_rough_mirror = not self.is_unlit and (
+            "normalTexture" in source or self.roughness >= 0.01 and max(self.metallic, self.specular) > 0 or
+            self.coat > 0 and self.coat_roughness >= 0.01)
 
-    def of(self, extension, key, default):
+    def of(self, extension, key, default=None):
         return self.extensions.get("KHR_materials_" + extension, {}).get(key, default)
+
+    def textures(self):
+        """Returns all textures that count; occlusion and the thickness of solids do not."""
+        infos = [self.source.get("normalTexture"), self.source.get("emissiveTexture")]
+        for values in (self.pbr, *self.extensions.values()):
+            infos += [value for key, value in values.items() if key.endswith("Texture") and key != "thicknessTexture"]
+        return [info for info in infos if info]
+
+    def why_not(self):
+        """Returns why the material stays as imported; an empty text if this script can build it."""
+        unknown = sorted(name for name in self.extensions if name not in self.KNOWN)
+        if unknown:
+            return ", ".join(unknown)
+        if any(self.document.source(info) is None for info in self.textures()):
+            return "a texture that Blender cannot read"
+        if self.transmission > 0 and not self.solid and self.roughness >= 0.01:
+            return "rough thin glass"
+        rough_texture = "metallicRoughnessTexture" in self.pbr
+        specular_texture = self.of("specular", "specularTexture") or self.of("specular", "specularColorTexture")
+        direction_texture = self.of("anisotropy", "anisotropyTexture")
+        if self.strength and (rough_texture or direction_texture or "normalTexture" in self.source):
+            return "anisotropy with textures"
+        if self.solid and (specular_texture or "normalTexture" in self.source):
+            return "a solid with a normal map or a texture of its specular"
+        if self.backlit and "normalTexture" in self.source:
+            return "diffuse transmission with a normal map"
+        return ""
+
+    def read(self, n, factor, info, channels, is_color=False):
+        """Returns a factor times the channels of its texture: "RGB" of a tuple, or one of a number."""
+        if info is None or not largest(factor):
+            return factor
+        color, alpha = cycles_textures.texture(n, self.document, info, is_color)
+        if channels == "RGB":
+            return n.vector("MULTIPLY", color, factor)
+        value = alpha if channels == "A" else n.node("ShaderNodeSeparateXYZ", color).outputs["RGB".index(channels)]
+        return n.product(value, factor)
 
     def shader(self, n):
         """Returns the last node of the surface."""
-        nodes, share = [n.node("ShaderNodeEmission", (*self.emission, 1.0))] if max(self.emission) > 0 else [], 1.0
-        if self.coat > 0:
-            facets = Facets(n, self.of("clearcoat", "clearcoatRoughnessFactor", 0.0)**2)
-            nodes += facets.reflection((0.04,) * 3, 1.0, self.coat)
-            share = n.one_less(n.product(self.coat, facets.albedo((0.04,) * 3, 1.0)))
-        f0 = tuple(min(((self.ior - 1) / (self.ior + 1))**2 * v, 1) * self.specular for v in self.tint)
-        facets = Facets(n, self.alpha, self.ior, self.of("anisotropy", "anisotropyStrength", 0.0),
-                        self.of("anisotropy", "anisotropyRotation", 0.0)) if self.metallic or max(f0) else None
-        if self.metallic > 0:
-            nodes += facets.reflection(self.color, 1.0, n.product(share, self.metallic))
-        share = n.product(share, 1 - self.metallic)
-        opaque = n.product(share, 1 - self.transmission if self.solid else 1.0)
-        if max(f0) > 0 and self.metallic < 1:
-            if not self.solid or self.transmission < 1:
-                nodes += facets.reflection(f0, self.specular, opaque)
-            opaque = n.product(opaque, n.one_less(facets.albedo(f0, self.specular)))
-        if self.metallic < 1:
-            nodes += self.base(n, share, opaque)
+        color, alpha = self.color_and_alpha(n)
+        nodes = [n.node("ShaderNodeEmission", color)] if self.is_unlit else self.lobes(n, color)
         total = nodes[0] if nodes else n.node("ShaderNodeBsdfDiffuse", (0.0, 0.0, 0.0, 1.0))
         for node in nodes[1:]:
             total = n.node("ShaderNodeAddShader", total.outputs[0], node.outputs[0])
-        return total
+        mode = self.source.get("alphaMode", "OPAQUE")
+        if mode == "OPAQUE":
+            return total
+        if mode == "MASK":
+            alpha = n.one_less(n.math("LESS_THAN", alpha, self.source.get("alphaCutoff", 0.5)))
+        clear = n.node("ShaderNodeBsdfTransparent", (1.0,) * 4)
+        return n.node("ShaderNodeMixShader", alpha, clear.outputs[0], total.outputs[0])
 
-    def base(self, n, share, opaque):
+    def color_and_alpha(self, n):
+        *color, alpha = self.pbr.get("baseColorFactor", (1.0,) * 4)
+        color = tuple(color)
+        sources = [cycles_textures.vertex_color(n)] if self.material[cycles_textures.COLORED] else []
+        if "baseColorTexture" in self.pbr:
+            sources.append(cycles_textures.texture(n, self.document, self.pbr["baseColorTexture"], True))
+        for its_color, its_alpha in sources:
+            color, alpha = n.vector("MULTIPLY", its_color, color), n.product(its_alpha, alpha)
+        return color, alpha
+
+    def normal(self, n, info):
+        """Returns the nodes with the normal of a normal map, if there is one."""
+        if info is None:
+            return n
+        color = cycles_textures.texture(n, self.document, info, False)[0]
+        return n.mapped(color, info.get("scale", 1.0), cycles_textures.tangent_map(self.material, info))
+
+    def lobes(self, n, color):
+        """Returns the nodes of emission and of all lobes."""
+        pbr, of = self.pbr, self.of
+        emission = self.read(n, self.emission, self.source.get("emissiveTexture"), "RGB", True)
+        nodes, share = [n.node("ShaderNodeEmission", emission)] if largest(self.emission) > 0 else [], 1.0
+        metallic = self.read(n, self.metallic, pbr.get("metallicRoughnessTexture"), "B")
+        roughness = self.read(n, self.roughness, pbr.get("metallicRoughnessTexture"), "G")
+        specular = self.read(n, self.specular, of("specular", "specularTexture"), "A")
+        tint = self.read(n, self.tint, of("specular", "specularColorTexture"), "RGB", True)
+        transmission = self.read(n, self.transmission, of("transmission", "transmissionTexture"), "R")
+        below = self.normal(n, self.source.get("normalTexture"))
+        if self.coat > 0:
+            coat = self.read(n, self.coat, of("clearcoat", "clearcoatTexture"), "R")
+            facets = Facets(self.normal(n, of("clearcoat", "clearcoatNormalTexture")).above_horizon(),
+                            self.read(n, self.coat_roughness, of("clearcoat", "clearcoatRoughnessTexture"), "G"))
+            nodes += facets.reflection((0.04,) * 3, 1.0, coat)
+            share = n.one_less(n.product(coat, facets.albedo((0.04,) * 3, 1.0)))
+        if is_socket(specular) or is_socket(tint):
+            full = n.vector("MINIMUM", n.scaled(tint, ((self.ior - 1) / (self.ior + 1))**2), (1.0,) * 3)
+            f0 = n.scaled(full, specular)
+        else:
+            f0 = tuple(min(((self.ior - 1) / (self.ior + 1))**2 * v, 1) * specular for v in tint)
+        facets = Facets(below.above_horizon(), roughness, None, self.strength,
+                        of("anisotropy", "anisotropyRotation", 0.0)) if self.metallic or largest(f0) else None
+        if self.metallic > 0:
+            nodes += facets.reflection(color, 1.0, n.product(share, metallic))
+        if not is_socket(metallic) and metallic == 1:
+            return nodes
+        share = n.product(share, n.one_less(metallic))
+        opaque = n.product(share, n.one_less(transmission) if self.solid else 1.0)
+        if largest(f0) > 0:
+            if not self.solid or is_socket(transmission) or transmission < 1:
+                nodes += facets.reflection(f0, specular, opaque)
+            opaque = n.product(opaque, n.one_less(facets.albedo(f0, specular)))
+        return nodes + self.base(below, color, roughness, transmission, share, opaque)
+
+    def base(self, n, color, roughness, transmission, share, opaque):
         """Returns the nodes below the dielectric reflection, and those of a solid's interface."""
-        nodes, through = [], self.transmission if not self.solid else 0.0
-        if self.transmission < 1:
-            nodes.append(n.node("ShaderNodeBsdfDiffuse", n.scaled(self.color, opaque, (1 - through) * (1 - self.backlit))))
-        if self.transmission < 1 and self.backlit > 0:
-            color = self.of("diffuse_transmission", "diffuseTransmissionColorFactor", (1.0,) * 3)
-            nodes.append(n.node("ShaderNodeBsdfTranslucent", n.scaled(color, opaque, (1 - through) * self.backlit)))
-        if through > 0:
-            nodes.append(n.node("ShaderNodeBsdfTransparent", n.scaled(self.color, opaque, through)))
+        nodes, through = [], transmission if not self.solid else 0.0
+        backlit = self.read(n, self.backlit, self.of("diffuse_transmission", "diffuseTransmissionTexture"), "A")
+        if is_socket(transmission) or transmission < 1:
+            kept = n.product(opaque, n.one_less(through))
+            nodes += n.diffuse(n.scaled(color, kept, n.one_less(backlit)))
+            if self.backlit > 0:
+                factor = tuple(self.of("diffuse_transmission", "diffuseTransmissionColorFactor", (1.0,) * 3))
+                passed = self.read(n, factor, self.of("diffuse_transmission", "diffuseTransmissionColorTexture"), "RGB", True)
+                nodes.append(n.node("ShaderNodeBsdfTranslucent", n.scaled(passed, kept, backlit)))
+        if self.transmission > 0 and not self.solid:
+            nodes.append(n.node("ShaderNodeBsdfTransparent", n.scaled(color, opaque, through)))
         if self.solid and self.transmission > 0:
             reflected = tuple(min(self.specular * v, 1) for v in self.tint)
-            share = n.product(share, self.transmission)
-            nodes += Facets(n, self.alpha, self.ior, reflected=max(reflected)).interface(reflected, self.color, share)
+            share = n.product(share, transmission)
+            nodes += Facets(n, roughness, self.ior, reflected=max(reflected)).interface(reflected, color, share)
         return nodes
 
     def absorption(self, n):
@@ -327,36 +380,44 @@ class Material:
         return n.node("ShaderNodeVolumeAbsorption", (*(1 - v / max(per_metre) for v in per_metre), 1.0), max(per_metre))
 
 
-def materials_of(path):
-    """Returns the materials of a .gltf or .glb file by the names that the importer gives them."""
-    data = open(path, "rb").read()
-    if data[:4] == b"glTF":
-        data = data[20:20 + struct.unpack_from("<I", data, 12)[0]]
-    sources = json.loads(data).get("materials", [])
-    return {source.get("name", f"Material_{k}"): Material(source) for k, source in enumerate(sources)}
+def put(tree, shader, volume):
+    """Links a surface and a volume, or none, to the output of a tree."""
+    output = tree.get_output_node("CYCLES") or tree.nodes.new("ShaderNodeOutputMaterial")
+    for name, node in (("Surface", shader), ("Volume", volume)):
+        for link in list(output.inputs[name].links):
+            tree.links.remove(link)
+        if node:
+            tree.links.new(node.outputs[0], output.inputs[name])
+
+
+def warn_of_lights(materials):
+    """Prints which mirror nodes do not see which lights."""
+    lights = [light.name for light in bpy.data.lights
+              if getattr(light, "shadow_soft_size", 1) == 0 or getattr(light, "angle", 1) == 0]
+    if lights and materials:
+        print(f"mirror nodes do not see lights without size ({', '.join(lights)}): a part of their light is missing on",
+              ", ".join(materials), flush=True)
 
 
 @bpy.app.handlers.persistent
 def use_our_materials(*_):
-    known = materials_of(sys.argv[sys.argv.index("--") + 1])
+    document = cycles_textures.Document(sys.argv[sys.argv.index("--") + 1])
+    cycles_textures.add_default_materials()
+    mirrors = []
     for material in bpy.data.materials:
-        tree = material.node_tree
-        for principled in [node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"] if tree else []:
-            ours = known.get(material.name)
-            if ours and ours.is_glossy and os.environ.get("HALFLIGHT_IMPORTED_GLOSSY"):
-                continue
-            if ours is None or not ours.is_known or principled.inputs["Base Color"].is_linked:
-                print("left as imported:", material.name)
-                continue
-            n = Nodes(tree)
-            shader, volume = ours.shader(n), ours.absorption(n)
-            for link in list(principled.outputs["BSDF"].links):
-                tree.links.new(shader.outputs[0], link.to_socket)
-            output = tree.get_output_node("CYCLES")
-            for link in list(output.inputs["Volume"].links):
-                tree.links.remove(link)
-            if volume:
-                tree.links.new(volume.outputs[0], output.inputs["Volume"])
+        if cycles_textures.INDEX not in material:
+            continue
+        ours = Material(document, material)
+        if ours.is_glossy and os.environ.get("HALFLIGHT_IMPORTED_GLOSSY"):
+            continue
+        if ours.why_not():
+            print(f"left as imported: {material.name} ({ours.why_not()})", flush=True)
+            continue
+        n = Nodes(material.node_tree)
+        put(material.node_tree, ours.shader(n), ours.absorption(n))
+        if ours.has_rough_mirror:
+            mirrors.append(material.name)
+    warn_of_lights(mirrors)
 
 
 @bpy.app.handlers.persistent
@@ -389,6 +450,7 @@ def tell_cpu_time(*_):
     print(json.dumps({"cpu_seconds": time.process_time() - begun}), flush=True)
 
 
+cycles_textures.watch_importer()
 bpy.app.handlers.render_init.append(use_our_materials)
 bpy.app.handlers.render_init.append(use_our_lens)
 bpy.app.handlers.render_init.append(begin)
