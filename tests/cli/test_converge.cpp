@@ -102,13 +102,13 @@ TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
         EXPECT_LT(method["slope"]["slope"]["value"], -0.4);
         EXPECT_LT(by_samples, -0.7);
         EXPECT_GT(by_samples, -1.6);
-        EXPECT_EQ(method["passes"].empty(), method["method"] == "oracle");
+        EXPECT_EQ(method["passes"].empty(), method["method"] == "Halflight (oracle)");
         for (const Json& finding : method["findings"]) EXPECT_NE(finding["kind"], "bias") << finding["text"];
     }
     // The tracing method changes neither a picture nor its error.
     std::map<int, std::set<double>> of_seed;
     for (const Json& run : json["runs"])
-        if (run["method"] != "oracle") of_seed[run["seed"]].insert(run["mse"].get<double>());
+        if (run["method"] != "Halflight (oracle)") of_seed[run["seed"]].insert(run["mse"].get<double>());
     EXPECT_EQ(of_seed.size(), 12u);
     for (const auto& [seed, errors] : of_seed) EXPECT_EQ(errors.size(), 1u) << seed;
     for (const char* file : {"report.html", "report.json", "report.csv"})
@@ -124,7 +124,7 @@ TEST_F(Converge, OtherRenderersAreMethods) {
     const std::string again = "again=sh -c '\"$@\" && echo \"{\\\"seconds\\\": 2, \\\"cpu_seconds\\\": 4}\"' sh " +
                               renderer("", "--bounces {bounces} --camera {camera}").substr(1);
     const Json json = report_of("--samples 1,2 --seeds 2 --method plain --reference-samples 64 --external", again);
-    EXPECT_EQ(methods(json), words("plain again"));
+    EXPECT_EQ(methods(json), (Strings{"Halflight (plain)", "again"}));
     EXPECT_EQ(json["plan"]["external"], again.substr(6));
     for (int budget = 0; budget < 2; ++budget) {
         const double plain = figure(json, 0, budget, "mse");
@@ -134,10 +134,12 @@ TEST_F(Converge, OtherRenderersAreMethods) {
         EXPECT_TRUE(other["components_mse"].is_null());
     }
     EXPECT_EQ(json["methods"][1]["seconds_to_the_error_of"]["again"]["mse"], 4);
-    expect_has(read_text(out + "/report.html"), "Agreement of again with plain");
+    expect_has(read_text(out + "/report.html"), "Agreement of again with Halflight (plain)");
+    expect_has(read_text(out + "/report.csv"), "\r\nHalflight (plain),");
     ASSERT_EQ(json["agreements"].size(), 1u);
     const Json& agreement = json["agreements"][0];
-    EXPECT_EQ(agreement["agrees"], true);
+    EXPECT_EQ(agreement["verdict"], "undecided") << "two pictures of two samples are too noisy";
+    EXPECT_EQ(agreement["agrees"], false);
     EXPECT_EQ(agreement["blocks"].size(), 4u);
     EXPECT_LT(std::abs(agreement["difference"].get<double>()), 1e-4);
     EXPECT_NEAR(figure(json, 1, 1, "paths_per_second"), 32 * 32 * 2 / 4.0, 1e-6);
@@ -148,6 +150,7 @@ TEST_F(Converge, RefusesRenderersThatCannotRun) {
     const std::tuple<int, const char*, std::string, const char*> rows[] = {
         {2, "", "a=cp x {output} {samples}", "{seed}"},
         {2, "", "plain=cp {samples} {seed} {output}", "'plain'"},
+        {2, "", "Halflight (plain)=cp {samples} {seed} {output}", "'Halflight (plain)'"},
         {2, "--filter blackman-harris", copy, "--filter"},
         {2, "--hide 40,135", copy, "--external: "},
         {2, "--variant 40,135", copy, "--external: "},
@@ -169,8 +172,11 @@ TEST_F(Converge, FailsWhereAgreementIsRequiredAndMissing) {
                                     renderer("direct", "--camera {camera} --bounces 1"));
     const Outcome outcome = run_program(command(arguments, "--seeds 2"));
     EXPECT_EQ(outcome.status, 1);
-    expect_has(outcome.err, "direct does not agree with plain: The mean differs by -");
-    EXPECT_EQ(report()["agreements"][0]["agrees"], false) << "the report is written all the same";
+    expect_has(outcome.err, "direct and Halflight (plain) differ. The mean of direct differs by -");
+    const Json json = report();
+    EXPECT_EQ(json["agreements"][0]["verdict"], "differ") << "the report is written all the same";
+    EXPECT_EQ(json["compared_by"], "variance");
+    EXPECT_FALSE(json["methods"][1]["points"][0].contains("bias_squared"));
     EXPECT_EQ(run_program(command("--require-agreement --samples 1")).status, 2);
     EXPECT_EQ(run_program(command(arguments, "--seeds 1")).status, 2) << "one seed tells no noise";
 }
@@ -183,26 +189,26 @@ TEST_F(Converge, OtherRenderersTakeCamerasOfTheCommandLine) {
     EXPECT_NEAR(figure(json, 0, 0, "mse"), figure(json, 1, 0, "mse"), 1e-4 * figure(json, 0, 0, "mse"));
 }
 
-/// A method that renders direct light only is biased against a reference with all light, and unbiased against one with
-/// direct light only.
-TEST_F(Converge, BiasIsFlagged) {
+/// A method with all light differs from a file with direct light only, and with direct light only it does not.
+TEST_F(Converge, DifferencesFromAFileAreFlagged) {
     const std::string direct = file("direct.exr");
     done(words("render", kCornell, direct, "--width 32 --height 32 --bounces 1 --samples 256 --quiet"));
     const Strings arguments = words("converge", kCornell, "-o", out, "--width 32 --height 32 --clock cpu --seeds 4",
                                     "--samples 1,4,16 --method plain --reference", direct);
-    expect_has(done(arguments).err, "plain: bias");
+    expect_has(done(arguments).err, "Halflight (plain): difference");
     const Json method = report()["methods"][0];
-    EXPECT_EQ(method["findings"][0]["kind"], "bias");
-    EXPECT_GT(method["points"][2]["relative_bias"]["value"], 0.1);
+    EXPECT_EQ(method["findings"][0]["kind"], "difference") << "another program may have made the file";
+    EXPECT_GT(method["points"][2]["relative_difference"]["value"], 0.1);
     done(words(arguments, "--bounces 1"));
-    EXPECT_LT(std::abs(figure(report(), 0, 2, "relative_bias")), 0.06);
+    EXPECT_LT(std::abs(figure(report(), 0, 2, "relative_difference")), 0.06);
 }
 
 TEST_F(Converge, EstimatorsAreCompared) {
     const Json json = report_of("--samples 4,16 --seeds 2 --method plain,compute,oracle --reference-samples 32",
                                 "--estimator lights=power --estimator lights=tree");
-    EXPECT_EQ(methods(json), (Strings{"plain lights=power", "plain lights=tree", "compute lights=power",
-                                      "compute lights=tree", "oracle"}));
+    EXPECT_EQ(methods(json),
+              (Strings{"Halflight (plain lights=power)", "Halflight (plain lights=tree)",
+                       "Halflight (compute lights=power)", "Halflight (compute lights=tree)", "Halflight (oracle)"}));
     // All tracing methods give equal pictures with equal estimators; other estimators give other pictures.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(figure(json, 0, 1, "mse"), figure(json, 1, 1, "mse"));
@@ -222,8 +228,8 @@ TEST_F(Converge, ReportsThePilotsChoice) {
 TEST_F(Converge, DenoisedPicturesAreCompared) {
     const Json json = report_of("--samples 2,16 --seeds 4 --method compute,plain --reference-samples 512",
                                 "--denoise none --denoise on");
-    EXPECT_EQ(methods(json),
-              (Strings{"compute denoise=none", "compute denoise=on", "plain denoise=none", "plain denoise=on"}));
+    EXPECT_EQ(methods(json), (Strings{"Halflight (compute denoise=none)", "Halflight (compute denoise=on)",
+                                      "Halflight (plain denoise=none)", "Halflight (plain denoise=on)"}));
     EXPECT_EQ(json["biases"].size(), 2u);
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 16}, {"different", 0}}));
     const auto point = [&](int method, const char* name) { return figure(json, method, 1, name); };
@@ -242,7 +248,8 @@ TEST_F(Converge, PreviewsAreCompared) {
     const Strings common = words("--samples 2,64 --seeds 2 --method plain,oracle --reference-samples 32",
                                  "--preview none --preview cache");
     const Json cold = report_of(common), warm = report_of(common, "--warm-up 8");
-    EXPECT_EQ(methods(cold), (Strings{"plain preview=none", "plain preview=cache", "oracle"}));
+    EXPECT_EQ(methods(cold),
+              (Strings{"Halflight (plain preview=none)", "Halflight (plain preview=cache)", "Halflight (oracle)"}));
     EXPECT_EQ(cold["biases"].size(), 1u);
     EXPECT_EQ(cold["same_pictures"]["compared"], 0);
     EXPECT_EQ(figure(warm, 0, 0, "mse"), figure(cold, 0, 0, "mse"));
@@ -281,7 +288,7 @@ TEST_F(Converge, CreatesFoldersAndRemovesThem) {
     out += "/of/reports";
     EXPECT_EQ(run_program(command("--camera nobody")).status, 1);
     EXPECT_FALSE(std::filesystem::exists(parent));
-    expect_has(done(command(kQuick)).err, "plain: slope none");
+    expect_has(done(command(kQuick)).err, "Halflight (plain): slope none");
     EXPECT_EQ(report()["runs"].size(), 1u);
 }
 

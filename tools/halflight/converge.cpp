@@ -155,8 +155,8 @@ void run_converge(const ConvergeArguments& a) {
         make_reference(order, scene, subject.view, colors, [&]() -> PreparedScene& { return gl({}); },
                        {pulse, Progress(console, "reference"), note});
     if (reference.samples > 0)
-        console.note("reference: {}, {} samples, {} of them kept from earlier runs", reference.maker, reference.samples,
-                     reference.found);
+        console.note("reference: {}, {} samples, {} of them kept from earlier runs", name_of(reference),
+                     reference.samples, reference.found);
 
     std::vector<std::unique_ptr<Painter>> painters;
     for (std::size_t m = 0; m < a.plan.methods.size(); ++m) {
@@ -185,20 +185,22 @@ void run_converge(const ConvergeArguments& a) {
         write_file(a.folder / kReports[0], html);
     }
     for (const std::string& bias : biases(a.plan)) console.note("biased on request: {}", bias);
+    const auto sentences = [&](const MethodAgreement& found) {
+        return verdict_text(found, measured.methods) + " " + reasons_text(found, measured.methods);
+    };
+    for (const MethodAgreement& found : measured.agreements) console.note("{}", sentences(found));
+    for (const std::string& line : rankings(subject, measured)) console.note("{}", line);
     for (const MethodResult& m : measured.methods) {
         console.note("{}: slope {}", m.name, text(m.slope));
         for (const Finding& f : m.findings) console.note("{}: {}: {}", m.name, name(f.kind), f.text);
     }
-    for (const MethodAgreement& found : measured.agreements)
-        console.note("{}: {}", a.plan.external.name, text(found, measured.methods));
     console.note("wrote {}", (a.folder / kReports[0]).string());
     if (measured.pictures_different > 0)
         throw Error(a.folder.string(), "{} of {} pictures depend on the method that traces",
                     measured.pictures_different, measured.pictures_compared);
     for (const MethodAgreement& found : measured.agreements)
-        if (a.require_agreement && !found.agreement.agrees())
-            throw Error(a.folder.string(), "{} does not agree with {}: {}", a.plan.external.name,
-                        measured.methods[found.method].name, text(found, measured.methods));
+        if (a.require_agreement && found.agreement.verdict() != Verdict::agree)
+            throw Error(a.folder.string(), "agreement is required: {}", sentences(found));
 }
 
 }  // namespace halflight

@@ -128,8 +128,8 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
         [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
     options.flag(
         "--require-agreement", a.require_agreement,
-        "fails if the external renderer's picture differs by more than 1 % in the mean, or in a block of 16x16 "
-        "pixels by more than 2 % plus a standard error");
+        "fails unless the external renderer's pictures agree with those of all methods: to 1 % in the mean, and to 2 % "
+        "plus a standard error in as many blocks of 16x16 pixels as noise explains");
     options.value("--samples,-s,--spp", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -208,6 +208,9 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
         exclude(app, "--external", "--filter");  // commands are not given the filter
         for (const char* change : {"--light", "--material", "--node", "--hide", "--variant", "--line-width", "--sky"})
             exclude(app, "--external", change);  // commands read the scene's own file, which has no sun of a sky
+        for (std::size_t m = 0; m < a.plan.methods.size(); ++m)
+            if (a.plan.method_name(m) == a.plan.external.name)
+                throw UsageError("--external", "'{}' is the name of another method", a.plan.external.name);
         a.plan.methods.push_back(converge::Method::external);
         a.plan.techniques.emplace_back();
     }

@@ -75,6 +75,35 @@ TEST(Converge, BiasIsFlagged) {
     EXPECT_GT(biased.slope.slope.value, -0.9);
 }
 
+/// Another program whose model differs has eight times our squared error, of which its four times longer pictures and
+/// equal noise explain a half: the rest is squared difference.
+TEST(Converge, ProgramsThatDifferAreComparedByVariance) {
+    Plan plan = kPlan;
+    plan.methods[1] = Method::external, plan.external = {"Other", "render"};
+    const auto factor = [](const Measurement& m, double MethodResult::*efficiency) {
+        return m.methods[0].*efficiency / m.methods[1].*efficiency;
+    };
+    const Measurement same = measure_fakes({}, {.sample_seconds = 4e-3}, plan);
+    EXPECT_FALSE(same.by_variance);
+    EXPECT_NEAR(factor(same, &MethodResult::efficiency), 4, 1e-6);
+    const Measurement other = measure_fakes({}, {.bias = 0.084f, .sample_seconds = 4e-3}, plan);
+    EXPECT_TRUE(other.by_variance);
+    EXPECT_GT(factor(other, &MethodResult::efficiency), 7.5);
+    EXPECT_NEAR(factor(other, &MethodResult::efficiency_by_variance), 4, 0.01);
+    EXPECT_FALSE(find(other.methods[1], Finding::Kind::bias));
+    EXPECT_TRUE(find(other.methods[1], Finding::Kind::difference));
+    EXPECT_EQ(other.methods[0].name, "Halflight (plain)");
+
+    plan.clamp = 1;  // a bias on request is no difference between the programs
+    plan.methods = {Method::plain, Method::oracle, Method::external};
+    std::vector<std::unique_ptr<Painter>> painters;
+    for (const float bias : {0.1f, 0.0f, 0.0f}) painters.push_back(std::make_unique<FakePainter>(Fake{.bias = bias}));
+    const Measurement clamped = measure(plan, painters, fake_reference(4096), Clock::wall, {[] {}, [](double) {}});
+    EXPECT_EQ(clamped.agreements[0].agreement.verdict(), Verdict::differ);
+    EXPECT_FALSE(clamped.by_variance);
+    EXPECT_TRUE(find(clamped.methods[0], Finding::Kind::bias));
+}
+
 TEST(Converge, UnexpectedSlopesAreExplained) {
     Plan fine = kPlan;
     fine.budgets = {{1, 0}, {2, 0}, {4, 0}, {8, 0}, {16, 0}, {32, 0}, {64, 0}};
@@ -142,7 +171,7 @@ TEST(Converge, TimeToTheSameErrorIsInterpolated) {
     }
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::wall), 4);  // halfway on a log-log plot
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::cpu), 8);
-    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu, true), 8);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu, &Point::off_edges_mse), 8);
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
     EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
     EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
@@ -217,7 +246,7 @@ TEST(Converge, PicturesWithoutComponentsHaveNoShares) {
     ASSERT_EQ(measured.agreements.size(), 1u);
     EXPECT_EQ(measured.agreements[0].agreement.blocks.size(), 2u) << "whole blocks of 16 x 16 pixels";
     EXPECT_EQ(measured.agreements[0].agreement.whole.relative, 0) << "the same pictures";
-    EXPECT_TRUE(measured.agreements[0].agreement.agrees());
+    EXPECT_EQ(measured.agreements[0].agreement.verdict(), Verdict::agree);
 }
 
 TEST(Converge, OneSeedHasNoIntervals) {

@@ -52,7 +52,42 @@ TEST(Agreement, GivesEveryBlockItsOwnError) {
     EXPECT_EQ(a.beyond, 1u);
     EXPECT_NEAR(a.whole.relative, 0.095, 1e-6);
     EXPECT_NEAR(a.whole.standard_error, 0.05 / std::sqrt(3.0), 1e-6);
-    EXPECT_FALSE(a.agrees());
+    EXPECT_EQ(a.verdict(), Verdict::undecided) << "three pictures with this scatter do not tell";
+}
+
+TEST(Agreement, HasThreeVerdicts) {
+    constexpr int kBlocks = 6;
+    const auto verdict = [](double ours, double theirs, double noise) {
+        return compare_pictures(noisy(6, kBlocks, ours, noise, 1), noisy(6, kBlocks, theirs, noise, 2), kSide)
+            .verdict();
+    };
+    EXPECT_EQ(verdict(1, 1, 0.005), Verdict::agree);
+    EXPECT_EQ(verdict(1, 1.005, 0.005), Verdict::agree) << "a difference within the tolerance";
+    EXPECT_EQ(verdict(1, 1.03, 0.005), Verdict::differ);
+    EXPECT_EQ(verdict(1, 1, 0.5), Verdict::undecided);
+    EXPECT_EQ(verdict(1, 1.03, 0.5), Verdict::undecided);
+    // Blocks may differ where the mean does not.
+    std::vector<Image> ours = noisy(6, 2, 1, 0.001, 1), theirs = noisy(6, 2, 1, 0.001, 2);
+    for (Image& image : theirs)
+        for (int y = 0; y < image.height; ++y)
+            for (int x = 0; x < image.width * 3; ++x) image.at(0, y)[x] *= x < image.width * 3 / 2 ? 1.05f : 0.95f;
+    const Agreement a = compare_pictures(ours, theirs, kSide);
+    EXPECT_TRUE(a.whole.interval().holds(0));
+    EXPECT_EQ(a.verdict(), Verdict::differ);
+}
+
+// Probabilities of renderers that agree are uniform: a tenth of them is below 0.1, by chance. The bound is four
+// standard deviations.
+TEST(Agreement, ChiSquareOfNoiseIsUniform) {
+    constexpr int kTrials = 400;
+    int rare = 0;
+    for (unsigned trial = 0; trial < kTrials; ++trial)
+        rare += compare_pictures(noisy(6, 4, 1, 0.02, 2 * trial), noisy(6, 4, 1, 0.03, 2 * trial + 1), kSide)
+                    .chance_of_blocks < 0.1;
+    EXPECT_NEAR(rare, 0.1 * kTrials, 4 * std::sqrt(0.09 * kTrials));
+    const Agreement one = compare_pictures(noisy(6, 1, 1, 0.02, 1), noisy(6, 1, 1, 0.02, 2), kSide);
+    EXPECT_NEAR(one.chance_of_blocks, one.whole.chance(), 1e-9) << "a single block has Student's test alone";
+    EXPECT_LT(compare_pictures(noisy(6, 4, 1, 0.02, 1), noisy(6, 4, 1.05, 0.02, 2), kSide).chance_of_blocks, 1e-6);
 }
 
 // Errors are estimated from as few as five pictures. On average, the expected number of blocks beyond the threshold
@@ -80,7 +115,7 @@ TEST(Agreement, IgnoresBlackBlocks) {
     std::vector<Image> ours(2, Image(kSide, kSide, 3)), theirs = ours;
     const Agreement black = compare_pictures(ours, theirs, kSide, 0.02);
     EXPECT_TRUE(black.blocks.empty());
-    EXPECT_FALSE(black.agrees());
+    EXPECT_EQ(black.verdict(), Verdict::undecided);
 }
 
 }  // namespace

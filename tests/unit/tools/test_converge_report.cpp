@@ -58,7 +58,7 @@ TEST_F(ConvergeReport, JsonHoldsAllFigures) {
         EXPECT_GT(run["seconds"]["cpu"], 0);
     }
     const auto& biased = json["methods"].at(1);
-    EXPECT_EQ(biased["method"], "oracle");
+    EXPECT_EQ(biased["method"], "Halflight (oracle)");
     EXPECT_EQ(biased["findings"][0]["kind"], "bias");
     ASSERT_EQ(biased["points"].size(), 4u);
     EXPECT_NEAR(biased["points"][3]["bias_squared"]["value"], 0.01, 0.001);
@@ -89,13 +89,29 @@ TEST_F(ConvergeReport, AdviceFollowsTheStages) {
 TEST_F(ConvergeReport, AgreementWithAnExternalRendererIsShown) {
     Plan plan = kPlan;
     plan.methods[1] = Method::external, plan.external = {"o<t>her", "render it"};
-    const Measurement with = measure_fakes({}, {.bias = 0.1f}, plan);
-    expect_xml(html(subject(plan), reference, with));
+    const Measurement with = measure_fakes({}, {.bias = 0.1f}, plan), alike = measure_fakes({}, {}, plan);
+    const std::string page = html(subject(plan), reference, with);
+    expect_xml(page);
+    for (const char* part : {"o&lt;t&gt;her: difference.", "efficiency by variance", "difference² / MSE",
+                             "Variance and squared difference, o&lt;t&gt;her", "structure in it is difference from"})
+        EXPECT_NE(page.find(part), std::string::npos) << part;
+    EXPECT_EQ(page.find("o&lt;t&gt;her: bias"), std::string::npos);
+    EXPECT_EQ(conclusions(subject(plan), with)[0].label, "o<t>her and Halflight (plain) differ.");
+    EXPECT_NE(conclusions(subject(plan), with)[0].text.find("% of the MSE of o<t>her is squared difference"),
+              std::string::npos);
+    EXPECT_EQ(conclusions(subject(plan), alike)[0].label, "o<t>her and Halflight (plain) agree.");
+    EXPECT_NE(advice(subject(plan), with)[0].find("lowers the variance most"), std::string::npos);
+    EXPECT_NE(advice(subject(plan), alike)[0].find("lowers the error most"), std::string::npos);
     const auto json = nlohmann::json::parse(report_json(subject(plan), reference, with).dump());
     ASSERT_EQ(json["agreements"].size(), 1u);
     const auto& found = json["agreements"][0];
-    EXPECT_EQ(found["method"], "plain");
-    EXPECT_EQ(found["agrees"], false);
+    EXPECT_EQ(found["method"], "Halflight (plain)");
+    EXPECT_EQ(found["other"], "o<t>her");
+    EXPECT_EQ(found["verdict"], "differ");
+    EXPECT_EQ(json["compared_by"], "variance");
+    EXPECT_GT(found["squared_difference_share"], 0.5);
+    EXPECT_TRUE(json["methods"][0]["points"][0].contains("relative_bias"));
+    EXPECT_TRUE(json["methods"][1]["points"][0].contains("relative_difference"));
     EXPECT_NEAR(found["difference"].get<double>(), 0.1 / 1.5, 0.01);
     EXPECT_EQ(found["blocks"].size(), 2u);
     EXPECT_EQ(found["blocks_beyond"], 2);

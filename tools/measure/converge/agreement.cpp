@@ -4,8 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/core/statistics.h"
-
 namespace halflight::converge {
 namespace {
 
@@ -38,6 +36,27 @@ Difference difference(const RunningMoments& ours, const RunningMoments& theirs) 
     return {ratio - 1, std::sqrt(a + b), weight > 0 ? (a + b) * (a + b) / weight : 0};
 }
 
+/// Returns the probability that a Poisson variable is less than `count`. With half of x as mean, it is the probability
+/// that chi-square with 2 `count` degrees of freedom exceeds x.
+double poisson_below(std::size_t count, double mean) {
+    if (mean <= 0) return count > 0 ? 1 : 0;
+    double sum = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const auto n = static_cast<double>(k);
+        sum += std::exp(n * std::log(mean) - mean - std::lgamma(n + 1));
+    }
+    return std::min(sum, 1.0);
+}
+
+/// Returns the probability that noise alone makes the differences of all blocks, whose noise is independent. Minus
+/// twice the sum of the logarithms of their probabilities is chi-square with two degrees of freedom each (Fisher 1932).
+double chance_of(const std::vector<Block>& blocks) {
+    constexpr double kLeast = 1e-300;
+    double logarithms = 0;
+    for (const Block& block : blocks) logarithms -= std::log(std::max(block.difference.chance(), kLeast));
+    return blocks.empty() ? 1 : poisson_below(blocks.size(), logarithms);
+}
+
 /// Writes the colour of a relative difference: blue at -scale, white at 0, red at +scale.
 void paint(float* pixel, double difference, double scale) {
     const float t = static_cast<float>(std::clamp(difference / scale, -1.0, 1.0));
@@ -52,8 +71,26 @@ Image grey(int width, int height) {
 
 }  // namespace
 
-bool Agreement::agrees() const {
-    return beyond == 0 && std::abs(whole.relative) <= kWholeTolerance;
+Interval Difference::interval() const {
+    return {relative, standard_error > 0 ? student_quantile(kConfidence, freedom) * standard_error : 0};
+}
+
+double Difference::chance() const {
+    if (standard_error > 0) return student_tails(std::abs(relative) / standard_error, freedom);
+    return relative == 0 ? 1 : 0;
+}
+
+std::string_view name(Verdict verdict) {
+    return verdict == Verdict::agree ? "agree" : verdict == Verdict::differ ? "differ" : "undecided";
+}
+
+Verdict Agreement::verdict() const {
+    const Interval mean = whole.interval();
+    if (mean.lower() > kWholeTolerance || mean.upper() < -kWholeTolerance || chance_of_beyond < kSignificance)
+        return Verdict::differ;
+    const bool inside = mean.lower() >= -kWholeTolerance && mean.upper() <= kWholeTolerance;
+    return inside && expected_beyond <= kMostNoisy * static_cast<double>(blocks.size()) ? Verdict::agree
+                                                                                        : Verdict::undecided;
 }
 
 Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Image>& theirs, int side,
@@ -61,7 +98,10 @@ Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Ima
     assert(ours.size() >= 2 && theirs.size() >= 2 && side > 0);
     const Image& first = ours.front();
     const Rectangle all{0, 0, first.width, first.height};
-    Agreement result{side, tolerance, difference(moments(ours, all), moments(theirs, all)), {}, 0, 0};
+    Agreement result{.side = side,
+                     .tolerance = tolerance,
+                     .whole = difference(moments(ours, all), moments(theirs, all)),
+                     .blocks = {}};
     for (int y = 0; y + side <= first.height; y += side) {
         for (int x = 0; x + side <= first.width; x += side) {
             const RunningMoments a = moments(ours, {x, y, side, side}), b = moments(theirs, {x, y, side, side});
@@ -75,6 +115,8 @@ Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Ima
             result.blocks.push_back(block);
         }
     }
+    if (result.beyond > 0) result.chance_of_beyond = 1 - poisson_below(result.beyond, result.expected_beyond);
+    result.chance_of_blocks = chance_of(result.blocks);
     return result;
 }
 

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "engine/core/image.h"
+#include "engine/core/statistics.h"
 
 namespace halflight::converge {
 
@@ -14,13 +17,21 @@ namespace halflight::converge {
 inline constexpr double kWholeTolerance = 0.01;
 inline constexpr double kBlockTolerance = 0.02;
 inline constexpr int kBlockSide = 16;  // side of a block, pixels
+inline constexpr double kSignificance = 0.01;  // probability below which noise does not explain the blocks
+inline constexpr double kMostNoisy = 0.1;      // largest share of blocks that noise may put beyond their tolerance
 
 /// Relative difference of two means over pixels and channels.
 struct Difference {
     double relative = 0;        // theirs / ours - 1
     double standard_error = 0;  // standard error of `relative`, to first order
     double freedom = 0;         // degrees of freedom of that error (Welch 1947, Satterthwaite 1946); 0 without noise
+
+    Interval interval() const;  ///< Returns the interval of `relative` by Student's t.
+    double chance() const;      ///< Returns the probability that noise alone makes a difference at least this large.
 };
+
+enum class Verdict : std::uint8_t { agree, differ, undecided };  // undecided: the noise is too large to tell
+std::string_view name(Verdict verdict);
 
 struct Block {
     int x = 0;  // column of the upper left pixel
@@ -37,8 +48,13 @@ struct Agreement {
     std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in either
     std::size_t beyond = 0;      // number of blocks beyond the tolerance
     double expected_beyond = 0;  // expected value of `beyond` due to noise alone
+    double chance_of_beyond = 1;  // probability that noise alone puts at least `beyond` blocks there
+    double chance_of_blocks = 1;  // probability that noise alone makes the differences of all blocks, by chi-square
 
-    bool agrees() const;  ///< Returns whether the whole and all blocks are within their tolerances.
+    /// Returns whether the renderers agree. They differ where the interval of the whole is outside of its tolerance, or
+    /// where noise puts so many blocks beyond theirs with a probability below kSignificance. They agree where the
+    /// interval is inside, and where noise alone puts no more than kMostNoisy of the blocks beyond.
+    Verdict verdict() const;
 };
 
 /// Compares pictures of one renderer with those of another: at least two of each, of the same size and channels. Two

@@ -20,6 +20,10 @@ const char* style_of(Kind kind) {
                                                                          : "flag";
 }
 
+const char* style_of(Verdict verdict) {
+    return verdict == Verdict::agree ? "fine" : verdict == Verdict::differ ? "flag" : "open";
+}
+
 /// Returns whether a finding is about the slope against time, which differs between methods that make equal pictures.
 bool is_of_slope(Kind kind) {
     return kind == Kind::fixed_time || kind == Kind::faster || kind == Kind::inconclusive || kind == Kind::unclear;
@@ -56,8 +60,9 @@ void add_findings(const Methods& same, std::vector<Conclusion>& all) {
     }
     if (all.size() == before)
         all.push_back({names + ": no findings.",
-                       "The squared bias is zero within its interval, and the slope is -1 within 0.1 or within its "
-                       "interval.",
+                       fmt::format("The squared {} is zero within its interval, and the slope is -1 within 0.1 or "
+                                   "within its interval.",
+                                   same.front()->offset()),
                        "fine"});
 }
 
@@ -84,6 +89,15 @@ std::string names_of(const Methods& methods) {
 
 std::vector<Conclusion> conclusions(const Subject& subject, const Measurement& measured) {
     std::vector<Conclusion> all;
+    for (const MethodAgreement& a : measured.agreements)
+        all.push_back(
+            {verdict_text(a, measured.methods), reasons_text(a, measured.methods), style_of(a.agreement.verdict())});
+    if (!subject.plan.external.name.empty() && measured.agreements.empty())
+        all.push_back({"Agreement is not known.",
+                       fmt::format("One seed does not show noise. Efficiencies may hold differences between {} and "
+                                   "Halflight.",
+                                   subject.plan.external.name),
+                       "open"});
     for (const std::string& line : advice(subject, measured)) all.push_back({"", line});
     const std::vector<Methods> groups = methods_of_same_pictures(measured);
     for (const Methods& same : groups)

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -31,9 +32,11 @@ std::vector<Finding> findings_of_errors(const MethodResult& m) {
     const Point& last = m.points.back();
     if (last.bias_squared.lower() > 0) {
         findings.push_back(
-            {Kind::bias, fmt::format("At the largest budget the squared bias is {}, which is {:.0f} % of the MSE. More "
-                                     "samples do not reduce it.",
-                                     text(last.bias_squared), percent(last.bias_squared.value / last.mse.value))});
+            {m.own_reference ? Kind::bias : Kind::difference,
+             fmt::format("At the largest budget the squared {} is {}, which is {:.0f} % of the MSE. More "
+                         "samples do not reduce it.",
+                         m.own_reference ? "bias" : "difference from the reference", text(last.bias_squared),
+                         percent(last.bias_squared.value / last.mse.value))});
     }
     if (last.worst_share > 0.5 && kWorstShare * m.picture.width * m.picture.height >= 1) {
         findings.push_back({Kind::heavy_tails,
@@ -53,8 +56,10 @@ std::optional<Finding> finding_of_slope(const MethodResult& m, bool explained) {
     const Interval& by_samples = m.slope_by_samples.slope;
     const std::string deviation =
         fmt::format("The slope {} is {} than -1", text(slope), slope.value < -1 ? "steeper" : "flatter");
-    if (std::abs(slope.value + 1) > kTolerance && std::abs(by_samples.value + 1) <= kTolerance &&
-        by_samples.half_width <= kTolerance)
+    const bool by_samples_is_known =
+        std::abs(by_samples.value + 1) <= kTolerance && by_samples.half_width <= kTolerance;
+    const bool is_of_time = !slope.holds(-1) && by_samples.holds(-1);
+    if (std::abs(slope.value + 1) > kTolerance && (by_samples_is_known || is_of_time))
         return Finding{Kind::fixed_time, fmt::format("{}, but the slope against samples is {}. A part of the time does "
                                                      "not grow with the samples.",
                                                      deviation, text(by_samples))};
@@ -63,7 +68,9 @@ std::optional<Finding> finding_of_slope(const MethodResult& m, bool explained) {
             return Finding{Kind::faster, fmt::format("{}. Stratified samples converge faster than independent ones "
                                                      "where the integrand is smooth.",
                                                      deviation)};
-        if (!explained) return Finding{Kind::unclear, deviation + ". Neither bias nor heavy tails are visible."};
+        if (!explained)
+            return Finding{Kind::unclear,
+                           fmt::format("{}. Neither {} nor heavy tails are visible.", deviation, m.offset())};
     } else if (!(slope.half_width <= kTolerance)) {
         return Finding{Kind::inconclusive, fmt::format("The slope {} is not known to within {:g}. More seeds or "
                                                        "budgets would tell.",
@@ -99,19 +106,49 @@ std::string text(const Slope& s) {
     return is_known(s) ? text(s.slope) : "none";
 }
 
-std::string text(const MethodAgreement& found, const std::vector<MethodResult>& methods) {
+std::string verdict_text(const MethodAgreement& found, const std::vector<MethodResult>& methods) {
+    const std::string both = fmt::format("{} and {}", methods[found.external].name, methods[found.method].name);
+    switch (found.agreement.verdict()) {
+        case Verdict::agree:
+            return both + " agree.";
+        case Verdict::differ:
+            return both + " differ.";
+        case Verdict::undecided:
+            return fmt::format("The noise is too large to tell whether {} agree.", both);
+    }
+    return both;
+}
+
+std::string reasons_text(const MethodAgreement& found, const std::vector<MethodResult>& methods) {
     const Agreement& a = found.agreement;
-    return fmt::format(
-        "The mean differs by {:+.3f} % ± {:.3f} % (standard error) from that of {}, and {} of {} blocks by more than "
-        "{:g} % and their standard error, {:.2g} of them expected by noise.",
-        percent(a.whole.relative), percent(a.whole.standard_error), methods[found.method].name, a.beyond,
-        a.blocks.size(), percent(a.tolerance), a.expected_beyond);
+    const MethodResult& theirs = methods[found.external];
+    const Point& last = theirs.points.back();
+    const Interval mean = a.whole.interval();
+    std::string reasons =
+        fmt::format("The mean of {} differs by {:+.3f} % ({:g} % interval {:+.3f} % to {:+.3f} %; tolerance {:g} %).",
+                    theirs.name, percent(mean.value), percent(kConfidence), percent(mean.lower()),
+                    percent(mean.upper()), percent(kWholeTolerance));
+    if (!a.blocks.empty())
+        reasons += fmt::format(
+            " {} of {} blocks of {}x{} pixels differ by more than {:g} % and a standard error, {:.2g} expected by "
+            "noise. "
+            "The chi-square test of all blocks against noise has p {}.",
+            a.beyond, a.blocks.size(), a.side, a.side, percent(a.tolerance), a.expected_beyond,
+            a.chance_of_blocks < 1e-6 ? "< 0.000001" : fmt::format("= {:.2g}", a.chance_of_blocks));
+    if (last.mse.value > 0)
+        reasons +=
+            fmt::format(" {:.0f} % of the MSE of {} is squared difference from the reference, {:.0f} % variance.",
+                        percent(std::clamp(last.bias_squared.value / last.mse.value, 0.0, 1.0)), theirs.name,
+                        percent(std::clamp(last.variance.value / last.mse.value, 0.0, 1.0)));
+    return reasons;
 }
 
 std::string_view name(Kind kind) {
     switch (kind) {
         case Kind::bias:
             return "bias";
+        case Kind::difference:
+            return "difference";
         case Kind::heavy_tails:
             return "heavy tails";
         case Kind::fixed_time:

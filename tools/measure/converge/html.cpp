@@ -98,19 +98,29 @@ class Report {
         page_.end_list();
     }
 
+    /// Returns "bias" if all offsets from the reference are biases of Halflight.
+    std::string offset() const {
+        return std::ranges::all_of(measured_.methods, &MethodResult::own_reference) ? "bias" : "difference";
+    }
+
     void summary() {
         page_.heading("Efficiency");
+        const bool by_variance = measured_.by_variance;
+        const auto efficiency = [&](const MethodResult& m) {
+            return !by_variance ? m.efficiency : m.biased ? 0 : m.efficiency_by_variance;
+        };
         double best = 0;
-        for (const MethodResult& m : measured_.methods) best = std::max(best, m.efficiency);
-        page_.begin_table({"method", "efficiency", "MSE × s", "variance × s", "paths per second", "slope", "by samples",
-                           "without worst pixels", "bias² / MSE", "bias of the mean, %"},
+        for (const MethodResult& m : measured_.methods) best = std::max(best, efficiency(m));
+        page_.begin_table({"method", by_variance ? "efficiency by variance" : "efficiency", "MSE × s", "variance × s",
+                           "paths per second", "slope", "by samples", "without worst pixels", offset() + "² / MSE",
+                           offset() + " of the mean, %"},
                           fmt::format("At the largest budget, by {}. The best method has an efficiency of 1. ± marks "
                                       "{:.0f} % intervals over seeds. “Terms” below explains the columns.",
                                       clock(), 100 * kConfidence));
         for (const MethodResult& m : measured_.methods) {
             const Point& last = m.points.back();
             const bool positive = last.mse.value > 0;
-            page_.row({m.name, positive && best > 0 ? figure(m.efficiency / best) : kNone,
+            page_.row({m.name, efficiency(m) > 0 ? figure(efficiency(m) / best) : kNone,
                        figure(last.mse.value * time_of(last)), figure(last.variance.value * time_of(last)),
                        converge::text(last.paths_per_second), converge::text(m.slope),
                        converge::text(m.slope_by_samples), converge::text(m.slope_trimmed),
@@ -120,8 +130,9 @@ class Report {
         page_.end_table();
         times(false);
         // Off the edges of lights, times differ only where such edges hold a part of the error.
-        if (reference_.has_components && std::ranges::any_of(measured_.methods, [](const MethodResult& m) {
-                return m.points.back().off_edges_mse.value < kEdgesMatter * m.points.back().mse.value;
+        const auto all = error_of(by_variance, false), off_edges = error_of(by_variance, true);
+        if (reference_.has_components && std::ranges::any_of(measured_.methods, [&](const MethodResult& m) {
+                return (m.points.back().*off_edges).value < kEdgesMatter * (m.points.back().*all).value;
             }))
             times(true);
         terms();
@@ -131,12 +142,23 @@ class Report {
         page_.heading("Terms", 3);
         page_.begin_list();
         const auto term = [&](const char* name, const std::string& text) { page_.item(text, std::string(name) + ":"); };
-        term("Efficiency", "1 / (MSE × seconds). Twice the efficiency means the same error in half the time.");
-        term("Variance × s", "the same without the squared bias, which also holds differences between renderers.");
+        if (measured_.by_variance)
+            term("Efficiency", fmt::format("1 / (variance × seconds), because the MSE of {} also holds differences "
+                                           "between the programs. –: biased on request, which variance does not show.",
+                                           subject_.plan.external.name));
+        else
+            term("Efficiency", "1 / (MSE × seconds). Twice the efficiency means the same error in half the time.");
+        term("Variance × s", fmt::format("error × seconds without the squared {}.", offset()));
         term("Slope", fmt::format("exponent of the MSE over {}; -1 for independent samples. By samples: over samples "
                                   "per pixel. Without worst pixels: without those that cause most of the error.",
                                   clock()));
-        term("Bias² / MSE", "share of the error that more samples do not reduce. The bias of the mean has a sign.");
+        if (offset() == "bias")
+            term("Bias² / MSE", "share of the error that more samples do not reduce. The bias of the mean has a sign.");
+        else
+            term("Difference² / MSE",
+                 "share of the error that more samples do not reduce: the squared difference of the "
+                 "expectation from the reference. It is a bias, or a difference between the models "
+                 "of programs. The difference of the mean has a sign.");
         term("Off edges", "over the pixels that no edge of a light crosses.");
         term("Blurred MSE", fmt::format("MSE after a box blur of {0} × {0} pixels.", 2 * kBlurRadius + 1));
         term("RelMSE", fmt::format("squared errors divided by reference² + {:g}.", kRelativeEpsilon));
@@ -174,8 +196,9 @@ class Report {
     }
 
     Plot bias_plot(const MethodResult& m) const {
-        Plot plot{fmt::format("Variance and squared bias, {}", m.name), "samples per pixel", "part of the MSE", {}, -1};
-        plot.curves = {{"variance", {}}, {"squared bias", {}}};
+        const std::string squared = fmt::format("squared {}", m.offset());
+        Plot plot{fmt::format("Variance and {}, {}", squared, m.name), "samples per pixel", "part of the MSE", {}, -1};
+        plot.curves = {{"variance", {}}, {squared, {}}};
         for (const Point& p : m.points) {
             const Interval &v = p.variance, &b = p.bias_squared;
             plot.curves[0].dots.push_back({p.samples, v.value, v.lower(), v.upper()});
@@ -187,26 +210,24 @@ class Report {
     /// Adds a table of the time that each method takes to every method's final error.
     void times(bool off_edges) {
         const auto& methods = measured_.methods;
-        const auto last = [&](const MethodResult& m) {
-            const Point& p = m.points.back();
-            return off_edges ? p.off_edges_mse : p.mse;
-        };
+        const auto error = error_of(measured_.by_variance, off_edges);
+        const auto last = [&](const MethodResult& m) { return m.points.back().*error; };
         if (methods.size() < 2 || !std::ranges::all_of(methods, [&](const auto& m) { return last(m).value > 0; }))
             return;
         Page::Cells head{"method"};
         for (const MethodResult& m : methods) head.push_back(m.name);
         page_.begin_table(
             head,
-            fmt::format("Time to the same error{}: how many times the {} of the column's method the row's method needs "
-                        "for the MSE that the column's method has at its largest budget. <: its first budget is better "
-                        "already. –: it stays above. In brackets: {:.0f} % intervals.",
-                        off_edges ? " off the edges of lights" : "", clock(), 100 * kConfidence));
+            fmt::format("Time to the same {0}{1}: how many times the {2} of the column's method the row's method needs "
+                        "for the {0} that the column's method has at its largest budget. <: its first budget is better "
+                        "already. –: it stays above. In brackets: {3:.0f} % intervals.",
+                        measured_.by_variance ? "variance" : "MSE", off_edges ? " off the edges of lights" : "",
+                        clock(), 100 * kConfidence));
         for (const MethodResult& m : methods) {
             Page::Cells cells{m.name};
             for (const MethodResult& other : methods) {
-                const TimeToError time = time_to_error(m, last(other), subject_.clock, off_edges);
-                const Point& first = m.points.front();
-                const bool at_once = (off_edges ? first.off_edges_mse : first.mse).value < last(other).value;
+                const TimeToError time = time_to_error(m, last(other), subject_.clock, error);
+                const bool at_once = (m.points.front().*error).value < last(other).value;
                 const auto multiple = [&](double seconds) {
                     return std::isfinite(seconds) ? fmt::format("{:.2g}", seconds / time_of(other.points.back()))
                                                   : std::string(kNone);
@@ -225,6 +246,9 @@ class Report {
         page_.markup("<div class=\"plots\">");
         const auto add = [&](const Plot& plot) { page_.markup(svg(plot)); };
         const auto mse = [](const Point& p) { return p.mse; };
+        if (measured_.by_variance)
+            add(method_plot(
+                "Variance", "variance", false, [](const Point& p) { return p.variance; }, -1));
         add(method_plot("Mean squared error", "MSE", false, mse, -1));
         add(method_plot(
             "Relative mean squared error", "relMSE", false, [](const Point& p) { return p.relative_mse; }, -1));
@@ -237,10 +261,10 @@ class Report {
         }
         page_.markup("</div>");
         page_.paragraph(
-            fmt::format("Error bars are {:.0f} % intervals over seeds. The estimate of the squared bias is itself "
-                        "unbiased: without bias it is negative as often as positive, and these axes cannot show "
+            fmt::format("Error bars are {0:.0f} % intervals over seeds. The estimate of the squared {1} is itself "
+                        "unbiased: without {1} it is negative as often as positive, and these axes cannot show "
                         "negative values.",
-                        100 * kConfidence));
+                        100 * kConfidence, offset()));
     }
 
     /// Returns the first of each set of methods that make the same pictures.
@@ -253,11 +277,11 @@ class Report {
     void budgets() {
         page_.heading("Errors and times by budget");
         page_.begin_table(
-            {"pictures of", "samples", "MSE", "off edges", "blurred MSE", "relMSE", "HDR-FLIP", "bias²", "variance",
-             "worst 0.1 %"},
-            fmt::format("Errors: means over {} seeds, ± {:.0f} % intervals. MSE = bias² + variance. No figure contains "
+            {"pictures of", "samples", "MSE", "off edges", "blurred MSE", "relMSE", "HDR-FLIP", offset() + "²",
+             "variance", "worst 0.1 %"},
+            fmt::format("Errors: means over {} seeds, ± {:.0f} % intervals. MSE = {}² + variance. No figure contains "
                         "the variance of the reference. Methods that make the same pictures share their rows.",
-                        subject_.plan.seeds, 100 * kConfidence));
+                        subject_.plan.seeds, 100 * kConfidence, offset()));
         for (const auto& same : methods_of_same_pictures(measured_)) {
             const MethodResult& m = *same.front();
             for (std::size_t b = 0; b < m.points.size(); ++b) {
@@ -323,12 +347,9 @@ class Report {
     void agreement(const MethodAgreement& found) {
         const Agreement& a = found.agreement;
         const MethodResult& ours = measured_.methods[found.method];
-        const auto external = std::ranges::find(subject_.plan.methods, Method::external);
-        const MethodResult& theirs =
-            measured_.methods[static_cast<std::size_t>(external - subject_.plan.methods.begin())];
+        const MethodResult& theirs = measured_.methods[found.external];
         page_.heading(fmt::format("Agreement of {} with {}", theirs.name, ours.name));
-        page_.paragraph(converge::text(found, measured_.methods) + " " +
-                        (a.agrees() ? "The renderers agree." : "The renderers do not agree."));
+        page_.paragraph(verdict_text(found, measured_.methods) + " " + reasons_text(found, measured_.methods));
         if (!a.blocks.empty()) {
             std::vector<double> sizes, errors;
             for (const Block& b : a.blocks) {
@@ -373,7 +394,7 @@ class Report {
         page_.heading("Pictures");
         const Image reference = shrink(reference_.mean.beauty, kThumbnail);
         page_.begin_figures();
-        page_.figure(view_.apply(reference), fmt::format("Reference: {}", reference_.maker));
+        page_.figure(view_.apply(reference), fmt::format("Reference: {}", name_of(reference_)));
         page_.end_figures();
         for (const MethodResult* m : distinct_methods()) {
             const Image picture = shrink(m->picture, kThumbnail), mean = shrink(m->mean, kThumbnail);
@@ -390,8 +411,8 @@ class Report {
                 magma(shrink(flip, kThumbnail), 1),
                 fmt::format("HDR-FLIP of the first seed, 0 (black) to 1 (light yellow), mean {:.3f}", mean_of(flip)));
             page_.figure(signed_error_picture(mean, reference, mean_scale),
-                         fmt::format("Error of the mean of all seeds, full colour at ±{:.2g}; structure in it is bias",
-                                     mean_scale));
+                         fmt::format("Error of the mean of all seeds, full colour at ±{:.2g}; structure in it is {}",
+                                     mean_scale, m->own_reference ? "bias" : "difference from the reference"));
             page_.end_figures();
         }
     }
@@ -399,7 +420,7 @@ class Report {
     void conditions() {
         page_.heading("Method of measurement");
         page_.begin_list();
-        page_.item(fmt::format("The reference is made by {}, because {}.", reference_.maker, reference_.reason));
+        page_.item(fmt::format("The reference is made by {}, because {}.", name_of(reference_), reference_.reason));
         if (reference_.samples > 0)
             page_.item(fmt::format(
                 "The reference has {} samples per pixel in two independent halves; {} of them come "

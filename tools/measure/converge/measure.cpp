@@ -67,8 +67,11 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
     point.mse = errors.mse;
     point.relative_mse = relative_errors.mse;
     point.blurred_mse = blurred_errors.mse;
-    point.off_edges_mse =
-        off_edges.pixels.empty() ? kUnknown : seed_errors(images, half0.beauty, half1.beauty, off_edges).mse;
+    point.off_edges_mse = point.off_edges_variance = kUnknown;
+    if (!off_edges.pixels.empty()) {
+        const SeedErrors off = seed_errors(images, half0.beauty, half1.beauty, off_edges);
+        point.off_edges_mse = off.mse, point.off_edges_variance = off.variance;
+    }
     point.flip = mean_interval(flips);
     point.bias_squared = errors.squared_bias;
     point.variance = errors.variance;
@@ -107,7 +110,9 @@ void fit(MethodResult& method, Clock clock) {
         method.points, [](const Point& p) { return p.samples; }, mse);
     method.slope_trimmed = slope_of(method.points, time, trimmed);
     const Point& last = method.points.back();
-    method.efficiency = last.mse.value > 0 ? 1 / (last.mse.value * time(last)) : 0;
+    const auto efficiency = [&](const Interval& e) { return e.value > 0 ? 1 / (e.value * time(last)) : 0; };
+    method.efficiency = efficiency(last.mse);
+    method.efficiency_by_variance = efficiency(last.variance);
 }
 
 using Components = std::array<double, kComponents.size()>;
@@ -171,9 +176,25 @@ std::vector<MethodAgreement> agreements(const Plan& plan, const std::vector<std:
     for (std::size_t m = 0; m < plan.methods.size() && external < plan.methods.size() && plan.seeds > 1; ++m) {
         const auto same = [&](const MethodAgreement& other) { return plan.same_pictures(m, other.method); };
         if (m == external || std::ranges::any_of(all, same)) continue;
-        all.push_back({m, compare_pictures(images_of(pictures[m].back()), images_of(pictures[external].back()))});
+        all.push_back(
+            {m, external, compare_pictures(images_of(pictures[m].back()), images_of(pictures[external].back()))});
     }
     return all;
+}
+
+/// Returns whether differences between programs are part of the errors: the external renderer does not agree with a
+/// method, or a difference from the reference shows in an MSE. Methods that are biased on request have their own
+/// differences, and count only where all methods are biased.
+bool differences_count(const Measurement& measured) {
+    const auto fails = [](const MethodAgreement& a) { return a.agreement.verdict() != Verdict::agree; };
+    const auto biased = [&](const MethodAgreement& a) { return measured.methods[a.method].biased; };
+    const bool all = std::ranges::all_of(measured.agreements, biased);
+    return !measured.agreements.empty() &&
+           (std::ranges::any_of(measured.agreements,
+                                [&](const MethodAgreement& a) { return (all || !biased(a)) && fails(a); }) ||
+            std::ranges::any_of(measured.methods, [](const MethodResult& m) {
+                return !m.own_reference && m.points.back().bias_squared.lower() > 0;
+            }));
 }
 
 }  // namespace
@@ -202,29 +223,29 @@ double seconds_until(const MethodResult& method, const std::vector<double>& erro
     return t0 * std::pow(t1 / t0, std::log(before / wanted) / std::log(before / after));
 }
 
-std::vector<double> errors_of(const MethodResult& method, bool off_edges,
-                              const std::function<double(const Interval&)>& error) {
+std::vector<double> errors_of(const MethodResult& method, Interval Point::*error,
+                              const std::function<double(const Interval&)>& bound) {
     std::vector<double> errors;
-    for (const Point& p : method.points) errors.push_back(error(off_edges ? p.off_edges_mse : p.mse));
+    for (const Point& p : method.points) errors.push_back(bound(p.*error));
     return errors;
 }
 
 }  // namespace
 
-double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
-    return seconds_until(method, errors_of(method, off_edges, [](const Interval& e) { return e.value; }), mse, clock);
+double seconds_until(const MethodResult& method, double wanted, Clock clock, Interval Point::*error) {
+    return seconds_until(method, errors_of(method, error, [](const Interval& e) { return e.value; }), wanted, clock);
 }
 
-TimeToError time_to_error(const MethodResult& method, const Interval& mse, Clock clock, bool off_edges) {
+TimeToError time_to_error(const MethodResult& method, const Interval& wanted, Clock clock, Interval Point::*error) {
     // The ratio of both errors decides. Its logarithm has the sum of their relative variances.
     const auto seconds = [&](double sign) {
         const auto bound = [&](const Interval& e) {
             if (!(e.value > 0)) return e.value;
-            return e.value * std::exp(sign * std::hypot(e.half_width / e.value, mse.half_width / mse.value));
+            return e.value * std::exp(sign * std::hypot(e.half_width / e.value, wanted.half_width / wanted.value));
         };
-        return seconds_until(method, errors_of(method, off_edges, bound), mse.value, clock);
+        return seconds_until(method, errors_of(method, error, bound), wanted.value, clock);
     };
-    return {seconds_until(method, mse.value, clock, off_edges), seconds(-1), seconds(1)};
+    return {seconds_until(method, wanted.value, clock, error), seconds(-1), seconds(1)};
 }
 
 Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>>& painters, const Reference& reference,
@@ -278,6 +299,8 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
     for (std::size_t m = 0; m < methods; ++m) {
         MethodResult& method = result.methods.emplace_back();
         method.name = plan.method_name(m);
+        method.own_reference = plan.methods[m] != Method::external && reference.samples > 0;
+        method.biased = plan.is_biased(m);
         method.preparation = painters[m]->preparation();
         for (std::size_t b = 0; b < budgets; ++b) {
             std::vector<RunResult*> of_point;
@@ -299,6 +322,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         method.findings = findings_of(method);
     }
     result.agreements = agreements(plan, pictures);
+    result.by_variance = differences_count(result);
     return result;
 }
 

@@ -49,7 +49,8 @@ std::string text(const Budget& budget) {
 std::string Plan::method_name(std::size_t method) const {
     if (methods[method] == Method::external) return external.name;
     std::string own(name(methods[method]));
-    if (!uses_gl(methods[method])) return own;
+    const auto of_halflight = [&] { return "Halflight (" + own + ")"; };
+    if (!uses_gl(methods[method])) return of_halflight();
     const Technique mine = technique(method);
     std::vector<Estimator> others;
     bool previews = false, denoise = false;
@@ -63,7 +64,13 @@ std::string Plan::method_name(std::size_t method) const {
     if (previews) own += fmt::format(" preview={}", text(mine.preview));
     if (denoise) own += mine.denoise ? " denoise=on" : " denoise=none";
     const std::string apart = difference(mine.estimator, others);
-    return apart.empty() ? own : own + " " + apart;
+    if (!apart.empty()) own += " " + apart;
+    return of_halflight();
+}
+
+bool Plan::is_biased(std::size_t method) const {
+    const Technique its = technique(method);
+    return uses_gl(methods[method]) && (clamp > 0 || its.preview.any() || its.denoise);
 }
 
 bool Plan::same_pictures(std::size_t method, std::size_t other) const {

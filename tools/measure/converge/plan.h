@@ -65,9 +65,11 @@ struct Plan {
     int warm_up = 0;  // samples by another camera that fill the radiance cache before each picture; not timed
 
     Technique technique(std::size_t method) const { return techniques.empty() ? Technique() : techniques[method]; }
-    /// Returns "plain", or "plain lights=tree preview=cache denoise=on" with the choices that distinguish its technique
-    /// from the others.
+    /// Returns program and method: "Halflight (plain)", or "Halflight (plain lights=tree preview=cache denoise=on)"
+    /// with the choices that distinguish its technique from the others; the name of another renderer.
     std::string method_name(std::size_t method) const;
+    /// Returns whether settings of the plan keep the method's pictures from converging: previews, denoising, a clamp.
+    bool is_biased(std::size_t method) const;
     /// Returns whether both methods make the same picture of the same seed and samples.
     bool same_pictures(std::size_t method, std::size_t other) const;
 };

@@ -87,6 +87,10 @@ Reference read_reference(const std::filesystem::path& path, const View& view) {
 
 }  // namespace
 
+std::string name_of(const Reference& reference) {
+    return reference.samples > 0 ? "Halflight (" + reference.maker + ")" : reference.maker;
+}
+
 std::pair<Maker, std::string> choose_maker(const Scene& scene, Maker wanted) {
     if (wanted != Maker::automatic) return {wanted, "it was requested"};
     constexpr std::size_t kMostTriangles = 20'000'000;  // the oracle takes about 150 B for each, instances flattened

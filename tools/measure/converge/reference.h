@@ -34,6 +34,9 @@ struct Reference {
     bool has_components = true;  // false: components are empty
 };
 
+/// Returns "Halflight (oracle)", "Halflight (gl)" or the file.
+std::string name_of(const Reference& reference);
+
 /// Returns the maker and the reason for it. Maker::automatic becomes the oracle, which shares no code with the engine,
 /// or the engine for scenes with more triangles than the oracle can flatten.
 std::pair<ReferenceOrder::Maker, std::string> choose_maker(const Scene& scene, ReferenceOrder::Maker wanted);

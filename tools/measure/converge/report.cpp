@@ -59,7 +59,8 @@ Json run_json(const Subject& subject, const RunResult& r) {
             {"non_finite", r.non_finite}};
 }
 
-Json point_json(const Budget& budget, const Point& p) {
+/// offset: MethodResult::offset()
+Json point_json(const Budget& budget, const Point& p, const std::string& offset) {
     return {{"budget", budget_json(budget)},
             {"samples", p.samples},
             {"seconds", seconds_json(p.time)},
@@ -69,9 +70,10 @@ Json point_json(const Budget& budget, const Point& p) {
             {"blurred_mse", interval_json(p.blurred_mse)},
             {"off_edges_mse", interval_json(p.off_edges_mse)},
             {"hdr_flip", interval_json(p.flip)},
-            {"bias_squared", interval_json(p.bias_squared)},
+            {offset + "_squared", interval_json(p.bias_squared)},
             {"variance", interval_json(p.variance)},
-            {"relative_bias", interval_json(p.relative_bias)},
+            {"off_edges_variance", interval_json(p.off_edges_variance)},
+            {"relative_" + offset, interval_json(p.relative_bias)},
             {"reference_variance", p.reference_variance},
             {"trimmed_mse", p.trimmed_mse},
             {"worst_share", p.worst_share},
@@ -81,7 +83,7 @@ Json point_json(const Budget& budget, const Point& p) {
 Json method_json(const Subject& subject, const Measurement& measured, const MethodResult& m) {
     Json points = Json::array(), passes = Json::array(), stages = Json::array(), findings = Json::array();
     for (std::size_t b = 0; b < m.points.size(); ++b)
-        points.push_back(point_json(subject.plan.budgets[b], m.points[b]));
+        points.push_back(point_json(subject.plan.budgets[b], m.points[b], m.offset()));
     for (const PassTime& pass : m.passes)
         passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
     for (const Stage& s : m.stages)
@@ -92,14 +94,16 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
                           {"gain_of_twice_the_samples", interval_json(s.gain)}});
     Json to_error = Json::object();  // time to the error at the largest budget
     for (const MethodResult& other : measured.methods) {
-        const auto add = [&](const std::string& key, const Interval& mse, bool off_edges) {
-            TimeToError time = time_to_error(m, mse, subject.clock, off_edges);
+        const auto add = [&](const std::string& key, Interval Point::*error) {
+            TimeToError time = time_to_error(m, other.points.back().*error, subject.clock, error);
             if (&other == &m) time.lower = time.upper = time.seconds;  // its own error at that budget
             to_error[other.name][key] = number(time.seconds);
             to_error[other.name][key + "_interval"] = {number(time.lower), number(time.upper)};
         };
-        add("mse", other.points.back().mse, false);
-        add("off_edges_mse", other.points.back().off_edges_mse, true);
+        add("mse", &Point::mse);
+        add("off_edges_mse", &Point::off_edges_mse);
+        add("variance", &Point::variance);
+        add("off_edges_variance", &Point::off_edges_variance);
     }
     for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
     return {{"method", m.name},
@@ -108,6 +112,7 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
             {"slope_by_samples", slope_json(m.slope_by_samples)},
             {"slope_trimmed", slope_json(m.slope_trimmed)},
             {"efficiency", number(m.efficiency)},
+            {"efficiency_by_variance", number(m.efficiency_by_variance)},
             {"seconds_to_the_error_of", to_error},
             {"points", points},
             {"passes", passes},
@@ -126,23 +131,55 @@ Json agreement_json(const Measurement& measured, const MethodAgreement& found) {
                           {"standard_error", b.difference.standard_error},
                           {"beyond", b.beyond},
                           {"chance_of_beyond", b.chance_of_beyond}});
+    const Point& theirs = measured.methods[found.external].points.back();
+    const double mse = theirs.mse.value;
     return {{"method", measured.methods[found.method].name},
-            {"agrees", a.agrees()},
+            {"other", measured.methods[found.external].name},
+            {"verdict", name(a.verdict())},
+            {"agrees", a.verdict() == Verdict::agree},
             {"difference", number(a.whole.relative)},
             {"standard_error", number(a.whole.standard_error)},
+            {"half_width", number(a.whole.interval().half_width)},
+            {"chance", number(a.whole.chance())},
             {"tolerance", kWholeTolerance},
+            {"squared_difference_share", number(mse > 0 ? theirs.bias_squared.value / mse : NAN)},
+            {"variance_share", number(mse > 0 ? theirs.variance.value / mse : NAN)},
             {"block_side", a.side},
             {"block_tolerance", a.tolerance},
             {"blocks_beyond", a.beyond},
             {"blocks_beyond_by_noise", a.expected_beyond},
+            {"chance_of_blocks_beyond", a.chance_of_beyond},
+            {"chance_of_blocks", a.chance_of_blocks},
             {"blocks", blocks}};
 }
 
-/// Returns the method of the greatest efficiency; null where any efficiency is unknown, because the reference is too
-/// noisy for the error.
-const MethodResult* most_efficient(const Measurement& measured) {
-    const auto [worst, best] = std::ranges::minmax_element(measured.methods, {}, &MethodResult::efficiency);
-    return worst == measured.methods.end() || worst->efficiency <= 0 ? nullptr : &*best;
+/// Returns which of several methods is the most efficient, and by what factor: by mse, or by variance.
+std::string ranking(const Subject& subject, const std::vector<const MethodResult*>& methods, bool by_variance) {
+    const auto error = error_of(by_variance, false);
+    const auto efficiency = [&](const MethodResult* m) {
+        return by_variance ? m->efficiency_by_variance : m->efficiency;
+    };
+    const auto [worst, best] = std::ranges::minmax_element(methods, {}, efficiency);
+    if (efficiency(*worst) <= 0)
+        return "Which method lowers the error most per second is not known, because the error of one of them is within "
+               "the noise of the reference. A reference with more samples would tell.";
+    std::string others;
+    const Interval& least = (*best)->points.back().*error;
+    for (const MethodResult* m : methods) {
+        if (m == *best) continue;
+        const Interval& other = m->points.back().*error;
+        Interval factor{efficiency(*best) / efficiency(m), 0};
+        if (other.value != least.value)  // equal errors are those of the same pictures
+            factor.half_width =
+                factor.value * std::hypot(least.half_width / least.value, other.half_width / other.value);
+        others += fmt::format("{}{} times that of {}", others.empty() ? "" : ", ",
+                              factor.half_width > 0 ? text(factor) : fmt::format("{:.2f}", factor.value), m->name);
+    }
+    return fmt::format(
+        "{} lowers the {} most per second of {} time. Its efficiency, 1 / ({} × s) at the largest budget, "
+        "is {}.",
+        (*best)->name, by_variance ? "variance" : "error", subject.clock == Clock::cpu ? "CPU" : "wall",
+        by_variance ? "variance" : "MSE", others);
 }
 
 /// Returns advice on the stage whose samples lower a method's error most, as far as its seeds show it.
@@ -185,26 +222,28 @@ std::vector<std::string> biases(const Plan& plan) {
     return all;
 }
 
-std::vector<std::string> advice(const Subject& subject, const Measurement& measured) {
+std::vector<std::string> rankings(const Subject& subject, const Measurement& measured) {
     std::vector<std::string> lines;
-    const MethodResult* best = most_efficient(measured);
-    if (best && measured.methods.size() > 1) {
-        std::string others;
-        for (const MethodResult& m : measured.methods) {
-            if (&m != best)
-                others += fmt::format("{}{:.2f} times that of {}", others.empty() ? "" : ", ",
-                                      best->efficiency / m.efficiency, m.name);
-        }
-        lines.push_back(
-            fmt::format("{} lowers the error most per second of {} time. Its efficiency, 1 / (MSE × s) at the "
-                        "largest budget, is {}.",
-                        best->name, subject.clock == Clock::cpu ? "CPU" : "wall", others));
+    std::vector<const MethodResult*> comparable, own, biased;
+    for (std::size_t m = 0; m < measured.methods.size(); ++m) {
+        const MethodResult* method = &measured.methods[m];
+        (method->biased && measured.by_variance ? biased : comparable).push_back(method);
+        if (subject.plan.methods[m] != Method::external) own.push_back(method);
     }
-    if (!best && measured.methods.size() > 1)
+    if (comparable.size() > 1) lines.push_back(ranking(subject, comparable, measured.by_variance));
+    if (!measured.by_variance) return lines;
+    if (!lines.empty())
+        lines.back() += " Programs are compared by variance, because their MSE also holds differences between them.";
+    for (const MethodResult* m : biased)
         lines.push_back(
-            "Which method lowers the error most per second is not known, because the error of one of them is within "
-            "the "
-            "noise of the reference. A reference with more samples would tell.");
+            fmt::format("{} is not compared with {}. It is biased on request, which variance does not show.", m->name,
+                        subject.plan.external.name));
+    if (own.size() > 1) lines.push_back("Among the methods of Halflight: " + ranking(subject, own, false));
+    return lines;
+}
+
+std::vector<std::string> advice(const Subject& subject, const Measurement& measured) {
+    std::vector<std::string> lines = rankings(subject, measured);
     for (const auto& same : methods_of_same_pictures(measured)) {
         // Methods that make the same pictures differ in times alone, so the advice is for the fastest one.
         const MethodResult& m =
@@ -257,6 +296,7 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
               {"independent_halves", reference.halves_differ},
               {"seconds", seconds_json(reference.time)}}},
             {"biases", biases(subject.plan)},
+            {"compared_by", measured.by_variance ? "variance" : "mse"},
             {"advice", advice(subject, measured)},
             {"same_pictures", {{"compared", measured.pictures_compared}, {"different", measured.pictures_different}}},
             {"methods", methods},

@@ -10,7 +10,7 @@
 
 namespace halflight::converge {
 
-inline constexpr int kSchema = 2;  // version of the JSON's layout
+inline constexpr int kSchema = 3;  // version of the JSON's layout
 
 /// Description of the measured scene, picture and machine.
 struct Subject {
@@ -41,7 +41,11 @@ std::string report_html(const Subject& subject, const Reference& reference, cons
 /// Returns a sentence for each setting of the plan that keeps pictures from converging to the reference.
 std::vector<std::string> biases(const Plan& plan);
 
-/// Returns advice on where more time lowers the error most: sentences about methods, then about each method's stages.
+/// Returns sentences about the most efficient method. If differences between programs count, other programs are
+/// compared with methods that are not biased on request, by variance, and Halflight's own methods by MSE.
+std::vector<std::string> rankings(const Subject& subject, const Measurement& measured);
+
+/// Returns advice on where more time lowers the error most: rankings(), then a sentence about each method's stages.
 std::vector<std::string> advice(const Subject& subject, const Measurement& measured);
 
 }  // namespace halflight::converge
