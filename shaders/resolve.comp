@@ -260,7 +260,7 @@ void main() {
 #endif
     // Rays from opaque surfaces start at the smooth surface, which takes the place of the triangle (SHADING.md, Shading
     // normals). Lights stay where they are hit.
-    vec3 smooth_normal = bend_normal(surface.normal, -direction);
+    vec3 smooth_normal = bend_normal(surface.smooth_normal, -direction);
     float passing = (material.transmission + material.diffuse_transmission) * (1.0 - material.metallic);
     bool lifted = passing == 0.0 && material.emission == vec3(0.0) &&
                   surface.lift * dot(smooth_normal, surface.geometric_normal) > surface.offset;
@@ -280,10 +280,7 @@ void main() {
     if (catches) make_catcher(b);
     if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
 #ifdef HALFLIGHT_REUSE_POINTS
-    if (lifted && dot(surface.normal, direction) >= 0.0) material.bent = true;  // the horizon depends on wo
-#ifndef HALFLIGHT_GLOSSY
-    if (lifted && material.normal != smooth_normal) material.bent = true;  // there is no row for the horizon
-#endif
+    if (lifted && dot(surface.smooth_normal, direction) >= 0.0) material.bent = true;  // the horizon depends on wo
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
 #ifdef HALFLIGHT_VOLUME
     if (medium.w > 0.0 || one_channel) point.share = 0.0;  // neither is light inside of solids shared, nor one channel

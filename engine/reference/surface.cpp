@@ -58,18 +58,35 @@ dvec3 bend_towards(const dvec3& n, const dvec3& wo) {
     return mu > 0 ? n : normalize(n + wo * (1e-3 - mu));
 }
 
-/// Returns how far the point lies below the smooth surface (Hanika 2021, relative to the interpolated plane). There is
+struct SmoothPoint {
+    double height = 0;  // above the triangle, world units
+    dvec3 normal{0};    // unit length, on the side of n_g
+};
+
+/// Returns the quadratic patch through the corners that curves along each edge as the normals at its ends say. There is
 /// none where normals of corners are behind the triangle.
-double lift(const Placed& placed, const uvec3& indices, const std::array<dvec3, 3>& corners, const dvec3& weights,
-            const Surface& s) {
-    double height = 0;
+SmoothPoint smooth_point(const Placed& placed, const uvec3& indices, const std::array<dvec3, 3>& corners,
+                         const dvec3& weights, const Surface& s) {
+    std::array<dvec3, 3> normals;
     for (int i = 0; i < 3; ++i) {
         const dvec3 outward = normalize_or(placed.normals * dvec3(placed.mesh->normals[indices[i]]), dvec3(0));
-        const dvec3 n = s.front ? outward : -outward;
-        if (dot(n, s.n_g) <= 0) return 0;
-        height += weights[i] * std::max(dot(s.seen - corners[static_cast<std::size_t>(i)], s.n_i - n), 0.0);
+        normals[static_cast<std::size_t>(i)] = s.front ? outward : -outward;
+        if (dot(normals[static_cast<std::size_t>(i)], s.n_g) <= 0) return {};
     }
-    return height;
+    const dvec3 face = cross(corners[1] - corners[0], corners[2] - corners[0]);
+    const auto slope_of_weight = [&](std::size_t i) {
+        return cross(face, corners[(i + 2) % 3] - corners[(i + 1) % 3]) / dot(face, face);
+    };
+    double height = 0;
+    dvec3 gradient(0);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        const double wi = weights[static_cast<int>(i)], wj = weights[static_cast<int>(j)];
+        const double curvature = dot(normals[j] - normals[i], corners[j] - corners[i]);
+        height += curvature * wi * wj / 2;
+        gradient += curvature * (wi * slope_of_weight(j) + wj * slope_of_weight(i)) / 2.0;
+    }
+    return {height, normalize(s.n_g - gradient)};
 }
 
 /// Replaces the point of the triangle by that of the smooth surface where it lies above, for opaque surfaces that do
@@ -82,10 +99,10 @@ void move_to_smooth_surface(const Tracer& tracer, const ReferenceHit& hit, const
     const Placed& placed = tracer.placed(s.triangle.instance);
     const uvec3 indices = placed.mesh->triangles[static_cast<std::size_t>(s.triangle.triangle)];
     const dvec3 weights(1 - hit.u - hit.v, hit.u, hit.v);
-    const double height = lift(placed, indices, corners, weights, s);
-    const dvec3 up = bend_towards(s.n_i, s.wo);
-    if (height * dot(up, s.n_g) <= s.offset) return;  // flat up to rounding
-    s.position += height * up;
+    const SmoothPoint smooth = smooth_point(placed, indices, corners, weights, s);
+    const dvec3 up = bend_towards(smooth.normal, s.wo);
+    if (!(smooth.height * dot(up, s.n_g) > s.offset)) return;  // flat up to rounding
+    s.position += smooth.height * up;
     s.n_g = up;
 }
 
@@ -105,7 +122,6 @@ void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
         return normalize_or(texel.x * scale * t + texel.y * scale * b + texel.z * interpolated, interpolated);
     };
     s.front = side > 0;
-    s.n_i = side * interpolated;
     s.n = bend_towards(side * mapped(m.normal_texture, m.normal_scale), s.wo);
     s.n_k = bend_towards(side * mapped(m.clearcoat_normal_texture, m.clearcoat_normal_scale), s.wo);
 }

@@ -13,7 +13,6 @@ struct Surface {
     double offset = 0;   // world units, see offset_bound()
     dvec3 wo{0};         // unit length, towards the ray's origin
     dvec3 n_g{0};        // unit length, on the side of wo: of the triangle, or of the smooth surface
-    dvec3 n_i{0};        // interpolated normal on the side of n_g, not bent
     dvec3 n{0}, n_k{0};  // shading normals of base and coat, bent towards wo
     TriangleId triangle;
     BsdfParameters parameters;

@@ -34,7 +34,7 @@ int record_rows(const MaterialNeeds& needs) {
 }
 
 int layer_rows(const MaterialNeeds& needs) {
-    return 1 + lobe_rows(needs, &MaterialLobe::layer_rows);  // the first row is the base's
+    return 2 + lobe_rows(needs, &MaterialLobe::layer_rows);  // normal and horizon belong to the base
 }
 
 int component_count(const MaterialField& field) {

@@ -121,7 +121,7 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
     if (needs.lights()) define("LIGHTS", "1");
     if (needs.receivers()) define("RECEIVERS", "1");
     define("VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
-    int row = shared::kLeastSurfaceRows, layer = 1;
+    int row = shared::kLeastSurfaceRows, layer = 2;
     for (const MaterialLobe& lobe : material_lobes()) {
         if (!(needs.*lobe.need)) continue;
         if (lobe.record_rows > 0) define(lobe.define + std::string("_ROW"), std::to_string(row - shared::kBsdfRow));

@@ -28,9 +28,9 @@ struct Layers {
 vec4[HALFLIGHT_LAYER_ROWS] pack_layers(Layers l) {
     vec4 rows[HALFLIGHT_LAYER_ROWS];
     rows[0] = vec4(l.normal, l.alpha);
+    rows[1] = vec4(l.horizon, 0.0);
 #ifdef HALFLIGHT_GLOSSY
     rows[HALFLIGHT_GLOSSY_LAYER] = vec4(l.f0, l.f90, l.coat, l.coat_alpha);
-    rows[HALFLIGHT_GLOSSY_LAYER + 1] = vec4(l.horizon, 0.0);
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     rows[HALFLIGHT_CLEARCOAT_LAYER] = vec4(l.coat_normal, 0.0);
@@ -52,12 +52,12 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
     Layers l;
     l.normal = rows[0].xyz;
     l.alpha = rows[0].w;
+    l.horizon = rows[1].xyz;
 #ifdef HALFLIGHT_GLOSSY
     l.f0 = rows[HALFLIGHT_GLOSSY_LAYER].x;
     l.f90 = rows[HALFLIGHT_GLOSSY_LAYER].y;
     l.coat = rows[HALFLIGHT_GLOSSY_LAYER].z;
     l.coat_alpha = rows[HALFLIGHT_GLOSSY_LAYER].w;
-    l.horizon = rows[HALFLIGHT_GLOSSY_LAYER + 1].xyz;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
     l.coat_normal = rows[HALFLIGHT_CLEARCOAT_LAYER].xyz;
@@ -81,10 +81,7 @@ Layers unpack_layers(vec4 rows[HALFLIGHT_LAYER_ROWS]) {
 
 // Returns whether diffuse light leaves in direction wo, on the side of all normals (SHADING.md, Surfaces).
 bool leaves_base(Layers l, vec3 wo) {
-    bool leaves = dot(l.normal, wo) > 0.0;
-#ifdef HALFLIGHT_GLOSSY
-    leaves = leaves && dot(l.horizon, wo) >= 0.0;
-#endif
+    bool leaves = dot(l.normal, wo) > 0.0 && dot(l.horizon, wo) >= 0.0;
 #ifdef HALFLIGHT_CLEARCOAT
     leaves = leaves && (l.coat == 0.0 || dot(l.coat_normal, wo) > 0.0);
 #endif

@@ -9,8 +9,9 @@ struct Surface {
     vec3 geometric_normal;  // n_g: unit length, on the side of wo
     float offset;           // distance along n_g at which new rays start (offset_ray_origin())
     vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent
-    float lift;             // height along `normal` of the smooth surface that the vertex normals suggest, >= 0. It is 0
-                            // where they are on both sides of the triangle.
+    vec3 smooth_normal;     // of the smooth surface that the vertex normals suggest, unit length, on the side of n_g
+    float lift;             // height of the smooth surface above the triangle, >= 0. It is 0 where vertex normals are on
+                            // both sides of the triangle.
     uint material;
     bool front;             // true: n_g is on the outside, where vertex normals point to
 #ifdef HALFLIGHT_TEXTURES
@@ -32,6 +33,18 @@ vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
     float doubled_area = max(length(cross(e1, e2)), 1e-30);
     vec3 inside = max(weights, vec3(min(distance * longest / doubled_area, 1.0 / 1024.0)));
     return inside / (inside.x + inside.y + inside.z);
+}
+
+// Returns gradient (xyz) and height (w) of the quadratic patch through the corners of a triangle whose edges curve as its
+// vertex normals say (SHADING.md, Shading normals). edges: those opposite to each corner, in order round the triangle.
+vec4 smooth_patch(mat3 edges, mat3 normals, vec3 weights) {
+    float longest = sqrt(max(max(dot(edges[0], edges[0]), dot(edges[1], edges[1])), max(dot(edges[2], edges[2]), 1e-30)));
+    edges *= 1.0 / longest;
+    vec3 face = cross(edges[0], edges[1]);
+    vec3 bends = vec3(dot(edges[0], normals[2] - normals[1]), dot(edges[1], normals[0] - normals[2]),
+                      dot(edges[2], normals[1] - normals[0]));
+    vec3 slopes = 0.5 * (bends.zxy * weights.yzx + bends.yzx * weights.zxy);  // along the gradients of the weights
+    return vec4(cross(face, edges * slopes) / max(dot(face, face), 1e-20), 0.5 * longest * dot(weights, slopes));
 }
 
 // Returns the surface at a hit. `direction` of the ray has any length; wo = -direction. Precondition: no miss.
@@ -56,10 +69,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     vec3 normal = normal_u.xyz;
     mat3 corner_normals = mat3(vertex_row(triangle.x, kVertexNormalTexel).xyz, vertex_row(triangle.y, kVertexNormalTexel).xyz,
                                vertex_row(triangle.z, kVertexNormalTexel).xyz);
-    mat3 from_corners = mat3(s.position - a, s.position - b, s.position - c);
-    vec3 above_corners = vec3(dot(from_corners[0], corner_normals[0]), dot(from_corners[1], corner_normals[1]),
-                              dot(from_corners[2], corner_normals[2]));
-    vec3 above_mean = normal * from_corners;
+    mat3 block_normals = corner_normals;
 #ifdef HALFLIGHT_TEXTURES
     vec4 uv_rest = interpolate_row(triangle.xyz, weights, kVertexUvTexel);
     s.uv0 = vec2(normal_u.w, uv_rest.x);
@@ -127,13 +137,17 @@ Surface surface_at(Hit hit, vec3 direction) {
     float side = dot(normal, s.geometric_normal) < 0.0 ? -1.0 : 1.0;
     s.normal = side * normal;
     s.front = side > 0.0;
-    // Block space has the same heights, times the lengths of the normals in the world.
-    vec3 squares = vec3(dot(corner_normals[0], corner_normals[0]), dot(corner_normals[1], corner_normals[1]),
-                        dot(corner_normals[2], corner_normals[2]));
-    vec3 mean = above_mean * inversesqrt(max(length_squared, 1e-30));
-    vec3 heights = max(side * (mean - above_corners * inversesqrt(max(squares, vec3(1e-30)))), vec3(0.0));
+    // Products of edges and normals are the same in block space, divided by the lengths of the normals in the world.
+    for (int i = 0; i < 3; ++i) block_normals[i] *= inversesqrt(max(dot(corner_normals[i], corner_normals[i]), 1e-30));
+    vec4 smooth_shape = side * smooth_patch(mat3(c - b, a - c, b - a), block_normals, weights);
+    vec3 gradient = smooth_shape.xyz;
+#ifdef HALFLIGHT_INSTANCES
+    gradient = inverse_rows * gradient;
+#endif
+    gradient -= dot(gradient, s.geometric_normal) * s.geometric_normal;
+    s.smooth_normal = normalize(s.geometric_normal - gradient);
     bool has_sides = all(greaterThan(side * (s.geometric_normal * corner_normals), vec3(0.0)));
-    s.lift = has_sides ? dot(weights, heights) : 0.0;
+    s.lift = has_sides ? max(smooth_shape.w, 0.0) : 0.0;
 #ifdef HALFLIGHT_NORMAL_MAPS
     float tangent_squared = dot(tangent, tangent);
     bool has_tangent = tangent_squared > 0.0;

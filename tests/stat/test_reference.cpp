@@ -393,5 +393,104 @@ TEST(Reference, EmptyScenesAndInvalidSettings) {
     EXPECT_THROW(render_oracle(empty, Camera{}, 4, 1, -1), std::exception);
 }
 
+/// A point of a profile in the plane z = 0, and the normal there.
+struct ProfilePoint {
+    dvec2 position, normal;
+};
+
+/// Returns the direction of +Y turned towards -X.
+dvec2 turned_up(double degrees) {
+    return {-std::sin(glm::radians(degrees)), std::cos(glm::radians(degrees))};
+}
+
+/// Adds a strip of triangles along a profile from z = -6 to 0. Each side becomes `pieces` long pieces of the cubic curve
+/// that has the normals of its ends. With one piece, vertex normals are those of the profile.
+void add_strip(Scene& scene, int material, const std::vector<ProfilePoint>& profile, int pieces) {
+    Mesh mesh;
+    const auto add = [&](const dvec2& point, const dvec2& normal) {
+        for (const float z : {-6.0f, 0.0f}) {
+            mesh.positions.emplace_back(point.x, point.y, z);
+            mesh.normals.push_back(glm::normalize(vec3(vec2(normal), 0)));
+        }
+    };
+    for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
+        const auto& [a, a_normal] = profile[i];
+        const auto& [b, b_normal] = profile[i + 1];
+        const dvec2 p = (2.0 * a + b - glm::dot(b - a, a_normal) * a_normal) / 3.0;  // control points (Vlachos 2001)
+        const dvec2 q = (2.0 * b + a - glm::dot(a - b, b_normal) * b_normal) / 3.0;
+        for (int k = i > 0; k <= pieces; ++k) {
+            const double t = double(k) / pieces, r = 1 - t;
+            const dvec2 along = r * r * (p - a) + 2 * r * t * (q - p) + t * t * (b - q);
+            const dvec2 normal = k == 0 ? a_normal : k == pieces ? b_normal : dvec2(-along.y, along.x);
+            add(r * r * r * a + 3 * r * r * t * p + 3 * r * t * t * q + t * t * t * b, normal);
+        }
+    }
+    for (std::uint32_t i = 0; i + 3 < mesh.positions.size(); i += 2) {
+        mesh.triangles.insert(mesh.triangles.end(), {{i, i + 1, i + 3}, {i, i + 3, i + 2}});
+        mesh.triangle_material.insert(mesh.triangle_material.end(), 2, static_cast<std::uint32_t>(material));
+    }
+    scene.instances.emplace_back().mesh = static_cast<int>(scene.meshes.size());
+    scene.meshes.push_back(std::move(mesh));
+}
+
+PunctualLight sun_along(const vec3& direction) {
+    PunctualLight sun;
+    sun.type = LightType::directional;
+    sun.direction = glm::normalize(direction);
+    sun.intensity = vec3(1);
+    return sun;
+}
+
+TEST(Reference, RaysFromASmoothBallStartAtItsSphere) {
+    Scene scene;
+    add_smooth_ball(scene, add_material(scene, diffuse_material(vec3(0.8f))), vec3(0), 1, 6);
+    const reference::Tracer tracer(scene);
+    double deepest = 1;
+    for (int i = 0; i < 500; ++i) {
+        const double y = 1 - (2 * i + 1) / 500.0, turn = 2.4 * i;
+        const dvec3 out(std::sqrt(1 - y * y) * std::cos(turn), y, std::sqrt(1 - y * y) * std::sin(turn));
+        const auto hit = tracer.closest_hit({2.0 * out, -out}, {});
+        const reference::Surface s = make_surface(tracer, hit.value(), out);
+        deepest = std::min(deepest, glm::length(s.seen));
+        EXPECT_NEAR(glm::length(s.position), 1, 0.02) << i;
+        EXPECT_GT(glm::dot(s.n_g, out), 0.99) << i;
+    }
+    EXPECT_LT(deepest, 0.94);
+}
+
+TEST(Reference, SmoothMeshesAreNoBrighterThanTheirSubdivision) {
+    std::vector<ProfilePoint> column;
+    for (int i = 0; i <= 8; ++i) column.push_back({0.8 * turned_up(90 - 22.5 * i), turned_up(90 - 22.5 * i)});
+    const double width = 1 / std::tan(glm::radians(65.0));
+    const std::vector<ProfilePoint> bank = {
+        {{-2, 0}, turned_up(0)}, {{0, 0}, turned_up(40)}, {{width, 1}, turned_up(25)}, {{2.5, 1}, turned_up(0)}};
+    const Camera at_column = look_at_camera({0.6, 3.2, -0.5}, {0, 0.6, -0.3}, {0, 0, 1}, 0.6);
+    const Camera at_bank = look_at_camera({-1.5, 1.2, -3}, {width / 2, 0.5, -3.3}, {0, 1, 0}, 0.6);
+    const struct {
+        const char* name;
+        const std::vector<ProfilePoint>& profile;
+        const Camera& camera;
+        float sky;
+        std::vector<PunctualLight> suns;
+        double least, most;  // brightness relative to the subdivision
+    } cases[] = {{"column under a slab", column, at_column, 0, {sun_along({-0.5f, -0.4f, -1})}, 0.98, 1.02},
+                 {"bank under the sky", bank, at_bank, 1, {}, 0.96, 1.01},
+                 {"bank in the sun", bank, at_bank, 0, {sun_along({-0.55f, -1, 0})}, 0.8, 1.02}};
+    for (const auto& [name, profile, camera, sky, suns, least, most] : cases) {
+        double found[2];
+        for (const int pieces : {1, 24}) {
+            Scene scene;
+            scene.environment.color = vec3(sky);
+            scene.lights = suns;
+            const int material = add_material(scene, diffuse_material(vec3(0.7f)));
+            add_strip(scene, material, profile, pieces);
+            if (&profile == &column) add_quad(scene, material, {-1.1f, -0.5f, 0}, {2.2f, 0, 0}, {0, 1.6f, 0});
+            found[pieces > 1] = mean_radiance(render_oracle(scene, camera, 32, 24, 4)).value;
+        }
+        EXPECT_GT(found[0], least * found[1]) << name;
+        EXPECT_LT(found[0], most * found[1]) << name;
+    }
+}
+
 }  // namespace
 }  // namespace halflight

@@ -53,7 +53,7 @@ TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
     const ShadingTables tables = tables_of(plain_scene());
     EXPECT_EQ(shader_defines(tables.needs),
               (std::vector<std::pair<std::string, std::string>>{{"HALFLIGHT_DIFFUSE", "1"},
-                                                                {"HALFLIGHT_LAYER_ROWS", "1"},
+                                                                {"HALFLIGHT_LAYER_ROWS", "2"},
                                                                 {"HALFLIGHT_SURFACE_ROWS", "5u"},
                                                                 {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
     EXPECT_TRUE(tables.textures.empty() && tables.color_texels.empty() && tables.data_texels.empty());
@@ -109,7 +109,7 @@ TEST(ShadingTables, RowsOfLobesDoNotOverlap) {
         EXPECT_EQ(std::pair(*used.begin(), *used.rbegin()), std::pair(first, end - 1)) << suffix;
     };
     check("_ROW", &MaterialLobe::record_rows, 3, std::stoi(defines.at("HALFLIGHT_SURFACE_ROWS")) - 2);
-    check("_LAYER", &MaterialLobe::layer_rows, 1, std::stoi(defines.at("HALFLIGHT_LAYER_ROWS")));
+    check("_LAYER", &MaterialLobe::layer_rows, 2, std::stoi(defines.at("HALFLIGHT_LAYER_ROWS")));
 }
 
 TEST(ShadingTables, UnusedMaterialsHaveNoNeeds) {
