@@ -39,12 +39,14 @@ dvec4 matrix_row(int texel) {
 
 JointMatrix joint_matrix(uint joint) {
     int texel = kJointTexels * (first_matrix + int(joint));
-    return JointMatrix(matrix_row(texel), matrix_row(texel + 2), matrix_row(texel + 4));
+    uvec4 side = texelFetch(matrices, texel + 6);
+    return JointMatrix(matrix_row(texel), matrix_row(texel + 2), matrix_row(texel + 4),
+                       dvec2(packDouble2x32(side.xy), packDouble2x32(side.zw)));
 }
 
 JointMatrix blend(int vertex) {
     if (sets == 0) return joint_matrix(0u);
-    JointMatrix sum = JointMatrix(dvec4(0.0), dvec4(0.0), dvec4(0.0));
+    JointMatrix sum = JointMatrix(dvec4(0.0), dvec4(0.0), dvec4(0.0), dvec2(0.0));
     precise double total = 0.0;
     for (int set = 0; set < sets; ++set) {
         uvec4 which = texelFetch(joints, set * vertices + vertex);

@@ -12,7 +12,7 @@ void add(std::vector<V>& values, const std::vector<vec3>& deltas, float weight) 
 shared::JointMatrix blend(const std::vector<JointSet>& sets, const std::vector<shared::JointMatrix>& joints,
                           std::size_t vertex) {
     if (sets.empty()) return joints[0];
-    shared::JointMatrix sum{dvec4(0), dvec4(0), dvec4(0)};
+    shared::JointMatrix sum{dvec4(0), dvec4(0), dvec4(0), dvec2(0)};
     double total = 0;
     for (const JointSet& set : sets) {
         for (int i = 0; i < 4; ++i) {
@@ -27,14 +27,33 @@ shared::JointMatrix blend(const std::vector<JointSet>& sets, const std::vector<s
 
 }  // namespace
 
-std::vector<shared::JointMatrix> joint_matrices(std::span<const dmat4> joints) {
+shared::JointMatrix joint_matrix(const Joint& joint) {
+    const dmat4 rows = glm::transpose(joint.matrix);
+    return {rows[0], rows[1], rows[2], dvec2(joint.side, 0)};
+}
+
+std::vector<shared::JointMatrix> joint_matrices(std::span<const Joint> joints) {
     std::vector<shared::JointMatrix> matrices;
     matrices.reserve(joints.size());
-    for (const dmat4& m : joints) {
-        const dmat4 rows = glm::transpose(m);
-        matrices.push_back({rows[0], rows[1], rows[2]});
-    }
+    for (const Joint& joint : joints) matrices.push_back(joint_matrix(joint));
     return matrices;
+}
+
+double determinant_of(const dmat4& matrix) {
+    const shared::JointMatrix m = joint_matrix({matrix, 1});
+    return shared::joint_determinant(m, shared::exact_cross(m.y, m.z));
+}
+
+std::vector<float> sides_of(const Deformation& deformation) {
+    std::vector<float> sides;
+    if (deformation.joints.empty()) return sides;
+    const std::vector<JointSet> sets = deformation.rest->read_joints();
+    if (sets.empty() && deformation.joints[0].side > 0) return sides;
+    const std::vector<shared::JointMatrix> joints = joint_matrices(deformation.joints);
+    sides.reserve(deformation.rest->vertices());
+    for (std::size_t i = 0; i < deformation.rest->vertices(); ++i)
+        sides.push_back(static_cast<float>(shared::joint_normals(blend(sets, joints, i)).side));
+    return sides;
 }
 
 VertexArrays deform(const Deformation& deformation) {

@@ -59,19 +59,33 @@ struct ActiveTarget {
     float weight = 0;  // factor of the target, not 0
 };
 
+/// The transform of a joint.
+struct Joint {
+    dmat4 matrix{1};  // affine
+    double side = 1;  // -1 where the transform mirrors, otherwise 1. Scales of 0 in the matrix count as 1.
+};
+
 /// A shape in one pose. Targets are added in their order, then joints transform the sum.
 struct Deformation {
     std::shared_ptr<const RestShape> rest;  // the shape at rest, which a Deformer may keep
     std::vector<ActiveTarget> targets;      // active targets by ascending index
-    std::span<const dmat4> joints;  // affine matrices; without joint sets the first one moves all vertices; empty: none
+    std::span<const Joint> joints;          // without joint sets the first one moves all vertices; empty: none
 };
 
 /// Returns the deformed vertices. A vertex is transformed by the weighted mean of its joints, or by its first joint
 /// where no weight is positive. Normals are transformed by cofactors and keep their side of mirrored surfaces.
 VertexArrays deform(const Deformation& deformation);
 
-/// Returns the joints in the layout of shaders/shared/deform.h.
-std::vector<shared::JointMatrix> joint_matrices(std::span<const dmat4> joints);
+/// Returns -1 for vertices that their joints mirror, otherwise 1. Means of joints can mirror where no joint does, such
+/// as those of opposite turns. Returns none where no vertex can be mirrored.
+std::vector<float> sides_of(const Deformation& deformation);
+
+/// Returns the determinant of the linear part of an affine matrix, 0 where rounding can decide its sign.
+double determinant_of(const dmat4& matrix);
+
+/// Returns a joint in the layout of shaders/shared/deform.h.
+shared::JointMatrix joint_matrix(const Joint& joint);
+std::vector<shared::JointMatrix> joint_matrices(std::span<const Joint> joints);
 
 /// Interface that deforms many shapes at once.
 class Deformer {

@@ -25,6 +25,19 @@ void append_array(std::vector<T>& to, std::size_t to_size, const std::vector<T>&
     to.resize(to_size + from_size, missing);
 }
 
+template <class T>
+void gather(std::vector<T>& values, std::span<const std::uint32_t> sources) {
+    if (values.empty()) return;
+    std::vector<T> gathered;
+    gathered.reserve(sources.size());
+    for (const std::uint32_t source : sources) gathered.push_back(values[source]);
+    values = std::move(gathered);
+}
+
+void gather(VertexExtras* extras, std::span<const std::uint32_t> sources) {
+    if (extras) gather(extras->sides, sources), gather(extras->uvs, sources);
+}
+
 void fill_tangents(std::vector<vec4>& tangents, const std::vector<vec3>& normals) {
     for (std::size_t i = tangents.size(); i < normals.size(); ++i)
         tangents.emplace_back(any_perpendicular(normals[i]), 1.0f);
@@ -49,16 +62,10 @@ bool has_surface(const Scene& scene, const Instance& instance) {
 }
 
 void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources) {
-    for_each_array(mesh, [&](auto& values) {
-        if (values.empty()) return;
-        std::remove_reference_t<decltype(values)> gathered;
-        gathered.reserve(sources.size());
-        for (const std::uint32_t source : sources) gathered.push_back(values[source]);
-        values = std::move(gathered);
-    });
+    for_each_array(mesh, [&](auto& values) { gather(values, sources); });
 }
 
-DroppedTriangles drop_bad_triangles(Mesh& mesh) {
+DroppedTriangles drop_bad_triangles(Mesh& mesh, VertexExtras* extras) {
     DroppedTriangles dropped;
     std::size_t kept = 0;
     std::vector<bool> used(mesh.positions.size(), false);
@@ -87,28 +94,35 @@ DroppedTriangles drop_bad_triangles(Mesh& mesh) {
         if (used[i]) sources.push_back(static_cast<std::uint32_t>(i));
     }
     gather_vertices(mesh, sources);
+    gather(extras, sources);
     for (uvec3& t : mesh.triangles) t = uvec3(renamed[t.x], renamed[t.y], renamed[t.z]);
     return dropped;
 }
 
-std::size_t generate_flat_normals(Mesh& mesh) {
+std::size_t generate_flat_normals(Mesh& mesh, VertexExtras* extras) {
+    std::vector<float>* const sides = extras && !extras->sides.empty() ? &extras->sides : nullptr;
+    std::vector<float> new_sides;
     std::vector<std::uint32_t> sources;
     std::vector<vec3> normals;
     sources.reserve(3 * mesh.triangles.size());
     normals.reserve(3 * mesh.triangles.size());
     for (uvec3& t : mesh.triangles) {
-        normals.insert(normals.end(), 3, vec3(glm::normalize(area_vector(mesh, t))));
+        const float side = sides && (*sides)[t.x] + (*sides)[t.y] + (*sides)[t.z] < 0 ? -1.0f : 1.0f;
+        if (sides) new_sides.insert(new_sides.end(), 3, side);
+        normals.insert(normals.end(), 3, side * vec3(glm::normalize(area_vector(mesh, t))));
         const auto first = static_cast<std::uint32_t>(sources.size());
         sources.insert(sources.end(), {t.x, t.y, t.z});
         t = uvec3(first, first + 1, first + 2);
     }
     mesh.normals.clear();
     gather_vertices(mesh, sources);
+    gather(extras, sources);
+    if (sides) *sides = std::move(new_sides);
     mesh.normals = std::move(normals);
     return mesh.normals.size();
 }
 
-std::size_t repair_normals(Mesh& mesh) {
+std::size_t repair_normals(Mesh& mesh, std::span<const float> sides) {
     std::vector<std::uint32_t> bad;
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
         // Double precision keeps the length of tiny and huge normals.
@@ -134,8 +148,10 @@ std::size_t repair_normals(Mesh& mesh) {
         }
     }
     // Normals can cancel where two sides of a sheet share a vertex. Then the last triangle's normal is used.
-    for (std::size_t i = 0; i < bad.size(); ++i)
-        mesh.normals[bad[i]] = vec3(glm::normalize(sums[i] == dvec3(0) ? last[i] : sums[i]));
+    for (std::size_t i = 0; i < bad.size(); ++i) {
+        const double side = sides.empty() ? 1 : sides[bad[i]];
+        mesh.normals[bad[i]] = vec3(side * glm::normalize(sums[i] == dvec3(0) ? last[i] : sums[i]));
+    }
     return bad.size();
 }
 

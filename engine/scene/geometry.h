@@ -20,6 +20,13 @@ bool has_surface(const Scene& scene, const Instance& instance);
 /// Makes vertex i of `mesh` a copy of its former vertex sources[i], in every per-vertex array. Triangles are untouched.
 void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources);
 
+/// Arrays per vertex that only the making of a mesh needs. Each may be empty.
+struct VertexExtras {
+    std::vector<float> sides;  // -1 where a pose has mirrored the vertex, so that its normal is against the winding of
+                               // its triangles; otherwise 1
+    std::vector<vec2> uvs;     // texture coordinates that tangents alone follow
+};
+
 /// Numbers of triangles that drop_bad_triangles() removed.
 struct DroppedTriangles {
     std::size_t non_finite = 0;  // triangles with a corner at NaN or infinity
@@ -28,15 +35,16 @@ struct DroppedTriangles {
 
 /// Removes the triangles that cannot be rendered, and the vertices that no triangle uses. Order is kept.
 /// Precondition: triangle indices are in range.
-DroppedTriangles drop_bad_triangles(Mesh& mesh);
+DroppedTriangles drop_bad_triangles(Mesh& mesh, VertexExtras* extras = nullptr);
 
-/// Gives each triangle a flat normal (glTF 2.0, section 3.7.2.1) and vertices of its own. Returns the number of
-/// vertices. Precondition: no degenerate triangles.
-std::size_t generate_flat_normals(Mesh& mesh);
+/// Gives each triangle a flat normal (glTF 2.0, section 3.7.2.1) and vertices of its own. The side of most corners is
+/// that of the triangle. Returns the number of vertices. Precondition: no degenerate triangles.
+std::size_t generate_flat_normals(Mesh& mesh, VertexExtras* extras = nullptr);
 
 /// Normalises all normals. Normals that are zero or not finite become the area-weighted mean of the triangles around
-/// them; returns their number. Precondition: no degenerate triangles, every vertex is used and has a normal.
-std::size_t repair_normals(Mesh& mesh);
+/// them; returns their number. `sides` are those of VertexExtras.
+/// Precondition: no degenerate triangles, every vertex is used and has a normal.
+std::size_t repair_normals(Mesh& mesh, std::span<const float> sides = {});
 
 /// Makes room for so many vertices and triangles in the arrays that `mesh` has.
 void reserve(Mesh& mesh, std::size_t vertices, std::size_t triangles);

@@ -45,8 +45,8 @@ struct Group {
 
 class TangentFrames {
   public:
-    TangentFrames(const Mesh& mesh, const std::vector<vec2>& uv)
-        : mesh_(mesh), uv_(uv), neighbour_(3 * mesh.triangles.size(), kNobody), group_of_(neighbour_) {
+    TangentFrames(const Mesh& mesh, const std::vector<vec2>& uv, std::span<const float> sides)
+        : mesh_(mesh), uv_(uv), sides_(sides), neighbour_(3 * mesh.triangles.size(), kNobody), group_of_(neighbour_) {
         weld();
         find_neighbours();
         for (const uvec3& t : mesh_.triangles) faces_.push_back(face(t));
@@ -57,24 +57,26 @@ class TangentFrames {
 
     vec4 tangent(std::uint32_t corner) const {
         const vec3& n = normal(corner);
-        if (group_of_[corner] == kNobody) return vec4(any_perpendicular(n), 1);
+        const float side = this->side(vertex(corner));
+        if (group_of_[corner] == kNobody) return vec4(any_perpendicular(n), side);
         const Group& group = groups_[group_of_[corner]];
         // Where directions cancel exactly, each triangle keeps its own.
         vec3 t = group.tangent;
         if (t == vec3(0)) t = into_plane(faces_[corner / 3].along_u, n);
         if (t == vec3(0)) t = any_perpendicular(n);
-        return vec4(t, group.right_way ? 1 : -1);
+        return vec4(t, group.right_way ? side : -side);
     }
 
   private:
     std::uint32_t vertex(std::uint32_t corner) const { return mesh_.triangles[corner / 3][corner % 3]; }
     const vec3& normal(std::uint32_t corner) const { return mesh_.normals[vertex(corner)]; }
+    float side(std::uint32_t vertex) const { return sides_.empty() ? 1 : sides_[vertex]; }
     static std::uint32_t next(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
     static std::uint32_t previous(std::uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
 
-    /// Gives vertices of equal position, normal and uv one id.
+    /// Gives vertices of equal position, normal, uv and side one id.
     void weld() {
-        using Key = std::array<float, 8>;
+        using Key = std::array<float, 9>;
         const auto hash = [](const Key& key) {
             std::uint64_t h = 0;
             // FNV-1a's prime is applied to one word at a time. The shift moves high bits to where buckets are chosen.
@@ -85,7 +87,7 @@ class TangentFrames {
         welded_.resize(mesh_.positions.size());
         for (std::uint32_t i = 0; i < welded_.size(); ++i) {
             const vec3 &p = mesh_.positions[i], &n = mesh_.normals[i];
-            Key key{p.x, p.y, p.z, n.x, n.y, n.z, uv_[i].x, uv_[i].y};
+            Key key{p.x, p.y, p.z, n.x, n.y, n.z, uv_[i].x, uv_[i].y, side(i)};
             for (float& x : key) x += 0.0f;  // -0 becomes 0
             welded_[i] = first.try_emplace(key, i).first->second;
         }
@@ -172,6 +174,7 @@ class TangentFrames {
 
     const Mesh& mesh_;
     const std::vector<vec2>& uv_;
+    const std::span<const float> sides_;
     std::vector<std::uint32_t> welded_;
     std::vector<std::uint32_t> neighbour_;
     std::vector<std::uint32_t> group_of_;
@@ -181,8 +184,8 @@ class TangentFrames {
 
 }  // namespace
 
-void generate_tangents(Mesh& mesh, const std::vector<vec2>& uv) {
-    const TangentFrames frames(mesh, uv);
+void generate_tangents(Mesh& mesh, const std::vector<vec2>& uv, std::span<const float> sides) {
+    const TangentFrames frames(mesh, uv, sides);
     // A vertex whose corners disagree gets copies, which form a linked list.
     std::vector<std::uint32_t> sources(mesh.positions.size()), next_copy(mesh.positions.size(), kNobody);
     std::iota(sources.begin(), sources.end(), 0u);

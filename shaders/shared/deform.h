@@ -6,21 +6,27 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST int kJointTexels = 6;
+HALFLIGHT_SHARED_CONST int kJointTexels = 7;
 
-// The first three rows of a matrix whose last one is (0, 0, 0, 1).
+// Least magnitude of a determinant over the sum of the magnitudes of its terms, 2^-40. Rounding can decide the sign of
+// smaller ones, such as those of transforms with a scale of 0.
+HALFLIGHT_SHARED_CONST double kLeastDeterminant = 1.0 / 1099511627776.0;
+
+// The first three rows of a matrix whose last one is (0, 0, 0, 1), and the side of its joint.
 struct JointMatrix {
     dvec4 x;
     dvec4 y;
     dvec4 z;
+    dvec2 side;  // x: < 0 where the transform mirrors, scales of 0 taken as 1; weighted in sums. y: unused
 };
-HALFLIGHT_SHARED_SIZE(JointMatrix, 96)
+HALFLIGHT_SHARED_SIZE(JointMatrix, 112)
 
 HALFLIGHT_SHARED_FUNCTION JointMatrix add_joint(JointMatrix sum, double weight, JointMatrix joint) {
     HALFLIGHT_SHARED_PRECISE JointMatrix m;
     m.x = sum.x + weight * joint.x;
     m.y = sum.y + weight * joint.y;
     m.z = sum.z + weight * joint.z;
+    m.side = sum.side + weight * joint.side;
     return m;
 }
 
@@ -29,6 +35,7 @@ HALFLIGHT_SHARED_FUNCTION JointMatrix mean_joint(JointMatrix sum, double total) 
     m.x = sum.x / total;
     m.y = sum.y / total;
     m.z = sum.z / total;
+    m.side = sum.side / total;
     return m;
 }
 
@@ -61,13 +68,25 @@ struct JointNormals {
     double side;  // -1 where the matrix mirrors, otherwise 1
 };
 
+// Returns the determinant of the linear part, 0 where rounding can decide its sign. x: cofactors of the first row.
+HALFLIGHT_SHARED_FUNCTION double joint_determinant(JointMatrix m, dvec3 x) {
+    dvec4 a = abs(m.x);
+    dvec4 b = abs(m.y);
+    dvec4 c = abs(m.z);
+    HALFLIGHT_SHARED_PRECISE double terms = a.x * (b.y * c.z + b.z * c.y) + a.y * (b.z * c.x + b.x * c.z) +
+                                            a.z * (b.x * c.y + b.y * c.x);
+    HALFLIGHT_SHARED_PRECISE double least = kLeastDeterminant * terms;
+    HALFLIGHT_SHARED_PRECISE double determinant = m.x.x * x.x + m.x.y * x.y + m.x.z * x.z;
+    return determinant > least || determinant < -least ? determinant : 0.0;
+}
+
 HALFLIGHT_SHARED_FUNCTION JointNormals joint_normals(JointMatrix m) {
     JointNormals n;
     n.x = exact_cross(m.y, m.z);
     n.y = exact_cross(m.z, m.x);
     n.z = exact_cross(m.x, m.y);
-    HALFLIGHT_SHARED_PRECISE double determinant = m.x.x * n.x.x + m.x.y * n.x.y + m.x.z * n.x.z;
-    n.side = determinant < 0.0 ? -1.0 : 1.0;
+    double determinant = joint_determinant(m, n.x);
+    n.side = (determinant == 0.0 ? m.side.x : determinant) < 0.0 ? -1.0 : 1.0;
     return n;
 }
 

@@ -30,11 +30,11 @@ void draco(std::string_view input) {
     const auto vertices = take<std::uint16_t>(input), indices = take<std::uint16_t>(input);
     GltfDocument document;
     document.file = "scene";
-    for (const char* type : {"VEC3", "VEC3", "VEC2", "SCALAR"}) {
+    for (const int type : {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC2, TINYGLTF_TYPE_SCALAR}) {
         tinygltf::Accessor& accessor = document.model.accessors.emplace_back();
         accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
         accessor.type = type;
-        accessor.count = accessor.type == "SCALAR" ? indices : vertices;
+        accessor.count = type == TINYGLTF_TYPE_SCALAR ? indices : vertices;
     }
     tinygltf::BufferView& view = document.model.bufferViews.emplace_back();
     view.buffer = 0;
@@ -44,8 +44,10 @@ void draco(std::string_view input) {
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.indices = 3;
     primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}};
-    primitive.extensions["KHR_draco_mesh_compression"] = {
-        {"bufferView", 0}, {"attributes", {{"POSITION", 6}, {"NORMAL", 7}, {"TEXCOORD_0", 5}}}};
+    using tinygltf::Value;
+    const Value::Object attributes{{"POSITION", Value(6)}, {"NORMAL", Value(7)}, {"TEXCOORD_0", Value(5)}};
+    primitive.extensions["KHR_draco_mesh_compression"] =
+        Value(Value::Object{{"bufferView", Value(0)}, {"attributes", Value(attributes)}});
     limit_memory();
     check_errors("scene: ", [&] {
         const auto mesh = decode_draco(document, primitive, "primitive");

@@ -68,12 +68,17 @@ bool is_unsigned(int type) {
            type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
+/// Returns whether sparse values replace others.
+bool replaces(const tinygltf::Accessor& accessor) {
+    return accessor.sparse.isSparse && accessor.sparse.count > 0;
+}
+
 }  // namespace
 
 std::set<int> views_of(const tinygltf::Model& model, int accessor) {
     const auto& a = model.accessors[static_cast<std::size_t>(accessor)];
     std::set<int> views{a.bufferView};
-    if (a.sparse.count > 0) views.insert({a.sparse.indices.bufferView, a.sparse.values.bufferView});
+    if (replaces(a)) views.insert({a.sparse.indices.bufferView, a.sparse.values.bufferView});
     views.erase(kNone);
     return views;
 }
@@ -149,7 +154,7 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
     const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const View base = view(accessor);
     if (base.stride > 0) for_each_in(base, first, count, read);
-    if (a.sparse.count == 0 || base.decoded) return;
+    if (!replaces(a) || base.decoded) return;
 
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
     const auto replaced = static_cast<std::size_t>(a.sparse.count);

@@ -43,15 +43,16 @@ class Instances {
             // Joints alone place a skinned mesh (glTF 2.0, section 3.7.3.3).
             return add(node, dmat4(1), {{}, true});
         }
-        const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
+        const Joint world{nodes_.world[static_cast<std::size_t>(node)], nodes_.side(static_cast<std::size_t>(node))};
         const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
         if (!instancing) return place(node, world);
         const std::string element = fmt::format("nodes[{}]", node);
         warn_of_attributes(*instancing, element);
         const std::size_t count = count_instances(document_, *instancing, element);
-        for (const dmat4& local : instance_transforms(document_, *instancing, element, 0, count)) {
-            if (!within_float_range(world * local)) document_.fail(element, "an instance's transform overflows");
-            place(node, world * local);
+        for (const Joint& local : instance_transforms(document_, *instancing, element, 0, count)) {
+            const Joint placed{world.matrix * local.matrix, world.side * local.side};
+            if (!within_float_range(placed.matrix)) document_.fail(element, "an instance's transform overflows");
+            place(node, placed);
         }
     }
 
@@ -102,10 +103,10 @@ class Instances {
   private:
     const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
 
-    void place(int node, const dmat4& world) {
-        const GltfShape shape = shape_of(world);
+    void place(int node, const Joint& world) {
+        const GltfShape shape = shape_of(world.matrix);
         if (shape == GltfShape::solid || (shape == GltfShape::nothing && kept_.animated.move(node)))
-            return add(node, world, {});
+            return add(node, world.matrix, {});
         if (shape == GltfShape::flat) return add(node, dmat4(1), {{world}, false});
         document_.warnings.add("its transform leaves no area, it is left out", fmt::format("nodes[{}]", node));
     }
@@ -227,17 +228,23 @@ class Instances {
         return still.mesh;
     }
 
-    std::vector<dmat4> skin_joints(std::size_t index) const {
+    std::vector<Joint> skin_joints(std::size_t index) const {
         const tinygltf::Skin& skin = document_.model.skins[index];
         const std::string element = fmt::format("skins[{}]", index);
-        std::vector<dmat4> joints;
-        for (const int joint : skin.joints) joints.push_back(nodes_.world[static_cast<std::size_t>(joint)]);
+        std::vector<Joint> joints;
+        for (const int joint : skin.joints) {
+            const auto node = static_cast<std::size_t>(joint);
+            joints.push_back({nodes_.world[node], nodes_.side(node)});
+        }
         if (joints.empty()) document_.fail(element, "has no joints");
         if (skin.inverseBindMatrices == kNone) return joints;
         const auto inverse = accessors_.read<mat4>(skin.inverseBindMatrices, element + ".inverseBindMatrices");
         if (inverse.size() < joints.size())
             document_.fail(element, "{} inverse bind matrices for {} joints", inverse.size(), joints.size());
-        for (std::size_t i = 0; i < joints.size(); ++i) joints[i] = joints[i] * dmat4(inverse[i]);
+        for (std::size_t i = 0; i < joints.size(); ++i) {
+            const dmat4 m(inverse[i]);
+            joints[i] = {joints[i].matrix * m, determinant_of(m) < 0 ? -joints[i].side : joints[i].side};
+        }
         return joints;
     }
 
@@ -289,13 +296,12 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
 }
 
 GltfShape shape_of(const dmat4& object_to_world) {
-    const dmat3 m(object_to_world);
-    const double determinant = glm::determinant(m);
+    const double determinant = determinant_of(object_to_world);
     if (determinant != 0 && std::isfinite(determinant)) return GltfShape::solid;
     return leaves_area(object_to_world) ? GltfShape::flat : GltfShape::nothing;
 }
 
-std::vector<dmat4> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
+std::vector<Joint> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
                                        const std::string& element, std::size_t first, std::size_t count) {
     const GltfAccessors accessors(document);
     const Attributes& attributes = instance_attributes(extension);
@@ -308,13 +314,14 @@ std::vector<dmat4> instance_transforms(const GltfDocument& document, const tinyg
     const auto translations = read(vec3(0), "TRANSLATION", false);
     const auto rotations = read(vec4(0, 0, 0, 1), "ROTATION", true);
     const auto scales = read(vec3(1), "SCALE", false);
-    std::vector<dmat4> transforms;
+    std::vector<Joint> transforms;
     transforms.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
         const bool finite = all_finite(translations[i]) && all_finite(vec3(rotations[i])) &&
                             std::isfinite(rotations[i].w) && all_finite(scales[i]);
         if (!finite) document.fail(element, "instance {} is not finite", first + i);
-        transforms.push_back(compose(translations[i], rotations[i], scales[i]));
+        const bool mirrors = ((scales[i].x < 0) != (scales[i].y < 0)) != (scales[i].z < 0);
+        transforms.push_back({compose(translations[i], rotations[i], scales[i]), mirrors ? -1.0 : 1.0});
     }
     return transforms;
 }

@@ -75,7 +75,7 @@ GltfShape shape_of(const dmat4& object_to_world);
 
 /// Returns the transforms of the instances [first, first + count) of EXT_mesh_gpu_instancing, relative to their node.
 /// Throws Error about `element` where one is not finite, or its data cannot be read.
-std::vector<dmat4> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
+std::vector<Joint> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
                                        const std::string& element, std::size_t first, std::size_t count);
 
 /// Returns the number of instances that EXT_mesh_gpu_instancing gives to a node. Throws Error about `element` where its

@@ -19,6 +19,11 @@ bool normalize_tangents(std::vector<vec4>& tangents) {
     return true;
 }
 
+/// Returns the coordinates that tangents follow. `others` are those of GltfPrimitive::tangent_uvs.
+const std::vector<vec2>& tangent_uvs(const Mesh& part, const std::vector<vec2>& others, const TextureRef& map) {
+    return map.uv_set == kTangentUvs ? others : part.uvs[static_cast<std::size_t>(map.uv_set)];
+}
+
 }  // namespace
 
 std::string GltfMeshes::name(std::size_t index) const {
@@ -55,14 +60,16 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
         };
         std::shared_ptr<const GltfPrimitive> source;
         Mesh still;
+        std::vector<vec2> tangent_uvs;
         if (kept) {
             auto& known = (*kept)[{index, i, pose.skin}];
             if (!known) known = read();
             source = known;
-            still = source->still;
+            still = source->still, tangent_uvs = source->tangent_uvs;
         } else {
             const std::shared_ptr<GltfPrimitive> alone = read();
-            still = std::move(alone->still);  // saves a copy, since large meshes are mostly read once
+            // Large meshes are mostly read once. Moving saves a copy.
+            still = std::move(alone->still), tangent_uvs = std::move(alone->tangent_uvs);
             source = alone;
         }
         document_.warnings.add(source->warnings());
@@ -71,7 +78,7 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
         source->check_joints(pose.joints.size());
         mesh.uses_default_material |= !material;
         Deformation deformation{source, source->active_targets(weights, document_.warnings), pose.joints};
-        mesh.parts.push_back({std::move(still), std::move(deformation), material});
+        mesh.parts.push_back({std::move(still), std::move(tangent_uvs), std::move(deformation), material});
     }
     return mesh;
 }
@@ -90,7 +97,7 @@ Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
         part.still.positions = std::move(vertices.positions);
         part.still.normals = std::move(vertices.normals);
         part.still.tangents = std::move(vertices.tangents);
-        finish(part.still, part.material);
+        finish(part.still, part.material, {sides_of(part.deformation), std::move(part.tangent_uvs)});
         if (mesh.triangles.empty()) {
             part.still.name = mesh.name;
             mesh = std::move(part.still);
@@ -111,24 +118,25 @@ Mesh GltfMeshes::all_parts(const GltfUnposedMesh& mesh) {
                                      from.triangle_material.end());
         all.colors.insert(all.colors.end(), from.colors.begin(), from.colors.end());
         const std::optional<TextureRef> map = tangent_texture_of(part.material);
-        if (map && !from.uvs[static_cast<std::size_t>(map->uv_set)].empty()) all.tangents = {vec4(1, 0, 0, 1)};
+        if (map && !tangent_uvs(from, part.tangent_uvs, *map).empty()) all.tangents = {vec4(1, 0, 0, 1)};
     }
     return all;
 }
 
-void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
-    const DroppedTriangles dropped = drop_bad_triangles(part);
+void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, VertexExtras extras) {
+    const DroppedTriangles dropped = drop_bad_triangles(part, &extras);
     report_.non_finite_triangles_dropped += dropped.non_finite;
     if (dropped.non_finite > 0)
         document_.warnings.add("has positions that are not finite, their triangles are left out", part.name);
     report_.degenerate_triangles_dropped += dropped.degenerate;
-    report_.normals_generated += part.normals.empty() ? generate_flat_normals(part) : repair_normals(part);
+    report_.normals_generated +=
+        part.normals.empty() ? generate_flat_normals(part, &extras) : repair_normals(part, extras.sides);
 
     const std::optional<TextureRef> map = tangent_texture_of(material);
     if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
     if (!part.tangents.empty()) document_.warnings.add("has invalid tangents, they are recomputed", part.name);
     part.tangents.clear();
-    std::vector<vec2> uv = part.uvs[static_cast<std::size_t>(map->uv_set)];
+    std::vector<vec2> uv = tangent_uvs(part, extras.uvs, *map);
     if (uv.empty()) {
         if (material->material.anisotropy_strength > 0)
             document_.warnings.add("has neither tangents nor texture coordinates, which its anisotropy needs",
@@ -136,7 +144,7 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
         return;
     }
     for (vec2& x : uv) x = map->uv_transform * vec3(x, 1);
-    generate_tangents(part, uv);
+    generate_tangents(part, uv, extras.sides);
     report_.tangents_generated += part.tangents.size();
 }
 

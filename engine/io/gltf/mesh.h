@@ -9,12 +9,13 @@
 #include <vector>
 
 #include "engine/io/gltf/primitive.h"
+#include "engine/scene/geometry.h"
 
 namespace halflight {
 
 /// Transforms of a mesh's vertices; without joints the vertices do not move.
 struct GltfPose {
-    std::vector<dmat4> joints;
+    std::vector<Joint> joints;
     bool skin = false;  // JOINTS_n and WEIGHTS_n are applied; otherwise all vertices follow joints[0]
 };
 
@@ -30,7 +31,8 @@ using GltfPrimitives = std::map<GltfPrimitiveKey, std::shared_ptr<const GltfPrim
 /// A mesh before its vertices are moved.
 struct GltfUnposedMesh {
     struct Part {
-        Mesh still;  // the parts that no pose changes
+        Mesh still;                     // the parts that no pose changes
+        std::vector<vec2> tangent_uvs;  // GltfPrimitive::tangent_uvs
         Deformation deformation;
         const GltfMaterial* material;  // material of the primitive; null: the default
     };
@@ -57,7 +59,7 @@ class GltfMeshes {
     static Mesh all_parts(const GltfUnposedMesh& mesh);
 
   private:
-    void finish(Mesh& part, const GltfMaterial* material);
+    void finish(Mesh& part, const GltfMaterial* material, VertexExtras extras);
 
     GltfDocument& document_;
     const std::vector<GltfMaterial>& materials_;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <set>
 
+#include "engine/scene/deformer.h"
 #include "engine/scene/light_types.h"
 
 namespace halflight {
@@ -36,6 +37,29 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
         for (int column = 0; column < 4; ++column) m[column].w = column == 3 ? 1 : 0;
     }
     return m;
+}
+
+/// Returns the linear part of a node's own transform as if scales of 0 were 1. A column of zeros in its matrix stands
+/// for such a scale. A matrix with such a column does not tell a mirror from a turn and counts as a turn.
+dmat3 directions_of(const tinygltf::Node& node) {
+    if (node.matrix.empty()) {
+        dvec3 scale = to_vector(node.scale, dvec3(1));
+        for (int axis = 0; axis < 3; ++axis)
+            if (scale[axis] == 0) scale[axis] = 1;
+        return dmat3(compose(dvec3(0), to_vector(node.rotation, dvec4(0, 0, 0, 1)), scale));
+    }
+    dmat3 m(glm::make_mat4(node.matrix.data()));
+    for (int axis = 0; axis < 3; ++axis) {
+        if (m[axis] != dvec3(0)) continue;
+        m[axis] = glm::cross(m[(axis + 1) % 3], m[(axis + 2) % 3]);
+    }
+    return m;
+}
+
+/// Returns whether a node's own transform mirrors, with scales of 0 taken as 1.
+bool mirrors(const tinygltf::Node& node) {
+    if (!node.matrix.empty()) return determinant_of(dmat4(directions_of(node))) < 0;
+    return std::ranges::count_if(node.scale, [](double s) { return s < 0; }) % 2 == 1;
 }
 
 /// Returns whether the node hides itself and all nodes below it.
@@ -119,19 +143,12 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     return light;
 }
 
-/// Returns the linear part of a node's transform as if scales of 0 were 1: these hide surfaces, but lights and cameras
-/// keep their directions.
+/// Returns the linear part of a node's world transform as if scales of 0 were 1: these hide surfaces, but lights and
+/// cameras keep their directions.
 dmat3 directions_of(const GltfDocument& document, const GltfNodes& nodes, std::size_t node) {
     dmat3 all(1);
     for (int n = static_cast<int>(node); n != kNone; n = nodes.parents[static_cast<std::size_t>(n)]) {
-        const tinygltf::Node& from = document.model.nodes[static_cast<std::size_t>(n)];
-        dvec3 scale = to_vector(from.scale, dvec3(1));
-        for (int axis = 0; axis < 3; ++axis)
-            if (scale[axis] == 0) scale[axis] = 1;
-        const dvec4 rotation = to_vector(from.rotation, dvec4(0, 0, 0, 1));
-        all = (from.matrix.empty() ? dmat3(compose(dvec3(0), rotation, scale))
-                                   : dmat3(glm::make_mat4(from.matrix.data()))) *
-              all;
+        all = directions_of(document.model.nodes[static_cast<std::size_t>(n)]) * all;
     }
     return all;
 }
@@ -215,14 +232,17 @@ GltfNodes resolve_nodes(GltfDocument& document) {
     }
 
     nodes.world.resize(model.nodes.size());
+    nodes.mirrored.resize(model.nodes.size());
     std::vector<bool> reached(model.nodes.size(), false), hidden(model.nodes.size(), false);
     walk(document, roots, [&](std::size_t node) {
         reached[node] = true;
         nodes.world[node] = local_matrix(document, node);
+        nodes.mirrored[node] = mirrors(model.nodes[node]);
         hidden[node] = is_hidden(model.nodes[node]);
         if (parents[node] != kNone) {
             const auto parent = static_cast<std::size_t>(parents[node]);
             nodes.world[node] = nodes.world[parent] * nodes.world[node];
+            nodes.mirrored[node] = nodes.mirrored[parent] != nodes.mirrored[node];
             hidden[node] = hidden[node] || hidden[parent];
         }
         if (!within_float_range(nodes.world[node])) document.fail(name(node), "its transform overflows");

@@ -9,10 +9,13 @@
 namespace halflight {
 
 struct GltfNodes {
-    std::vector<dmat4> world;  // per node; affine, each element in the range of float32
-    std::vector<int> parents;  // per node; kNone: none
-    std::vector<int> all;      // nodes of the scene, parents first, each once
-    std::vector<int> shown;    // nodes of the scene that KHR_node_visibility does not hide; cameras ignore it
+    std::vector<dmat4> world;    // per node; affine, each element in the range of float32
+    std::vector<bool> mirrored;  // per node: its world transform mirrors, with scales of 0 taken as 1
+    std::vector<int> parents;    // per node; kNone: none
+    std::vector<int> all;        // nodes of the scene, parents first, each once
+    std::vector<int> shown;      // nodes of the scene that KHR_node_visibility does not hide; cameras ignore it
+
+    double side(std::size_t node) const { return mirrored[node] ? -1 : 1; }  ///< Returns Joint::side.
 };
 
 /// Computes the world transforms. Throws Error for a node with two parents, in a cycle, or with a transform beyond

@@ -37,7 +37,8 @@ std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material) {
         for (const MaterialTexture& texture : material_textures())
             if (texture.use == use && material->material.*texture.field) return material->material.*texture.field;
     if (!material->anisotropic) return {};
-    return TextureRef{.uv_set = material->uv_sets[0] == 0 || material->uv_sets[1] != 0 ? 0 : 1};
+    const auto& sets = material->uv_sets;
+    return TextureRef{.uv_set = sets[0] == 0 ? 0 : sets[1] == 0 ? 1 : kTangentUvs};
 }
 
 GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
@@ -142,23 +143,28 @@ void GltfPrimitive::read_strokes(const std::vector<std::uint32_t>& indices) {
 
 void GltfPrimitive::read_uvs(const GltfMaterial* material) {
     const std::array<int, 2> sets = material ? material->uv_sets : std::array{0, 1};
-    for (std::size_t set = 0; set < 2; ++set) {
-        still.uvs[set] = read_attribute<vec2>(fmt::format("TEXCOORD_{}", sets[set]));
-        bool mended = false;
-        for (vec2& uv : still.uvs[set]) {
-            if (all_finite(vec3(uv, 0))) continue;
-            uv = vec2(0);
-            mended = true;
-        }
-        if (mended) warnings_.add("texture coordinates are not finite, taken as 0", element_);
-    }
+    for (std::size_t set = 0; set < 2; ++set) still.uvs[set] = read_uv_set(sets[set]);
     if (!material) return;
+    const std::optional<TextureRef> map = tangent_texture_of(material);
+    if (map && map->uv_set == kTangentUvs) tangent_uvs = read_uv_set(0);
     for_each_texture(material->material, [&](const TextureRef& t) {
         if (t && still.uvs[static_cast<std::size_t>(t.uv_set)].empty())
             warnings_.add(fmt::format("has no TEXCOORD_{}, which its material's textures need",
                                       sets[static_cast<std::size_t>(t.uv_set)]),
                           element_);
     });
+}
+
+std::vector<vec2> GltfPrimitive::read_uv_set(int set) {
+    std::vector<vec2> uvs = read_attribute<vec2>(fmt::format("TEXCOORD_{}", set));
+    bool mended = false;
+    for (vec2& uv : uvs) {
+        if (all_finite(vec3(uv, 0))) continue;
+        uv = vec2(0);
+        mended = true;
+    }
+    if (mended) warnings_.add("texture coordinates are not finite, taken as 0", element_);
+    return uvs;
 }
 
 void GltfPrimitive::read_colors() {

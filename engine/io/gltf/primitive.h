@@ -15,8 +15,12 @@
 
 namespace halflight {
 
+/// TextureRef::uv_set of GltfPrimitive::tangent_uvs.
+inline constexpr int kTangentUvs = 2;
+
 /// Returns the texture whose coordinates tangents follow: the normal map, else the texture of the anisotropy, else no
-/// image with TEXCOORD_0. Returns none where the material needs no tangents or is null.
+/// image with TEXCOORD_0, or kTangentUvs where textures use two other sets. Returns none where the material needs no
+/// tangents or is null.
 std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material);
 
 class GltfPrimitive final : public RestShape {
@@ -30,6 +34,8 @@ class GltfPrimitive final : public RestShape {
 
     /// Triangles, their material, texture coordinates and colours; no vertices without triangles.
     Mesh still;
+    /// TEXCOORD_0 where tangents follow it and `still` has two other sets; otherwise empty.
+    std::vector<vec2> tangent_uvs;
     /// Returns the warnings about repairs.
     const GltfWarnings& warnings() const { return warnings_; }
     /// Throws Error where a vertex follows a joint with an index >= `joints`.
@@ -64,6 +70,7 @@ class GltfPrimitive final : public RestShape {
     void read_triangles();
     void read_strokes(const std::vector<std::uint32_t>& indices);
     void read_uvs(const GltfMaterial* material);
+    std::vector<vec2> read_uv_set(int set);
     void read_colors();
     void find_joints();
     void free_decoded();

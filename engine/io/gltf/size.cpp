@@ -1,6 +1,7 @@
 #include "engine/io/gltf/size.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <set>
@@ -57,7 +58,7 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
     MeshSize size;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& primitive = mesh.primitives[i];
-        const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
+        const auto has = [&](const std::string& name) { return primitive.attributes.contains(name); };
         const bool stroke = is_stroke(primitive.mode);
         if ((stroke && document.stroke_radii.empty()) || !has("POSITION")) continue;
         auto [vertices, triangles, decoding_bytes] =
@@ -71,8 +72,12 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
         const bool tangents = tangent_texture_of(material).has_value(), colors = has("COLOR_0");
         if (tangents) each += sizeof(vec4);
         if (colors) each += sizeof(vec4);
-        each += sizeof(vec2) * (has("TEXCOORD_0") + has("TEXCOORD_1"));
-        size.tangents |= tangents, size.colors |= colors, size.coordinates |= has("TEXCOORD_0") || has("TEXCOORD_1");
+        for (const int set : material ? material->uv_sets : std::array{0, 1}) {
+            if (!has(fmt::format("TEXCOORD_{}", set))) continue;
+            each += sizeof(vec2);
+            size.coordinates = true;
+        }
+        size.tangents |= tangents, size.colors |= colors;
         size.bytes += vertices * each + triangles * (sizeof(uvec3) + sizeof(std::uint32_t));
         size.triangles += triangles;
         size.vertices += vertices;
@@ -90,9 +95,9 @@ std::size_t count_flat(const GltfDocument& document, const GltfNodes& nodes, int
     constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // transforms of 22 MiB; sparse values are read each time
     std::size_t flat = 0;
     for (std::size_t first = 0; first < instances; first += kAtOnce)
-        for (const dmat4& local : instance_transforms(document, *instancing, fmt::format("nodes[{}]", node), first,
+        for (const Joint& local : instance_transforms(document, *instancing, fmt::format("nodes[{}]", node), first,
                                                       std::min(kAtOnce, instances - first)))
-            flat += shape_of(world * local) == GltfShape::flat;
+            flat += shape_of(world * local.matrix) == GltfShape::flat;
     return flat;
 }
 
@@ -148,7 +153,7 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
         if (const std::size_t flat = count_flat(document, nodes, index, extension, instances)) {
             const tinygltf::Mesh& from = document.model.meshes[static_cast<std::size_t>(node.mesh)];
             // The mesh itself, and what its request keeps: its key with weights, and its transform.
-            const std::size_t others = sizeof(Mesh) + from.name.size() + sizeof(GltfMeshKey) + sizeof(dmat4) +
+            const std::size_t others = sizeof(Mesh) + from.name.size() + sizeof(GltfMeshKey) + sizeof(Joint) +
                                        sizeof(double) * std::max(node.weights.size(), from.weights.size());
             size.instance_bytes = plus(size.instance_bytes, flat, others);
             size.stored = plus(size.stored, flat, mesh.triangles);

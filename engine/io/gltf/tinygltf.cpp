@@ -55,8 +55,6 @@ tinygltf::Model to_model(Json root, const std::string& file) {
         std::ranges::replace(error, '\n', ' ');
         throw Error(file, "cannot be read by tinygltf: {}", error);
     }
-    for (tinygltf::Accessor& accessor : model.accessors)
-        if (!accessor.sparse.isSparse) accessor.sparse = {};
     for (const Unusual& u : unusual) {
         model.accessors[u.accessor].bufferView = u.buffer_view;
         model.accessors[u.accessor].componentType = u.component_type;

@@ -18,8 +18,8 @@ namespace halflight {
 
 namespace tinygltf = ::halflight_tinygltf;
 
-/// Converts a file that has passed check_gltf(), without its buffers, images, materials and animations. An accessor
-/// that is not sparse has a sparse count of 0. Throws Error that names `file` if tinygltf refuses the rest.
+/// Converts a file that has passed check_gltf(), without its buffers, images, materials and animations. Throws Error
+/// that names `file` if tinygltf refuses the rest.
 tinygltf::Model to_model(nlohmann::json root, const std::string& file);
 
 /// Returns the object `key` of `extensions`, or null.

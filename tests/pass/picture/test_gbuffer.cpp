@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "engine/reference/surface.h"
 #include "tests/pass/picture/pixels.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"
@@ -127,6 +128,37 @@ TEST_P(GBufferTest, ShowsWhatRaysSee) {
         SCOPED_TRACE(view.name);
         expect_as_seen(view.scene, view.camera, view.image, view.sample, view.clear, view.hits);
     }
+}
+
+TEST_P(GBufferTest, SmoothSurfacesAreThoseOfTheOracle) {
+    Scene scene;
+    const int ball = add_smooth_ball(scene, add_material(scene, diffuse_material(vec3(0.8f))), vec3(0), 1, 5);
+    Mesh& mesh = scene.meshes.back();
+    for (std::size_t i = 0; i < mesh.normals.size(); ++i)  // bends differ in sign and along each edge
+        mesh.normals[i] = glm::normalize(mesh.normals[i] + 0.5f * glm::sin(7.0f * mesh.positions[i]));
+    scene.instances[static_cast<std::size_t>(ball)].object_to_world =
+        dmat4(dvec4(-1, 0.2, 0, 0), dvec4(0, 0.7, 0.3, 0), dvec4(0, -0.3, 1.1, 0), dvec4(2, 0.7, -0.6, 1));  // mirrors
+    const Camera camera = look_at_camera({3, 1.5, 3}, {2, 0.7, -0.6}, {0, 1, 0}, 0.6);
+    Stage stage(programs, scene, camera, {64, 64});
+    const Content found = render(stage);
+    const reference::Tracer tracer(scene);
+    const dvec3 between = stage.trace_tables().origin - tracer.origin();
+    int lifted = 0, flat = 0;
+    for (std::size_t path = 0; path < found.hits.size(); ++path) {
+        const SurfaceRecord& record = found.surfaces[path];
+        if (!record.is_surface) continue;
+        const shared::Hit& hit = found.hits[path];
+        const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
+        const ReferenceHit same{hit.t, hit.u, hit.v, static_cast<int>(source.instance), static_cast<int>(source.triangle)};
+        const reference::Surface s =
+            make_surface(tracer, same, -glm::normalize(dvec3(found.rays[path].direction)));
+        if ((s.position == s.seen) != (record.lift == 0)) continue;  // rounding decides about the error bound
+        ++(record.lift > 0 ? lifted : flat);
+        EXPECT_LT(glm::length(dvec3(record.position) + between - s.position), 1e-5) << path;
+        EXPECT_LT(glm::length(dvec3(record.geometric_normal) - s.n_g), 2e-5) << path;
+    }
+    EXPECT_GT(lifted, 500);
+    EXPECT_GT(flat, 50);
 }
 
 TEST_P(GBufferTest, UnlitEmitsItsColourAndReflectsNothing) {

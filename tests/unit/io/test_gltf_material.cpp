@@ -179,6 +179,36 @@ TEST_F(GltfMaterials, TangentsAreMadeForNormalMaps) {
     EXPECT_EQ(load().report.tangents_generated, 3u);
 }
 
+/// Tangents of an anisotropy without a texture follow TEXCOORD_0, whichever sets textures use.
+TEST_F(GltfMaterials, TangentsFollowTheirOwnCoordinates) {
+    for (const char* set : {"TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"})
+        b.attributes()[set] = b.floats("VEC2", {0, 0, 0, 1, 1, 0});
+    texture("t.png");
+    const auto along = [&](const vec4& tangent) {
+        const Scene scene = load();
+        EXPECT_EQ(scene.meshes.at(0).tangents, std::vector<vec4>(3, tangent));
+        EXPECT_TRUE(scene.report.warnings.empty());
+    };
+    const std::pair<int, int> cases[] = {{0, 1}, {1, 1}, {0, 2}, {2, 0}, {2, 2}, {1, 2}, {2, 1}, {3, 2}};
+    for (const auto& [color, glow] : cases) {
+        SCOPED_TRACE(fmt::format("textures with sets {} and {}", color, glow));
+        material() = {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}, {"texCoord", color}}}}},
+                      {"emissiveTexture", {{"index", 0}, {"texCoord", glow}}},
+                      {"extensions", {{"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}}}}}};
+        const vec4 of_first(1, 0, 0, 1), of_others(0, 1, 0, 1);
+        along(of_first);
+        Json info = {{"index", 0}, {"texCoord", glow}};
+        extension("KHR_materials_anisotropy")["anisotropyTexture"] = info;
+        along(glow == 0 ? of_first : of_others);
+        info = {{"index", 0}, {"extensions", {{"KHR_texture_transform", {{"texCoord", color}}}}}};
+        extension("KHR_materials_clearcoat")["clearcoatNormalTexture"] = info;
+        along(color == 0 ? of_first : of_others);
+        info["extensions"]["KHR_texture_transform"]["texCoord"] = glow;
+        material()["normalTexture"] = info;
+        along(glow == 0 ? of_first : of_others);
+    }
+}
+
 TEST_F(GltfMaterials, TangentsAreMadeForAnisotropy) {
     extension("KHR_materials_anisotropy")["anisotropyStrength"] = 0.5;
     EXPECT_EQ(load().meshes.at(0).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
