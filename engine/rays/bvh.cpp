@@ -1,6 +1,5 @@
 #include "engine/rays/bvh.h"
 
-#include <embree3/rtcore.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "engine/core/embree.h"
 #include "engine/core/error.h"
 #include "engine/core/release.h"
 

@@ -1,11 +1,10 @@
 #include "engine/rays/scene_probe.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "engine/core/embree.h"
 #include "engine/core/error.h"
 #include "engine/scene/image_tiles.h"
 #include "engine/tables/light_textures.h"
@@ -165,9 +164,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         ray.ray.tfar = std::max(static_cast<float>(most - glm::length(from - origin)), 0.0f);
         ray.ray.mask = ~0u;
         ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcIntersect1(geometry_->top.get(), &context, &ray);
+        embree::Query().trace<rtcIntersect1>(geometry_->top.get(), &ray);
         if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
         const std::size_t index =
             geometry_->instances[ray.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? ray.hit.instID[0] : ray.hit.geomID];

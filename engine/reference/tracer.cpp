@@ -17,13 +17,13 @@ double hashed_uniform(std::uint64_t key, std::uint32_t instance, std::uint32_t t
 
 /// Data of the filter about its ray; Embree passes the leading member back.
 struct Query {
-    RTCIntersectContext context;
+    embree::Query query;
     const Tracer* tracer;
     const AlphaTest* alpha;
     float nearest_t = kInfinity;
     TriangleId nearest{};
 
-    Query(const Tracer& t, const AlphaTest& a) : tracer(&t), alpha(&a) { rtcInitIntersectContext(&context); }
+    Query(const Tracer& t, const AlphaTest& a);
 };
 
 bool is_there(const Query& query, const TriangleId& id, double u, double v) {
@@ -56,6 +56,10 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     }
 }
 
+Query::Query(const Tracer& t, const AlphaTest& a) : tracer(&t), alpha(&a) {
+    query.filter = filter;
+}
+
 /// The ray in float, and the distance at which it starts. A ray from outside starts at most one scene diameter away
 /// from the scene, so that its origin is rounded on the scene's scale.
 struct Prepared32 {
@@ -85,8 +89,7 @@ Prepared32 to_float(const ReferenceRay& ray, double radius) {
 Tracer::Tracer(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
     if (!device_) throw Error("embree", "no device (error {})", static_cast<int>(rtcGetDeviceError(nullptr)));
     geometry_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(geometry_.get(),
-                     static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+    rtcSetSceneFlags(geometry_.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | embree::kQueriesFilter));
     find_origin();
     placed_.resize(scene.instances.size());
     for (std::size_t i = 0; i < placed_.size(); ++i) attach(static_cast<int>(i));
@@ -144,9 +147,7 @@ std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const A
     const Prepared32 prepared = to_float(ray, radius_);
     RTCRayHit hit{prepared.ray, {}};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    Query query(*this, alpha);
-    query.context.filter = filter;
-    rtcIntersect1(geometry_.get(), &query.context, &hit);
+    Query(*this, alpha).query.trace<rtcIntersect1>(geometry_.get(), &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return ReferenceHit{prepared.shift + hit.ray.tfar, hit.hit.u, hit.hit.v, static_cast<int>(hit.hit.geomID),
                         static_cast<int>(hit.hit.primID)};
@@ -154,9 +155,7 @@ std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const A
 
 bool Tracer::occluded(const ReferenceRay& ray, const AlphaTest& alpha) const {
     Prepared32 prepared = to_float(ray, radius_);
-    Query query(*this, alpha);
-    query.context.filter = filter;
-    rtcOccluded1(geometry_.get(), &query.context, &prepared.ray);
+    Query(*this, alpha).query.trace<rtcOccluded1>(geometry_.get(), &prepared.ray);
     return prepared.ray.tfar < 0;
 }
 

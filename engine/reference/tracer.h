@@ -1,14 +1,13 @@
 // Geometry in Embree: all instances flattened, relative to the centre of the scene's bounds.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <array>
 #include <memory>
 #include <optional>
 #include <type_traits>
 #include <vector>
 
+#include "engine/core/embree.h"
 #include "engine/core/math.h"
 #include "engine/reference/reference.h"
 #include "engine/scene/scene.h"

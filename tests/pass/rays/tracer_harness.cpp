@@ -149,12 +149,10 @@ static RTCRay embree_ray(const Ray& ray) {
 std::vector<Hit> EmbreeOracle::closest(std::span<const Ray> rays) const {
     std::vector<Hit> hits;
     for (const Ray& ray : rays) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
         RTCRayHit query{};
         query.ray = embree_ray(ray);
         query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        if (ray.t_max >= ray.t_min) rtcIntersect1(scene_.get(), &context, &query);
+        if (ray.t_max >= ray.t_min) embree::Query().trace<rtcIntersect1>(scene_.get(), &query);
         const bool hit = query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
         const std::uint32_t first = hit ? tables_.blocks[tables_.instances[query.hit.geomID].block].first_triangle : 0;
         hits.push_back(hit ? Hit{query.ray.tfar, query.hit.u, query.hit.v, first + query.hit.primID, query.hit.geomID}
@@ -166,10 +164,8 @@ std::vector<Hit> EmbreeOracle::closest(std::span<const Ray> rays) const {
 std::vector<std::uint32_t> EmbreeOracle::any(std::span<const Ray> rays) const {
     std::vector<std::uint32_t> occluded;
     for (const Ray& ray : rays) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
         RTCRay query = embree_ray(ray);
-        if (ray.t_max >= ray.t_min) rtcOccluded1(scene_.get(), &context, &query);
+        if (ray.t_max >= ray.t_min) embree::Query().trace<rtcOccluded1>(scene_.get(), &query);
         occluded.push_back(query.tfar < 0 ? 1u : 0u);
     }
     return occluded;

@@ -1,8 +1,6 @@
 // Runs tracers in tests, and Embree on the same tables for comparison.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -15,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/core/embree.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/native.h"
 #include "engine/rays/raster.h"

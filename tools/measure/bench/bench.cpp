@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engine/core/error.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/paging/page_file.h"
@@ -226,6 +227,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
 }
 
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between) {
+    gpu::prepare_process();
     check_files(arguments);
     gpu::Context context = gpu::Context::create({.device = arguments.device});
     const unsigned threads = std::thread::hardware_concurrency();

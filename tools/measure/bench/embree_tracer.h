@@ -1,12 +1,11 @@
 // Traces rays with Embree on all threads, as a baseline for the engine's tracers.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <memory>
 #include <type_traits>
 #include <vector>
 
+#include "engine/core/embree.h"
 #include "engine/tables/tables.h"
 #include "tools/measure/bench/ray_set.h"
 
@@ -17,8 +16,6 @@ enum class EmbreeMode {
     single,    // rtcIntersect1
     packet8,   // rtcIntersect8
     packet16,  // rtcIntersect16
-    stream,    // rtcIntersect1M
-    packets,   // rtcIntersectNM, packets of 16
 };
 const char* name(EmbreeMode mode);
 
@@ -28,7 +25,7 @@ class EmbreeTracer {
     /// transforms are Embree instances.
     EmbreeTracer(const TraceTables& tables, bool robust);
 
-    /// Returns whether Embree supports this call. (With instances and the hint of coherence, version 3.13.5 does not
+    /// Returns whether Embree answers this call. (With instances and the hint of coherence, version 3.13.5 does not
     /// return from rtcOccluded16 and similar functions.)
     bool supports(const RaySet& set, EmbreeMode mode, bool coherent) const;
     /// Writes answers for the paths in set.order; `answers` has room for all paths. Hits equal those of the plain

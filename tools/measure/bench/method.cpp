@@ -144,8 +144,7 @@ Method packets_method(const Bench& bench) {
     return {"packets", false, [&embree = bench.embree](const RaySet& set) {
                 double best = std::numeric_limits<double>::infinity();
                 Prepared fastest;
-                for (const EmbreeMode mode :
-                     {EmbreeMode::packet8, EmbreeMode::packet16, EmbreeMode::stream, EmbreeMode::packets}) {
+                for (const EmbreeMode mode : {EmbreeMode::packet8, EmbreeMode::packet16}) {
                     for (const bool coherent : {false, true}) {
                         if (!embree.supports(set, mode, coherent)) continue;
                         Prepared run = embree_run(embree, set, mode, coherent,

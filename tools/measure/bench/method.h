@@ -61,7 +61,7 @@ struct Bench {
 ///   raster   culling by occlusion queries, with the state of the runs before over the same set
 ///   native   vector code of the processor, where it is the renderer, too
 ///   embree   Embree, ray by ray
-///   packets  Embree, the fastest of its packet and stream modes for that set
+///   packets  Embree, the fastest of its packet modes for that set
 ///   paged    the scene's page file (--pages), with the pool of the run before
 ///   paged-cold     the page file, from an empty pool
 ///   paged-half     as paged, but the pool has room for half of the pages that the set needs

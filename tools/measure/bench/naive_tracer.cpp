@@ -1,13 +1,12 @@
 #include "tools/measure/bench/naive_tracer.h"
 #include "tools/measure/bench/kernels.h"
 
-#include <embree3/rtcore.h>
-
 #include <array>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "engine/core/embree.h"
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"

@@ -1,0 +1,56 @@
+// Ray queries of Embree 3 and 4, whose interfaces differ. All else that this project calls is equal in both.
+#pragma once
+
+#if __has_include(<embree4/rtcore.h>)  // CMakeLists.txt prefers version 4, too
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <type_traits>
+
+namespace halflight::embree {
+
+#if RTC_VERSION_MAJOR >= 4
+using Context = RTCRayQueryContext;
+inline constexpr RTCSceneFlags kQueriesFilter = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+#else
+using Context = RTCIntersectContext;
+inline constexpr RTCSceneFlags kQueriesFilter = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+#endif
+
+/// What Embree takes beside the scene and the rays. Its address is that of the context in the arguments of `filter`.
+struct Query {
+    Context context{};
+    RTCFilterFunctionN filter = nullptr;  // decides on candidate hits; needs a scene with kQueriesFilter
+    bool coherent = false;                // hint about packets
+
+    /// Calls rtcIntersect1, rtcOccluded1, or the function of packets of 8 or 16 rays. `valid`: per ray, -1 or 0 to
+    /// leave it out; for packets only.
+    template <auto kFunction, class Rays, class... Valid>
+    void trace(RTCScene scene, Rays* rays, Valid... valid) {
+#if RTC_VERSION_MAJOR >= 4
+        constexpr bool kCloses =
+            std::is_invocable_v<decltype(kFunction), Valid..., RTCScene, Rays*, RTCIntersectArguments*>;
+        std::conditional_t<kCloses, RTCIntersectArguments, RTCOccludedArguments> arguments;
+        if constexpr (kCloses)
+            rtcInitIntersectArguments(&arguments);
+        else
+            rtcInitOccludedArguments(&arguments);
+        rtcInitRayQueryContext(&context);
+        int flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+        if (filter) flags |= RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+        arguments.flags = static_cast<RTCRayQueryFlags>(flags);
+        arguments.context = &context;
+        arguments.filter = filter;
+        kFunction(valid..., scene, rays, &arguments);
+#else
+        rtcInitIntersectContext(&context);
+        context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+        context.filter = filter;
+        kFunction(valid..., scene, &context, rays);
+#endif
+    }
+};
+
+}  // namespace halflight::embree
