@@ -407,15 +407,19 @@ def use_our_materials(*_):
     for material in bpy.data.materials:
         if cycles_textures.INDEX not in material:
             continue
-        ours = Material(document, material)
-        if ours.is_glossy and os.environ.get("HALFLIGHT_IMPORTED_GLOSSY"):
-            continue
-        if ours.why_not():
-            print(f"left as imported: {material.name} ({ours.why_not()})", flush=True)
-            continue
-        n = Nodes(material.node_tree)
-        put(material.node_tree, ours.shader(n), ours.absorption(n))
-        if ours.has_rough_mirror:
+        try:
+            ours = Material(document, material)
+            if ours.is_glossy and os.environ.get("HALFLIGHT_IMPORTED_GLOSSY"):
+                continue
+            reason = ours.why_not()
+            if not reason:
+                n = Nodes(material.node_tree)
+                put(material.node_tree, ours.shader(n), ours.absorption(n))
+        except Exception as error:  # for example a missing image, which must not keep the other materials
+            reason = f"{type(error).__name__}: {error}".strip()
+        if reason:
+            print(f"left as imported: {material.name} ({reason})", flush=True)
+        elif ours.has_rough_mirror:
             mirrors.append(material.name)
     warn_of_lights(mirrors)
 

@@ -14,10 +14,23 @@ import urllib.parse
 import bpy
 import numpy
 from io_scene_gltf2.blender.imp import gltf2_blender_material, gltf2_blender_mesh
+from io_scene_gltf2.io.imp.gltf2_io_gltf import glTFImporter
 
 REPEAT, CLAMP, MIRRORED = 10497, 33071, 33648  # values of wrapS and wrapT
 NEAREST = 9728
 COLOR, INDEX, COLORED, TANGENTS = "Col", "halflight_index", "halflight_colored", "halflight_tangents"
+
+
+def is_data(uri):
+    return uri.lstrip().lower().startswith("data:")
+
+
+def bytes_of_data(uri):
+    """Returns the bytes of a data URI. Base64 may lack its padding, and contain percent escapes and white space."""
+    head, body = uri.split("#")[0].split(",", 1)
+    body = urllib.parse.unquote_to_bytes(body)
+    is_base64 = "".join(head.split()).lower().endswith(";base64")
+    return base64.b64decode(body + b"==") if is_base64 else body  # too much padding is ignored
 
 
 class Document:
@@ -32,10 +45,8 @@ class Document:
         self.json = json.loads(data)
 
     def bytes_of_uri(self, uri):
-        if uri.startswith("data:"):
-            head, body = uri.split(",", 1)
-            body = urllib.parse.unquote_to_bytes(body)
-            return base64.b64decode(body) if head.lower().endswith(";base64") else body
+        if is_data(uri):
+            return bytes_of_data(uri)
         return (self.path.parent / urllib.parse.unquote(uri)).read_bytes()
 
     def bytes_of_image(self, image):
@@ -66,6 +77,9 @@ class Document:
                 read = bpy.data.images.load(file.name)
                 read.colorspace_settings.name, read.alpha_mode = "Non-Color", "CHANNEL_PACKED"
                 width, height = read.size
+                if 0 in read.size:
+                    bpy.data.images.remove(read)
+                    raise ValueError("a texture that Blender cannot read")
                 texels = numpy.empty((height * width, 4), "f")
                 read.pixels.foreach_get(texels.ravel())
             bpy.data.images.remove(read)
@@ -143,10 +157,19 @@ def vertex_color(n):
 
 def watch_importer():
     """Makes the importer mark materials with their index in the file, since names may occur twice, and with whether
-    COLOR_0 multiplies their colour, and meshes that have TANGENT. Replaces the vertex colours of meshes by floats."""
+    COLOR_0 multiplies their colour, and meshes that have TANGENT. Replaces the vertex colours of meshes by floats, and
+    decodes data URIs, because the importer fails if one base64 text has no padding."""
     squish, primitives, create = (gltf2_blender_mesh.squish, gltf2_blender_mesh.do_primitives,
                                   gltf2_blender_material.BlenderMaterial.create)
-    colors = []
+    colors, load_uri = [], glTFImporter.load_uri
+
+    def load_uri_of_any_padding(importer, uri):
+        if not is_data(uri):
+            return load_uri(importer, uri)
+        try:
+            return memoryview(bytes_of_data(uri))
+        except ValueError:
+            return None  # the importer then leaves out an image, and rejects a buffer
 
     def squish_and_keep(array):
         if array.ndim == 2 and array.shape[1] == 4:  # only colours have four components
@@ -168,6 +191,7 @@ def watch_importer():
         material = bpy.data.materials[gltf.data.materials[index].blender_material[vertex_color]]
         material[INDEX], material[COLORED] = index, vertex_color is not None
 
+    glTFImporter.load_uri = load_uri_of_any_padding
     gltf2_blender_mesh.squish, gltf2_blender_mesh.do_primitives = squish_and_keep, with_float_colors
     gltf2_blender_material.BlenderMaterial.create = staticmethod(create_and_mark)
 

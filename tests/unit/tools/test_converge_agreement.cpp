@@ -76,6 +76,66 @@ TEST(Agreement, HasThreeVerdicts) {
     EXPECT_EQ(a.verdict(), Verdict::differ);
 }
 
+/// Multiplies one block of pictures of noisy().
+void scale_block(std::vector<Image>& pictures, int bx, int by, float factor) {
+    for (Image& image : pictures)
+        for (int y = 0; y < kSide; ++y) {
+            float* row = image.at(bx * kSide, by * kSide + y);
+            for (int i = 0; i < kSide * 3; ++i) row[i] *= factor;
+        }
+}
+
+TEST(Agreement, DetectsASingleWrongBlockInTheNoise) {
+    constexpr int kBlocks = 20;
+    const std::vector<Image> ours = noisy(8, kBlocks, 1, 0.02, 1), theirs = noisy(8, kBlocks, 1, 0.02, 2);
+    const Agreement clean = compare_pictures(ours, theirs, kSide);
+    EXPECT_GT(clean.expected_beyond, 1) << "noise hides one block among those that it puts beyond the tolerance";
+    EXPECT_EQ(clean.verdict(), Verdict::agree);
+    for (const float factor : {1.25f, 0.0f}) {
+        for (const bool is_ours : {false, true}) {
+            std::vector<Image> wrong = is_ours ? ours : theirs;
+            scale_block(wrong, 3, 5, factor);
+            const Agreement a = compare_pictures(is_ours ? wrong : ours, is_ours ? theirs : wrong, kSide);
+            ASSERT_EQ(a.blocks.size(), 400u);
+            EXPECT_EQ(a.verdict(), Verdict::differ) << factor << is_ours;
+            EXPECT_GT(a.chance_of_beyond, kSignificance) << "the number of blocks does not tell";
+            EXPECT_EQ(a.blocks[a.worst].x, 3 * kSide);
+            EXPECT_EQ(a.blocks[a.worst].y, 5 * kSide);
+            const double black = is_ours ? 1 : -1;
+            EXPECT_TRUE(factor > 0 || a.blocks[a.worst].difference.relative == black);
+        }
+    }
+}
+
+TEST(Agreement, TakesABrightSampleInADarkBlockAsNoise) {
+    std::vector<Image> ours = noisy(8, 4, 1, 0.005, 1), theirs = noisy(8, 4, 1, 0.005, 2);
+    scale_block(ours, 1, 1, 0), scale_block(theirs, 1, 1, 0);
+    EXPECT_EQ(compare_pictures(ours, theirs, kSide).blocks.size(), 15u) << "black in both";
+    *ours[3].at(kSide, kSide) = 1;
+    for (const float dark : {0.0f, 1e-4f}) {
+        for (Image& image : theirs) *image.at(kSide, kSide) = dark;
+        for (const bool swapped : {false, true}) {
+            const Agreement a = compare_pictures(swapped ? theirs : ours, swapped ? ours : theirs, kSide);
+            EXPECT_EQ(a.blocks.size(), 16u);
+            EXPECT_GT(a.chance_of_worst, 0.1) << dark << swapped;
+        }
+    }
+}
+
+// Each condition of `differ` holds for renderers that agree with a probability of at most kSignificance. The whole has
+// a tolerance above its noise here. Bounds are four standard deviations.
+TEST(Agreement, SeldomTakesNoiseForADifference) {
+    constexpr int kTrials = 400;
+    int rare = 0, differ = 0;
+    for (unsigned trial = 0; trial < kTrials; ++trial) {
+        const auto ours = noisy(6, 4, 1, 0.02, 2 * trial), theirs = noisy(6, 4, 1, 0.03, 2 * trial + 1);
+        rare += compare_pictures(ours, theirs, kSide, 0).chance_of_worst < 0.1;
+        differ += compare_pictures(ours, theirs, kSide).verdict() == Verdict::differ;
+    }
+    EXPECT_NEAR(rare, 0.1 * kTrials, 4 * std::sqrt(0.09 * kTrials)) << "Bonferroni's level is nearly exact";
+    EXPECT_LE(differ, 2 * kSignificance * kTrials + 4 * std::sqrt(2 * kSignificance * kTrials));
+}
+
 // Probabilities of renderers that agree are uniform: a tenth of them is below 0.1, by chance. The bound is four
 // standard deviations.
 TEST(Agreement, ChiSquareOfNoiseIsUniform) {

@@ -26,14 +26,35 @@ RunningMoments moments(const std::vector<Image>& pictures, const Rectangle& r) {
     return means;
 }
 
-/// Returns theirs / ours - 1 with its standard error. Precondition: neither mean is 0.
+/// Returns the degrees of freedom of the sum of two variances of means; 0 without noise.
+double freedom_of(double a, const RunningMoments& ours, double b, const RunningMoments& theirs) {
+    const double weight =
+        a * a / static_cast<double>(ours.count() - 1) + b * b / static_cast<double>(theirs.count() - 1);
+    return weight > 0 ? (a + b) * (a + b) / weight : 0;
+}
+
+/// Returns theirs / ours - 1 with its standard error; NaN if both means are black.
 Difference difference(const RunningMoments& ours, const RunningMoments& theirs) {
+    if ((ours.mean() > 0) != (theirs.mean() > 0)) {  // a ratio would be infinite, or have no error
+        const RunningMoments& lit = ours.mean() > 0 ? ours : theirs;
+        const double error = lit.standard_error() / lit.mean();
+        return {&lit == &ours ? -1.0 : 1.0, error, error > 0 ? static_cast<double>(lit.count() - 1) : 0};
+    }
     const double ratio = theirs.mean() / ours.mean();
     const double a = std::pow(ratio * ours.standard_error() / ours.mean(), 2);
     const double b = std::pow(theirs.standard_error() / ours.mean(), 2);
-    const double weight =
-        a * a / static_cast<double>(ours.count() - 1) + b * b / static_cast<double>(theirs.count() - 1);
-    return {ratio - 1, std::sqrt(a + b), weight > 0 ? (a + b) * (a + b) / weight : 0};
+    return {ratio - 1, std::sqrt(a + b), freedom_of(a, ours, b, theirs)};
+}
+
+/// Returns the probability that noise alone puts `theirs` this far outside of ours (1 +- tolerance). Tests the values
+/// rather than their ratio (Fieller 1954), whose first-order error is too small if `ours` has rare bright samples.
+double chance_outside(const RunningMoments& ours, const RunningMoments& theirs, double tolerance) {
+    const double sign = theirs.mean() > ours.mean() ? 1 : -1, bound = 1 + sign * tolerance;
+    const double excess = sign * (theirs.mean() - bound * ours.mean());
+    if (!(excess > 0)) return 1;
+    const double a = std::pow(bound * ours.standard_error(), 2), b = std::pow(theirs.standard_error(), 2);
+    const double freedom = freedom_of(a, ours, b, theirs);
+    return freedom > 0 ? student_tails(excess / std::sqrt(a + b), freedom) : 0;
 }
 
 /// Returns the probability that a Poisson variable is less than `count`. With half of x as mean, it is the probability
@@ -86,7 +107,8 @@ std::string_view name(Verdict verdict) {
 
 Verdict Agreement::verdict() const {
     const Interval mean = whole.interval();
-    if (mean.lower() > kWholeTolerance || mean.upper() < -kWholeTolerance || chance_of_beyond < kSignificance)
+    if (mean.lower() > kWholeTolerance || mean.upper() < -kWholeTolerance || chance_of_beyond < kSignificance ||
+        chance_of_worst < kSignificance)
         return Verdict::differ;
     const bool inside = mean.lower() >= -kWholeTolerance && mean.upper() <= kWholeTolerance;
     return inside && expected_beyond <= kMostNoisy * static_cast<double>(blocks.size()) ? Verdict::agree
@@ -105,8 +127,8 @@ Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Ima
     for (int y = 0; y + side <= first.height; y += side) {
         for (int x = 0; x + side <= first.width; x += side) {
             const RunningMoments a = moments(ours, {x, y, side, side}), b = moments(theirs, {x, y, side, side});
-            if (!(a.mean() > 0) || !(b.mean() > 0)) continue;
-            Block block{x, y, difference(a, b), false, 0};
+            if (!(a.mean() > 0) && !(b.mean() > 0)) continue;
+            Block block{x, y, difference(a, b), false, 0, chance_outside(a, b, tolerance)};
             const auto& [relative, error, freedom] = block.difference;
             block.beyond = std::abs(relative) > tolerance + error;
             if (error > 0) block.chance_of_beyond = student_tails(tolerance / error + 1, freedom);
@@ -117,6 +139,11 @@ Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Ima
     }
     if (result.beyond > 0) result.chance_of_beyond = 1 - poisson_below(result.beyond, result.expected_beyond);
     result.chance_of_blocks = chance_of(result.blocks);
+    if (!result.blocks.empty()) {
+        const auto worst = std::ranges::min_element(result.blocks, {}, &Block::chance);
+        result.worst = static_cast<std::size_t>(worst - result.blocks.begin());
+        result.chance_of_worst = std::min(1.0, worst->chance * static_cast<double>(result.blocks.size()));
+    }
     return result;
 }
 

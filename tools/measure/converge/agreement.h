@@ -20,9 +20,9 @@ inline constexpr int kBlockSide = 16;  // side of a block, pixels
 inline constexpr double kSignificance = 0.01;  // probability below which noise does not explain the blocks
 inline constexpr double kMostNoisy = 0.1;      // largest share of blocks that noise may put beyond their tolerance
 
-/// Relative difference of two means over pixels and channels.
+/// Relative difference of two means over pixels and channels. If one mean is black, it is -1 (theirs) or 1 (ours).
 struct Difference {
-    double relative = 0;        // theirs / ours - 1
+    double relative = 0;        // theirs / ours - 1, or -1 or 1
     double standard_error = 0;  // standard error of `relative`, to first order
     double freedom = 0;         // degrees of freedom of that error (Welch 1947, Satterthwaite 1946); 0 without noise
 
@@ -39,21 +39,25 @@ struct Block {
     Difference difference;
     bool beyond = false;          // |relative| > tolerance + standard error
     double chance_of_beyond = 0;  // probability of `beyond` for renderers that agree and have this noise
+    double chance = 1;  // probability that noise alone puts a difference within the tolerance this far outside
 };
 
 struct Agreement {
     int side = 0;          // side of a block, pixels
     double tolerance = 0;  // relative tolerance of blocks
     Difference whole;
-    std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in either
+    std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in both
     std::size_t beyond = 0;      // number of blocks beyond the tolerance
     double expected_beyond = 0;  // expected value of `beyond` due to noise alone
     double chance_of_beyond = 1;  // probability that noise alone puts at least `beyond` blocks there
     double chance_of_blocks = 1;  // probability that noise alone makes the differences of all blocks, by chi-square
+    double chance_of_worst = 1;  // bound of the probability that noise alone makes any `chance` so small (Bonferroni)
+    std::size_t worst = 0;       // index of the block with the smallest `chance`; 0 without blocks
 
-    /// Returns whether the renderers agree. They differ where the interval of the whole is outside of its tolerance, or
-    /// where noise puts so many blocks beyond theirs with a probability below kSignificance. They agree where the
-    /// interval is inside, and where noise alone puts no more than kMostNoisy of the blocks beyond.
+    /// Returns whether the renderers agree. They differ if the interval of the whole is outside of its tolerance, if
+    /// noise puts so many blocks beyond theirs with a probability below kSignificance, or if the interval of one block
+    /// is outside at the confidence 1 - kSignificance / blocks. They agree if the interval of the whole is inside, and
+    /// noise alone puts no more than kMostNoisy of the blocks beyond.
     Verdict verdict() const;
 };
 

@@ -135,6 +135,12 @@ std::string reasons_text(const MethodAgreement& found, const std::vector<MethodR
             "The chi-square test of all blocks against noise has p {}.",
             a.beyond, a.blocks.size(), a.side, a.side, percent(a.tolerance), a.expected_beyond,
             a.chance_of_blocks < 1e-6 ? "< 0.000001" : fmt::format("= {:.2g}", a.chance_of_blocks));
+    if (a.chance_of_worst < kSignificance) {
+        const Block& worst = a.blocks[a.worst];
+        reasons += fmt::format(
+            " The block at ({}, {}) differs by {:+.2f} %. Noise puts a block so far beyond {:g} % with p < {:g}.",
+            worst.x, worst.y, percent(worst.difference.relative), percent(a.tolerance), kSignificance);
+    }
     if (last.mse.value > 0)
         reasons +=
             fmt::format(" {:.0f} % of the MSE of {} is squared difference from the reference, {:.0f} % variance.",

@@ -130,7 +130,8 @@ Json agreement_json(const Measurement& measured, const MethodAgreement& found) {
                           {"difference", b.difference.relative},
                           {"standard_error", b.difference.standard_error},
                           {"beyond", b.beyond},
-                          {"chance_of_beyond", b.chance_of_beyond}});
+                          {"chance_of_beyond", b.chance_of_beyond},
+                          {"chance", b.chance}});
     const Point& theirs = measured.methods[found.external].points.back();
     const double mse = theirs.mse.value;
     return {{"method", measured.methods[found.method].name},
@@ -150,6 +151,7 @@ Json agreement_json(const Measurement& measured, const MethodAgreement& found) {
             {"blocks_beyond_by_noise", a.expected_beyond},
             {"chance_of_blocks_beyond", a.chance_of_beyond},
             {"chance_of_blocks", a.chance_of_blocks},
+            {"chance_of_worst_block", a.chance_of_worst},
             {"blocks", blocks}};
 }
 
