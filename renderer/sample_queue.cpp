@@ -31,6 +31,10 @@ void SampleQueue::push(const gpu::Buffer* hits, Mattes* mattes) {
         glCopyNamedBufferSubData(hits->id(), slot.hits->id(), 0, 0, static_cast<GLsizeiptr>(hits_bytes_));
     }
     slot.fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (!slot.fence) {  // a slot without a fence counts as empty, and its mattes would be lost
+        gpu::check_not_lost("rendering");
+        throw Error("rendering", "the driver failed to make a fence for a sample");
+    }
     glFlush();  // software drivers begin their work here
     next_ = (next_ + 1) % kInFlight;
     retire(slots_[next_]);

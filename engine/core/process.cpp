@@ -137,7 +137,9 @@ Spool::Spool() : file_(nullptr, &std::fclose) {
     if (descriptor < 0) throw Error(folder.string(), "a temporary file cannot be made: {}", reason(errno));
     unlink(name.c_str());
     file_.reset(fdopen(descriptor, "w+"));
-    if (!file_) throw std::bad_alloc();
+    if (file_) return;
+    close(descriptor);
+    throw std::bad_alloc();
 }
 
 std::string Spool::text(std::size_t limit) const {

@@ -152,7 +152,7 @@ struct Search {
     std::optional<EglContext> context;
 
     explicit Search(const ContextOptions& options) : options_(options) {
-        prepare_for_drivers();
+        check_process();
         devices_ = enumerate_devices();
         const std::string& wanted = options.device;
         const bool by_kind = wanted == "hardware" || wanted == "software";
@@ -203,6 +203,7 @@ struct Search {
             const std::string renderer(gl_string(GL_RENDERER));
             if (attempt.name.find(renderer) == std::string::npos) (attempt.name += ", ") += renderer;
             attempt.reason = refuse(is_software_renderer(renderer));
+            if (attempt.reason.empty()) attempt.reason = reason_against_driver(renderer, gl_string(GL_VERSION));
             if (!attempt.reason.empty()) return;
             attempt.taken = true;
             attempt.reason = options_.device.empty() ? "the first that works" : "asked for";

@@ -17,11 +17,13 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "engine/core/error.h"
 #include "engine/core/thread_limit.h"
+#include "engine/gpu/context.h"
 
 namespace halflight::gpu {
 namespace {
@@ -49,19 +51,32 @@ fs::path mesa_cache() {
     return fs::path(found->pw_dir) / ".cache" / kName;
 }
 
-/// Reserves the space of the index; returns false where Mesa would map a file without space.
-bool reserve_index(const fs::path& folder) {
+/// Returns whether a variable of Mesa is set to true, or to false; other values are neither.
+bool is_set_to(const char* variable, bool wanted) {
+    const char* const value = std::getenv(variable);
+    return value != nullptr && *value != '\0' && std::strchr(wanted ? "1tTyY" : "0fFnN", *value) != nullptr;
+}
+
+bool cache_is_disabled() {
+    return is_set_to("MESA_SHADER_CACHE_DISABLE", true) || is_set_to("MESA_GLSL_CACHE_DISABLE", true);
+}
+
+constexpr int kNotOpened = -1;
+
+/// Reserves the space of the index. Returns 0, or the error of the system where Mesa would map a file without space, or
+/// kNotOpened.
+int reserve_index(const fs::path& folder) {
     // Size of the index in Mesa 17 to 23: a counter, and 2^16 keys of 20 bytes.
     constexpr off_t kIndexBytes = 8 + (off_t{1} << 16) * 20;
     for (const fs::path& made : {folder.parent_path(), folder}) mkdir(made.c_str(), 0700);  // Mesa makes them likewise
     const fs::path index = folder / "index";
     const bool is_new = access(index.c_str(), F_OK) != 0;
     const int file = open(index.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (file < 0) return false;  // Mesa 22.3 cannot open it either, and would say so on stderr
-    const bool reserved = posix_fallocate(file, 0, kIndexBytes) == 0;
+    if (file < 0) return kNotOpened;  // Mesa 22.3 cannot open it either, and says so on stderr
+    const int error = posix_fallocate(file, 0, kIndexBytes);
     close(file);
-    if (!reserved && is_new) unlink(index.c_str());
-    return reserved;
+    if (error != 0 && is_new) unlink(index.c_str());
+    return error;
 }
 
 /// Returns the greatest number of threads in each of the two pools of Mesa's software driver (Mesa 22.3). The driver
@@ -84,9 +99,22 @@ int needed_threads(int displays) {
     return displays * (2 * pool_threads() + 4) + static_cast<int>(builders) - 1;
 }
 
+/// Returns the stack size of threads that start from now on, in bytes; at least kThreadStack.
+std::uint64_t thread_stack() {
+    std::size_t size = 0;
+#ifdef __GLIBC__
+    pthread_attr_t attributes;
+    if (pthread_getattr_default_np(&attributes) == 0) {
+        pthread_attr_getstacksize(&attributes, &size);
+        pthread_attr_destroy(&attributes);
+    }
+#endif
+    return std::max<std::uint64_t>(size, kThreadStack);
+}
+
 void check_address_space(int threads) {
     // Measured with Mesa's software driver on small scenes: 420 MiB with the 8 threads that two cores take.
-    const std::uint64_t needed = 448 * kMiB + kThreadStack * static_cast<std::uint64_t>(threads);
+    const std::uint64_t needed = 448 * kMiB + thread_stack() * static_cast<std::uint64_t>(threads);
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
     const std::uint64_t used = used_address_space();
@@ -131,41 +159,57 @@ void check_threads(int needed) {
                     started, needed);
 }
 
-void secure_shader_cache() {
-    const fs::path folder = mesa_cache();
-    // Mesa writes to the index through a mapping. The kernel answers such a write by SIGBUS where the disk is full.
-    if (!folder.empty() && !reserve_index(folder)) setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
-}
-
 }  // namespace
 
-bool mesa_keeps_code() {
-    const auto is_set = [](const char* variable) {
-        const char* const value = std::getenv(variable);
-        return value != nullptr && std::strchr("1tTyY", *value) != nullptr && *value != '\0';
-    };
-    const fs::path folder = mesa_cache();
-    return !is_set("MESA_SHADER_CACHE_DISABLE") && !is_set("MESA_GLSL_CACHE_DISABLE") && !folder.empty() &&
-           access((folder / "index").c_str(), W_OK) == 0;
+void prepare_process() {
+    limit_thread_stacks();
+    // The XDG Base Directory Specification ignores such values; Mesa does not.
+    if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
+    // Mesa writes to the index through a mapping. The kernel answers such a write by SIGBUS where the disk is full.
+    if (const fs::path folder = mesa_cache(); !cache_is_disabled() && !folder.empty() && reserve_index(folder) != 0)
+        setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+    // Zink compiles copies of kernels for values of uniforms, unless a GPU runs them. After many values of one kernel,
+    // Mesa 22.3 uses a copy for other values.
+    setenv("ZINK_INLINE_UNIFORMS", "0", 0);
+    // Drivers that do not work are skipped, or named by an Error.
+    setenv("EGL_LOG_LEVEL", "fatal", 0);
 }
 
-void prepare_for_drivers(int displays) {
+void check_process(int displays) {
     static std::once_flag once;
     std::call_once(once, [displays] {
         const int threads = needed_threads(displays);
         check_address_space(threads);
         check_stack();
-        limit_thread_stacks();
         check_threads(threads);
-        // The XDG Base Directory Specification ignores such values; Mesa does not.
-        if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
-        secure_shader_cache();
-        // Zink compiles copies of kernels for values of uniforms, unless a GPU runs them. After many values of one
-        // kernel, Mesa 22.3 uses a copy for other values.
-        setenv("ZINK_INLINE_UNIFORMS", "0", 0);
-        // Drivers that do not work are skipped, or named by an Error.
-        setenv("EGL_LOG_LEVEL", "fatal", 0);
     });
+}
+
+std::string reason_against_driver(std::string_view renderer, std::string_view version) {
+    if (version.find("Mesa") == std::string_view::npos) return "";
+    if (renderer.starts_with("zink") && is_software_renderer(renderer) && !is_set_to("ZINK_INLINE_UNIFORMS", false))
+        return "zink renders wrong pictures unless ZINK_INLINE_UNIFORMS is 0 in the environment";
+    const fs::path folder = mesa_cache();
+    if (cache_is_disabled() || folder.empty()) return "";
+    if (const int error = reserve_index(folder); error > 0)
+        return fmt::format("Mesa's shader cache {} has no space ({}), and MESA_SHADER_CACHE_DISABLE is not true in the "
+                           "environment",
+                           folder.string(), std::generic_category().message(error));
+    return "";
+}
+
+bool mesa_keeps_code() {
+    const fs::path folder = mesa_cache();
+    return !cache_is_disabled() && !folder.empty() && access((folder / "index").c_str(), W_OK) == 0;
+}
+
+std::uint64_t mesa_cache_bytes() {
+    static const fs::path index = mesa_cache() / "index";  // for good, as in Mesa
+    std::uint64_t bytes = 0;                               // Mesa 17 to 23: the first word of the index
+    const int file = open(index.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (file >= 0 && pread(file, &bytes, sizeof(bytes), 0) != sizeof(bytes)) bytes = 0;
+    if (file >= 0) close(file);
+    return bytes;
 }
 
 }  // namespace halflight::gpu

@@ -1,21 +1,35 @@
-// Resources of the process that drivers use without checks. Without them a driver ends the process by a signal.
+// What drivers need of the process, and do not check themselves: without it they end the process by a signal, wait
+// forever, or render wrong pictures. Programs prepare their process; the library only checks its host.
 #pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
 
 namespace halflight::gpu {
 
-/// Prepares the process for its first context, before a driver is loaded; later calls do nothing. `displays` is the
-/// number of EGL displays with contexts at the same time, at least 1. Software drivers have threads of their own for
-/// each.
-/// - Throws Error where a limit of the address space (RLIMIT_AS), of the stack (RLIMIT_STACK) or of threads
-///   (RLIMIT_NPROC, cgroups) leaves too little for a driver.
-/// - Limits the stacks of threads that start later to 8 MiB each where the address space is limited, with glibc.
-/// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk,
-///   disables that cache by MESA_SHADER_CACHE_DISABLE in the process's environment.
+/// Prepares the process of a program for drivers. Call it before other threads start, because it changes the process;
+/// the library does not call it.
+/// - Limits the stacks of threads to 8 MiB each where the address space is limited, with glibc.
 /// - Sets ZINK_INLINE_UNIFORMS to 0 and EGL_LOG_LEVEL to "fatal" in the environment unless they are set.
 /// - Removes XDG_CACHE_HOME from the environment if it is no absolute path.
-void prepare_for_drivers(int displays = 1);
+/// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk,
+///   disables that cache by MESA_SHADER_CACHE_DISABLE.
+void prepare_process();
+
+/// Throws Error where a limit of the address space (RLIMIT_AS), of the stack (RLIMIT_STACK) or of threads
+/// (RLIMIT_NPROC, cgroups) leaves too little for a driver. Call it before a driver is loaded; later calls do nothing.
+/// `displays` is the number of EGL displays with contexts at the same time, at least 1. Software drivers have threads
+/// of their own for each.
+void check_process(int displays = 1);
+
+/// Returns why the driver of the current context must not be used in this environment; empty if it may be.
+/// prepare_process() removes all reasons. `renderer` and `version` are GL_RENDERER and GL_VERSION.
+std::string reason_against_driver(std::string_view renderer, std::string_view version);
 
 /// Returns whether Mesa keeps machine code of its software driver on disk, once a context has been created.
 bool mesa_keeps_code();
+/// Returns a counter of the bytes in that cache, which Mesa raises once an entry is on disk.
+std::uint64_t mesa_cache_bytes();
 
 }  // namespace halflight::gpu

@@ -11,6 +11,7 @@
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/declarations.h"
 #include "engine/gpu/kept_sources.h"
 #include "engine/gpu/program_limits.h"
 
@@ -210,9 +211,11 @@ void Program::bind() const {
 
 GLint Program::uniform(std::string_view name) const {
     if (const auto found = uniforms_.find(name); found != uniforms_.end()) return found->second;
-    if (!declares(name.substr(0, name.find_first_of(".[")))) throw Error(name_, "has no uniform '{}'", name);
     std::string key(name);
     const GLint location = glGetUniformLocation(id(), key.c_str());
+    const bool is_value = location < 0 ? declares(fmt::format("uniform {}", name.substr(0, name.find_first_of(".["))))
+                                       : std::ranges::find(slots_, name, &Slot::name) == slots_.end();
+    if (!is_value) throw Error(name_, "has no uniform '{}'", name);
     return uniforms_.emplace(std::move(key), location).first->second;
 }
 
@@ -260,22 +263,16 @@ void Program::set(std::string_view name, const mat4& value) const {
 }
 
 bool Program::declares(std::string_view identifier) const {
-    if (declared_.contains(identifier)) return true;
-    const auto goes_on = [&](std::size_t i) { return i < text_.size() && in_identifier(text_[i]); };
-    for (std::size_t at = text_.find(identifier); at != std::string::npos; at = text_.find(identifier, at + 1)) {
-        if (!goes_on(at - 1) && !goes_on(at + identifier.size())) {
-            declared_.emplace(identifier);
-            return true;
-        }
-    }
-    return false;
+    if (std::ranges::find(slots_, identifier, &Slot::name) != slots_.end()) return true;
+    if (declared_.empty()) declared_ = declarations(text_);
+    return declared_.contains(identifier);
 }
 
 /// Returns the slot of that name and kind, which this program owns from then on, or null where it is not active.
 const Slot* Program::slot(std::string_view name, SlotKind kind, const std::string& resource) const {
     const auto found = std::ranges::find(slots_, name, &Slot::name);
     if (found != slots_.end() && found->kind == kind) return owner_of(*found) = serial_, &*found;
-    if (found == slots_.end() && declares(name)) return nullptr;
+    if (found == slots_.end() && declares(fmt::format("{} {}", gpu::name(kind), name))) return nullptr;
     throw Error(name_, "has no {} '{}' to bind '{}' to", gpu::name(kind), name, resource);
 }
 

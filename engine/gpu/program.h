@@ -40,8 +40,8 @@ class Program {
     /// or where another program has taken its slot since. Scene tables are not checked.
     void bind() const;
 
-    /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the name
-    /// does not occur in the source.
+    /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the source
+    /// declares no such uniform.
     GLint uniform(std::string_view name) const;
     void set(std::string_view name, bool value) const { set(name, static_cast<int>(value)); }
     void set(std::string_view name, int value) const;
@@ -69,7 +69,7 @@ class Program {
     void bind_image(std::string_view image, const Texture& texture) const;
     /// Returns the slots of all active resources.
     const std::vector<Slot>& slots() const { return slots_; }
-    /// Returns whether the identifier occurs in the source, active or not.
+    /// Returns whether the source declares a name, or a kind and name (declarations.h), active or not.
     bool declares(std::string_view identifier) const;
 
     /// Binds the program and starts workgroups, at most as many as the driver allows. The graph places the barriers.
@@ -94,7 +94,7 @@ class Program {
     Object<delete_program> object_;
     std::uint64_t serial_;  // unique in the process
     std::vector<Slot> slots_;
-    mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text
+    mutable std::set<std::string, std::less<>> declared_;  // declarations(text_), made when a name is not active
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
     std::unique_ptr<PieceSize> pieces_;  // null: dispatches are not limited in time
 };

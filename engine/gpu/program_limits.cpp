@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <iterator>
 #include <optional>
 #include <regex>
 #include <utility>
 
+#include "engine/gpu/declarations.h"
 #include "engine/gpu/dispatch_pieces.h"
 #include "engine/gpu/gl_string.h"
 
@@ -22,12 +22,6 @@ std::size_t limit_of(GLenum name) {
     return static_cast<std::size_t>(std::max<GLint64>(value, 0));
 }
 
-std::size_t count(const std::string& text, const char* pattern) {
-    const std::regex what(pattern);
-    return static_cast<std::size_t>(
-        std::distance(std::sregex_iterator(text.begin(), text.end(), what), std::sregex_iterator()));
-}
-
 /// Returns the invocations of a workgroup, or 0 where the text gives no numbers.
 std::size_t group_size(const std::string& text) {
     static const std::regex axis(R"(\blocal_size_[xyz]\s*=\s*(\d{1,9}))");
@@ -37,21 +31,21 @@ std::size_t group_size(const std::string& text) {
     return size;
 }
 
-/// A row per kind of resource: its declaration, and the limits on its number in each stage.
+/// A row per kind of resource, with the limits on its number in each stage.
 struct Kind {
+    SlotKind kind;
     std::string_view what;
-    const char* declaration;
     GLenum compute, vertex, fragment;
     std::string_view limit;
 };
 constexpr Kind kKinds[] = {
-    {"storage blocks", R"(\bbuffer\s+\w+\s*\{)", GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS,
+    {SlotKind::storage_block, "storage blocks", GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS,
      GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS, "GL_MAX_*_SHADER_STORAGE_BLOCKS"},
-    {"uniform blocks", R"(\buniform\s+\w+\s*\{)", GL_MAX_COMPUTE_UNIFORM_BLOCKS, GL_MAX_VERTEX_UNIFORM_BLOCKS,
+    {SlotKind::uniform_block, "uniform blocks", GL_MAX_COMPUTE_UNIFORM_BLOCKS, GL_MAX_VERTEX_UNIFORM_BLOCKS,
      GL_MAX_FRAGMENT_UNIFORM_BLOCKS, "GL_MAX_*_UNIFORM_BLOCKS"},
-    {"texture units", R"(\buniform\s+[iu]?sampler\w+\s)", GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS,
-     GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS, GL_MAX_TEXTURE_IMAGE_UNITS, "GL_MAX_*_TEXTURE_IMAGE_UNITS"},
-    {"images", R"(\buniform\s+[iu]?image\w+\s)", GL_MAX_COMPUTE_IMAGE_UNIFORMS, GL_MAX_VERTEX_IMAGE_UNIFORMS,
+    {SlotKind::sampler, "texture units", GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS, GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS,
+     GL_MAX_TEXTURE_IMAGE_UNITS, "GL_MAX_*_TEXTURE_IMAGE_UNITS"},
+    {SlotKind::image, "images", GL_MAX_COMPUTE_IMAGE_UNIFORMS, GL_MAX_VERTEX_IMAGE_UNIFORMS,
      GL_MAX_FRAGMENT_IMAGE_UNIFORMS, "GL_MAX_*_IMAGE_UNIFORMS"},
 };
 
@@ -88,17 +82,19 @@ RunLimits asked_limits() {
 }  // namespace
 
 std::vector<Requirement> declared_requirements(GLenum stage, std::string_view text) {
-    const std::string all(text);
+    const Declarations declared = declarations(text);
     std::vector<Requirement> found;
     for (const Kind& kind : kKinds) {
         const GLenum most = stage == GL_COMPUTE_SHADER  ? kind.compute
                             : stage == GL_VERTEX_SHADER ? kind.vertex
                                                         : kind.fragment;
-        found.push_back({kind.what, count(all, kind.declaration), limit_of(most), kind.limit});
+        const std::string prefix = fmt::format("{} ", name(kind.kind));
+        const auto count = std::ranges::count_if(declared, [&](const auto& each) { return each.starts_with(prefix); });
+        found.push_back({kind.what, static_cast<std::size_t>(count), limit_of(most), kind.limit});
     }
     if (stage == GL_COMPUTE_SHADER)
-        found.push_back({"invocations in a workgroup", group_size(all), limit_of(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS),
-                         "GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"});
+        found.push_back({"invocations in a workgroup", group_size(std::string(text)),
+                         limit_of(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS), "GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"});
     return found;
 }
 

@@ -394,7 +394,10 @@ ScratchFile::ScratchFile(const fs::path& folder, std::string subject)
     if (file_ >= 0) return;
     std::string name = (folder / ".halflight-scratch-XXXXXX").string();
     file_ = mkostemp(name.data(), O_CLOEXEC);
-    if (file_ < 0 || unlink(name.c_str()) != 0) throw Error(subject_, "cannot write: {}", reason(errno));
+    if (file_ >= 0 && unlink(name.c_str()) == 0) return;
+    const int why = errno;
+    if (file_ >= 0) ::close(file_);
+    throw Error(subject_, "cannot write: {}", reason(why));
 }
 
 ScratchFile::~ScratchFile() {

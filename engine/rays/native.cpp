@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "engine/core/error.h"
@@ -27,7 +28,9 @@ namespace {
 using gpu::Mapping;
 
 constexpr std::size_t kGrain = 512;      // entries of a task: eight tiles
-constexpr std::size_t kCompared = 4096;  // entries of the first batches that the plain kernel traces, too
+constexpr std::size_t kCompared = 4096;  // most rays of a batch that the plain kernel traces, too
+// The comparison of closest or any hits ends after so many hits, or so many rays if hits are rare.
+constexpr std::size_t kComparedHits = 1024, kComparedRays = 65536;
 
 std::size_t result_bytes(bool any_hit) {
     return any_hit ? sizeof(std::uint32_t) : sizeof(shared::Hit);
@@ -103,11 +106,17 @@ struct NativeServer::Parts {
     bool slivers = false, alpha_tested = false;
     Counts counts;
     std::map<std::pair<BatchKey, bool>, Pace> paces;  // by key and any_hit
-    bool compared[2] = {false, false};                // closest and any hits
+    struct Compared {
+        std::size_t rays = 0, hits = 0;
+        bool enough() const { return hits >= kComparedHits || rays >= kComparedRays; }
+    } compared[2];  // closest and any hits
     tbb::task_arena arena{native_threads()};
 
     void take(const TraceTables& tables, const TraceScene& scene) {
         const TraceStatistics& s = scene.statistics();
+        // Other code serves another format, instances and slivers.
+        if (s.node_format != tree.format || s.two_level != tree.two_level || tables.slivers != slivers)
+            compared[0] = compared[1] = {};
         tree = build_native_tree(tables, s.node_format, s.two_level, scene.nodes().read<uvec4>(),
                                  scene.heads().read<std::uint32_t>());
         slivers = tables.slivers, alpha_tested = tables.alpha_tested;
@@ -160,15 +169,23 @@ struct NativeServer::Parts {
         return all;
     }
 
-    /// Traces a part of the batch by the plain kernel and compares the bits. Returns the number of differences.
-    static std::size_t compare(graph::Resources& r, const TraceScene& scene, const RayBatch& batch,
-                               const gpu::Buffer& results, bool any_hit) {
+    /// Traces rays of the batch by the plain kernel, too, and compares the bits. Returns the number of differences.
+    /// Leaves out dead rays and those in `left`, sorted, which the plain kernel has traced.
+    std::size_t compare(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const gpu::Buffer& results,
+                        bool any_hit, const std::vector<std::uint32_t>& left) {
         std::vector<std::uint32_t> paths(batch.capacity);
         if (batch.list) {
             const std::size_t count = r.buffer(batch.list_header).read<shared::ListHeader>().front().count;
             paths = r.buffer(batch.list).read<std::uint32_t>(0, std::min<std::size_t>(count, batch.capacity));
         } else {
-            for (std::uint32_t i = 0; i < batch.capacity; ++i) paths[i] = i;
+            std::iota(paths.begin(), paths.end(), 0u);
+        }
+        {
+            const Mapping rays(r.buffer(batch.rays), Mapping::Access::read);
+            std::erase_if(paths, [&](std::uint32_t path) {
+                const shared::Ray& ray = rays.as<shared::Ray>()[path];
+                return ray.t_max < ray.t_min || std::ranges::binary_search(left, path);
+            });
         }
         const std::size_t step = std::max<std::size_t>(paths.size() / kCompared, 1);
         std::vector<std::uint32_t> some;
@@ -178,9 +195,15 @@ struct NativeServer::Parts {
         const gpu::Buffer plain("hits of the plain kernel", batch.capacity * bytes);
         trace_paths(r, scene, batch, some, plain, any_hit);
         const Mapping a(results, Mapping::Access::read), b(plain, Mapping::Access::read);
-        return static_cast<std::size_t>(std::ranges::count_if(some, [&](std::uint32_t path) {
-            return std::memcmp(a.as<char>() + path * bytes, b.as<char>() + path * bytes, bytes) != 0;
-        }));
+        Compared& all = compared[any_hit ? 1 : 0];
+        all.rays += some.size();
+        std::size_t differences = 0;
+        for (const std::uint32_t path : some) {
+            differences += std::memcmp(a.as<char>() + path * bytes, b.as<char>() + path * bytes, bytes) != 0;
+            all.hits += any_hit ? b.as<std::uint32_t>()[path] != shared::kFree
+                                : b.as<shared::Hit>()[path].triangle != shared::kMiss;
+        }
+        return differences;
     }
 };
 
@@ -217,7 +240,7 @@ graph::BufferHandle NativeServer::add(graph::Graph& graph, const TraceScene& sce
         graph.add_pass(fmt::format("{} rays: {}, native", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     read_batch(pass, scene, batch);
     results = write_results(pass, batch, results);
-    if (!parts_->compared[any_hit ? 1 : 0]) pass.kernel(plain_kernel(scene, batch, any_hit, true));
+    if (!parts_->compared[any_hit ? 1 : 0].enough()) pass.kernel(plain_kernel(scene, batch, any_hit, true));
     pass.execute([=, this, &scene](graph::Resources& r) { trace(r, scene, batch, results, any_hit); });
     return results;
 }
@@ -228,10 +251,11 @@ void NativeServer::trace(graph::Resources& r, const TraceScene& scene, const Ray
     Parts& parts = *parts_;
     if (parts.counts.disabled) return trace_plain(r, scene, batch, results, any_hit);
     const gpu::Buffer& to = r.buffer(results);
-    const std::vector<std::uint32_t> left = parts.trace(r, scene, batch, to, any_hit);
+    std::vector<std::uint32_t> left = parts.trace(r, scene, batch, to, any_hit);
     if (!left.empty()) trace_paths(r, scene, batch, left, to, any_hit);
-    if (std::exchange(parts.compared[any_hit ? 1 : 0], true)) return;
-    const std::size_t differ = Parts::compare(r, scene, batch, to, any_hit);
+    if (parts.compared[any_hit ? 1 : 0].enough()) return;
+    std::ranges::sort(left);
+    const std::size_t differ = parts.compare(r, scene, batch, to, any_hit, left);
     if (differ == 0) return;
     parts.counts.disabled = true;
     parts.counts.note = fmt::format("native tracing is off: {} hits differ from the plain kernel's", differ);

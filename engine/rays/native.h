@@ -6,8 +6,8 @@
 // an alpha-tested triangle, and rays out of the range in which all intermediate results are finite, are left to the
 // plain kernel. A search that the driver would cut short ends here.
 //
-// The first batches of closest and of any hits are traced by the plain kernel, too, in part. If any bit differs, the
-// server says so in one line and leaves all batches to the plain kernel.
+// Parts of the first batches of closest and of any hits are traced by the plain kernel, too, until 1024 hits or 65536
+// rays have been compared. If any bit differs, the server says so in one line and leaves all batches to the plain kernel.
 #pragma once
 
 #include <cstdint>

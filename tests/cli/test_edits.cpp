@@ -106,6 +106,12 @@ TEST_F(Edits, AllCamerasMakeAPictureEach) {
     ASSERT_EQ(run("digit.exr", words("--camera all")).status, 0);
     EXPECT_TRUE(same_bits(picture("digit.1.exr"), picture("shot.front.exr")));
     EXPECT_TRUE(same_bits(picture("digit.0.exr"), picture("shot.above.exr")));
+    // Names of cameras may be longer than those of files.
+    for (std::size_t at = 0; (at = text.find("\"1\"", at)) != std::string::npos;)
+        text.replace(at, 3, '"' + std::string(300, 'n') + '"');
+    write_text(scene, text);
+    ASSERT_EQ(run("long.exr", words("--camera all")).status, 0);
+    EXPECT_TRUE(std::filesystem::exists(file("long." + std::string(150, 'n') + ".exr")));
     scene = named;
     ASSERT_EQ(run("{camera}/shot.#.exr", words("--camera all --frames 1-2")).status, 0);
     EXPECT_TRUE(std::filesystem::exists(file("front/shot.2.exr")));

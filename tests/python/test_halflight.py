@@ -101,6 +101,25 @@ class Pictures(InFolder):
             picture.save(self.folder / f"b.{name}")
             self.assertEqual((self.folder / f"a.{name}").read_bytes(), (self.folder / f"b.{name}").read_bytes(), name)
 
+    def test_scripts_read_the_display_window(self):
+        sys.path.insert(0, str(ROOT / "tools"))
+        self.addCleanup(sys.path.remove, str(ROOT / "tools"))
+        import exr_layers
+
+        def layers(name, *options):
+            run(PROGRAM, "render", CORNELL, name, "--quiet", "--device", DEVICE, "--width", 32, "--height", 24,
+                "--samples", 1, "--primary", "traced", *options, check=True, cwd=self.folder)
+            width, height, planes = exr_layers.read(self.folder / name)
+            self.assertEqual((width, height), (32, 24))
+            return planes
+        whole, wide = layers("whole.exr"), layers("wide.exr", "--overscan", 3)
+        crop = layers("crop.exr", "--crop", "4,2,20,18")
+        for name, plane in whole.items():
+            np.testing.assert_array_equal(wide[name], plane)
+            expected = np.zeros_like(plane)
+            expected[2:18, 4:20] = plane[2:18, 4:20]
+            np.testing.assert_array_equal(crop[name], expected)
+
     def test_error_targets(self):
         scene = hl.load(CORNELL)
         picture = hl.render(scene, layers=[], width=16, height=16, error=0.9, samples=256, device=DEVICE)
@@ -371,6 +390,22 @@ class Callbacks(InFolder):
             with self.subTest(first=first, forked=forked):
                 ended = run(sys.executable, "-c", f"{begin}{first}\n{fork}{forked}\n{end}", CORNELL, DEVICE, self.folder / "p.exr")
                 self.assertEqual(ended.returncode, 7)
+
+    def test_the_environment_of_the_process_stays(self):
+        """Other threads of the process may read it. os.environ does not show what libraries have set."""
+        names = ["EGL_LOG_LEVEL", "LP_NUM_THREADS", "MESA_SHADER_CACHE_DISABLE", "XDG_CACHE_HOME",
+                 "ZINK_INLINE_UNIFORMS"]  # zink itself needs the last one
+        script = ("import ctypes, sys\nimport halflight as hl\nscene, device, *names = sys.argv[1:]\n"
+                  "getenv = ctypes.CDLL(None).getenv\ngetenv.restype = ctypes.c_char_p\n"
+                  "before = [getenv(name.encode()) for name in names]\n"
+                  "hl.render(hl.load(scene), width=8, height=8, samples=1, layers=[], device=device)\n"
+                  "assert before == [getenv(name.encode()) for name in names]\n")
+        environment = {name: value for name, value in os.environ.items() if name not in names[:-1]}
+        cache = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
+        environment["XDG_CACHE_HOME"] = os.path.relpath(cache, self.folder)
+        ended = run(sys.executable, "-c", script, CORNELL, DEVICE, *names, cwd=self.folder, env=environment,
+                    capture_output=True, text=True)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
 
     def test_the_interpreter_ends_beside_threads_at_work(self):
         script = ("import sys, threading\nimport halflight as hl\nscene, device, kind = sys.argv[1:]\n"

@@ -8,6 +8,7 @@
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/gpu/release_driver.h"
 #include "tests/support/test_device.h"
 
@@ -34,6 +35,7 @@ class SharedContext : public testing::Environment {
         if (!context_) context_.emplace(test_context());
         return *context_;
     }
+    void SetUp() override { gpu::prepare_process(); }
     void TearDown() override {
         context_.reset();
         gpu::release_driver();  // lets Mesa write its cache

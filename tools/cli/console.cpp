@@ -82,7 +82,10 @@ void open_log(const std::filesystem::path& file) {
     const int descriptor = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0666);
     if (descriptor >= 0) fcntl(descriptor, F_SETFL, O_APPEND);  // a slow reader is waited for
     std::unique_ptr<std::FILE, Close> opened(descriptor >= 0 ? fdopen(descriptor, "a") : nullptr);
-    if (!opened) throw Error(file.string(), "cannot write: {}", std::generic_category().message(errno));
+    if (const int why = errno; !opened) {
+        if (descriptor >= 0) close(descriptor);
+        throw Error(file.string(), "cannot write: {}", std::generic_category().message(why));
+    }
     const std::lock_guard lock(log_mutex);
     log_file = std::move(opened), log_name = file.string();
 }

@@ -17,8 +17,9 @@ namespace {
 std::vector<std::string> words_for(const std::vector<Camera>& cameras) {
     std::vector<std::string> words;
     std::set<std::string> taken;
+    constexpr std::size_t kMost = 150;  // bytes; names of files end at 255, with numbers of frames and endings
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-        std::string word = cameras[i].name;
+        std::string word = cameras[i].name.substr(0, kMost);
         for (char& c : word)
             if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
         if (word.empty() || !taken.insert(word).second) word += fmt::format("-{}", i);

@@ -7,6 +7,7 @@
 #include "api/halflight/camera.h"
 #include "api/halflight/loaded_scene.h"
 #include "api/halflight/statistics.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/io/files.h"
 #include "renderer/pilot.h"
 #include "tools/cli/console.h"
@@ -82,6 +83,7 @@ int usual_reference_samples(const Plan& plan) {
 }  // namespace
 
 void run_converge(const ConvergeArguments& a) {
+    gpu::prepare_process();
     const Console console(a.log_level);
     const ReportFolder folder(a.folder);
     const ColorConfig colors = ColorConfig::load();

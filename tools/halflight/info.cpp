@@ -8,6 +8,7 @@
 #include "api/halflight/loaded_scene.h"
 #include "api/scene_names.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/parts.h"
@@ -232,6 +233,7 @@ Json page_facts(const std::filesystem::path& path, bool check) {
 }  // namespace
 
 void run_info(const InfoArguments& a) {
+    if (a.device || a.time) gpu::prepare_process();
     Json all = Json::object(), facts = Json::object();
     Scene scene;
     TraceTables tables;

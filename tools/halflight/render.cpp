@@ -110,7 +110,7 @@ void render_picture(const RenderArguments& a) {
     const ColorConfig config = ColorConfig::load(a.ocio);
     check_color(config, a, console);
 
-    gpu::prepare_for_drivers();  // sets variables of the environment, before another thread reads some
+    gpu::check_process();  // before another thread takes from the limits
     // Another thread reads the scene while this thread, which will own the context, loads the driver.
     auto reading = std::async(std::launch::async, [&] { return load_scene(a, console); });
     const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
@@ -220,6 +220,7 @@ void render_picture(const RenderArguments& a) {
 }  // namespace
 
 void run_render(const RenderArguments& a) {
+    gpu::prepare_process();
     const std::vector<RenderArguments> cameras = arguments_by_camera(a);
     std::size_t failed = 0;
     for (const RenderArguments& one : cameras) {

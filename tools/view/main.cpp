@@ -6,6 +6,7 @@
 #include <system_error>
 #include <vector>
 
+#include "engine/gpu/driver_needs.h"
 #include "tools/cli/console.h"
 #include "tools/cli/picture_arguments.h"
 #include "tools/cli/signals.h"
@@ -22,6 +23,7 @@ int main(int argc, char** argv) {
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) {
             if (preview->log) open_log(*preview->log);
+            gpu::prepare_process();
             view::Viewer(*preview).run();
             check_log();
         }

@@ -40,7 +40,7 @@ GLFWwindow* create(const std::string& title, int creation_api) {
 }  // namespace
 
 Window::Window(const std::string& title) : title_(title) {
-    gpu::prepare_for_drivers(2);  // the window, and the thread that renders
+    gpu::check_process(2);  // the window, and the thread that renders
     if (!glfwInit()) throw Error("window", "there is no display: {}", reason());
     window_ = create(title, GLFW_EGL_CONTEXT_API);
     if (!window_) window_ = create(title, GLFW_NATIVE_CONTEXT_API);

@@ -146,13 +146,17 @@ ByteSource open_part(const GltfDocument& document, const fs::path& path, const s
     return bytes;
 }
 
-/// Returns the path and the name of a URI.
+/// Returns the path and the name of a URI. Many exporters do not escape the characters %, ? and #. Therefore this takes
+/// the first name that exists: the decoded URI, the URI as it is, or the decoded URI without query and fragment.
 std::pair<fs::path, std::string> locate(const GltfDocument& document, const std::string& uri,
                                         const std::string& element) {
     const std::string scheme = uri_scheme(uri);
     if (!scheme.empty()) document.fail(element, "cannot follow a URI of scheme '{}'", scheme);
     const std::string decoded = percent_decode(uri);
     if (decoded.empty() || decoded.find('\0') != std::string::npos) document.fail(element, "URI is not a path");
+    std::error_code none;
+    for (const std::string& name : {decoded, uri, percent_decode(without_query(uri))})
+        if (!name.empty() && fs::exists(document.folder / name, none)) return {document.folder / name, name};
     return {document.folder / decoded, decoded};
 }
 

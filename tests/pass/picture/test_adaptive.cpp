@@ -92,7 +92,7 @@ class AdaptiveTest : public CornellTest {
 
 TEST_F(AdaptiveTest, ErrorsAreSmallerAtAsManySamples) {
     RenderSettings settings = settings_of(cornell, 96, 32);
-    settings.aovs.emplace_back("noisy");
+    settings.aovs.insert(settings.aovs.end(), {"noisy", "albedo", "normal"});
     const RenderResult even = render(prepared_cornell, settings, false);
     settings.denoise = true;
     const RenderResult adaptive = render(prepared_cornell, settings, true);
@@ -102,6 +102,16 @@ TEST_F(AdaptiveTest, ErrorsAreSmallerAtAsManySamples) {
     EXPECT_EQ(adaptive.stats.biases.size(), 1u) << "denoising alone is a bias";
     for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(mean_of_pixels(adaptive.beauty, c).value / mean_of_pixels(noisy, c).value, 1, 0.01);
+    for (const char* features : {"albedo.R", "normal.X"}) {
+        // Pixels of one surface have the same features in each sample.
+        const Image &a = layer(adaptive, features), &e = layer(even, features);
+        std::size_t surfaces = 0, differ = 0;
+        for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+            surfaces += e.pixels[i] != 0;
+            differ += std::abs(a.pixels[i] - e.pixels[i]) > 1e-3f;
+        }
+        EXPECT_LT(differ, surfaces / 4) << features;
+    }
     settings.denoise = false, settings.samples = 512, settings.seed = 5;
     const Image reference = render(prepared_cornell, settings, false).beauty;
     const double noise = relative_error(noisy, reference);

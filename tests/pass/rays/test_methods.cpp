@@ -191,6 +191,25 @@ TEST_F(Native, IsOffAfterADifference) {
     EXPECT_EQ(tracer.note(), native.counts().note);
 }
 
+// Batches without rays, with dead ones and with rays that meet nothing do not end the comparison.
+TEST_F(Native, IsComparedByRaysThatHit) {
+    const TraceTables other = build_trace_tables(soup(1000, 0.08f, vec3(1), 7));
+    const rays::PackedScene packed = roomy(rays::pack_scene(tables)), wrong = roomy(rays::pack_scene(other));
+    const rays::TraceScene scene(tables, packed, {}), wrong_scene(other, wrong, {});
+    rays::NativeServer native(other, wrong_scene);
+    rays::Tracer tracer(scene, native);
+    graph::Executor executor(programs);
+    const std::vector<Ray> rays = camera_rays(vec3(0, 0, 3), vec3(0)), sky = camera_rays(vec3(0, 0, 3), vec3(0, 0, 6));
+    std::vector<Ray> dead = rays;
+    for (Ray& ray : dead) ray.t_max = -1;
+    const std::vector<std::uint32_t> none;
+    for (const TraceRequest& request : {TraceRequest{rays, &none}, TraceRequest{dead}, TraceRequest{sky}})
+        EXPECT_EQ(different(answers(executor, request, tracer), answers(executor, request, scene)), 0u);
+    EXPECT_FALSE(native.counts().disabled);
+    EXPECT_EQ(different(any_hits(executor, {rays}, tracer), any_hits(executor, {rays}, scene)), 0u);
+    EXPECT_TRUE(native.counts().disabled);
+}
+
 using TileCulling = TraceMethods;
 
 TEST_F(TileCulling, StacksNoDeeperThanNeeded) {

@@ -173,6 +173,18 @@ TEST_F(LightGroups, HaveTheLightOfTheirLightsAlone) {
     }
 }
 
+// Paths that end by roulette, from the third reflection on, leave their last light sample to the sums.
+TEST_F(LightGroups, ALoneGroupHasAllLight) {
+    Scene lamps = only(scene, 0);
+    lamps.light_groups = kGroups;
+    for (PunctualLight& light : lamps.lights) light.light_group = 2;  // neither the first group nor the rest
+    const RenderResult result = rendered(lamps, corner_settings(2, 4));
+    const Image beauty = rgb(result.beauty), &glow = layer(result, "light_glow.R");
+    ASSERT_GT(std::ranges::max(beauty.pixels), 0);
+    for (std::size_t i = 0; i < beauty.pixels.size(); ++i)
+        ASSERT_NEAR(glow.pixels[i], beauty.pixels[i], 2e-6f * (1 + beauty.pixels[i])) << i;
+}
+
 TEST_F(LightGroups, OfInstancesAndMaterialsTakeTheFirst) {
     Scene two = cornell_box();
     two.materials[two.meshes.back().triangle_material[0]].light_group = kNoLightGroup;

@@ -213,6 +213,21 @@ TEST_F(RenderThreadTest, RegionsTakeFurtherSamplesAndKeepAll) {
     place[3].x += 0.2;
     ASSERT_TRUE(until(thread->show(part), 3, true));
     expect_pixels(thread.pictures.back()->result.beauty, expected(part, 3).beauty, expected(part, 1).beauty);
+
+    // Another pose of the scene does so, too, without another renderer of the whole picture.
+    part.edits = {};
+    ASSERT_TRUE(until(thread->show(part), 3, true));
+    auto pose = std::make_shared<Scene>(*part.scene);
+    pose->instances[1].object_to_world[3].x += 0.2;
+    part.scene = pose;
+    const auto posed = [&](int samples) {
+        Renderer renderer(context, *part.reference, ColorConfig::load(),
+                          small_settings(part.camera, part.size.x, part.size.y, samples, part.bounces));
+        renderer.update(*pose);
+        return renderer.render().beauty;
+    };
+    ASSERT_TRUE(until(thread->show(part), 3, true));
+    expect_pixels(thread.pictures.back()->result.beauty, posed(3), posed(1));
 }
 
 TEST_F(RenderThreadTest, PreviewModesReportTheirBias) {

@@ -11,10 +11,14 @@
 #include "engine/core/math.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/gpu/framebuffer.h"
 #include "engine/gpu/texture.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
+#include "tests/unit/io/file_size_limit.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::gpu {
 namespace {
@@ -66,6 +70,30 @@ TEST(Context, AnInvalidDeviceIsAnErrorOfOneLine) {
         EXPECT_EQ(taken(attempts), 0);
         EXPECT_FALSE(attempts.empty());
     }
+}
+
+// A library does not change the environment of its process, so such drivers are refused.
+TEST(DriverNeeds, DriversThatTheEnvironmentSpoilsAreRefused) {
+    const char *const zink = "zink (llvmpipe (LLVM 15.0.6, 256 bits))", *const mesa = "4.5 (Core Profile) Mesa 22.3.6";
+    const TemporaryFolder folder;
+    const test::EnvironmentVariable cache("MESA_SHADER_CACHE_DIR", folder.path.string()),
+        disabled("MESA_SHADER_CACHE_DISABLE", {}), also_disabled("MESA_GLSL_CACHE_DISABLE", {});
+    using Value = std::pair<std::optional<std::string>, bool>;
+    for (const auto& [value, good] : {Value("0", true), Value({}, false), Value("1", false)}) {
+        const test::EnvironmentVariable inlined("ZINK_INLINE_UNIFORMS", value);
+        EXPECT_EQ(reason_against_driver(zink, mesa).empty(), good) << value.value_or("not set");
+        EXPECT_EQ(reason_against_driver("zink (NVIDIA H200)", mesa), "") << "runs on a GPU";
+    }
+    EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "");
+    std::filesystem::remove_all(folder.path / "mesa_shader_cache");
+    const test::FileSizeLimit full(1000);
+    EXPECT_NE(reason_against_driver("llvmpipe", mesa).find("has no space"), std::string::npos);
+    EXPECT_EQ(reason_against_driver("NVIDIA H200", "4.5.0 NVIDIA 550.54"), "") << "has no such cache";
+    disabled.set("true");
+    EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "");
+    disabled.set({});
+    prepare_process();
+    EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "") << "programs switch the cache off";
 }
 
 TEST(Context, SeveralMayExist) {

@@ -238,6 +238,10 @@ TEST_F(GraphTest, WrongPassesAreNamed) {
         {"misspelt", "'ramp' to 'Inn', which add one does not declare", [](Pass& p, BufferHandle ramp) {
              p.read(ramp, storage_read, "Inn");
              p.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
+         }},
+        {"wordy", "'ramp' to 'main', which add one does not declare", [](Pass& p, BufferHandle ramp) {
+             p.read(ramp, storage_read, "main");
+             p.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
          }}};
     for (const auto& c : cases) {
         Graph graph;

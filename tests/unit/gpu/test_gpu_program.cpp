@@ -6,6 +6,7 @@
 #include <array>
 #include <functional>
 
+#include "engine/gpu/declarations.h"
 #include "engine/gpu/program_cache.h"
 #include "engine/gpu/program_limits.h"
 #include "engine/gpu/texture.h"
@@ -33,6 +34,65 @@ TEST_F(ProgramTest, AMisspeltUniformIsAnErrorButAnUnusedOneIsNot) {
         Program::compute({"unused", "layout(local_size_x = 1) in;\nuniform float unused;\nvoid main() {}\n"});
     EXPECT_EQ(unused.uniform("unused"), -1);
     EXPECT_NO_THROW(unused.set("unused", 1.f));
+}
+
+TEST(Declarations, AreThoseOfUniformsAndResources) {
+    const Declarations found = declarations(R"(#version 450 core
+#define MACRO uniform float in_macro \
+    uniform float in_macro_too;
+// uniform float in_comment; \
+   uniform float in_comment_too;
+/* uniform float in_block_comment; */
+layout(std430) readonly buffer Values { uint values[]; } instance;
+layout(std140) uniform Frame { vec4 member; };
+layout(std140) uniform;
+#if 0
+uniform usampler2D never;
+#endif
+layout(rgba32f) writeonly uniform image2D picture; uniform float a = 1, b[SIZE(c, d)] = {e, f};uniform vec2[2] g;
+uniform layout(location = 3) readonly iimage2D h;
+int function(float local) { buffered = uniformed; return 1; })");
+    const std::pair<const char*, const char*> expected[] = {
+        {"storage block", "Values"}, {"uniform block", "Frame"}, {"sampler", "never"}, {"image", "picture"},
+        {"image", "h"},              {"uniform", "a"},           {"uniform", "b"},     {"uniform", "g"}};
+    EXPECT_EQ(found.size(), 2 * std::size(expected));
+    for (const auto& [kind, name] : expected) {
+        EXPECT_TRUE(found.contains(name)) << name;
+        EXPECT_TRUE(found.contains(fmt::format("{} {}", kind, name))) << kind << ' ' << name;
+    }
+    EXPECT_TRUE(declarations("").empty());
+    for (const char* cut : {"uniform", "uniform float", "uniform float a[", "buffer A {", "/*", "/*/ uniform int a;",
+                            "#a", "layout(", "uniform layout("})
+        EXPECT_LE(declarations(cut).size(), 2u) << cut;
+}
+
+/// Words of the source are no declarations, and neither are resources of other kinds.
+TEST_F(ProgramTest, OnlyDeclaredNamesAreTaken) {
+    const Program program = Program::compute({"words", R"(
+layout(local_size_x = 1) in;
+layout(std430) buffer Out { float result; };
+layout(std430) readonly buffer Unused { float unused[]; };
+uniform sampler2D unread;
+uniform float unset;
+#ifdef NEVER
+uniform sampler2D other;
+#endif
+float function(float local) { return 2.0 * local; }  // a comment
+void main() { result = function(1.0); })"});
+    const Buffer buffer("buffer", sizeof(float));
+    const Texture texture("texture", {.format = GL_R32F});
+    EXPECT_NO_THROW(program.bind_storage("Unused", buffer));
+    EXPECT_NO_THROW(program.bind_texture("unread", texture));
+    EXPECT_NO_THROW(program.bind_texture("other", texture)) << "is declared in another branch";
+    EXPECT_NO_THROW(program.set("unset", 1.f));
+    for (const char* word : {"comment", "function", "local", "result", "unused", "main", "float", "unread", "unset"}) {
+        EXPECT_NE(error_message([&] { program.bind_storage(word, buffer); }), "") << word;
+        EXPECT_NE(error_message([&] { program.bind_image(word, texture); }), "") << word;
+    }
+    for (const char* word : {"comment", "function", "local", "result", "Out", "Unused", "unread"})
+        EXPECT_NE(error_message([&] { program.set(word, 1.f); }), "") << word;
+    for (const char* word : {"comment", "function", "local", "result", "unused", "NEVER"})
+        EXPECT_FALSE(program.declares(word)) << word;
 }
 
 TEST_F(ProgramTest, ResourcesAreBoundByName) {

@@ -238,6 +238,9 @@ TEST_F(GltfFiles, BuffersBesideTheScene) {
     for (const char* uri : {"sub/b+ü.bin", "sub/b+%C3%bc.bin", "./sub/../sub/b%2B%c3%BC.bin",
                             "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"})
         EXPECT_EQ(load_text(with_buffer(uri)).meshes.at(0).positions[2], vec3(0, 1, 0)) << uri;
+    write("b.bin", triangle_bytes()), write("c?d#e%41.bin", triangle_bytes());
+    for (const char* uri : {"b.bin?version=2", "b.bin#part", "%62.bin?a#b", "c?d#e%41.bin", "c?d#e%2541.bin"})
+        EXPECT_EQ(load_text(with_buffer(uri)).meshes.at(0).positions[2], vec3(0, 1, 0)) << uri;
     const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 36\n";
     write("lfs.bin", pointer);
     EXPECT_NE(refusal_of_text(pointer).find("Git LFS pointer"), std::string::npos);
@@ -253,11 +256,29 @@ TEST_F(GltfFiles, BuffersBesideTheScene) {
                  {"data:;base64,AAA*", 36, "buffers[0]: its data URI is malformed"},
                  {"data:;base64,AAAAA", 36, "buffers[0]: its data URI is malformed"},
                  {"data:;base64", 36, "buffers[0]: its data URI is malformed"},
+                 {"data:;base64,AA=A", 36, "buffers[0]: its data URI is malformed"},
+                 {"data:;base64,AAA%3D%3D%3D", 36, "buffers[0]: its data URI is malformed"},
+                 {"data:base64,AAAA", 36, "buffers[0]: 4 bytes, but byteLength is 36"},
                  {"data:;base64,AAAA", 36, "buffers[0]: 3 bytes, but byteLength is 36"}};
     for (const auto& [uri, length, message] : cases)
         EXPECT_TRUE(refusal_of_text(with_buffer(uri, length)).starts_with(message)) << uri;
     for (const fs::path& scene : {folder_ / "none.glb", folder_.path})
         EXPECT_NE(error_message([&] { load_gltf(scene); }).find(scene.string() + ": cannot read"), std::string::npos);
+}
+
+/// RFC 2397, and the lenient base64 of browsers.
+TEST_F(GltfFiles, DataUrisOfAllSpellings) {
+    const std::string base64 = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    std::string escaped, bytes, spaced;
+    for (const char c : base64) escaped += fmt::format("%{:02X}", c), spaced += {' ', c};
+    for (const char c : triangle_bytes()) bytes += fmt::format("%{:02x}", static_cast<unsigned char>(c));
+    for (const std::string& uri :
+         {"data:;BASE64," + base64, "DATA:Application/GLTF-Buffer;charset=utf-8;Base64," + base64,
+          " data:;base64 ," + base64, "data:text/plain; base64," + base64, "data:;base64,\n" + spaced + "\n",
+          "data:;base64," + escaped, "data:;base64," + base64 + "AA%3D%3d", "data:;base64," + base64 + "AA=#f=1",
+          "data:;base64," + base64 + "AA", "data:," + bytes, "data:text/plain;charset=base64," + bytes + "#f",
+          "data:application/octet-stream;x=;base64," + base64})
+        EXPECT_EQ(load_text(with_buffer(uri)).meshes.at(0).positions[2], vec3(0, 1, 0)) << uri;
 }
 
 TEST_F(GltfFiles, NothingOutsideTheFolderIsRead) {
@@ -270,7 +291,8 @@ TEST_F(GltfFiles, NothingOutsideTheFolderIsRead) {
     };
     const std::string absolute = (folder_ / "secret.bin").string();
     for (const std::string& uri :
-         std::vector<std::string>{"../secret.bin", "%2e%2e/secret.bin", "x/../../secret.bin", absolute, "link.bin"}) {
+         std::vector<std::string>{"../secret.bin", "%2e%2e/secret.bin", "x/../../secret.bin", absolute, "link.bin",
+                                  "../secret.bin?x"}) {
         EXPECT_TRUE(read(uri, false).starts_with("buffers[0]: ")) << uri;
         // No folder x exists, so the system cannot resolve a path through it.
         EXPECT_EQ(read(uri, true).empty(), uri[0] != 'x') << uri;

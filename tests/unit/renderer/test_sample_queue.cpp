@@ -1,8 +1,10 @@
 // Tests samples in flight: what is read of them, when, and what happens to samples that nobody waits for. Also tests
 // counters of bad values, and predictions of when samples end.
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <set>
+#include <utility>
 
 #include "passes/picture/bad_values.h"
 #include "renderer/sample_pace.h"
@@ -89,6 +91,16 @@ TEST_F(SampleQueueTest, FailuresToWaitAreErrors) {
     EXPECT_THROW(other.check("the test"), Error);
     context.make_current();
     EXPECT_EQ(added(mattes), Names());
+    queue.reset();
+    push(1, mattes);
+    queue.wait();
+    EXPECT_EQ(added(mattes), Names{"b"});
+}
+
+TEST_F(SampleQueueTest, SamplesWithoutAFenceAreErrors) {
+    const auto driver = std::exchange(epoxy_glFenceSync, [](GLenum, GLbitfield) -> GLsync { return nullptr; });
+    EXPECT_EQ(error_message([&] { push(0, mattes); }), "rendering: the driver failed to make a fence for a sample");
+    epoxy_glFenceSync = driver;
     queue.reset();
     push(1, mattes);
     queue.wait();

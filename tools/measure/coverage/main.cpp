@@ -9,6 +9,7 @@
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/core/metrics.h"
+#include "engine/gpu/driver_needs.h"
 #include "renderer/held_out.h"
 #include "renderer/render.h"
 #include "tools/common/tool_main.h"
@@ -123,6 +124,7 @@ void add_options(CLI::App& app, Arguments& a) {
 }
 
 void run(const Arguments& a) {
+    gpu::prepare_process();
     gpu::Context context = gpu::Context::create({});
     fmt::print(
         "{}{}, {} pixels, {} seeds. Means over the seeds, then the number of seeds whose true error is in the "

@@ -13,6 +13,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/statistics.h"
+#include "engine/gpu/driver_needs.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/gltf.h"
 #include "tools/common/tool_main.h"
@@ -139,6 +140,7 @@ class Report {
 };
 
 int run(const Options& options) {
+    gpu::prepare_process();
     // Compilation is timed, so it must not depend on earlier runs.
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
     setenv("__GL_SHADER_DISK_CACHE", "0", 0);
