@@ -13,6 +13,9 @@ namespace {
 
 constexpr const char* kRest = "rest";
 constexpr const char* kEnvironmentName = "environment";
+// Names of channels in OpenEXR end at 255 bytes. Those of a group are longer than its own name, by
+// "ViewLayer.Combined_", the view, the channel and the number of own_name().
+constexpr std::size_t kMostName = 200;  // bytes
 
 void check_count(std::size_t groups, const std::string& subject) {
     if (groups > kMostLightGroups)
@@ -32,13 +35,21 @@ void check_name(const std::string& name, const std::string& subject) {
     if (name == kRest) throw Error(subject, "'{}' is the group of all lights that no other group names", kRest);
     if (name.empty() || !std::ranges::all_of(name, suits_layer))
         throw Error(subject, "'{}' cannot name a light group: names have letters, digits, _ and -", name);
+    if (name.size() > kMostName)
+        throw Error(subject, "'{}' cannot name a light group: names have at most {} bytes", name, kMostName);
 }
 
-/// Returns the name of a group of one light: that of the object, as far as it can name a layer and is not taken yet.
+/// Returns the name of a group of one light: that of the object, with the characters that layers may have, cut to
+/// kMostName bytes, and with a number if it is taken.
 std::string own_name(const std::string& object, const char* kind, std::set<std::string>& taken) {
     std::string name = object.empty() ? kind : object;
     std::ranges::replace_if(
         name, [](char c) { return !suits_layer(c); }, '_');
+    if (name.size() > kMostName) {
+        std::size_t end = kMostName;
+        while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xc0) == 0x80) --end;  // within a UTF-8 character
+        name.resize(end);
+    }
     std::string unique = name;
     for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}_{}", name, i);
     return unique;

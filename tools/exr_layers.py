@@ -4,6 +4,8 @@ Scripts use this module to compare the files of this project with what other pro
 "OpenEXR File Layout" of openexr.com.
 
     width, height, channels = exr_layers.read("picture.exr")   # {"R": array[height, width], ...}, float32 or uint32
+
+Size and arrays are those of the display window. Pixels outside the data window are 0.
 """
 import struct
 import zlib
@@ -54,6 +56,16 @@ def unpack(block, size):
     return whole.tobytes()
 
 
+def placed(plane, corner, window):
+    """Returns the values of a window (left, top, right, bottom) from a plane with its upper left value at a corner."""
+    left, top, right, bottom = window
+    whole = numpy.zeros((bottom - top + 1, right - left + 1), plane.dtype)
+    x, y = corner[0] - left, corner[1] - top
+    inside = plane[max(-y, 0):max(len(whole) - y, 0), max(-x, 0):max(whole.shape[1] - x, 0)]
+    whole[max(y, 0):max(y, 0) + len(inside), max(x, 0):max(x, 0) + inside.shape[1]] = inside
+    return whole
+
+
 def read(path):
     with open(path, "rb") as file:
         data = file.read()
@@ -66,6 +78,7 @@ def read(path):
     channels = channel_list(attributes["channels"])
     planes = {name: numpy.empty((height, width), kind if kind.itemsize == 4 else numpy.float32)
               for name, kind in channels}
+    displayed = struct.unpack("<4i", attributes["displayWindow"])
     row_bytes = width * sum(kind.itemsize for _, kind in channels)
     for offset in struct.unpack_from(f"<{(height + lines - 1) // lines}Q", data, at):
         first, size = struct.unpack_from("<iI", data, offset)
@@ -77,7 +90,9 @@ def read(path):
             for name, kind in channels:
                 planes[name][y] = numpy.frombuffer(block, kind, width, place)
                 place += width * kind.itemsize
-    return width, height, planes
+    if (left, top, right, bottom) != displayed:
+        planes = {name: placed(plane, (left, top), displayed) for name, plane in planes.items()}
+    return displayed[2] - displayed[0] + 1, displayed[3] - displayed[1] + 1, planes
 
 
 def manifest(path, layer):
@@ -101,7 +116,9 @@ def write(path, channels):
 
     listed = b"".join(name.encode() + b"\0" + struct.pack("<IB3xII", 2, 0, 1, 1) for name in names) + b"\0"
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
-    head = struct.pack("<II", 20000630, 2) + attribute("channels", "chlist", listed) + attribute("compression", "compression", b"\0") \
+    long_names = 0x400 if max(map(len, names)) > 31 else 0
+    head = struct.pack("<II", 20000630, 2 | long_names) \
+        + attribute("channels", "chlist", listed) + attribute("compression", "compression", b"\0") \
         + attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window) \
         + attribute("lineOrder", "lineOrder", b"\0") + attribute("pixelAspectRatio", "float", struct.pack("<f", 1)) \
         + attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)) \

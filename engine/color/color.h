@@ -90,8 +90,9 @@ class ColorConfig {
     /// Returns the processor of a view. Throws Error that lists the valid names where a name is unknown.
     ViewProcessor view(const ViewTransform& transform) const;
 
-    /// Returns a colour space by name, alias or role; "" is the rendering space itself, which needs nothing of the
-    /// config. Throws Error where it is unknown, or where no matrix leads to it from linear Rec.709.
+    /// Returns a colour space by name, alias or role; "" is the rendering space itself. Names and aliases of the
+    /// built-in config are known with any config, whose own spaces come first. Throws Error where the space is unknown
+    /// or holds data, or where no matrix leads to it from linear Rec.709.
     LinearSpace linear_space(const std::string& name) const;
 
   private:

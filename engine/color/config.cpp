@@ -63,6 +63,11 @@ ocio::TransformRcPtr rec709_to_aces() {
     return group;
 }
 
+ocio::ConstConfigRcPtr embedded_config() {
+    std::istringstream text(kEmbeddedConfig);
+    return ocio::Config::CreateFromStream(text);
+}
+
 ConfigFile open(const std::string& file) {
     ConfigFile read = read_config(file);
     if (read.config->getNumDisplays() == 0) throw ocio::Exception("the config has no active displays");
@@ -104,8 +109,7 @@ ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) 
             take(environment);
         } else {
             data->source = "built-in";
-            std::istringstream text(kEmbeddedConfig);
-            data->config = ocio::Config::CreateFromStream(text);
+            data->config = embedded_config();
         }
     } catch (const ocio::Exception& e) {
         throw Error(subject, "cannot be used as OpenColorIO {} config: {}", ocio::GetVersion(),
@@ -215,8 +219,15 @@ ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
 LinearSpace ColorConfig::linear_space(const std::string& name) const {
     if (name.empty()) return {"linear Rec.709", mat3(1), kRec709};
     const ocio::ConstColorSpaceRcPtr found = data_->config->getColorSpace(name.c_str());
-    if (!found)
-        throw Error(data_->source, "has no colour space \"{}\"; it has: {}", name, fmt::join(color_spaces(), ", "));
+    if (!found) {
+        // Matrices of spaces do not depend on the config, unlike those of roles.
+        const ocio::ConstConfigRcPtr own = embedded_config();
+        if (!own->getColorSpace(name.c_str()) || own->hasRole(name.c_str()))
+            throw Error(data_->source, "has no colour space \"{}\"; it has: {}", name, fmt::join(color_spaces(), ", "));
+        const Data data{own, data_->source, {}, "aces_interchange", rec709_to_aces()};
+        return ColorConfig(std::make_shared<Data>(data)).linear_space(name);
+    }
+    if (found->isData()) throw Error(data_->source, "colour space \"{}\" holds data instead of colours", name);
     LinearSpace space{found->getName(), mat3(1), std::nullopt};
     const auto group = ocio::GroupTransform::Create();
     if (data_->from_rec709) group->appendTransform(data_->from_rec709->createEditableCopy());

@@ -32,6 +32,16 @@ Image part_of(const Image& image, const ivec2& first, const ivec2& size) {
     return result;
 }
 
+Image placed(const Image& image, const ivec2& at, const ivec2& size) {
+    Image result(size.x, size.y, image.channels);
+    const ivec2 first = glm::max(at, 0), last = glm::min(at + ivec2(image.width, image.height), size);
+    if (last.x <= first.x) return result;
+    for (int y = first.y; y < last.y; ++y)
+        std::copy_n(image.at(first.x - at.x, y - at.y), std::ptrdiff_t(last.x - first.x) * image.channels,
+                    result.at(first.x, y));
+    return result;
+}
+
 Image straight(Image premultiplied) {
     for (std::size_t i = 0; i + 3 < premultiplied.pixels.size(); i += 4) {
         float* const pixel = &premultiplied.pixels[i];

@@ -12,6 +12,10 @@ Image rgb(const Image& rgba);
 /// Returns the pixels [first, first + size) of an image, which must have them.
 Image part_of(const Image& image, const ivec2& first, const ivec2& size);
 
+/// Returns an image of `size` pixels that shows `image` with its upper left pixel at `at`. What is beyond the edges is
+/// left out, and missing pixels are 0.
+Image placed(const Image& image, const ivec2& at, const ivec2& size);
+
 /// Divides the colours of an image of four channels, which are premultiplied by alpha, by alpha. Where that is 0, they
 /// become 0.
 Image straight(Image premultiplied);

@@ -8,10 +8,12 @@
 
 namespace halflight {
 
-/// Loads a map; the format is detected by content, not by extension. Repairs are counted in `report`: NaN and negative
-/// values become 0, infinities become the map's largest finite value. An EXR has R G B, or luminance (Y or its only
-/// channel); other primaries than Rec.709 are converted. A map that is not 2:1 is stretched, with a warning. A black
-/// map gives a black environment without a map. Throws Error for unreadable, damaged, truncated and oversized files.
+/// Loads a map; the format is detected by content, not by extension. An EXR has R G B or luminance (Y). Its display
+/// window is the sphere, or its data window where it has the attribute envmap; a cube map is resampled. Other primaries
+/// than Rec.709 are converted. A map that is not 2:1 is stretched, with a warning. Repairs are counted in `report`: NaN
+/// and negative values become 0, infinities become the map's largest finite value. A black map gives a black
+/// environment without a map. Throws Error for unreadable, damaged, truncated and oversized files, and for files
+/// without light.
 Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits = {});
 
 }  // namespace halflight

@@ -106,33 +106,63 @@ std::string capture_date_now();
 bool date_is_fixed();
 
 /// Writes a file, which appears complete or not at all (files.h). Layers must have equal size, and channel names must
-/// be unique. The bytes depend on the arguments only, not on threads. Throws Error, also where lossy compression would
-/// change an exact layer.
+/// be unique and have at most 255 bytes. The bytes depend on the arguments only, not on threads. Throws Error, also
+/// where lossy compression would change an exact layer.
 void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes,
                const ExrLayout& layout = {});
 /// Writes a file like write_exr(), without copies of the layers: values are converted for some rows at a time.
 void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayerView> layers,
                      const ExrAttributes& attributes, const ExrLayout& layout = {});
 
+/// Rectangle of pixels.
+struct ExrWindow {
+    ivec2 origin{0};  // upper left pixel, in the display window
+    ivec2 size{0};
+    bool operator==(const ExrWindow&) const = default;
+    bool contains(const ExrWindow& other) const;
+};
+
 struct ExrChannel {
     std::string name;  // name as in a file of one part, with that of its view
     ExrType type = ExrType::float32;
-    std::vector<float> values;  // width * height values, top row first; uint32 as bits
+    std::vector<float> values;  // values of the pixels of the window, top row first; uint32 as bits
+    ExrWindow window{};         // data window of the channel's part
+    std::string part{};         // name of the channel's part; empty: the file has one flat part
 };
 
+/// What the attribute `envmap` says about the picture: its data window is a map of all directions.
+enum class ExrEnvmap : std::uint8_t { none, latlong, cube };
+
 struct ExrFile {
-    int width = 0;  // width of the data window, pixels
+    int width = 0;  // width of the data window of the picture's part, pixels
     int height = 0;
     std::vector<ExrChannel> channels;  // channels, sorted by name in each part
-    ExrAttributes attributes;          // attributes of the first part
+    ExrAttributes attributes;          // attributes of the picture's part; `extra` has the texts of all parts
+    ExrEnvmap envmap = ExrEnvmap::none;
+    std::vector<std::string> deep_parts{};  // names of parts of deep data, which are not read
 
     const ExrChannel* find(const std::string& name) const;  // Returns null if the channel is missing.
-    /// Returns 1 to 4 channels interleaved, uint32 converted to float. Throws Error that names a missing channel.
+    /// Returns whether a layer belongs to a Cryptomatte that the header names. Its values are ids and coverage.
+    bool is_cryptomatte(std::string_view layer) const;
+    /// Returns the window that contains those of the channels. Throws Error that names a missing channel.
+    ExrWindow window_of(const std::vector<std::string>& names) const;
+    /// Returns channels interleaved, for the pixels of a window. Those that a channel lacks are 0. Ids are converted to
+    /// float, or kept as bits. Throws Error that names a missing channel.
+    Image image(const std::vector<std::string>& names, const ExrWindow& window, bool bits = false) const;
+    /// Returns channels like the other image(), for the pixels of window_of() them.
     Image image(const std::vector<std::string>& names) const;
+    /// Returns channels like image(), for the pixels of the display window.
+    Image displayed(const std::vector<std::string>& names) const;
+    /// Returns displayed(). Throws Error with `subject` if a channel's window does not contain the display window.
+    Image whole(const std::string& subject, const std::vector<std::string>& names) const;
 };
 
 /// Returns whether these are the first bytes of an OpenEXR file.
 bool is_exr(std::string_view bytes);
+
+/// Returns 0 for a layer or part whose name says that it is the picture (beauty, combined, rgba), 2 for data that is no
+/// light (depth, normals, positions, ids, mattes), and 1 for other names.
+int picture_rank(std::string_view name);
 
 /// Limits of a reader's memory.
 struct ExrLimits {
@@ -145,9 +175,14 @@ struct ExrLimits {
 /// has left (MemoryLedger::process()) where that is more.
 ExrLimits limits_of_renders();
 
-/// Reads a file with scan lines or tiles (the finest level): its first part, and the further parts that have the same
-/// data window and channels of other names. Throws Error for damaged, truncated, deep, subsampled and oversized data.
-/// Memory grows with the rows decoded, not with the size in the header.
+/// Reads all flat parts of a file with scan lines or tiles (the finest level). Throws Error for damaged, truncated and
+/// oversized data, and for files of deep data only. Memory grows with the rows decoded, not with the size in the
+/// header.
+/// - The picture's part has R, G, B, and the lowest picture_rank() among these; the first one is chosen. A part of
+///   rank 0 may have Y alone. Other parts put their name and a dot before channel names that earlier ones have.
+/// - Parts of data put it before R, G, B and Y where another part has colours. So do parts with colours where the
+///   picture is a luminance.
+/// - Subsampled channels are interpolated. Luminance and chroma, Y, RY and BY, become R, G, B (ImfRgbaYca.h).
 ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits = {});
 
 }  // namespace halflight

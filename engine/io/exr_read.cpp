@@ -1,5 +1,6 @@
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
+#include <ImfEnvmapAttribute.h>
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -14,8 +15,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cstring>
 #include <iterator>
+#include <numeric>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -68,7 +72,7 @@ class HeaderGuard {
                                             [&](const auto& known) { return known.first == type; });
             if (fixed != std::end(kFixedSizes) && fixed->second != size) fail();
             if (type == "chlist") check_channels(end);
-            if (name == "dataWindow" && type == "box2i") check_window();
+            if ((name == "dataWindow" || name == "displayWindow") && type == "box2i") check_window();
             if (type == "tiledesc") {
                 check_side(read_uint32());
                 check_side(read_uint32());
@@ -91,7 +95,11 @@ class HeaderGuard {
 
     void check_window() {
         std::int64_t corner[4];
-        for (std::int64_t& c : corner) c = static_cast<std::int32_t>(read_uint32());
+        constexpr std::int64_t kFarthest = 1 << 28;  // sums of corners must not overflow
+        for (std::int64_t& c : corner) {
+            c = static_cast<std::int32_t>(read_uint32());
+            if (std::abs(c) > kFarthest) throw Error(subject_, "is damaged: a window has a corner at {}", c);
+        }
         check_side(corner[2] - corner[0] + 1);
         check_side(corner[3] - corner[1] + 1);
     }
@@ -201,29 +209,86 @@ ExrType type_of(Imf::PixelType type) {
     return type == Imf::HALF ? ExrType::half : type == Imf::UINT ? ExrType::uint32 : ExrType::float32;
 }
 
-/// Reads the pixels of channels [first, end of channels) from a part.
-void read_pixels(Imf::MultiPartInputFile& file, int number, std::size_t first, ExrFile& result) {
+ivec2 size_of(const Imath::Box2i& window) {
+    return {window.max.x - window.min.x + 1, window.max.y - window.min.y + 1};
+}
+
+/// Returns values of all pixels, interpolated from those of every `step`-th column and row; ids are repeated.
+std::vector<float> interpolated(const std::vector<float>& values, const ivec2& size, const ivec2& step, bool ids) {
+    const ivec2 stored = size / step;
+    const auto at = [&](int x, int y) {
+        return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(stored.x) + static_cast<std::size_t>(x)];
+    };
+    std::vector<float> all;
+    all.reserve(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            const ivec2 first = ivec2(x, y) / step, next = glm::min(first + 1, stored - 1);
+            const vec2 t = vec2(ivec2(x, y) - first * step) / vec2(step);
+            const float here = at(first.x, first.y);
+            all.push_back(ids ? here
+                              : glm::mix(glm::mix(here, at(next.x, first.y), t.x),
+                                         glm::mix(at(first.x, next.y), at(next.x, next.y), t.x), t.y));
+        }
+    }
+    return all;
+}
+
+/// Reads the pixels of a part into its channels.
+void read_pixels(Imf::MultiPartInputFile& file, int number, std::span<ExrChannel> channels) {
     Imf::InputPart part(file, number);
     const Imf::Header& header = part.header();
     const Imath::Box2i window = header.dataWindow();
-    const auto width = static_cast<std::size_t>(result.width);
+    const ivec2 size = size_of(window);
+    const auto step_of = [](const Imf::Channel& c) { return ivec2(c.xSampling, c.ySampling); };
     // Reads whole rows of tiles, so that no tile is decoded twice. 64 rows keep all threads busy with blocks of 16.
     int band = 64;
     if (header.hasTileDescription()) band = std::max(band, static_cast<int>(header.tileDescription().ySize));
-    for (int done = 0; done < result.height; done += band) {
-        const int rows = std::min(band, result.height - done);
+    // OpenEXR has checked that the steps divide the size.
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+        band = std::lcm(band, c.channel().ySampling);
+    for (int done = 0; done < size.y; done += band) {
+        const int rows = std::min(band, size.y - done);
         Imf::FrameBuffer buffer;
         auto in_part = header.channels().begin();
-        for (ExrChannel& channel : std::span(result.channels).subspan(first)) {
-            channel.values.resize(width * static_cast<std::size_t>(done + rows));
+        for (ExrChannel& channel : channels) {
+            const ivec2 step = step_of(in_part.channel());
+            const auto width = static_cast<std::size_t>(size.x / step.x);
+            channel.values.resize(width * static_cast<std::size_t>((done + rows) / step.y));
             const Imath::V2i origin(window.min.x, window.min.y + done);
             buffer.insert((in_part++).name(),
                           Imf::Slice::Make(channel.type == ExrType::uint32 ? Imf::UINT : Imf::FLOAT,
-                                           channel.values.data() + width * static_cast<std::size_t>(done), origin,
-                                           result.width, rows, sizeof(float), sizeof(float) * width));
+                                           channel.values.data() + width * static_cast<std::size_t>(done / step.y),
+                                           origin, size.x, rows, sizeof(float), sizeof(float) * width, step.x, step.y));
         }
         part.setFrameBuffer(buffer);
         part.readPixels(window.min.y + done, window.min.y + done + rows - 1);
+    }
+    auto in_part = header.channels().begin();
+    for (ExrChannel& channel : channels)
+        if (const ivec2 step = step_of((in_part++).channel()); step != ivec2(1))
+            channel.values = interpolated(channel.values, size, step, channel.type == ExrType::uint32);
+}
+
+/// Converts channels Y, RY and BY of a layer to R, G and B: RY = (R - Y) / Y, BY = (B - Y) / Y (ImfRgbaYca.h).
+void convert_chroma(std::span<ExrChannel> channels, const Chromaticities& primaries) {
+    const auto named = [&](const std::string& name) {
+        const auto found = std::ranges::find(channels, name, &ExrChannel::name);
+        return found == channels.end() ? nullptr : &*found;
+    };
+    const dmat3 xyz = rgb_to_xyz(primaries);
+    const vec3 weights(xyz[0].y, xyz[1].y, xyz[2].y);
+    for (ExrChannel& red : channels) {
+        if (red.name != "RY" && !red.name.ends_with(".RY")) continue;
+        const std::string layer = red.name.substr(0, red.name.size() - 2);
+        ExrChannel *const blue = named(layer + "BY"), *const green = named(layer + "Y");
+        if (!blue || !green) continue;
+        for (std::size_t i = 0; i < red.values.size(); ++i) {
+            const float y = green->values[i], r = (red.values[i] + 1) * y, b = (blue->values[i] + 1) * y;
+            red.values[i] = r, blue->values[i] = b;
+            green->values[i] = (y - weights.x * r - weights.z * b) / weights.y;
+        }
+        red.name = layer + "R", green->name = layer + "G", blue->name = layer + "B";
     }
 }
 
@@ -244,34 +309,128 @@ std::string name_of(const std::string& channel, const Imf::Header& header, const
     return Imf::insertViewName(channel, views, static_cast<int>(view));
 }
 
-/// Returns the channels of a part. Throws Error for channels that cannot be read.
-std::vector<ExrChannel> channels_of(const std::string& subject, const Imf::Header& header,
-                                    const std::vector<std::string>& views) {
-    if (header.hasType() && Imf::isDeepData(header.type())) throw Error(subject, "deep data is not supported");
+bool is_deep(const Imf::Header& header) {
+    return header.hasType() && Imf::isDeepData(header.type());
+}
+
+/// Returns the channels of a part, without values.
+std::vector<ExrChannel> channels_of(const Imf::Header& header, const std::vector<std::string>& views) {
     std::vector<ExrChannel> channels;
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-        if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
-            throw Error(subject, "channel {} is subsampled, which is not supported", c.name());
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
         channels.push_back({name_of(c.name(), header, views), type_of(c.channel().type), {}});
-    }
     return channels;
 }
 
-/// Returns whether a further part adds to the pixels of the first: same data window, flat, channels of other names.
-bool adds_to(const ExrFile& first, const Imf::Header& window, const Imf::Header& header,
-             const std::vector<std::string>& views) {
-    if (header.hasType() && Imf::isDeepData(header.type())) return false;
-    if (header.dataWindow() != window.dataWindow()) return false;
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
-        if (first.find(name_of(c.name(), header, views)) || c.channel().xSampling != 1 || c.channel().ySampling != 1)
-            return false;
-    return true;
+bool have(const std::vector<ExrChannel>& channels, std::string_view name) {
+    return std::ranges::count(channels, name, &ExrChannel::name) > 0;
+}
+
+bool have_color(const std::vector<ExrChannel>& channels) {
+    const auto has = [&](const char* name) { return have(channels, name); };
+    return (has("R") && has("G") && has("B")) || (has("RY") && has("BY") && has("Y"));
+}
+
+/// Returns whether the channels have a plain Y that is no coordinate.
+bool have_luminance(const std::vector<ExrChannel>& channels) {
+    return have(channels, "Y") && !have(channels, "X");
+}
+
+/// A flat part of a file.
+struct FlatPart {
+    int number = 0;
+    std::string name;
+    Imath::Box2i window;
+    std::vector<ExrChannel> channels;
+    /// Returns the place of the part in the choice of the picture; 3: it is none.
+    int rank() const {
+        const int named = picture_rank(name);
+        return have_color(channels) || (named == 0 && have_luminance(channels)) ? named : 3;
+    }
+    void put_name_before_channels() {
+        for (ExrChannel& channel : channels) channel.name = name + "." + channel.name;
+    }
+};
+
+/// Returns the flat parts, that of the picture first. Channels have names that no other part has.
+std::vector<FlatPart> flat_parts(const std::string& subject, const Imf::MultiPartInputFile& file, ExrFile& result) {
+    constexpr const char* kLight[] = {"R", "G", "B", "Y"};
+    const std::vector<std::string> views = views_of(file);
+    std::vector<FlatPart> parts;
+    for (int i = 0; i < file.parts(); ++i) {
+        const Imf::Header& header = file.header(i);
+        const std::string name = header.hasName() ? header.name() : std::to_string(i);
+        if (is_deep(header)) {
+            result.deep_parts.push_back(name);
+            continue;
+        }
+        parts.push_back({i, name, header.dataWindow(), channels_of(header, views)});
+    }
+    if (parts.empty()) throw Error(subject, "deep data is not supported");
+    // Colours of a part of data give way to those of a picture. Alone, they are what the file shows.
+    if (std::ranges::any_of(parts, [](const FlatPart& part) { return part.rank() < 2; })) {
+        for (FlatPart& part : parts)
+            if (picture_rank(part.name) == 2 &&
+                std::ranges::any_of(kLight, [&](const char* name) { return have(part.channels, name); }))
+                part.put_name_before_channels();
+    }
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const FlatPart& a, const FlatPart& b) { return a.rank() < b.rank(); });
+    if (parts[0].rank() == 0 && !have_color(parts[0].channels))
+        for (FlatPart& part : std::span(parts).subspan(1))
+            if (have_color(part.channels)) part.put_name_before_channels();
+    // Parts stand in the order of the file but for that of the picture, which keeps its names.
+    std::sort(parts.begin() + 1, parts.end(),
+              [](const FlatPart& a, const FlatPart& b) { return a.number < b.number; });
+    std::set<std::string> names;
+    for (FlatPart& part : parts) {
+        const auto taken = [&](const ExrChannel& channel) { return names.contains(channel.name); };
+        while (std::ranges::any_of(part.channels, taken)) part.put_name_before_channels();
+        for (const ExrChannel& channel : part.channels) names.insert(channel.name);
+    }
+    result.attributes = attributes_of(file.header(parts[0].number));
+    for (int i = 0; i < file.parts(); ++i) {
+        ExrAttributes own = attributes_of(file.header(i));
+        result.attributes.extra.merge(own.extra);
+        if (!result.attributes.chromaticities) result.attributes.chromaticities = own.chromaticities;  // all share them
+    }
+    if (!views.empty()) result.attributes.views = views;
+    const Imf::Header& picture = file.header(parts[0].number);
+    if (Imf::hasEnvmap(picture))
+        result.envmap = Imf::envmap(picture) == Imf::ENVMAP_CUBE ? ExrEnvmap::cube : ExrEnvmap::latlong;
+    return parts;
+}
+
+/// Throws Error if the pixels of all parts, or a picture of the display window, are larger than the limits.
+void check_size(const std::string& subject, const std::vector<FlatPart>& parts, const ExrLimits& limits,
+                const ivec2& display) {
+    const auto area = [](const ivec2& size) {
+        return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
+    };
+    std::uint64_t channels = 0, values = 0;
+    for (const FlatPart& part : parts)
+        channels += part.channels.size(), values += part.channels.size() * area(size_of(part.window));
+    const std::uint64_t shown = std::min<std::uint64_t>(channels, 4);  // most channels of an image
+    const std::uint64_t size = sizeof(float) * std::max(values, shown * area(display));
+    if (size > limits.max_bytes)
+        throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
+                    limits.reason);
 }
 
 }  // namespace
 
 bool is_exr(std::string_view bytes) {
     return bytes.starts_with("\x76\x2f\x31\x01");
+}
+
+int picture_rank(std::string_view name) {
+    std::string lower(name);
+    std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    const auto has = [&](std::string_view word) { return lower.find(word) != std::string::npos; };
+    if (has("combined") || has("beauty") || has("rgba")) return 0;
+    const std::string last = lower.substr(lower.rfind('.') + 1);
+    constexpr std::string_view kParts[] = {"crypto", "depth", "matte", "motion", "normal", "position"};
+    constexpr std::string_view kWords[] = {"id", "ids", "mask", "n", "p", "uv", "vector", "z"};
+    return std::ranges::any_of(kParts, has) || std::ranges::count(kWords, last) > 0 ? 2 : 1;
 }
 
 ExrLimits limits_of_renders() {
@@ -286,25 +445,21 @@ ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
     try {
         ExrInput stream(subject, bytes);
         Imf::MultiPartInputFile file(stream, exr_threads());
-        const Imf::Header& header = file.header(0);
         ExrFile result;
-        result.width = header.dataWindow().max.x - header.dataWindow().min.x + 1;
-        result.height = header.dataWindow().max.y - header.dataWindow().min.y + 1;
-        result.attributes = attributes_of(header);
-        const std::vector<std::string> views = views_of(file);
-        if (!views.empty()) result.attributes.views = views;
-        for (int part = 0; part < file.parts(); ++part) {
-            if (part > 0 && !adds_to(result, header, file.header(part), views)) continue;
-            const std::size_t first = result.channels.size();
-            std::ranges::move(channels_of(subject, file.header(part), views), std::back_inserter(result.channels));
-            const std::uint64_t size = sizeof(float) * result.channels.size() *
-                                       static_cast<std::uint64_t>(result.width) *
-                                       static_cast<std::uint64_t>(result.height);
-            if (size > limits.max_bytes)
-                throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
-                            limits.reason);
-            if (!file.partComplete(part)) throw Error(subject, "is truncated");
-            read_pixels(file, part, first, result);
+        std::vector<FlatPart> parts = flat_parts(subject, file, result);
+        check_size(subject, parts, limits, result.attributes.display.value());
+        const ivec2 size = size_of(parts[0].window);
+        result.width = size.x, result.height = size.y;
+        const ivec2 display = ivec2(parts[0].window.min.x, parts[0].window.min.y) - result.attributes.origin;
+        for (FlatPart& part : parts) {
+            if (!file.partComplete(part.number)) throw Error(subject, "is truncated");
+            read_pixels(file, part.number, part.channels);
+            convert_chroma(part.channels, result.attributes.chromaticities.value_or(kRec709));
+            for (ExrChannel& channel : part.channels) {
+                channel.window = {ivec2(part.window.min.x, part.window.min.y) - display, size_of(part.window)};
+                if (parts.size() > 1) channel.part = part.name;
+                result.channels.push_back(std::move(channel));
+            }
         }
         return result;
     } catch (const Error&) {
@@ -314,23 +469,75 @@ ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
     }
 }
 
+bool ExrWindow::contains(const ExrWindow& other) const {
+    const ivec2 end = origin + size, others = other.origin + other.size;
+    return origin.x <= other.origin.x && origin.y <= other.origin.y && end.x >= others.x && end.y >= others.y;
+}
+
 const ExrChannel* ExrFile::find(const std::string& name) const {
     const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
     return found == channels.end() ? nullptr : &*found;
 }
 
-Image ExrFile::image(const std::vector<std::string>& names) const {
-    Image result(width, height, static_cast<int>(names.size()));
+bool ExrFile::is_cryptomatte(std::string_view layer) const {
+    return std::ranges::any_of(attributes.extra, [&](const auto& attribute) {
+        const auto& [key, value] = attribute;
+        return key.starts_with("cryptomatte/") && key.ends_with("/name") && layer.starts_with(value);
+    });
+}
+
+ExrWindow ExrFile::window_of(const std::vector<std::string>& names) const {
+    std::optional<ExrWindow> all;
+    for (const std::string& name : names) {
+        const ExrChannel* channel = find(name);
+        if (!channel) throw Error("OpenEXR file", "has no channel {}", name);
+        const ExrWindow& own = channel->window;
+        const ivec2 end = all ? glm::max(all->origin + all->size, own.origin + own.size) : own.origin + own.size;
+        const ivec2 first = all ? glm::min(all->origin, own.origin) : own.origin;
+        all = ExrWindow{first, end - first};
+    }
+    return all.value_or(ExrWindow());
+}
+
+Image ExrFile::image(const std::vector<std::string>& names, const ExrWindow& window, bool bits) const {
+    Image result(window.size.x, window.size.y, static_cast<int>(names.size()));
     for (std::size_t c = 0; c < names.size(); ++c) {
         const ExrChannel* channel = find(names[c]);
         if (!channel) throw Error("OpenEXR file", "has no channel {}", names[c]);
-        for (std::size_t i = 0; i < channel->values.size(); ++i) {
-            const float value = channel->values[i];
-            result.pixels[i * names.size() + c] =
-                channel->type == ExrType::uint32 ? static_cast<float>(std::bit_cast<std::uint32_t>(value)) : value;
+        const bool ids = channel->type == ExrType::uint32 && !bits;
+        const ExrWindow& own = channel->window;
+        const ivec2 first = glm::max(own.origin, window.origin);
+        const ivec2 end = glm::min(own.origin + own.size, window.origin + window.size);
+        for (int y = first.y; y < end.y; ++y) {
+            const std::size_t row = static_cast<std::size_t>(y - own.origin.y) * static_cast<std::size_t>(own.size.x);
+            for (int x = first.x; x < end.x; ++x) {
+                const float value = channel->values[row + static_cast<std::size_t>(x - own.origin.x)];
+                result.at(x - window.origin.x, y - window.origin.y)[c] =
+                    ids ? static_cast<float>(std::bit_cast<std::uint32_t>(value)) : value;
+            }
         }
     }
     return result;
+}
+
+Image ExrFile::image(const std::vector<std::string>& names) const {
+    return image(names, window_of(names));
+}
+
+Image ExrFile::displayed(const std::vector<std::string>& names) const {
+    return image(names, {ivec2(0), attributes.display.value()});
+}
+
+Image ExrFile::whole(const std::string& subject, const std::vector<std::string>& names) const {
+    const ivec2 size = attributes.display.value();
+    for (const std::string& name : names) {
+        const ExrWindow own = window_of({name});
+        const ivec2 last = own.origin + own.size;
+        if (!own.contains({ivec2(0), size}))
+            throw Error(subject, "is a crop: it has the pixels {},{} to {},{} of {} x {}", own.origin.x, own.origin.y,
+                        last.x, last.y, size.x, size.y);
+    }
+    return displayed(names);
 }
 
 }  // namespace halflight

@@ -7,6 +7,7 @@
 #include <ImfMatrixAttribute.h>
 #include <ImfMultiPartOutputFile.h>
 #include <ImfMultiView.h>
+#include <ImfName.h>
 #include <ImfOutputFile.h>
 #include <ImfOutputPart.h>
 #include <ImfPartType.h>
@@ -106,6 +107,9 @@ void check_layers(const std::string& subject, std::span<const ExrLayerView> laye
                         layer.image.height, layers.front().channels.front(), first.width, first.height);
         names.insert(names.end(), layer.channels.begin(), layer.channels.end());
     }
+    for (const std::string& name : names)  // OpenEXR would cut the name
+        if (name.size() > Imf::Name::MAX_LENGTH)
+            throw Error(subject, "channel {} has a name of more than {} bytes", name, int{Imf::Name::MAX_LENGTH});
     std::sort(names.begin(), names.end());
     const auto twice = std::adjacent_find(names.begin(), names.end());
     if (twice != names.end()) throw Error(subject, "channel {} comes twice", *twice);
@@ -323,7 +327,8 @@ void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayer
         // Parts of integers come last: Blender 3.4 reads nothing of what follows them.
         std::vector<const ExrLayerView*> in_order;
         for (const ExrLayerView& layer : layers) in_order.push_back(&layer);
-        std::stable_partition(in_order.begin(), in_order.end(),  // clang 14 cannot compile std::ranges::stable_partition
+        std::stable_partition(in_order.begin(),
+                              in_order.end(),  // clang 14 cannot compile std::ranges::stable_partition
                               [](const ExrLayerView* l) { return l->type != ExrType::uint32; });
         std::vector<Part> parts;
         for (const ExrLayerView* const each : in_order) {

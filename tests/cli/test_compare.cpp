@@ -4,7 +4,9 @@
 
 #include "engine/core/metrics.h"
 #include "engine/io/png.h"
+#include "engine/io/tiff.h"
 #include "tests/cli/command_test.h"
+#include "tests/unit/io/exr_parts.h"
 #include "tools/measure/common/flip.h"
 
 namespace halflight::test {
@@ -170,6 +172,55 @@ TEST_F(Compare, MapShowsWhere) {
     ASSERT_EQ(map.width, kSide);
     const auto light = [&](int x) { return map.at(x, 8)[0] + map.at(x, 8)[1] + map.at(x, 8)[2]; };
     EXPECT_GT(light(1), 4 * light(15) + 0.1f);
+}
+
+TEST_F(Compare, PixelsAreComparedByTheirPlace) {
+    const auto placed_at = [&](const char* name, const ivec2& origin, const ivec2& display, const Image& image) {
+        ExrAttributes attributes;
+        attributes.origin = origin, attributes.display = display;
+        write_exr(file(name), {{{"R", "G", "B"}, image}}, attributes);
+        return file(name);
+    };
+    const ivec2 whole(32, 32);
+    Image black(32, 32, 3);
+    const Image inner = picture(3, 0.5f);
+    for (int y = 0; y < kSide; ++y) std::copy_n(inner.at(0, y), 3 * kSide, black.at(4, y + 2));
+    const std::string crop = placed_at("crop.exr", {4, 2}, whole, inner);
+    const std::string moved = placed_at("moved.exr", {5, 2}, whole, inner);
+    const Outcome outcome = compare({crop, moved}, 2);
+    expect_has(outcome.out, crop + " has the pixels 4,2 to 20,18; " + moved + " has the pixels 5,2 to 21,18");
+    const Json json = figures({crop, moved}, 2);
+    EXPECT_EQ(json["width"], 17);
+    EXPECT_EQ(json["windows"]["image"], Json({4, 2, 20, 18}));
+    EXPECT_EQ(json["windows"]["reference"], Json({5, 2, 21, 18}));
+    expect_has(json["windows"]["differences"], "the others count as 0");
+    EXPECT_EQ(figures({crop, crop}, 0)["windows"]["differences"], "");
+    compare({crop, placed_at("whole.exr", {0, 0}, whole, black)}, 0);  // missing pixels are 0
+    refused(3, {"compare", crop, placed_at("wide.exr", {4, 2}, {33, 32}, inner)}, "32 x 32");
+    // Files without windows have those of the other file.
+    write_text(file("a.tif"), encode_tiff("a.tif", inner, TiffType::float32, "", kRec709));
+    compare({crop, file("a.tif")}, 0);
+}
+
+TEST_F(Compare, PartsAreComparedInTheirOwnWindows) {
+    const Imath::Box2i display({0, 0}, {3, 3}), far({-16000, -16000}, {-16000, -16000}), beside({4, 0}, {4, 0});
+    const ExrPart colour{"a", display, {{"R", constant(1)}, {"G", constant(1)}, {"B", constant(1)}}};
+    write_exr_parts(file("a.exr"), display, {colour, {"z", far, {{"Z", constant(2)}}}});
+    compare({file("a.exr"), file("a.exr")}, 0);
+    write_exr_parts(file("b.exr"), display, {colour, {"z", display, {{"Z", constant(2)}}}});
+    write_exr_parts(file("c.exr"), display, {colour, {"z", beside, {{"Z", constant(2)}}}});
+    const Outcome outcome = compare({file("b.exr"), file("c.exr"), "--map", file("map.exr")}, 2);
+    expect_has(outcome.out, "c.exr has the pixels 4,0 to 5,1");
+    expect_has(outcome.out, "fail: Z: ");
+    EXPECT_EQ(read_exr(file("map.exr")).width, 5);
+}
+
+TEST_F(Compare, DeepPartsAreNotLeftOutSilently) {
+    const Imath::Box2i window({0, 0}, {3, 3});
+    const ExrPart flat{"flat", window, {{"Y", constant(1)}}}, deep{"fog", window, {{"Z", {}}}, true};
+    write_exr_parts(file("a.exr"), window, {flat, deep});
+    refused(4, {"compare", file("a.exr"), file("a.exr")}, "'fog'");
+    compare({file("a.exr"), file("a.exr"), "--layer", "Y"}, 0);
 }
 
 TEST_F(Compare, IncompatiblePicturesAreAnError) {

@@ -9,7 +9,7 @@ namespace halflight::view {
 
 Image read_linear(const std::filesystem::path& path) {
     const ExrFile file = read_exr(path, limits_of_renders());
-    Image image = file.image({"R", "G", "B"});
+    Image image = file.displayed({"R", "G", "B"});
     const auto& space = file.attributes.chromaticities;
     if (!space || same_space(*space, kRec709)) return image;
     const mat3 to_rec709(rgb_conversion(*space, kRec709));

@@ -190,6 +190,36 @@ TEST(Color, LinearSpaces) {
     for (const char* name : {"sRGB - Texture", "ACEScct"}) EXPECT_THROW(config.linear_space(name), Error);
 }
 
+TEST(Color, BuiltInSpacesAreKnownWithAnyConfig) {
+    const TemporaryFolder folder;
+    for (const char* first : {"aces_interchange: ap0}", "scene_linear: Linear Rec.709}"}) {
+        std::ofstream(folder / "other.ocio") << "ocio_profile_version: 2.1\nroles: {default: ap0, " << first << R"(
+displays:
+  D:
+    - !<View> {name: V, colorspace: Linear Rec.709}
+colorspaces:
+  - !<ColorSpace> {name: ap0}
+  - !<ColorSpace>
+    name: Linear Rec.709
+    to_scene_reference: !<GroupTransform>
+      children:
+        - !<BuiltinTransform> {style: UTILITY - ACES-AP1_to_LINEAR-REC709_BFD, direction: inverse}
+        - !<BuiltinTransform> {style: ACEScg_to_ACES2065-1}
+)";
+        const ColorConfig config = ColorConfig::load(folder / "other.ocio");
+        for (const char* name : {"acescg", "ACEScg", "lin_ap1", "aces2065-1", "lin_rec709", "Linear Rec.709 (sRGB)"}) {
+            const LinearSpace space = config.linear_space(name), own = built_in().linear_space(name);
+            EXPECT_EQ(space.name, own.name);
+            EXPECT_EQ(space.from_rec709, own.from_rec709);
+            EXPECT_TRUE(space.chromaticities && same_space(*space.chromaticities, *own.chromaticities));
+        }
+        EXPECT_TRUE(config.linear_space("ap0").chromaticities) << "the config's own spaces are known, too";
+        for (const char* name : {"compositing_log", "color_picking", "matte_paint", "Rec.9000", "ACEScct", "Raw"})
+            EXPECT_THROW(config.linear_space(name), Error) << name;
+    }
+    EXPECT_THROW(built_in().linear_space("Raw"), Error) << "data has no colours";
+}
+
 TEST(Color, EnvironmentVariableIsUsedOrAnError) {
     const fs::path own = fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio";
     test::EnvironmentVariable ocio("OCIO", "/nonexistent/config.ocio");

@@ -10,6 +10,7 @@
 #include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfThreading.h>
+#include <ImfTiledOutputFile.h>
 #include <ImfVersion.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -23,11 +24,13 @@
 #include <set>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/core/environment_variable.h"
+#include "tests/unit/io/exr_parts.h"
 #include "tests/unit/io/file_size_limit.h"
 #include "tools/common/temporary_folder.h"
 
@@ -451,6 +454,149 @@ TEST_F(ExrLayouts, DisplayWindowsOfOthersBeginAnywhere) {
     const ExrAttributes read = read_exr(path_).attributes;
     EXPECT_EQ(read.origin, ivec2(-5, 20));
     EXPECT_EQ(read.display, ivec2(100, 200));
+}
+
+TEST_F(Exr, PicturesAreThoseOfTheDisplayWindow) {
+    const Image image = noise(4, 3, 1);
+    const auto read = [&](const ivec2& origin, const ivec2& display) {
+        ExrAttributes attributes;
+        attributes.origin = origin, attributes.display = display;
+        write_exr(path_, {{{"Y"}, image}}, attributes);
+        return read_exr(path_);
+    };
+    const Image crop = read({1, 2}, {6, 7}).displayed({"Y"});
+    ASSERT_EQ(ivec2(crop.width, crop.height), ivec2(6, 7));
+    EXPECT_TRUE(same_bits(part_of(crop, {1, 2}, {4, 3}), image));
+    EXPECT_EQ(std::ranges::count(crop.pixels, 0.0f), 6 * 7 - 4 * 3);
+    EXPECT_TRUE(same_bits(read({-1, -1}, {2, 2}).displayed({"Y"}), part_of(image, {1, 1}, {2, 2})));
+    EXPECT_TRUE(same_bits(read({-1, -1}, {2, 2}).whole("a", {"Y"}), part_of(image, {1, 1}, {2, 2})));
+    EXPECT_EQ(std::ranges::count(read({9, 0}, {3, 3}).displayed({"Y"}).pixels, 0.0f), 9) << "no pixel is displayed";
+    EXPECT_EQ(error_message([&] { read({1, 2}, {6, 7}).whole("a", {"Y"}); }),
+              "a: is a crop: it has the pixels 1,2 to 5,5 of 6 x 7");
+    EXPECT_THROW(read_exr(path_, {6, 1 << 20}), Error) << "the display window is larger";
+}
+
+TEST_F(Exr, AllFlatPartsAreRead) {
+    const Imath::Box2i display({0, 0}, {7, 3}), window({2, 1}, {9, 2});
+    const auto place = [](int x, int y) { return static_cast<float>(100 * y + x); };
+    const std::map<std::string, test::PartChannel> colour{
+        {"R", {place}}, {"G", test::constant(1)}, {"B", test::constant(2)}};
+    test::write_exr_parts(path_, display,
+                    {{"deep", display, {{"Z", {}}}, true},
+                     {"depth", window, {{"Z", {place}}, {"A", test::constant(5)}}},
+                     {"normal", display, colour},
+                     {"glow", display, {{"A", test::constant(6)}}},
+                     {"main.beauty", display, colour}});
+    const ExrFile file = read_exr(path_);
+    EXPECT_EQ(ivec2(file.width, file.height), ivec2(8, 4)) << "the window of the picture's part";
+    EXPECT_EQ(file.attributes.origin, ivec2(0));
+    EXPECT_EQ(file.attributes.display, ivec2(8, 4));
+    std::set<std::string> names;
+    for (const ExrChannel& channel : file.channels) names.insert(channel.name);
+    EXPECT_EQ(names, (std::set<std::string>{"Z", "A", "R", "G", "B", "glow.A", "normal.R", "normal.G", "normal.B"}));
+    EXPECT_EQ(file.deep_parts, std::vector<std::string>{"deep"});
+    const Image depth = file.image({"Z"}), red = file.displayed({"R"});
+    ASSERT_EQ(file.window_of({"Z"}), (ExrWindow{{2, 1}, {8, 2}}));
+    EXPECT_EQ(*depth.at(7, 1), 209);
+    EXPECT_EQ(*file.image({"Z"}, {{0, 0}, {10, 4}}).at(9, 3), 0);
+    EXPECT_EQ(*file.displayed({"Z"}).at(7, 2), 207);
+    EXPECT_EQ(file.window_of({"R", "Z"}), (ExrWindow{{0, 0}, {10, 4}}));
+    EXPECT_EQ(*red.at(7, 3), 307);
+    // The picture of a file without such a name is the first one.
+    test::write_exr_parts(path_, display,
+                    {{"one", display, {{"Z", {place}}}}, {"two", display, colour}, {"three", window, colour}});
+    const ExrFile other = read_exr(path_);
+    EXPECT_EQ(*other.image({"R"}).at(0, 3), 300);
+    EXPECT_EQ(*other.image({"three.R"}).at(7, 1), 209);
+    test::write_exr_parts(path_, display, {{"deep", display, {{"Z", {}}}, true}});
+    EXPECT_THROW(read_exr(path_), Error);
+}
+
+TEST_F(Exr, TheOnlyColoursKeepTheirNames) {
+    const Imath::Box2i display({0, 0}, {7, 3});
+    const std::map<std::string, test::PartChannel> colour{
+        {"R", test::constant(1)}, {"G", test::constant(1)}, {"B", test::constant(2)}};
+    for (const char* name : {"normal", "mask", "uv"}) {
+        test::write_exr_parts(path_, display, {{name, display, colour}});
+        EXPECT_EQ(*read_exr(path_).displayed({"B"}).at(0, 0), 2) << name;
+        test::write_exr_parts(path_, display, {{"depth", display, {{"Z", {}}}, true}, {name, display, colour}});
+        EXPECT_EQ(*read_exr(path_).displayed({"B"}).at(0, 0), 2) << name;
+    }
+    test::write_exr_parts(path_, display,
+                    {{"albedo", display, colour}, {"beauty", display, {{"Y", test::constant(7)}}}});
+    const ExrFile grey = read_exr(path_);
+    EXPECT_TRUE(grey.find("Y") && grey.find("albedo.R") && !grey.find("R"));
+}
+
+TEST_F(Exr, FarPartsCostNothing) {
+    const Imath::Box2i display({0, 0}, {15, 7}), far({-16000, -16000}, {-16000, -16000});
+    test::write_exr_parts(
+        path_, display,
+        {{"a", display, {{"R", test::constant(1)}, {"G", test::constant(2)}, {"B", test::constant(3)}}},
+         {"z", far, {{"Z", test::constant(4)}}}});
+    const ExrFile file = read_exr(path_, {1 << 14, 1 << 12});  // 4 channels of 16 x 8 pixels are 2 KiB
+    EXPECT_EQ(ivec2(file.width, file.height), ivec2(16, 8));
+    EXPECT_EQ(file.whole("a", {"R", "G", "B"}).at(15, 7)[2], 3);
+    EXPECT_EQ(file.find("Z")->values, std::vector<float>{4});
+    EXPECT_EQ(file.find("Z")->window, (ExrWindow{{-16000, -16000}, {1, 1}}));
+}
+
+TEST_F(Exr, TheFinestLevelIsRead) {
+    for (const Imf::LevelMode mode : {Imf::MIPMAP_LEVELS, Imf::RIPMAP_LEVELS}) {
+        Imf::Header header(32, 16);
+        header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+        header.setTileDescription({8, 8, mode});
+        {
+            Imf::TiledOutputFile file(path_.c_str(), header);
+            for (int ly = 0; ly < file.numYLevels(); ++ly) {
+                for (int lx = 0; lx < file.numXLevels(); ++lx) {
+                    if (!file.isValidLevel(lx, ly)) continue;
+                    const std::vector<float> values(32 * 16, static_cast<float>(lx + ly));
+                    Imf::FrameBuffer buffer;
+                    buffer.insert("Y", Imf::Slice::Make(Imf::FLOAT, values.data(), file.dataWindowForLevel(lx, ly)));
+                    file.setFrameBuffer(buffer);
+                    file.writeTiles(0, file.numXTiles(lx) - 1, 0, file.numYTiles(ly) - 1, lx, ly);
+                }
+            }
+        }
+        const ExrFile read = read_exr(path_);
+        EXPECT_EQ(read.find("Y")->values, std::vector<float>(32 * 16, 0.0f));
+    }
+}
+
+TEST_F(Exr, LuminanceAndChromaAreColours) {
+    const Imath::Box2i window({-4, -2}, {7, 3});
+    const auto luminance = [](int x, int y) { return 1 + 0.1f * static_cast<float>(x) + 0.2f * static_cast<float>(y); };
+    const vec3 colour(0.6f, 1.2f, 0.3f);
+    const float y = 0.2126f * colour.x + 0.7152f * colour.y + 0.0722f * colour.z;
+    for (const int step : {1, 2}) {
+        test::write_exr_parts(path_, window,
+                        {{"main",
+                          window,
+                          {{"Y", {[&](int a, int b) { return y * luminance(a, b); }}},
+                           {"RY", {[&](int, int) { return colour.x / y - 1; }, step}},
+                           {"BY", {[&](int, int) { return colour.z / y - 1; }, step}},
+                           {"ramp", {luminance, step}}}}});
+        const ExrFile file = read_exr(path_);
+        EXPECT_EQ(file.channels.size(), 4u);
+        const Image image = file.image({"R", "G", "B", "ramp"});
+        for (int row = 0; row < image.height - 1; ++row) {
+            for (int column = 0; column < image.width - 1; ++column) {  // nothing is known beyond the last ones
+                const float expected = luminance(column - 4, row - 2);
+                for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at(column, row)[c], expected * colour[c], 1e-3);
+                EXPECT_NEAR(image.at(column, row)[3], expected, 1e-5) << column << ", " << row;
+            }
+        }
+        EXPECT_NEAR(image.at(11, 5)[0], luminance(7, 3) * colour.x, 1e-3) << "chroma is constant";
+    }
+}
+
+TEST_F(Exr, NamesThatOpenExrWouldCutAreRefused) {
+    const std::string longest(255, 'a'), longer = longest + "b";
+    write_exr(path_, {{{longest}, Image(2, 2, 1)}}, {});
+    EXPECT_TRUE(read_exr(path_).find(longest));
+    EXPECT_NE(error_message([&] { write_exr(path_, {{{longer}, Image(2, 2, 1)}}, {}); }).find("255 bytes"),
+              std::string::npos);
 }
 
 TEST_F(ExrLayouts, EveryChannelHasAView) {

@@ -72,6 +72,24 @@ TEST(LightGroupNames, OfEachLightAreTheirOwn) {
     expect_refusal([&] { stage.with({"each"}); }, "stage: makes 33 light groups");
 }
 
+TEST(LightGroupNames, AreShortEnoughForChannels) {
+    Stage stage;
+    std::string name;
+    while (name.size() < 300) name += "\u00e9";  // two bytes
+    stage.scene.lights[0].name = name + "a";
+    stage.scene.lights[1].name = "x" + name + "b";
+    stage.scene.lights.push_back(stage.scene.lights[0]);
+    stage.scene.lights.back().name = name + "c";
+    const Names groups = stage.with({"each"}).light_groups;
+    EXPECT_EQ(groups[0], name.substr(0, 200));
+    EXPECT_EQ(groups[1], "x" + name.substr(0, 198)) << "no half of a character";
+    EXPECT_EQ(groups[2], name.substr(0, 200) + "_2");
+    for (const AovNames names : {AovNames::halflight, AovNames::blender, AovNames::arnold})
+        EXPECT_LE(renamed(names, "light_" + groups[2], {"R"})[0].size() + std::string_view(".right").size(), 255u);
+    const std::string longer = std::string(201, 'a') + "=lamp a";
+    expect_refusal([&] { stage.with({longer.c_str()}); }, "at most 200 bytes", "--light-group: ");
+}
+
 TEST(LightGroupNames, OfTheEnvironmentAndOfOtherLightsAreReserved) {
     Stage stage;
     stage.scene.lights[0].name = "rest";

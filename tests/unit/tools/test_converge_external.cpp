@@ -22,10 +22,10 @@ class ExternalTest : public testing::Test {
   protected:
     ExternalTest() { write(4, 3); }
 
-    void write(int width, int height) {
+    void write(int width, int height, const ExrAttributes& attributes = {}) {
         Image image(width, height, 3);
         for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = 0.25f * static_cast<float>(i);
-        write_exr(scene.file, {{{"R", "G", "B"}, image}}, {});
+        write_exr(scene.file, {{{"R", "G", "B"}, image}}, attributes);
     }
     /// Writes the script, and returns the command that calls it.
     std::string command(const std::string& script, const std::string& more = kInputs) const {
@@ -134,6 +134,15 @@ TEST_F(ExternalTest, NonFiniteValuesAreCounted) {
     for (const float value : painted.picture.beauty.pixels) EXPECT_EQ(value, 0);
 }
 
+TEST_F(ExternalTest, PixelsOutsideTheDisplayWindowAreLeftOut) {
+    ExrAttributes attributes;
+    attributes.origin = {-1, -2}, attributes.display = ivec2(4, 3);
+    write(6, 6, attributes);
+    const Image beauty = paint(":").picture.beauty;
+    ASSERT_EQ(ivec2(beauty.width, beauty.height), ivec2(4, 3));
+    EXPECT_EQ(beauty.pixels[0], 0.25f * 3 * (2 * 6 + 1));
+}
+
 TEST_F(ExternalTest, FailuresAreNamed) {
     const auto expect_refusal = [&](const std::string& line, const std::string& what) {
         const std::string message = refusal(line);
@@ -155,6 +164,14 @@ TEST_F(ExternalTest, FailuresAreNamed) {
     expect_refusal(copies, "none");
     write(3, 4);
     expect_refusal(copies, "3x4 pixels instead of 4x3");
+    ExrAttributes attributes;
+    attributes.origin = {1, 0}, attributes.display = ivec2(4, 3);
+    write(3, 3, attributes);
+    expect_refusal(copies, "is a crop: it has the pixels 1,0 to 4,3 of 4 x 3");
+    attributes = {};
+    attributes.chromaticities = kAp1;
+    write(4, 3, attributes);
+    expect_refusal(copies, "is not in linear Rec.709");
     write_text(scene.file, "no picture");
     expect_refusal(copies, "other: its picture cannot be used: ");
 }

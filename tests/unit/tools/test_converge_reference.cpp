@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "engine/core/error.h"
+#include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "tests/support/environment_variable.h"
 #include "tests/support/scenes.h"
@@ -64,6 +65,22 @@ class ConvergeReference : public testing::Test {
     const fs::path file = reference_path(folder / "cache", 7);
     View view{3, 2, {}, 8};
 };
+
+TEST_F(ConvergeReference, FilesShowTheirDisplayWindow) {
+    const ReferenceOrder order{ReferenceOrder::Maker::file, folder / "reference.exr", 0, {}};
+    const auto read = [&](const ivec2& origin) {
+        Image image(5, 5, 3);
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<float>(i);
+        ExrAttributes attributes;
+        attributes.origin = origin, attributes.display = ivec2(view.width, view.height);
+        write_exr(order.file, {{{"R", "G", "B"}, image}}, attributes);
+        return make_reference(order, {}, view, ColorConfig::load(), {}, {}).mean.beauty;
+    };
+    const Image beauty = read({-1, -2});
+    ASSERT_EQ(ivec2(beauty.width, beauty.height), ivec2(view.width, view.height));
+    EXPECT_EQ(beauty.pixels[0], 3 * (2 * 5 + 1));
+    EXPECT_THROW(read({1, 0}), Error) << "pixels are missing";
+}
 
 TEST_F(ConvergeReference, MoreSamplesContinueWhatIsKept) {
     expect_samples(continue_to(6), 6);

@@ -6,9 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "engine/io/exr.h"
 #include "tests/support/error_message.h"
 #include "tools/common/color_map.h"
+#include "tools/common/temporary_folder.h"
 #include "tools/view/layer_view.h"
+#include "tools/view/linear_picture.h"
 #include "tools/view/pass_history.h"
 #include "tools/view/region.h"
 #include "tools/view/render_thread.h"
@@ -373,6 +376,20 @@ TEST(Timings, MeasureFirstPictures) {
     EXPECT_EQ(json["last_picture"]["seconds"], 7.0);
     EXPECT_EQ(json["last_picture"]["estimated_relmse"], 0.25);
     EXPECT_EQ(json["last_picture"]["relmse"], 0.125);
+}
+
+TEST(LinearPicture, IsThatOfTheDisplayWindow) {
+    const TemporaryFolder folder;
+    Image image(4, 3, 3);
+    std::ranges::fill(image.pixels, 1.0f);
+    ExrAttributes attributes;
+    attributes.origin = {1, -1}, attributes.display = ivec2(6, 3);
+    write_exr(folder / "a.exr", {{{"R", "G", "B"}, image}}, attributes);
+    const Image read = read_linear(folder / "a.exr");
+    ASSERT_EQ(ivec2(read.width, read.height), ivec2(6, 3));
+    EXPECT_EQ(*read.at(0, 0), 0);
+    EXPECT_EQ(*read.at(1, 1), 1);
+    EXPECT_EQ(*read.at(1, 2), 0);
 }
 
 }  // namespace

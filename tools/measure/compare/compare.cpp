@@ -97,6 +97,7 @@ LayerResult compare_layers(const Layer& image, const Layer& reference, const Pic
     LayerResult result;
     result.name = image.name;
     result.kind = image.kind;
+    result.origin = image.origin;
     const Pair pair = count_differences(image.image, reference.image, result);
     const auto finite = static_cast<double>(std::ranges::count(pair.finite, true));
     const bool must_be_same = image.kind == LayerKind::ids || (!arguments.warn.any() && !arguments.fail.any());

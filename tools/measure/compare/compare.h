@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/core/error.h"
 #include "tools/measure/common/flip.h"
 #include "tools/measure/compare/layers.h"
 
@@ -61,6 +60,7 @@ struct MetricResult {
 struct LayerResult {
     std::string name;
     LayerKind kind = LayerKind::data;
+    ivec2 origin{0};                    // upper left pixel in the display window
     std::vector<MetricResult> metrics;  // applicable metrics in the requested order; none where no pixel is finite
     std::size_t pixels = 0;
     std::size_t different = 0;           // number of pixels with a difference in any channel
@@ -78,11 +78,6 @@ struct Comparison {
 /// Compares two pictures of the same size. Throws Error where only one is display-encoded, where primaries differ,
 /// where neither has a wanted layer, and where there is nothing to compare.
 Comparison compare(const PictureFile& image, const PictureFile& reference, const CompareArguments& arguments);
-
-class SizesDiffer : public Error {
-  public:
-    using Error::Error;
-};
 
 /// Reads both files, compares them, prints the result and writes the map. Throws SizesDiffer, or Error where a file
 /// cannot be read or written.

@@ -1,12 +1,14 @@
 #include "tools/measure/compare/layers.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <map>
 #include <new>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/memory_ledger.h"
-#include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/jpeg.h"
 #include "engine/io/png.h"
@@ -37,16 +39,16 @@ std::string joined(const std::string& prefix, const Strings& channels) {
     return name;
 }
 
-/// Returns whether a layer belongs to Cryptomatte, which mixes ids with coverage: only equality of values is
-/// meaningful.
-bool is_cryptomatte(const ExrFile& file, std::string_view prefix) {
-    return std::ranges::any_of(file.attributes.extra, [&](const auto& attribute) {
-        const auto& [key, value] = attribute;
-        return key.starts_with("cryptomatte/") && key.ends_with("/name") && prefix.starts_with(value);
-    });
+/// Throws Error if an image of this size is larger than the limits of pictures.
+void check_pixels(const std::string& subject, std::size_t channels, const ivec2& size) {
+    if (const int limit = limits_of_renders().max_side; std::max(size.x, size.y) > limit)
+        throw Error(subject, "has windows that span {} x {} pixels, more than the limit of {}", size.x, size.y, limit);
+    MemoryLedger::process().check(
+        sizeof(float) * channels * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), subject,
+        "pixels");
 }
 
-std::vector<Layer> layers_of(const ExrFile& file) {
+std::vector<Layer> layers_of(const std::string& subject, const ExrFile& file) {
     std::map<std::string, Strings> groups;  // keyed by the name up to and including the last dot
     for (const ExrChannel& channel : file.channels) {
         const std::size_t point = channel.name.rfind('.') + 1;
@@ -61,14 +63,13 @@ std::vector<Layer> layers_of(const ExrFile& file) {
             // The only group of a layer has the layer's name.
             const bool named = whole && group.empty() && !prefix.empty() && (channels.size() > 1 || channels[0] == "Y");
             layer.name = named ? prefix.substr(0, prefix.size() - 1) : joined(prefix, channels);
-            const bool ids = file.find(layer.channels[0])->type == ExrType::uint32 || is_cryptomatte(file, prefix);
+            const bool ids = file.find(layer.channels[0])->type == ExrType::uint32 || file.is_cryptomatte(prefix);
             const bool color = channels.size() == 3 && channels[0] == "R" && !prefix.starts_with("variance");
             layer.kind = ids ? LayerKind::ids : color ? LayerKind::color : LayerKind::data;
-            layer.image = Image(file.width, file.height, static_cast<int>(channels.size()));
-            for (std::size_t c = 0; c < channels.size(); ++c) {
-                const std::vector<float>& values = file.find(layer.channels[c])->values;
-                for (std::size_t i = 0; i < values.size(); ++i) layer.image.pixels[i * channels.size() + c] = values[i];
-            }
+            const ExrWindow window = file.window_of(layer.channels);  // channels of other parts may have other windows
+            check_pixels(subject, layer.channels.size(), window.size);
+            layer.image = file.image(layer.channels, window, true);
+            layer.origin = window.origin;
         }
     }
     return layers;
@@ -78,7 +79,7 @@ std::vector<Layer> layers_of(const ExrFile& file) {
 std::vector<Layer> layers_of(const Image& image) {
     const bool alpha = image.channels % 2 == 0;
     const auto of = [&](std::string name, Strings channels, LayerKind kind, std::size_t first) {
-        Layer layer{std::move(name), std::move(channels), kind, {}};
+        Layer layer{std::move(name), std::move(channels), kind, {}, ivec2(0)};
         const auto count = layer.channels.size(), stride = static_cast<std::size_t>(image.channels);
         layer.image = Image(image.width, image.height, static_cast<int>(count));
         for (std::size_t i = 0; i < layer.image.pixels.size(); ++i)
@@ -101,6 +102,52 @@ const Layer* PictureFile::find(const std::string& layer) const {
     return found == layers.end() ? nullptr : &*found;
 }
 
+std::string align(PictureFile& image, PictureFile& reference) {
+    const auto size_of = [](const PictureFile& file) { return ivec2(file.width, file.height); };
+    for (auto [file, other] : {std::pair(&image, &reference), std::pair(&reference, &image)}) {
+        if (file->display) continue;
+        const bool alike = other->display && size_of(*file) == size_of(*other);
+        file->display = alike ? *other->display : size_of(*file);
+        if (!alike) continue;
+        file->origin = other->origin;
+        for (Layer& layer : file->layers) layer.origin = other->origin;
+    }
+    for (PictureFile* file : {&image, &reference}) file->own = {file->origin, size_of(*file)};
+    const ivec2 sides = *image.display, others = *reference.display;
+    if (sides != others)
+        throw SizesDiffer(image.name, "is {} x {} pixels, {} is {} x {}", sides.x, sides.y, reference.name, others.x,
+                          others.y);
+    std::vector<std::string> windows;
+    const auto add = [&](const PictureFile& file, const ivec2& origin, const ivec2& size) {
+        const ivec2 end = origin + size;
+        std::string phrase =
+            fmt::format("{} has the pixels {},{} to {},{}", file.name, origin.x, origin.y, end.x, end.y);
+        if (std::ranges::find(windows, phrase) == windows.end()) windows.push_back(std::move(phrase));
+    };
+    const ivec2 first = glm::min(image.origin, reference.origin);
+    const ivec2 size = glm::max(image.origin + size_of(image), reference.origin + size_of(reference)) - first;
+    for (PictureFile* file : {&image, &reference}) {
+        if (file->origin != first || size_of(*file) != size) add(*file, file->origin, size_of(*file));
+        file->origin = first, file->width = size.x, file->height = size.y;
+    }
+    const auto size_of_layer = [](const Layer& layer) { return ivec2(layer.image.width, layer.image.height); };
+    for (Layer& a : image.layers) {
+        const auto found = std::ranges::find(reference.layers, a.name, &Layer::name);
+        if (found == reference.layers.end()) continue;
+        Layer& b = *found;
+        const ivec2 start = glm::min(a.origin, b.origin);
+        const ivec2 both = glm::max(a.origin + size_of_layer(a), b.origin + size_of_layer(b)) - start;
+        for (auto [layer, file] : {std::pair(&a, &image), std::pair(&b, &reference)}) {
+            if (layer->origin == start && size_of_layer(*layer) == both) continue;
+            add(*file, layer->origin, size_of_layer(*layer));
+            check_pixels(file->name, layer->channels.size(), both);
+            layer->image = placed(layer->image, layer->origin - start, both);
+            layer->origin = start;
+        }
+    }
+    return windows.empty() ? "" : fmt::format("{}; the others count as 0", fmt::join(windows, "; "));
+}
+
 PictureFile read_picture(const std::filesystem::path& path) try {
     const ExrLimits limits = limits_of_renders();
     PictureFile file;
@@ -110,8 +157,10 @@ PictureFile read_picture(const std::filesystem::path& path) try {
     if (is_exr(bytes)) {
         const ExrFile exr = read_exr(path, limits);
         file.width = exr.width, file.height = exr.height;
+        file.origin = exr.attributes.origin, file.display = exr.attributes.display;
+        file.deep_parts = exr.deep_parts;
         file.primaries = exr.attributes.chromaticities.value_or(kRec709);
-        file.layers = layers_of(exr);
+        file.layers = layers_of(file.name, exr);
         return file;
     }
     Image image;
@@ -138,7 +187,9 @@ PictureFile read_picture(const std::filesystem::path& path) try {
         file.encoded = tiff.type != TiffType::float32;
         if (!file.encoded) file.primaries = tiff.primaries.value_or(kRec709);
     } else if (is_radiance(bytes)) {
-        image = read_radiance(file.name, bytes, limits).image;
+        RadiancePicture picture = read_radiance(file.name, bytes, limits);
+        image = std::move(picture.image);
+        file.primaries = picture.primaries.value_or(kRec709);
     } else {
         throw Error(file.name, "is neither an OpenEXR, a PNG, a JPEG, a TIFF nor a Radiance file");
     }

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/core/metrics.h"
 #include "engine/core/statistics.h"
 #include "engine/io/exr.h"
@@ -92,7 +94,12 @@ std::string table(const Comparison& result, const CompareArguments& a, const Pic
     return text;
 }
 
-Json json(const Comparison& result, const CompareArguments& a, const PictureFile& image) {
+Json json(const Comparison& result, const CompareArguments& a, const PictureFile& image, const PictureFile& reference,
+          const std::string& windows) {
+    const auto corners = [](const PictureFile& file) {
+        const ivec2 first = file.own.origin, end = first + file.own.size;
+        return Json::array({first.x, first.y, end.x, end.y});
+    };
     Json layers = Json::array();
     for (const LayerResult& layer : result.layers) {
         Json metrics = Json::object();
@@ -114,6 +121,7 @@ Json json(const Comparison& result, const CompareArguments& a, const PictureFile
             {"reference", a.reference.string()},
             {"width", image.width},
             {"height", image.height},
+            {"windows", {{"image", corners(image)}, {"reference", corners(reference)}, {"differences", windows}}},
             {"relmse_epsilon", kRelativeEpsilon},
             {"pixels_per_degree", a.pixels_per_degree},
             {"layers", layers},
@@ -125,11 +133,26 @@ Json json(const Comparison& result, const CompareArguments& a, const PictureFile
 
 std::string write_map(const std::filesystem::path& path, const Comparison& result) {
     std::vector<ExrLayer> maps;
+    std::vector<ivec2> origins;
     for (const LayerResult& layer : result.layers)
-        for (const MetricResult& m : layer.metrics) maps.push_back({{layer.name + "." + name(m.metric)}, m.map});
+        for (const MetricResult& m : layer.metrics) {
+            maps.push_back({{layer.name + "." + name(m.metric)}, m.map});
+            origins.push_back(layer.origin);
+        }
     if (maps.empty()) throw Error(path.string(), "there is no difference to map: no layer has any of these metrics");
     make_folder_of(path);
     if (path.extension() != ".png") {
+        // The layers of a file have the same window.
+        ivec2 first = origins[0], end = first;
+        for (std::size_t i = 0; i < maps.size(); ++i) {
+            first = glm::min(first, origins[i]);
+            end = glm::max(end, origins[i] + ivec2(maps[i].image.width, maps[i].image.height));
+        }
+        const ivec2 size = end - first;
+        MemoryLedger::process().check(sizeof(float) * maps.size() * static_cast<std::size_t>(size.x) *
+                                          static_cast<std::size_t>(size.y),
+                                      path.string(), "pixels");
+        for (std::size_t i = 0; i < maps.size(); ++i) maps[i].image = placed(maps[i].image, origins[i] - first, size);
         write_exr(path, maps, {});
         return fmt::format("{} maps", maps.size());
     }

@@ -12,7 +12,9 @@ namespace halflight::compare {
 /// Returns lines: the table, the missing layers, and the reasons of the verdict.
 std::string table(const Comparison& result, const CompareArguments& arguments, const PictureFile& image);
 
-nlohmann::ordered_json json(const Comparison& result, const CompareArguments& arguments, const PictureFile& image);
+/// Returns all results. windows: the line of align().
+nlohmann::ordered_json json(const Comparison& result, const CompareArguments& arguments, const PictureFile& image,
+                            const PictureFile& reference, const std::string& windows);
 
 /// Writes an .exr with every map as channels LAYER.METRIC, or a .png with one map in magma. That map is FLIP of the
 /// first layer from 0 to 1, or else the first map from 0 to its 99.9 % quantile. Pixels that are not finite are green.

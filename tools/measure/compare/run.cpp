@@ -94,17 +94,19 @@ Verdict run(const CompareArguments& arguments) {
         for (const auto& [metric, unused] : thresholds->of)
             if (std::ranges::find(arguments.metrics, metric) == arguments.metrics.end())
                 throw Error(name(metric), "has a threshold, and is not among the metrics");
-    const PictureFile image = read_picture(arguments.image), reference = read_picture(arguments.reference);
-    if (image.width != reference.width || image.height != reference.height)
-        throw SizesDiffer(image.name, "is {} x {} pixels, {} is {} x {}", image.width, image.height, reference.name,
-                          reference.width, reference.height);
+    PictureFile image = read_picture(arguments.image), reference = read_picture(arguments.reference);
+    for (const PictureFile* file : {&image, &reference})
+        if (!file->deep_parts.empty() && arguments.layers.empty())
+            throw Error(file->name, "part '{}' has deep data, which cannot be compared; --layer selects other layers",
+                        file->deep_parts[0]);
+    const std::string windows = align(image, reference);
     const Comparison result = compare(image, reference, arguments);
     const std::string shown = arguments.map ? write_map(*arguments.map, result) : "";
     if (arguments.json) {
-        fmt::print(
-            "{}\n",
-            json(result, arguments, image).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+        fmt::print("{}\n", json(result, arguments, image, reference, windows)
+                               .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     } else {
+        if (!windows.empty()) fmt::print("{}\n", windows);
         fmt::print("{}", table(result, arguments, image));
         if (arguments.map) fmt::print("wrote {}: {}\n", arguments.map->string(), shown);
     }

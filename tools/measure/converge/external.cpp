@@ -117,7 +117,10 @@ class ExternalPainter final : public Painter {
         Painted painted{{}, printed_times(printed, time)};
         painted.picture.samples = budget.samples;
         try {
-            painted.picture.beauty = read_exr(output_, limits_of_renders()).image({"R", "G", "B"});
+            const ExrFile file = read_exr(output_, limits_of_renders());
+            if (!same_space(file.attributes.chromaticities.value_or(kRec709), kRec709))
+                throw Error(output_.string(), "is not in linear Rec.709");
+            painted.picture.beauty = file.whole(output_.string(), {"R", "G", "B"});
         } catch (const Error& error) {
             throw Error(external_.name, "its picture cannot be used: {}{}", error.what(), quote);
         }

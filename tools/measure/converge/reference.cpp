@@ -62,9 +62,10 @@ bool is_rec709(const Chromaticities& c) {
 
 Reference read_reference(const std::filesystem::path& path, const View& view) {
     const ExrFile exr = read_exr(path, limits_of_renders());
-    if (exr.width != view.width || exr.height != view.height)
-        throw Error(path.string(), "the reference has {} x {} pixels, the pictures are to have {} x {}", exr.width,
-                    exr.height, view.width, view.height);
+    const ivec2 size = exr.attributes.display.value();
+    if (size != ivec2(view.width, view.height))
+        throw Error(path.string(), "the reference has {} x {} pixels, the pictures are to have {} x {}", size.x, size.y,
+                    view.width, view.height);
     if (exr.attributes.chromaticities && !is_rec709(*exr.attributes.chromaticities))
         throw Error(path.string(), "the reference is not in linear Rec.709");
     const auto planes = [&](const std::string& layer) {
@@ -75,11 +76,12 @@ Reference read_reference(const std::filesystem::path& path, const View& view) {
     reference.reason = "it was requested; its noise is not known and counts as error of the methods";
     reference.file = path;
     reference.halves_differ = false;
-    reference.mean.beauty = exr.image(planes(""));
+    const auto picture = [&](const std::string& layer) { return exr.whole(path.string(), planes(layer)); };
+    reference.mean.beauty = picture("");
     for (std::size_t i = 0; i < kComponents.size(); ++i) {
         const std::string layer = std::string(kComponents[i]) + ".";
         reference.has_components = reference.has_components && exr.find(layer + "R") != nullptr;
-        if (reference.has_components) reference.mean.components[i] = exr.image(planes(layer));
+        if (reference.has_components) reference.mean.components[i] = picture(layer);
     }
     reference.halves = {reference.mean, reference.mean};
     return reference;
