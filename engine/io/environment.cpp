@@ -69,15 +69,15 @@ std::vector<std::string> colour_channels(const std::string& subject, const ExrFi
     }
     const Light& taken = lights[0];
     const bool grey = taken.channels[0].ends_with("Y");
-    const std::string what = fmt::format("{} of {}", grey ? "Y" : "R, G, B",
-                                         taken.name.empty() ? "no layer" : taken.name);
+    std::string what = grey ? "Y" : "R, G, B";
+    if (!taken.name.empty() || taken.view) what += " of " + (taken.name.empty() ? "the first view" : taken.name);
     std::vector<std::string> others;
     for (const Light& light : std::span(lights).subspan(1))
         others.push_back(light.name.empty() ? "plain " + light.channels[0] : light.name);
     // Plain R, G, B beside layers are the picture by convention.
     if (!others.empty() && (taken.place > 0 || taken.view))
-        report.warnings.push_back(fmt::format("{}: its light is {}{}; others are ignored: {}", subject, what,
-                                              taken.view ? ", a view of several" : "", fmt::join(others, ", ")));
+        report.warnings.push_back(
+            fmt::format("{}: its light is {}; ignored: {}", subject, what, fmt::join(others, ", ")));
     return taken.channels;
 }
 
@@ -109,8 +109,8 @@ Image equirectangular(const std::string& subject, const Image& cube, const ExrLi
     const int face_size = cube.width;
     if (cube.height != 6 * face_size)
         throw Error(subject, "is a cube map of {} x {} pixels, which is not 1:6", cube.width, cube.height);
-    const std::uint64_t bytes = 2 * 4 * 3 * sizeof(float) * static_cast<std::uint64_t>(face_size) *
-                                static_cast<std::uint64_t>(face_size);
+    const std::uint64_t bytes =
+        2 * 4 * 3 * sizeof(float) * static_cast<std::uint64_t>(face_size) * static_cast<std::uint64_t>(face_size);
     if (bytes > limits.max_bytes)
         throw Error(subject, "makes a map of {} bytes, more than the limit of {}{}", bytes, limits.max_bytes,
                     limits.reason);
@@ -197,8 +197,7 @@ Environment load_environment(const std::filesystem::path& path, SceneReport& rep
     if (is_lfs_pointer(bytes)) throw Error(subject, "is a Git LFS pointer, not the file itself");
     if (is_radiance(bytes)) {
         RadiancePicture picture = read_radiance(subject, bytes, limits);
-        for (const std::string& note : picture.notes)
-            report.warnings.push_back(fmt::format("{}: {}", subject, note));
+        for (const std::string& note : picture.notes) report.warnings.push_back(fmt::format("{}: {}", subject, note));
         environment.map = std::move(picture.image);
         primaries = picture.primaries;
     } else if (is_exr(bytes)) {

@@ -379,8 +379,7 @@ std::vector<FlatPart> flat_parts(const std::string& subject, const Imf::MultiPar
         for (FlatPart& part : std::span(parts).subspan(1))
             if (have_color(part.channels)) part.put_name_before_channels();
     // Parts stand in the order of the file but for that of the picture, which keeps its names.
-    std::sort(parts.begin() + 1, parts.end(),
-              [](const FlatPart& a, const FlatPart& b) { return a.number < b.number; });
+    std::sort(parts.begin() + 1, parts.end(), [](const FlatPart& a, const FlatPart& b) { return a.number < b.number; });
     std::set<std::string> names;
     for (FlatPart& part : parts) {
         const auto taken = [&](const ExrChannel& channel) { return names.contains(channel.name); };
@@ -428,7 +427,8 @@ int picture_rank(std::string_view name) {
     const auto has = [&](std::string_view word) { return lower.find(word) != std::string::npos; };
     if (has("combined") || has("beauty") || has("rgba")) return 0;
     const std::string last = lower.substr(lower.rfind('.') + 1);
-    constexpr std::string_view kParts[] = {"crypto", "depth", "matte", "motion", "normal", "position"};
+    constexpr std::string_view kParts[] = {"albedo", "crypto",   "depth",   "diffcol",  "glosscol", "matte",   "motion",
+                                           "normal", "position", "tangent", "transcol", "variance", "velocity"};
     constexpr std::string_view kWords[] = {"id", "ids", "mask", "n", "p", "uv", "vector", "z"};
     return std::ranges::any_of(kParts, has) || std::ranges::count(kWords, last) > 0 ? 2 : 1;
 }

@@ -10,8 +10,8 @@ struct Surface {
     float offset;           // distance along n_g at which new rays start (offset_ray_origin())
     vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent
     vec3 smooth_normal;     // of the smooth surface that the vertex normals suggest, unit length, on the side of n_g
-    float lift;             // height of the smooth surface above the triangle, >= 0. It is 0 where vertex normals are on
-                            // both sides of the triangle.
+    float lift;             // height of the smooth surface above the triangle, >= 0. It is 0 where vertex normals are
+                            // on both sides of the triangle.
     uint material;
     bool front;             // true: n_g is on the outside, where vertex normals point to
 #ifdef HALFLIGHT_TEXTURES
@@ -35,10 +35,11 @@ vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
     return inside / (inside.x + inside.y + inside.z);
 }
 
-// Returns gradient (xyz) and height (w) of the quadratic patch through the corners of a triangle whose edges curve as its
+// Returns gradient (xyz) and height (w) of the quadratic patch through a triangle's corners, whose edges curve as the
 // vertex normals say (SHADING.md, Shading normals). edges: those opposite to each corner, in order round the triangle.
 vec4 smooth_patch(mat3 edges, mat3 normals, vec3 weights) {
-    float longest = sqrt(max(max(dot(edges[0], edges[0]), dot(edges[1], edges[1])), max(dot(edges[2], edges[2]), 1e-30)));
+    vec3 squares = vec3(dot(edges[0], edges[0]), dot(edges[1], edges[1]), dot(edges[2], edges[2]));
+    float longest = sqrt(max(max(squares.x, squares.y), max(squares.z, 1e-30)));
     edges *= 1.0 / longest;
     vec3 face = cross(edges[0], edges[1]);
     vec3 bends = vec3(dot(edges[0], normals[2] - normals[1]), dot(edges[1], normals[0] - normals[2]),

@@ -403,8 +403,8 @@ dvec2 turned_up(double degrees) {
     return {-std::sin(glm::radians(degrees)), std::cos(glm::radians(degrees))};
 }
 
-/// Adds a strip of triangles along a profile from z = -6 to 0. Each side becomes `pieces` long pieces of the cubic curve
-/// that has the normals of its ends. With one piece, vertex normals are those of the profile.
+/// Adds a strip of triangles along a profile from z = -6 to 0. Each side becomes `pieces` long pieces of the cubic
+/// curve that has the normals of its ends. With one piece, vertex normals are those of the profile.
 void add_strip(Scene& scene, int material, const std::vector<ProfilePoint>& profile, int pieces) {
     Mesh mesh;
     const auto add = [&](const dvec2& point, const dvec2& normal) {

@@ -149,7 +149,8 @@ TEST_P(GBufferTest, SmoothSurfacesAreThoseOfTheOracle) {
         if (!record.is_surface) continue;
         const shared::Hit& hit = found.hits[path];
         const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
-        const ReferenceHit same{hit.t, hit.u, hit.v, static_cast<int>(source.instance), static_cast<int>(source.triangle)};
+        const ReferenceHit same{hit.t, hit.u, hit.v, static_cast<int>(source.instance),
+                                static_cast<int>(source.triangle)};
         const reference::Surface s =
             make_surface(tracer, same, -glm::normalize(dvec3(found.rays[path].direction)));
         if ((s.position == s.seen) != (record.lift == 0)) continue;  // rounding decides about the error bound

@@ -193,13 +193,16 @@ TEST_F(EnvironmentMap, PicturesAreFoundAmongLayers) {
     EXPECT_THROW(load_exr({{channels("CryptoObject00"), ids}}), Error);
     report_ = {};
     const Image grey = image_of(4, 2, 1, std::vector<float>(8, 2.0f));
-    EXPECT_EQ(load_exr({{{"Y"}, grey}, {channels("albedo"), ids}}).map.pixels, light.pixels);
+    EXPECT_EQ(load_exr({{channels("albedo"), ids}, {channels("sky"), light}}).map.pixels, light.pixels);
+    EXPECT_THROW(load_exr({{channels("variance"), ids}}), Error);
+    EXPECT_TRUE(report_.warnings.empty());
+    EXPECT_EQ(load_exr({{{"Y"}, grey}, {channels("fill"), ids}}).map.pixels, light.pixels);
     ASSERT_EQ(report_.warnings.size(), 1u);
-    EXPECT_NE(report_.warnings[0].find("layer 'albedo'"), std::string::npos);
+    EXPECT_NE(report_.warnings[0].find("layer 'fill'"), std::string::npos);
     EXPECT_EQ(load_exr({{{"Y"}, Image(4, 2, 1)}, {channels("beauty"), light}}).map.pixels,
               light.pixels);
     report_ = {};
-    EXPECT_EQ(load_exr({{{"R", "G", "B"}, light}, {channels("albedo"), ids}}).map.pixels, light.pixels);
+    EXPECT_EQ(load_exr({{{"R", "G", "B"}, light}, {channels("fill"), ids}}).map.pixels, light.pixels);
     EXPECT_TRUE(report_.warnings.empty());
     ExrAttributes stereo;
     stereo.views = {"left", "right"};
@@ -247,8 +250,8 @@ TEST_F(EnvironmentMap, PartsWithoutLightAreNoLight) {
     EXPECT_TRUE(is_light(load({{"a", display, light}, {"deep", window, {{"Z", {}}}, true}, {"b", display, light}})));
     ASSERT_EQ(report_.warnings.size(), 2u);
     EXPECT_NE(report_.warnings[0].find("part 'deep'"), std::string::npos);
-    EXPECT_NE(report_.warnings[1].find("R, G, B of part 'a'; others are ignored: layer 'b'"), std::string::npos);
-    EXPECT_EQ(load({{"albedo", display, light}, {"beauty", display, {{"Y", test::constant(7)}}}}).map.pixels[1], 7);
+    EXPECT_NE(report_.warnings[1].find("R, G, B of part 'a'; ignored: layer 'b'"), std::string::npos);
+    EXPECT_EQ(load({{"fill", display, light}, {"beauty", display, {{"Y", test::constant(7)}}}}).map.pixels[1], 7);
     EXPECT_EQ(report_.warnings.size(), 1u);
     EXPECT_TRUE(is_light(load({{"normal", display, light}})));  // the only part is the picture
     EXPECT_THROW(load({{"normal", display, light}, {"id", display, {{"id", test::constant(1)}}}}), Error);
