@@ -302,6 +302,7 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
 
 SceneTree convert_tree(const GltfDocument& document, const GltfNodes& nodes) {
     SceneTree tree;
+    tree.nodes.reserve(document.model.nodes.size());
     for (std::size_t i = 0; i < document.model.nodes.size(); ++i)
         tree.nodes.push_back({document.model.nodes[i].name, nodes.parents[i], false, nodes.world[i]});
     for (const int node : nodes.all) tree.nodes[static_cast<std::size_t>(node)].in_scene = true;

@@ -183,7 +183,7 @@ TEST_F(EnvironmentMap, PicturesAreFoundAmongLayers) {
     };
     const std::string picture = "ViewLayer.Combined";
     const Environment named =
-        load_exr({{channels("ViewLayer.AlbedoColor"), ids}, {channels(picture), light}, {channels("crypto00"), ids}});
+        load_exr({{channels("ViewLayer.GlossInd"), ids}, {channels(picture), light}, {channels("crypto00"), ids}});
     EXPECT_EQ(named.map.pixels, light.pixels);
     ASSERT_EQ(report_.warnings.size(), 1u);
     EXPECT_NE(report_.warnings[0].find("'" + picture + "'"), std::string::npos);
