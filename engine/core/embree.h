@@ -19,7 +19,7 @@ using Context = RTCIntersectContext;
 inline constexpr RTCSceneFlags kQueriesFilter = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
 #endif
 
-/// What Embree takes beside the scene and the rays. Its address is that of the context in the arguments of `filter`.
+/// The arguments of a ray query beside the scene and the rays. `filter` finds its address as that of its context.
 struct Query {
     Context context{};
     RTCFilterFunctionN filter = nullptr;  // decides on candidate hits; needs a scene with kQueriesFilter

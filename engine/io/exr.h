@@ -130,7 +130,7 @@ struct ExrChannel {
     std::string part{};         // name of the channel's part; empty: the file has one flat part
 };
 
-/// What the attribute `envmap` says about the picture: its data window is a map of all directions.
+/// Layout of the map of all directions that the data window is, by the attribute `envmap`.
 enum class ExrEnvmap : std::uint8_t { none, latlong, cube };
 
 struct ExrFile {
