@@ -37,38 +37,79 @@ std::size_t find_camera(const Scene& scene, const std::string& wanted, const std
 
 namespace {
 
-ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c) {
+ChosenCamera chosen_default(const Scene& scene, const CameraChoice& c, const rays::LazyProbe& probe,
+                            View view = View::automatic) {
+    const double aspect = c.aspect > 0 ? c.aspect : kUsualAspect;
+    const WorldBounds box = world_bounds(scene);
+    const DefaultCamera made = scene.paged_bounds || box.empty()
+                                   ? DefaultCamera{framing_camera(scene, aspect, c.turntable > 0)}
+                                   : default_camera(probe.get(), aspect, view, c.turntable > 0);
+    ChosenCamera chosen{made.camera, std::nullopt,
+                        made.inside     ? "inside the scene"
+                        : made.left_out ? "that frames the scene without small parts far away"
+                                        : "that frames the scene"};
+    chosen.options = camera_options(made.camera, box.empty() ? dvec3(0) : 0.5 * box.lower + 0.5 * box.upper);
+    return chosen;
+}
+
+/// Returns whether a camera shows no surface at all.
+bool is_blind(const Camera& camera, const rays::LazyProbe& probe) {
+    constexpr int kColumns = 64;
+    const WorldBounds& box = probe.get().bounds();
+    return !box.empty() &&
+           glimpse(probe.get(), camera, camera.aspect > 0 ? camera.aspect : kUsualAspect, kColumns).seen == 0;
+}
+
+ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c, const rays::LazyProbe& probe) {
     if (c.look_from) {
         if (!c.look_at) throw Error("camera", "look_from needs look_at");
         return {look_at_camera(*c.look_from, *c.look_at, c.up, glm::radians(c.vertical_fov)), std::nullopt,
                 "of the command line"};
     }
     if (c.pose) return {camera_of(*c.pose), std::nullopt, "of the settings"};
+    if (c.camera && (c.camera == kInsideCamera || c.camera == kOutsideCamera) &&
+        std::ranges::find(scene.cameras, *c.camera, &Camera::name) == scene.cameras.end())
+        return chosen_default(scene, c, probe, c.camera == kInsideCamera ? View::inside : View::outside);
     if (c.camera) {
         const std::size_t index = find_camera(scene, *c.camera, c.source);
         const Camera& camera = scene.cameras[index];
         return {camera, index, fmt::format("'{}' of the scene", camera.name)};
     }
     if (scene.cameras.empty()) {
-        const DefaultCamera made = default_camera(scene, c.aspect > 0 ? c.aspect : kUsualAspect, c.turntable > 0);
-        return {made.camera, std::nullopt,
-                made.inside ? "inside the scene, which is closed and has none of its own"
-                            : "that frames the scene, which has none of its own"};
+        ChosenCamera chosen = chosen_default(scene, c, probe);
+        chosen.origin += ", which has none of its own";
+        return chosen;
+    }
+    if (c.replace_blind && !scene.paged_bounds && is_blind(scene.cameras[0], probe)) {
+        ChosenCamera chosen = chosen_default(scene, c, probe);
+        chosen.warning =
+            fmt::format("camera '{}' sees no surface, so a default camera replaces it (--camera 0 keeps it)",
+                        scene.cameras[0].name);
+        return chosen;
     }
     return {scene.cameras[0], 0, fmt::format("'{}', the scene's first", scene.cameras[0].name)};
 }
 
 }  // namespace
 
-ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
-    ChosenCamera chosen = camera_of_choice(scene, c);
+std::string camera_options(const Camera& camera, const dvec3& at) {
+    const dmat4& m = camera.camera_to_world;
+    const dvec3 from(m[3]), target = from - dvec3(m[2]) * std::max(glm::dot(from - at, dvec3(m[2])), 1e-3);
+    const auto point = [](const dvec3& p) { return fmt::format("{:.6g},{:.6g},{:.6g}", p.x, p.y, p.z); };
+    return fmt::format("--look-from={} --look-at={} --vfov={:.6g}", point(from), point(target),
+                       glm::degrees(camera.vertical_fov));
+}
+
+ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c, const rays::LazyProbe* probe) {
+    const rays::LazyProbe own(scene);
+    ChosenCamera chosen = camera_of_choice(scene, c, probe ? *probe : own);
     if (c.turntable == 0) return chosen;
     const WorldBounds box = world_bounds(scene);
     if (c.look_from)
         chosen.pivot = *c.look_at;
     else if (c.pose)
         chosen.pivot = c.pose->at;
-    else if ((scene.cameras.empty() && chosen.camera.name == kInsideCamera) || box.empty())
+    else if ((!chosen.options.empty() && chosen.camera.name == kInsideCamera) || box.empty())
         chosen.pivot = dvec3(chosen.camera.camera_to_world[3]);
     else
         chosen.pivot = 0.5 * box.lower + 0.5 * box.upper;

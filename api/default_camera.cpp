@@ -1,73 +1,118 @@
 #include "api/default_camera.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
 #include <random>
-#include <set>
+#include <tuple>
 #include <vector>
 
-#include "engine/rays/scene_probe.h"
+#include "engine/scene/framing.h"
 
 namespace halflight {
 namespace {
 
-constexpr int kPoints = 192;     // points within the bounds
-constexpr int kDirections = 48;  // rays from each point
+/// Returns the box between two quantiles of the vertices' coordinates, q and 1 - q, by axis.
+WorldBounds trimmed_bounds(const Scene& scene, double q) {
+    constexpr std::size_t kMost = std::size_t{1} << 16;  // vertices that are asked
+    std::size_t vertices = 0;
+    const auto mesh_of = [&](const Instance& i) -> const Mesh& {
+        return scene.meshes[static_cast<std::size_t>(i.mesh)];
+    };
+    for (const Instance& instance : scene.instances) vertices += mesh_of(instance).positions.size();
+    const std::size_t step = vertices / kMost + 1;
+    std::array<std::vector<double>, 3> coordinates;
+    std::size_t next = 0;  // place of the next vertex within the instance
+    for (const Instance& instance : scene.instances) {
+        const std::vector<vec3>& positions = mesh_of(instance).positions;
+        for (; next < positions.size(); next += step) {
+            const dvec3 p(instance.object_to_world * dvec4(positions[next], 1));
+            for (int axis = 0; axis < 3; ++axis) coordinates[static_cast<std::size_t>(axis)].push_back(p[axis]);
+        }
+        next -= positions.size();
+    }
+    WorldBounds bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::vector<double>& values = coordinates[static_cast<std::size_t>(axis)];
+        if (values.empty()) return {};
+        const auto rank = static_cast<std::ptrdiff_t>(q * double(values.size()));
+        std::ranges::nth_element(values, values.begin() + rank);
+        bounds.lower[axis] = values[static_cast<std::size_t>(rank)];
+        std::ranges::nth_element(values, values.end() - 1 - rank);
+        bounds.upper[axis] = *(values.end() - 1 - rank);
+    }
+    return bounds;
+}
 
-/// Returns directions that are spread evenly over the sphere (spherical Fibonacci points).
-std::vector<dvec3> directions() {
+}  // namespace
+
+std::vector<dvec3> sphere_directions(int count) {
     std::vector<dvec3> all;
-    for (int i = 0; i < kDirections; ++i) {
-        const double y = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - y * y),
-                     phi = i * kPi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < count; ++i) {
+        const double y = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - y * y), phi = i * kPi * (3 - std::sqrt(5.0));
         all.emplace_back(r * std::cos(phi), y, r * std::sin(phi));
     }
     return all;
 }
 
-/// Returns the enclosed points within the bounds, at the middle of their height.
-std::vector<dvec3> enclosed_points(const rays::SceneProbe& probe) {
+std::pair<dvec3, dvec3> camera_ray(const Camera& camera, double aspect, double x, double y) {
+    const dmat4& m = camera.camera_to_world;
+    const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
+    const dvec3 aside = (2 * x - 1) * half * aspect * dvec3(m[0]) + (1 - 2 * y) * half * dvec3(m[1]);
+    if (camera.orthographic) return {dvec3(m[3]) + aside, -dvec3(m[2])};
+    return {dvec3(m[3]), glm::normalize(aside - dvec3(m[2]))};
+}
+
+Glimpse glimpse(const rays::SceneProbe& probe, const Camera& camera, double aspect, int columns) {
+    const int rows = columns * 9 / 16;
+    using Class = std::tuple<std::size_t, const Material*, int, int>;
+    std::map<Class, int> classes;
+    Glimpse g{.nearest = rays::SceneProbe::kFar};
+    for (int i = 0; i < columns * rows; ++i) {
+        const auto [origin, direction] =
+            camera_ray(camera, aspect, (i % columns + 0.5) / columns, (i / columns + 0.5) / rows);
+        const auto hit = probe.see(origin, direction);
+        if (!hit) continue;
+        const double distance = glm::length(hit->position - origin);
+        g.nearest = std::min(g.nearest, distance);
+        const dvec3 n = glm::abs(hit->normal);
+        const int axis = n.x > std::max(n.y, n.z) ? 0
+                         : n.y > n.z              ? 1
+                                                  : 2,
+                  side = hit->normal[axis] < 0 ? axis : axis + 3;
+        ++classes[{hit->instance, hit->material, side, std::ilogb(distance)}];
+    }
+    for (const auto& [what, count] : classes) {
+        const double share = double(count) / (columns * rows);
+        g.seen += share;
+        g.detail -= share * std::log2(share);
+    }
+    return g;
+}
+
+std::vector<EnclosedPlace> enclosed_places(const rays::SceneProbe& probe, int points) {
     constexpr double kHits = 0.88;   // least share of rays that meet a surface; a box without one side has 0.83
     constexpr double kFront = 0.75;  // least share of hits that are front faces
-    const std::vector<dvec3> around = directions();
+    const std::vector<dvec3> around = sphere_directions(48);
     const dvec3 lower = probe.bounds().lower, size = probe.bounds().upper - lower;
     std::mt19937_64 random(1);
     const auto uniform = [&] { return double(random() >> 11) * 0x1p-53; };
-    std::vector<dvec3> enclosed;
-    for (int i = 0; i < kPoints; ++i) {
-        const double x = uniform(), y = 0.4 + 0.2 * uniform(), z = uniform();
-        const dvec3 point = lower + size * dvec3(x, y, z);
+    std::vector<EnclosedPlace> enclosed;
+    for (int i = 0; i < points; ++i) {
+        const double x = uniform(), y = 0.2 + 0.4 * uniform(), z = uniform();
+        EnclosedPlace place{lower + size * dvec3(x, y, z), rays::SceneProbe::kFar};
         int hits = 0, front = 0;
         for (const dvec3& direction : around)
-            if (const auto hit = probe.trace(point, direction)) ++hits, front += hit->front;
-        if (hits >= kHits * kDirections && front >= kFront * hits) enclosed.push_back(point);
+            if (const auto hit = probe.trace(place.point, direction)) {
+                ++hits, front += hit->front;
+                place.clearance = std::min(place.clearance, glm::length(hit->position - place.point));
+            }
+        if (hits >= kHits * double(around.size()) && front >= kFront * hits) enclosed.push_back(place);
     }
     return enclosed;
 }
-
-/// Returns how much a view shows; negative where something is too close.
-double value_of(const rays::SceneProbe& probe, const Camera& camera, double aspect) {
-    constexpr int kColumns = 9, kRows = 5;
-    const double half = std::tan(camera.vertical_fov / 2),
-                 size = glm::length(probe.bounds().upper - probe.bounds().lower);
-    const dmat4& m = camera.camera_to_world;
-    std::set<std::size_t> instances;
-    double logs = 0, nearest = size;
-    for (int i = 0; i < kColumns * kRows; ++i) {
-        const double x = (2 * (i % kColumns) + 1.0) / kColumns - 1, y = (2 * (i / kColumns) + 1.0) / kRows - 1;
-        const dvec3 direction = glm::normalize(x * half * aspect * dvec3(m[0]) + y * half * dvec3(m[1]) - dvec3(m[2]));
-        const auto hit = probe.trace(dvec3(m[3]), direction);
-        const double distance = hit ? glm::length(hit->position - dvec3(m[3])) : size;
-        if (hit) instances.insert(hit->instance);
-        nearest = std::min(nearest, distance);
-        logs += std::log2(std::max(distance / size, 1e-3)) / (kColumns * kRows);
-    }
-    constexpr double kClose = 0.04;  // least distance over the scene's diagonal
-    return nearest < kClose * size ? -1 : 10 + logs + 0.5 * std::log2(1.0 + double(instances.size()));
-}
-
-}  // namespace
 
 Camera turned(const Camera& camera, const dvec3& pivot, double angle) {
     Camera turned = camera;
@@ -78,35 +123,49 @@ Camera turned(const Camera& camera, const dvec3& pivot, double angle) {
     return turned;
 }
 
-DefaultCamera default_camera(const Scene& scene, double aspect, bool turns) {
-    if (scene.paged_bounds || world_bounds(scene).empty()) return {framing_camera(scene, aspect, turns)};
-    return default_camera(scene, aspect, rays::SceneProbe(scene), turns);
-}
+DefaultCamera default_camera(const rays::SceneProbe& probe, double aspect, View view, bool turns) {
+    const Scene& scene = probe.scene();
+    DefaultCamera outside{framing_camera(scene, aspect, turns)};
+    if (scene.paged_bounds || probe.bounds().empty()) return outside;
+    constexpr double kClearlyMore = 1;  // bits
+    constexpr double kPart = 0.2;       // most that a part may have of the scene's diagonal, so that little is left out
+    const double diagonal = glm::length(probe.bounds().upper - probe.bounds().lower);
+    double shown = glimpse(probe, outside.camera, aspect).detail;
+    for (const double share : {0.01, 0.05, 0.15}) {
+        const WorldBounds part = trimmed_bounds(scene, share);
+        if (part.empty() || part.lower == part.upper || glm::length(part.upper - part.lower) > kPart * diagonal)
+            continue;
+        const Camera camera = framing_camera(part, aspect, turns);
+        const double detail = glimpse(probe, camera, aspect).detail;
+        if (detail > shown + kClearlyMore) outside = {.camera = camera, .left_out = true}, shown = detail;
+    }
+    if (view == View::outside) return outside;
 
-DefaultCamera default_camera(const Scene& scene, double aspect, const rays::SceneProbe& probe, bool turns) {
-    constexpr double kEnclosed = 0.6;  // least share of points that are enclosed
-    constexpr int kYaws = 12;
-    constexpr std::size_t kCandidates = 48;
-    const DefaultCamera outside{framing_camera(scene, aspect, turns)};
-    if (scene.paged_bounds || world_bounds(scene).empty()) return outside;
-    const std::vector<dvec3> points = enclosed_points(probe);
-    if (double(points.size()) < kEnclosed * kPoints) return outside;
+    constexpr int kPoints = 192, kYaws = 12;
+    constexpr std::size_t kCandidates = 32;
+    constexpr double kClose = 0.04;  // least distance over the scene's diagonal
+    std::vector<EnclosedPlace> places = enclosed_places(probe, kPoints);
+    const double enclosed = double(places.size()) / kPoints;
     DefaultCamera best = outside;
-    double most = 0;
-    for (std::size_t i = 0; i < std::min(points.size(), kCandidates); ++i)
+    double most = -1;
+    for (std::size_t i = 0; i < std::min(places.size(), kCandidates); ++i)
         for (int yaw = 0; yaw < kYaws; ++yaw) {
             const double angle = 2 * kPi * yaw / kYaws;
             const dvec3 ahead(std::sin(angle), 0, std::cos(angle));
-            const Camera camera =
-                look_at_camera(points[i], points[i] + ahead * glm::length(probe.bounds().upper - probe.bounds().lower),
-                               {0, 1, 0}, kPi / 3);
-            if (const double value = value_of(probe, camera, aspect); value > most) {
-                most = value;
-                best = {camera, true};
-                best.camera.name = kInsideCamera;
-            }
+            const dvec3& from = places[i].point;
+            const Camera camera = look_at_camera(from, from + diagonal * ahead, {0, 1, 0}, kPi / 3);
+            const Glimpse g = glimpse(probe, camera, aspect);
+            if (g.detail <= most || g.nearest < kClose * diagonal) continue;
+            most = g.detail;
+            best = {.camera = camera, .inside = true};
+            best.camera.name = kInsideCamera;
         }
-    return best;
+    if (view == View::inside) return best;
+    // The surroundings of an object are no loss, so the entropy of what is seen from outside leaves them out.
+    const Glimpse g = glimpse(probe, outside.camera, aspect);
+    const double object = g.seen > 0 ? g.detail / g.seen + std::log2(g.seen) : 0;
+    constexpr double kMargin = 0.5;  // bits
+    return best.inside && most + std::log2(enclosed) > object + kMargin ? best : outside;
 }
 
 }  // namespace halflight

@@ -1,5 +1,4 @@
-// The decision whether a scene gets a neutral sky or lamps: what its own light, and what a sky, would show to its
-// cameras.
+// The decision whether a scene gets a neutral sky or lamps: what its light shows to its cameras in a small picture.
 #pragma once
 
 #include <vector>
@@ -9,41 +8,38 @@
 
 namespace halflight {
 
-/// Light of the surface points that cameras see, points that glow left out.
+/// What the light of a scene shows to its cameras.
 struct LightShares {
-    double lit = 0;  // share of points at which the scene's own light is not negligible, [0,1]
-    double sky = 0;  // irradiance over pi by a sky of radiance 1, at the points that are not lit; mean over all points
+    double visible = 0;  // share of surface points whose radiance is at least kVisible after metering, [0,1]
+    double bright = 0;   // share of points that are visible, too, if metering adds at most kMostStops
+    double sky =
+        0;  // radiance by a sky of radiance 1 over that of an open white surface: mean over those that are not bright
 };
 
-/// Irradiance over pi below which a surface counts as dark: a hundredth of what a whole sky of radiance 1 gives. Where
-/// glowing surfaces, such as labels or screens, take a larger share of what cameras see than exposure ignores
-/// (kGlowingShare), they keep the exposure low, so more is dark.
-inline constexpr double kNegligibleLight = 0.01, kNegligibleBesideEmission = 0.05;
-/// Limit that replaces kNegligibleBesideEmission where all light comes from emissive textures of at most 1. Labels,
-/// screens and glow maps without KHR_materials_emissive_strength are meant to look white, not to light a scene.
-inline constexpr double kNegligibleBesideDisplays = 0.2;
-/// Radiance from which a surface glows, so that no sky need light it: that of a grey surface under a sky.
-inline constexpr double kGlow = 0.18;
-inline constexpr double kGlowingShare = 0.05;
-/// A neutral sky is added where a smaller share is lit, and the sky would give all points a mean of at least kLeastSky.
-/// In a scene without any light, cameras get lamps where it would give less.
-inline constexpr double kLitShare = 0.1;
-inline constexpr double kLeastSky = 0.02;
+inline constexpr double kVisible = 1.0 / 64;  ///< radiance that is told from black in a picture whose white is 1
+inline constexpr double kMostStops = 1;       ///< exposure beyond which a scene lit by a sky is better
+inline constexpr double kLeastVisible = 0.5;  ///< share of visible points below which a scene gets light
+inline constexpr double kLeastSky = 0.02;     ///< light of a sky below which a scene is closed, and gets lamps
 
-/// Estimates the shares by paths on the CPU, a fixed number for each scene. Directional lights, points, spots, emissive
-/// triangles and their textures count; surfaces reflect half of the light.
-LightShares light_shares(const Scene& scene, const rays::SceneProbe& probe, const std::vector<Camera>& cameras);
+/// Estimates the shares by paths on the CPU, a fixed number for each scene, and by metered_exposure(). Directional
+/// lights, points, spots, emissive triangles with their textures and coverage, and an environment of mean radiance
+/// `environment` count. Surfaces reflect half of the light.
+LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera>& cameras, double environment = 0);
+
+/// Returns point lights in the free space that cameras see. They lie between a camera and what it sees, halfway up to
+/// the ceiling, as far from surfaces as possible. The intensity of a lamp grows with the square of that distance, so
+/// that no surface is burnt out. Together, they give the surfaces in the pictures a median irradiance of pi, as the
+/// neutral sky does.
+std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::vector<Camera>& cameras);
 
 /// Light that is to be added to a scene.
 struct DefaultLight {
     bool sky = false;                    // a neutral sky
-    std::vector<PunctualLight> lamps{};  // lamps at the first cameras, where the scene is closed
+    std::vector<PunctualLight> lamps{};  // where the scene is closed
 };
 
-/// Returns a sky where the scene has neither a light nor an environment, or where its light is negligible for what its
-/// cameras see. Returns lamps instead where there is no light and hardly any sky can enter. A scene without cameras is
-/// judged by its default camera. Ignores all choices of the user, so that every camera and every frame of a scene has
-/// the same light.
-DefaultLight default_light(const Scene& scene);
+/// Returns a sky where fewer than kLeastVisible of the points are bright and the sky gives them at least kLeastSky, and
+/// room_lamps() where it gives less and fewer are visible.
+DefaultLight default_light(const rays::SceneProbe& probe, const std::vector<Camera>& cameras, double environment = 0);
 
 }  // namespace halflight

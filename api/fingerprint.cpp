@@ -75,6 +75,7 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
         print.values("{} {} {} {} {}", p.vertical_fov, p.orthographic, p.ortho_height, p.near_plane, p.far_plane);
     } else {
         print.text(optional_text(chosen.index));
+        if (a.camera && !chosen.index) print.text(*a.camera);  // a default camera of one side
     }
     if (a.turntable > 0) print.values("turntable {}", a.turntable);
 }
@@ -82,6 +83,7 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
 void add_environment(Fingerprint& print, const LoadedScene& scene) {
     const SceneChoice& a = scene.choice();
     if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
+    if (!a.lamps) print.text("no lamps");
     if (std::holds_alternative<std::filesystem::path>(a.environment)) print.text("map").file(scene.environment_file());
     if (const auto* preset = std::get_if<SkyPreset>(&a.environment)) print.text("preset").text(name(*preset));
     if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));

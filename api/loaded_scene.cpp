@@ -18,6 +18,7 @@
 #include "engine/io/texture_store.h"
 #include "engine/paging/moving_pages.h"
 #include "engine/paging/page_file.h"
+#include "engine/scene/framing.h"
 #include "engine/tables/table_rows.h"
 #include "renderer/memory.h"
 #include "shaders/shared/texture.h"
@@ -95,7 +96,63 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
     return store;
 }
 
-void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, bool lit_elsewhere) {
+namespace {
+
+constexpr const char* kSkyNote = "a neutral sky is added (--env replaces it; --env none prevents it)";
+
+/// Returns the mean radiance of an environment over the sphere, luminance.
+double mean_radiance(const Environment& environment) {
+    const auto color = double(luminance(environment.color));
+    const Image& map = environment.map;
+    if (map.width == 0) return color;
+    double sum = 0, weights = 0;
+    for (int y = 0; y < map.height; ++y) {
+        const double weight = std::sin(kPi * (y + 0.5) / map.height);
+        for (int x = 0; x < map.width; ++x)
+            sum += weight * double(luminance(vec3(map.at(x, y)[0], map.at(x, y)[1], map.at(x, y)[2])));
+        weights += weight * map.width;
+    }
+    return color * sum / weights;
+}
+
+/// Adds a sky or lamps where the cameras see little (default_light()).
+void add_light(Scene& scene, const Log& log, const AddedLight& added) {
+    const bool lit = has_light(scene), dark = scene.environment.black();
+    if (scene.paged_bounds || scene.instances.empty()) {
+        if (!lit && dark) scene.environment = default_sky(), log.note("the scene has no light: {}", kSkyNote);
+        return;
+    }
+    const WorldBounds bounds = world_bounds(scene);
+    const auto within = [&](const Camera& camera) {
+        const dvec3 at(camera.camera_to_world[3]);
+        return glm::all(glm::greaterThan(at, bounds.lower)) && glm::all(glm::lessThan(at, bounds.upper));
+    };
+    const rays::LazyProbe own(scene);
+    const rays::LazyProbe& probe = added.probe ? *added.probe : own;
+    std::vector<Camera> cameras = scene.cameras;
+    if (added.camera) cameras = {*added.camera};
+    if (cameras.empty()) cameras = {default_camera(probe.get(), kUsualAspect).camera};
+    // A camera outside sees surfaces that the environment lights.
+    if ((!dark || !lit) && std::ranges::none_of(cameras, within)) {
+        if (dark) scene.environment = default_sky(), log.note("the scene has no light: {}", kSkyNote);
+        return;
+    }
+    DefaultLight light = default_light(probe.get(), cameras, mean_radiance(scene.environment));
+    if (light.sky && dark) {
+        scene.environment = default_sky();
+        log.note("{}: {}", lit ? "the cameras see little by the scene's own light" : "the scene has no light",
+                 kSkyNote);
+    }
+    if (light.lamps.empty() || !added.lamps) return;
+    log.note("{}, and hardly any sky can enter: {} lamps are added in what its cameras see (--no-lamps prevents it)",
+             dark && !lit ? "the scene has no light" : "the cameras see little by the scene's light",
+             light.lamps.size());
+    std::ranges::move(light.lamps, std::back_inserter(scene.lights));
+}
+
+}  // namespace
+
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, const AddedLight& added) {
     std::erase_if(scene.lights, &PunctualLight::of_environment);
     const auto take = [&](Sky sky) {
         scene.environment = std::move(sky.environment);
@@ -123,20 +180,9 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         }
         scene.environment = load_environment(*file, scene.report, limits);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
-    } else if (!lit_elsewhere) {
-        DefaultLight light = default_light(scene);
-        const bool lit = has_light(scene);
-        if (light.sky) {
-            scene.environment = default_sky();
-            log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)",
-                     lit ? "the scene's own light reaches little of what its cameras see" : "the scene has no light");
-        }
-        if (!light.lamps.empty())
-            log.note(
-                "the scene has no light, and hardly any sky can enter: each camera gets a lamp (--env none prevents "
-                "it)");
-        std::ranges::move(light.lamps, std::back_inserter(scene.lights));
     }
+    const bool none = std::holds_alternative<vec3>(choice) && scene.environment.black();
+    if (!none && !added.lit_elsewhere) add_light(scene, log, added);
 }
 
 void take_sun(Scene& pose, const Scene& from) {
@@ -233,7 +279,10 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (pages_) lit_elsewhere_ = lit_elsewhere_ || has_light(scene_) || emits(pages_->index(), scene_);
     own_environment_ = std::make_shared<const Environment>(scene_.environment);
     if (const auto* map = std::get_if<std::filesystem::path>(&choice_.environment)) environment_file_ = versioned(*map);
-    set_environment(scene_, choice_.environment, log, lit_elsewhere_);
+    const rays::LazyProbe probe(scene_);
+    AddedLight added{.lit_elsewhere = lit_elsewhere_, .lamps = choice_.lamps, .probe = &probe};
+    if (camera.look_from || camera.pose) added.camera = choose_camera(scene_, camera).camera;
+    set_environment(scene_, choice_.environment, log, added);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;
@@ -241,7 +290,10 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (!pages_)
         for (const std::string& name : dark_light_groups(scene_, driven_emission_))
             log.warn("light group '{}' has no light", name);
-    camera_ = choose_camera(scene_, camera);
+    camera_ = choose_camera(scene_, camera, surface_edits(choice_.edits) == SceneEdits() ? &probe : nullptr);
+    frame_motion();
+    if (!camera_.warning.empty()) log.warn("{}", camera_.warning);
+    if (!camera_.options.empty()) log.note("default camera: {}", camera_.options);
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents() + bytes_of(tree_)};
     choice_.packing = {};  // it may refer to what the caller drops
 }
@@ -253,6 +305,9 @@ bool LoadedScene::load_whole(const Log& log) {
     frame_rate_ = choice_.frame_rate.value_or(FrameRate());
     SceneFile file(choice_.scene, options, choice_.picture_bytes, false, choice_.tile_textures);
     scene_ = file.gltf().at_rest();
+    if (scene_.instances.empty() && !file.gltf().animations().empty())
+        scene_.report.warnings.emplace_back(
+            "no surface is there at rest; an animation may show some (--animation, --frame)");
     tree_ = file.tree_at(0);
     files_ = file.gltf().files();
     variants_ = file.gltf().variants();
@@ -420,11 +475,32 @@ void LoadedScene::frame_for(double aspect) {
     const CameraChoice& c = camera_choice_;
     const double now = c.aspect > 0 ? c.aspect : kUsualAspect;
     const bool framed = aspect == now && framed_ == transform_revision_;
-    if (!scene_.cameras.empty() || c.look_from || c.pose || framed || freed_) return;
+    if (camera_.options.empty() || c.look_from || c.pose || framed || freed_) return;
     pose(0);
     camera_choice_.aspect = aspect;
     camera_ = choose_camera(scene_, camera_choice_);
+    frame_motion();
     framed_ = transform_revision_;
+}
+
+/// Lets a default camera outside frame the surfaces in all poses of the animation that plays.
+void LoadedScene::frame_motion() {
+    constexpr int kPoses = 8;
+    if (camera_.options.empty() || camera_.camera.name == kInsideCamera || camera_choice_.turntable > 0 || pages_ ||
+        !surfaces_move_)
+        return;
+    const WorldBounds first = world_bounds(scene_);
+    WorldBounds all = first;
+    for (int i = 1; i <= kPoses; ++i) {
+        pose(file_->end() * i / kPoses);
+        const WorldBounds now = world_bounds(scene_);
+        all = {glm::min(all.lower, now.lower), glm::max(all.upper, now.upper)};
+    }
+    pose(0);
+    if (all.empty() || (all.lower == first.lower && all.upper == first.upper)) return;
+    const double aspect = camera_choice_.aspect > 0 ? camera_choice_.aspect : kUsualAspect;
+    camera_.camera = framing_camera(all, aspect, false);
+    camera_.options = camera_options(camera_.camera, 0.5 * all.lower + 0.5 * all.upper);
 }
 
 void LoadedScene::pose(double seconds) {

@@ -10,16 +10,24 @@
 
 namespace halflight {
 
+namespace rays {
+class LazyProbe;
+}
+
 /// Selects a camera. The first member that is set decides, in this order: look_from, pose, camera. Where none is set,
 /// the scene's first camera is taken; a scene without cameras gets default_camera().
 struct CameraChoice {
-    std::optional<std::string> camera{};  // camera of the scene: its name, or its number from 0
-    std::optional<dvec3> look_from{};     // position, world, metres; needs look_at
-    std::optional<dvec3> look_at{};       // target, world, metres
-    dvec3 up{0, 1, 0};                    // up direction of look_from
-    double vertical_fov = 45;             // field of view of look_from, degrees, (0, 180)
-    std::optional<CameraPose> pose{};     // camera of a settings file or of the caller
-    double aspect = 0;     // width / height of one eye's picture, for the camera of a scene that has none; 0: 16 / 9
+    // Camera of the scene: its name, or its number from 0. "inside" and "outside" are default cameras if no camera has
+    // that name.
+    std::optional<std::string> camera{};
+    std::optional<dvec3> look_from{};  // position, world, metres; needs look_at
+    std::optional<dvec3> look_at{};    // target, world, metres
+    dvec3 up{0, 1, 0};                 // up direction of look_from
+    double vertical_fov = 45;          // field of view of look_from, degrees, (0, 180)
+    std::optional<CameraPose> pose{};  // camera of a settings file or of the caller
+    double aspect = 0;  // width / height of one eye's picture, for the camera of a scene that has none; 0: 16 / 9
+    // Replaces the scene's first camera by the default one where it sees no surface; `camera` is empty then.
+    bool replace_blind = false;
     int turntable = 0;     // frames in which the camera turns once about the scene's centre, or about look_at; 0: none
     std::string source{};  // settings file that names `camera`, for errors; empty: none
 };
@@ -29,11 +37,17 @@ struct ChosenCamera {
     Camera camera;
     std::optional<std::size_t> index;  // number of the scene's camera; none: not a camera of the scene
     std::string origin;                // phrase after "camera": "'nave' of the scene", "of the command line", ...
+    std::string options{};             // "--look-from=... --look-at=... --vfov=...": of a default camera
+    std::string warning{};             // the scene's camera that sees nothing; empty: none
     dvec3 pivot{0};                    // point about which a turntable turns the camera, world units
 };
 
+/// Returns the options of the command line that give a camera which looks at a point at the depth of `at`.
+std::string camera_options(const Camera& camera, const dvec3& at);
+
 /// Returns the camera of `choice`. Throws Error that lists the scene's cameras where there is none of that name.
-ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice);
+/// `probe` is a probe of the scene, which other questions share; null: there is none yet.
+ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice, const rays::LazyProbe* probe = nullptr);
 
 /// Returns a camera whose lens follows `wanted`; members that are not set there remain those of the camera. Throws
 /// Error where a focus lacks an aperture, or an aperture lacks a focus.

@@ -45,6 +45,7 @@ struct SceneChoice {
     std::string variant{};         // material variant of the file, by name; empty: the file's own materials
     double line_width = 0;         // diameter of points and lines, world units; 0: they are left out
     EnvironmentChoice environment{};
+    bool lamps = true;  // closed rooms without enough light get lamps
     SceneEdits edits{};
     std::string edits_source{};  // settings file of `edits`, for errors; empty: none
     // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
@@ -75,10 +76,18 @@ void check_tables(const SceneSize& size, const std::filesystem::path& file);
 std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSize& size, std::size_t picture_bytes,
                                             bool always = false);
 
-/// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene whose own light is
-/// negligible for what its cameras see gets a neutral sky, which the log notes. `lit_elsewhere` prevents that: the
-/// scene has light in pages, or an animation brings it later.
-void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, bool lit_elsewhere = false);
+/// How light may be added to a scene.
+struct AddedLight {
+    bool lit_elsewhere = false;      // the scene has light in pages, or an animation brings it later: none is added
+    bool lamps = true;               // SceneChoice::lamps
+    std::optional<Camera> camera{};  // camera of the picture; none: those of the scene, or its default camera
+    const rays::LazyProbe* probe = nullptr;  // probe of the scene; null: there is none yet
+};
+
+/// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene gets a neutral sky if its
+/// cameras see little by its own light. Closed scenes of which they see little get lamps, with or without a choice,
+/// unless it is black. The log notes what is added (api/default_light.h).
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, const AddedLight& added = {});
 /// Appends the sun of the environment, which `from` has, to a pose of the same file.
 void take_sun(Scene& pose, const Scene& from);
 
@@ -209,6 +218,7 @@ class LoadedScene {
     /// Loads the scene, with its geometry from pages. Returns like load_whole().
     bool load_pages(const Log& log, bool again = false);
     void drop_empty_instances();
+    void frame_motion();
     /// Takes an open file. Returns like load_whole().
     bool take_file(SceneFile file, const Log& log);
 

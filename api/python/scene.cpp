@@ -46,8 +46,8 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
                               const std::optional<std::string>& fps, bool allow_outside, bool strict,
                               const std::optional<std::string>& variant, bool mip_levels,
-                              std::optional<double> line_width, const std::optional<std::filesystem::path>& settings,
-                              py::object log) {
+                              std::optional<double> line_width, bool lamps,
+                              const std::optional<std::filesystem::path>& settings, py::object log) {
     SceneChoice choice;
     CameraChoice camera;
     SavedSettings saved;
@@ -67,6 +67,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     choice.strict_textures = strict;
     if (variant) choice.variant = *variant;
     choice.mip_levels = mip_levels;
+    choice.lamps = lamps;
     if (line_width && !(*line_width >= 0 && *line_width <= kLineWidth.upper))
         throw Error("line_width", "is not between 0 and {}", kLineWidth.upper);
     if (line_width) choice.line_width = *line_width;

@@ -29,26 +29,7 @@ int wrapped(float coordinate, int size, Wrap wrap) {
     return std::min(static_cast<int>(within * size), size - 1);
 }
 
-/// Returns the base colour of a surface, with its texture and the colours of its vertices.
-vec4 base_color(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights) {
-    vec4 color = m.base_color * texel(scene, m.base_color_texture, mesh, corners, weights);
-    if (mesh.colors.empty()) return color;
-    vec4 vertex(0);
-    for (int k = 0; k < 3; ++k) vertex += weights[k] * mesh.colors[corners[k]];
-    return color * vertex;
-}
-
-/// Returns whether most light passes the surface: without being deflected much, or `scattered`, too.
-bool see_through(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights,
-                 bool scattered) {
-    const float passes = std::max(m.transmission, scattered ? m.diffuse_transmission : 0.0f) * (1 - m.metallic);
-    if (passes > 0.5f) return true;
-    if (m.alpha_mode == AlphaMode::opaque) return false;
-    return base_color(scene, m, mesh, corners, weights).a < (m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 0.5f);
-}
-
-}  // namespace
-
+/// Returns the value of an sRGB-encoded texture from its nearest texel: linear rgb, alpha; 1 without an image.
 vec4 texel(const Scene& scene, const TextureRef& texture, const Mesh& mesh, const uvec3& corners, const vec3& weights) {
     if (!texture) return vec4(1);
     const std::vector<vec2>& uvs = mesh.uvs[static_cast<std::size_t>(texture.uv_set)];
@@ -61,7 +42,27 @@ vec4 texel(const Scene& scene, const TextureRef& texture, const Mesh& mesh, cons
     return {srgb_to_linear(rgba[0]), srgb_to_linear(rgba[1]), srgb_to_linear(rgba[2]), float(rgba[3]) / 255};
 }
 
-namespace {
+/// Returns the base colour of a surface, with its texture and the colours of its vertices.
+vec4 base_color(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights) {
+    vec4 color = m.base_color * texel(scene, m.base_color_texture, mesh, corners, weights);
+    if (mesh.colors.empty()) return color;
+    vec4 vertex(0);
+    for (int k = 0; k < 3; ++k) vertex += weights[k] * mesh.colors[corners[k]];
+    return color * vertex;
+}
+
+/// Returns the share of rays that the surface stops by its alpha.
+float coverage(const Scene& scene, const Material& m, const Mesh& mesh, const uvec3& corners, const vec3& weights) {
+    if (m.alpha_mode == AlphaMode::opaque) return 1;
+    const float alpha = base_color(scene, m, mesh, corners, weights).a;
+    return m.alpha_mode == AlphaMode::mask ? float(alpha >= m.alpha_cutoff) : std::clamp(alpha, 0.0f, 1.0f);
+}
+
+/// Returns whether most light passes the surface: without being deflected much, or `scattered`, too.
+bool see_through(const Material& m, float coverage, bool scattered) {
+    const float passes = std::max(m.transmission, scattered ? m.diffuse_transmission : 0.0f) * (1 - m.metallic);
+    return passes > 0.5f || coverage < 0.5f;
+}
 
 /// Returns whether Embree can trace an instance in object space: directions and distances stay within float's range.
 bool invertible(const dmat4& m) {
@@ -75,6 +76,14 @@ bool invertible(const dmat4& m) {
 
 }  // namespace
 
+vec3 emission_at(const Scene& scene, const Material& material, const Mesh& mesh, const uvec3& corners,
+                 const vec3& weights) {
+    const float covered = coverage(scene, material, mesh, corners, weights);
+    if (material.unlit) return covered * vec3(base_color(scene, material, mesh, corners, weights));
+    if (!has_emission(material)) return vec3(0);
+    return covered * material.emission * vec3(texel(scene, material.emission_texture, mesh, corners, weights));
+}
+
 struct SceneProbe::Geometry {
     Owned<RTCDevice> device;
     std::vector<Owned<RTCScene>> meshes;  // hierarchies of meshes that several instances share; null for others
@@ -84,6 +93,7 @@ struct SceneProbe::Geometry {
     Owned<RTCScene> make_scene() const {
         Owned<RTCScene> made(rtcNewScene(device.get()));
         rtcSetSceneFlags(made.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
+        rtcSetSceneBuildQuality(made.get(), RTC_BUILD_QUALITY_LOW);
         return made;
     }
     /// Returns the triangles of a mesh, at the positions that place(position) returns.
@@ -149,7 +159,7 @@ SceneProbe::SceneProbe(const Scene& scene) : scene_(scene), geometry_(std::make_
 SceneProbe::~SceneProbe() = default;
 
 std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& direction, double most,
-                                          Passing passing) const {
+                                          unsigned passing) const {
     constexpr int kMostPassed = 32;  // transparent surfaces, so that a stack of them ends
     if (bounds_.empty()) return std::nullopt;
     const dvec3 centre = 0.5 * bounds_.lower + 0.5 * bounds_.upper;
@@ -173,11 +183,6 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const uvec3& corners = mesh.triangles[ray.hit.primID];
         const vec3 weights(1 - ray.hit.u - ray.hit.v, ray.hit.u, ray.hit.v);
         const Material& material = scene_.materials[mesh.triangle_material[ray.hit.primID]];
-        if (passing != Passing::none &&
-            see_through(scene_, material, mesh, corners, weights, passing == Passing::scattered)) {
-            from += (double(ray.ray.tfar) + spacing_) * direction;
-            continue;
-        }
         const auto corner = [&](int k) {
             return dvec3(instance.object_to_world * dvec4(mesh.positions[corners[k]], 1));
         };
@@ -186,23 +191,31 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const double length = glm::length(normal);
         normal = length > 0 ? normal / length : -direction;
         const bool mirrors = glm::determinant(dmat3(instance.object_to_world)) < 0;
-        const bool outside = glm::dot(normal, direction) < 0;
-        ProbeHit hit{.position = double(weights.x) * a + double(weights.y) * b + double(weights.z) * c,
-                     .normal = outside ? normal : -normal,
-                     .front = outside != mirrors,
-                     .material = &material,
-                     .instance = index};
-        if (material.unlit)
-            hit.emission = vec3(base_color(scene_, material, mesh, corners, weights));
-        else if (has_emission(material))
-            hit.emission = material.emission * vec3(texel(scene_, material.emission_texture, mesh, corners, weights));
-        return hit;
+        const bool outside = glm::dot(normal, direction) < 0, front = outside != mirrors;
+        const float covered = coverage(scene_, material, mesh, corners, weights);
+        const bool hidden = !front && !material.double_sided && !(material.transmission > 0 && material.thickness > 0);
+        if ((passing & kPassHidden && hidden) ||
+            (passing >= kPassClear && see_through(material, covered, passing & kPassScattered))) {
+            from += (double(ray.ray.tfar) + spacing_) * direction;
+            continue;
+        }
+        return ProbeHit{.position = double(weights.x) * a + double(weights.y) * b + double(weights.z) * c,
+                        .normal = outside ? normal : -normal,
+                        .front = front,
+                        .material = &material,
+                        .instance = index,
+                        .emission = emission_at(scene_, material, mesh, corners, weights)};
     }
     return std::nullopt;
 }
 
+std::optional<ProbeHit> SceneProbe::see(const dvec3& origin, const dvec3& direction) const {
+    const auto hit = trace(origin, direction, kFar, kPassHidden | kPassClear);
+    return hit ? hit : trace(origin, direction, kFar, kPassHidden);
+}
+
 bool SceneProbe::blocked(const dvec3& from, const dvec3& direction, double distance) const {
-    return trace(from, direction, distance, Passing::scattered).has_value();
+    return trace(from, direction, distance, kPassClear | kPassScattered).has_value();
 }
 
 }  // namespace halflight::rays

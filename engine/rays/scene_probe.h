@@ -15,20 +15,21 @@ struct ProbeHit {
     bool front;      // the ray met the front face of the triangle (glTF 2.0, section 3.7.2.1)
     const Material* material = nullptr;
     std::size_t instance = 0;  // index into Scene::instances
-    vec3 emission{0};          // radiance at the hit, unlit colour included
+    vec3 emission{0};          // radiance at the hit times coverage, unlit colour included
 };
 
-/// Surfaces that a ray passes.
-enum class Passing {
-    none,
-    clear,      // surfaces that are mostly transparent there, by alpha or transmission
-    scattered,  // `clear`, and surfaces that transmit most light diffusely
+/// Surfaces that a ray passes; values add up.
+enum Passing : unsigned {
+    kPassNone = 0,
+    kPassHidden = 1,     // back faces that cameras do not show: those of single-sided materials without solids
+    kPassClear = 2,      // surfaces that are mostly transparent there, by alpha or transmission
+    kPassScattered = 4,  // surfaces that transmit most light diffusely
 };
 
 /// Traces rays through a scene.
 class SceneProbe {
   public:
-    /// Builds hierarchies over meshes and instances, by Embree's fast builder. Leaves out instances of shared meshes
+    /// Builds hierarchies over meshes and instances, by Embree's fastest builder. Leaves out instances of shared meshes
     /// whose transform has no finite inverse. Keeps a reference to the scene. Throws Error where Embree fails.
     explicit SceneProbe(const Scene& scene);
     ~SceneProbe();
@@ -37,12 +38,15 @@ class SceneProbe {
 
     /// Returns the first surface along a ray, at a distance of at most `most`. `direction` is a unit vector.
     std::optional<ProbeHit> trace(const dvec3& origin, const dvec3& direction, double most = kFar,
-                                  Passing passing = Passing::clear) const;
+                                  unsigned passing = kPassClear) const;
+    /// Returns the first surface that a camera shows along a ray. Clear surfaces count if nothing is behind them.
+    std::optional<ProbeHit> see(const dvec3& origin, const dvec3& direction) const;
     /// Returns whether there is a surface within a distance that lets little light pass.
     bool blocked(const dvec3& from, const dvec3& direction, double distance) const;
     /// Returns the distance to keep from surfaces, world units: float rounding on the scale of the scene.
     double spacing() const { return spacing_; }
     const WorldBounds& bounds() const { return bounds_; }
+    const Scene& scene() const { return scene_; }
 
     static constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -54,8 +58,25 @@ class SceneProbe {
     std::unique_ptr<Geometry> geometry_;
 };
 
-/// Returns the value of an sRGB-encoded texture from its nearest texel: linear rgb, alpha; 1 without an image.
-/// `weights` are the barycentric coordinates of a point in the triangle of `corners`.
-vec4 texel(const Scene& scene, const TextureRef& texture, const Mesh& mesh, const uvec3& corners, const vec3& weights);
+/// Builds the probe of a scene when it is first asked for.
+class LazyProbe {
+  public:
+    explicit LazyProbe(const Scene& scene) : scene_(scene) {}
+    const SceneProbe& get() const {
+        if (!probe_) probe_.emplace(scene_);
+        return *probe_;
+    }
+    /// Drops the probe, since surfaces have changed.
+    void reset() { probe_.reset(); }
+
+  private:
+    const Scene& scene_;
+    mutable std::optional<SceneProbe> probe_;
+};
+
+/// Returns the radiance of a point of a triangle with barycentric coordinates `weights`, times coverage: its emission
+/// with the nearest texel, or its colour where it is unlit.
+vec3 emission_at(const Scene& scene, const Material& material, const Mesh& mesh, const uvec3& corners,
+                 const vec3& weights);
 
 }  // namespace halflight::rays

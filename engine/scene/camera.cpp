@@ -7,6 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/scene/focal_length.h"
+#include "engine/scene/framing.h"
 #include "engine/scene/geometry.h"
 
 namespace halflight {
@@ -27,8 +28,8 @@ dvec3 of_moderate_length(const dvec3& v) {
 constexpr int kTurns = 90;  // positions of a turning scene that its framing looks at
 
 /// Returns how far the scene reaches from a point along directions of any length: the largest dot product with each of
-/// them. Beyond kMost vertices, the corners of the scene's bounds stand for it.
-std::array<double, 4> reach_of(const Scene& scene, const WorldBounds& bounds, const dvec3& from,
+/// them. Without a scene, and beyond kMost vertices, the corners of the bounds stand for it.
+std::array<double, 4> reach_of(const Scene* scene, const WorldBounds& bounds, const dvec3& from,
                                const std::array<dvec3, 4>& directions) {
     constexpr std::size_t kMost = std::size_t{1} << 24;
     std::array<double, 4> reach;
@@ -42,12 +43,13 @@ std::array<double, 4> reach_of(const Scene& scene, const WorldBounds& bounds, co
         }
     };
     std::size_t vertices = 0;
-    for (const Instance& instance : scene.instances)
-        vertices += scene.meshes[static_cast<std::size_t>(instance.mesh)].positions.size();
-    if (vertices > 0 && vertices <= kMost && !scene.paged_bounds) {
-        for (const Instance& instance : scene.instances)
+    if (scene && !scene->paged_bounds)
+        for (const Instance& instance : scene->instances)
+            vertices += scene->meshes[static_cast<std::size_t>(instance.mesh)].positions.size();
+    if (vertices > 0 && vertices <= kMost) {
+        for (const Instance& instance : scene->instances)
             if (leaves_area(instance.object_to_world))
-                extend(instance.object_to_world, scene.meshes[static_cast<std::size_t>(instance.mesh)].positions);
+                extend(instance.object_to_world, scene->meshes[static_cast<std::size_t>(instance.mesh)].positions);
     } else {
         std::array<dvec3, 8> corners;
         for (int i = 0; i < 8; ++i)
@@ -122,10 +124,10 @@ double aperture_radius(const Camera& camera, double aspect) {
     return 0.5 * kMillimetre * (lens.aperture > 0 ? lens.aperture : focal_length(camera, aspect) / double{lens.fstop});
 }
 
-Camera framing_camera(const Scene& scene, double aspect, bool turns) {
+namespace {
+
+Camera framing_camera(const Scene* scene, const WorldBounds& bounds, double aspect, bool turns) {
     constexpr double kFov = kPi / 6;  // from so far away, the top of a cube is in view
-    WorldBounds bounds = world_bounds(scene);
-    if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
     // An azimuth of 30 degrees and an elevation of 20 show three sides of a box, most of all the front.
     const double azimuth = kPi / 6, elevation = kPi / 9;
     const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
@@ -155,6 +157,17 @@ Camera framing_camera(const Scene& scene, double aspect, bool turns) {
     if (bounds.lower == bounds.upper) from = {0, 0, 1};  // the scene is a single point
     camera.camera_to_world[3] = dvec4(centre + axes * from, 1);
     return camera;
+}
+
+}  // namespace
+
+Camera framing_camera(const Scene& scene, double aspect, bool turns) {
+    const WorldBounds bounds = world_bounds(scene);
+    return framing_camera(&scene, bounds.empty() ? WorldBounds{dvec3(-1), dvec3(1)} : bounds, aspect, turns);
+}
+
+Camera framing_camera(const WorldBounds& box, double aspect, bool turns) {
+    return framing_camera(nullptr, box, aspect, turns);
 }
 
 }  // namespace halflight

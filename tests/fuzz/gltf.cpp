@@ -60,8 +60,8 @@ void gltf(std::string_view input) {
         pose(file.path(), options);
         const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
         const LightTables lights = build_lights(scene, tables);
-        default_camera(scene, 1);
-        default_light(scene);
+        const rays::SceneProbe probe(scene);
+        default_light(probe, {default_camera(probe, 1).camera});
         for (const vec3& position : tables.positions)
             if (!all_finite(position)) throw Broken("a position in the tables is not finite");
         for (const vec4& row : lights.rows)

@@ -136,7 +136,9 @@ void add_camera_options(Options& options, ViewArguments& a) {
     options.group("Camera");
     options.value(
         "--camera", "NAME|N",
-        "camera of the scene, by name or by number from 0 (default: the first). With `all`, `halflight render` makes a "
+        "camera of the scene, by name or by number from 0 (default: the first), or a default camera that stands "
+        "`inside` "
+        "or `outside`. With `all`, `halflight render` makes a "
         "picture of each. The camera's name replaces {camera} in the file's name, or stands before its first dot",
         [&](const auto&, const auto& text) { a.camera = text; });
     options.value("--look-from", "X,Y,Z", "position of a free camera, in metres",
@@ -154,14 +156,16 @@ void add_environment_options(Options& options, SceneChoice& choice) {
     options.value(
         "--env", "FILE|COLOUR|NAME|none",
         "environment: an equirectangular .exr or .hdr; a constant radiance as R,G,B, #rrggbb or white; studio, "
-        "sky or overcast; none. By default a scene gets a neutral sky if its own light reaches little of what "
-        "its cameras see",
+        "sky or overcast; none. By default a scene gets a neutral sky if its cameras see little by its own light",
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_environment, name, text); });
     options.value(
         "--sky", "ELEVATION,AZIMUTH[,TURBIDITY]",
         "clear sky in nits with its sun: degrees above the horizon, degrees clockwise from north (-Z), haze "
         "from 2 to 10 (default 3)",
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_clear_sky, name, text); });
+    options.flag(
+        "--no-lamps", [&] { choice.lamps = false; },
+        "adds no lamps to closed rooms of which cameras see little by the scene's light and the environment");
     options.value("--env-rotation", "DEGREES", "turns the environment to the right, seen from inside (default 0)",
                   [&](const auto& name, const auto& text) {
                       choice.edits.environment_rotation = real(name, text, kEditRotation.lower, kEditRotation.upper);

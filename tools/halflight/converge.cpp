@@ -92,7 +92,7 @@ void run_converge(const ConvergeArguments& a) {
     SceneFile file(a.scene, gltf_options(a), 0, false);
     Scene scene = file.gltf().at_rest();
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
-    set_environment(scene, a.environment, console);
+    set_environment(scene, a.environment, console, {.lamps = a.lamps});
     apply(a.edits, scene, file.tree_at(0));
     CameraChoice choice = a;
     if (a.width && a.height) choice.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});

@@ -158,7 +158,7 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
     scene = file.at_rest();
     const SceneTree tree = file.tree_at(0, {});
     const Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Log());  // the facts contain its warnings
+    set_environment(scene, a.picture.environment, Log(), {.lamps = a.picture.lamps});  // the facts contain its warnings
     apply(a.picture.edits, scene, tree, a.picture.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
     const Json motion = motion_facts(file, scene.report.warnings);

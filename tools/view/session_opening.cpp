@@ -44,7 +44,8 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     if (chosen && o.reference)
         scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
     else
-        set_environment(scene, o.arguments.environment, console, o.lit_elsewhere);
+        set_environment(scene, o.arguments.environment, console,
+                        {.lit_elsewhere = o.lit_elsewhere, .lamps = o.arguments.lamps});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
     check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
@@ -158,7 +159,10 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
         console.note("{}", opened.warning);
     }
     const Timeline& timeline = opened.timeline;
-    ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
+    CameraChoice choice = a;
+    choice.replace_blind = !a.camera;
+    ChosenCamera chosen = choose_camera(*opened.reference, choice);
+    if (!chosen.warning.empty()) console.warn("{}", chosen.warning);
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     with_lens(chosen.camera, a.settings.view.camera.lens);  // throws for a lens that cannot be used
     const WorldBounds box = world_bounds(*opened.scene);
@@ -198,7 +202,8 @@ std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& envi
         if (timeline.file) timeline.file->play(timeline.animation, Log());  // posing() may have failed for another one
         Scene other = *opened.reference;
         other.environment = *opened.own_environment;
-        set_environment(other, opened.arguments.environment, console, opened.lit_elsewhere);
+        set_environment(other, opened.arguments.environment, console,
+                        {.lit_elsewhere = opened.lit_elsewhere, .lamps = opened.arguments.lamps});
         opened.reference = std::make_shared<const Scene>(std::move(other));
         take_frame(opened, opened.timeline.frame);
         return opened;

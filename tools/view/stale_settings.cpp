@@ -27,7 +27,8 @@ class SceneFacts {
             throw Error(a.scene.string(), "there is no material variant '{}'", a.variant);
         if (a.animation) choose_animations(file_, a.scene, *a.animation, Log());
         Scene lit = scene_;
-        if (!std::holds_alternative<std::monostate>(a.environment)) set_environment(lit, a.environment, Log());
+        if (!std::holds_alternative<std::monostate>(a.environment))
+            set_environment(lit, a.environment, Log(), {.lit_elsewhere = true});
         check_edits(a.edits, lit, tree_, a.edits_source);
         with_lens(choose_camera(scene_, a).camera, a.settings.view.camera.lens);
     }

@@ -104,7 +104,7 @@ def limit_memory(size):
 
 
 def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None, sky=None,
-         mip_levels=False, line_width=None, settings=None):
+         mip_levels=False, line_width=None, lamps=True, settings=None):
     """Loads a glTF scene and returns it as a Scene.
 
       environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
@@ -116,6 +116,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
       strict         refuses a scene in which an image of an optional extension cannot be read
       variant        name of a material variant of the file, or None: its own materials
       line_width     diameter of points and lines, in units of the scene; 0, the default, leaves them out
+      lamps          adds lamps to closed rooms that are dark
       mip_levels     makes the mip levels that the setting texture_lod needs
       settings       path of a settings file of the viewer: camera, environment, variant, animation and edits; other
                      arguments override it. Scene.settings has its render settings
@@ -128,7 +129,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
                        animation=None if animation is None else str(animation),
                        fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
                        variant=variant, mip_levels=mip_levels, line_width=None if line_width is None else float(line_width),
-                       settings=settings, log=_log))
+                       lamps=bool(lamps), settings=settings, log=_log))
 
 
 def _edit_text(value):

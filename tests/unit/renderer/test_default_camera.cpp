@@ -47,6 +47,10 @@ Scene room() {
     return scene;
 }
 
+DefaultCamera default_camera(const Scene& scene, double aspect, View view = View::automatic) {
+    return halflight::default_camera(rays::SceneProbe(scene), aspect, view);
+}
+
 TEST(DefaultCamera, FitsTheAspectOfThePicture) {
     for (const vec3& size : {vec3(1), vec3(4, 1, 1), vec3(1, 5, 1), vec3(3, 0.1f, 3)})
         for (const double aspect : {0.5, 1.0, 16.0 / 9, 3.0}) {
@@ -79,6 +83,57 @@ TEST(DefaultCamera, StaysOutsideObjectsAndOpenRooms) {
     add_box(shell, 0, vec3(-3, -0.5f, -3), vec3(3, -0.4f, 3));
     EXPECT_FALSE(default_camera(shell, 1).inside);
     EXPECT_FALSE(default_camera(Scene(), 1).inside);
+    EXPECT_FALSE(default_camera(room(), 1, View::outside).inside);
+    EXPECT_EQ(choose_camera(room(), {.camera = "outside"}).camera.camera_to_world,
+              framing_camera(room(), kUsualAspect).camera_to_world);
+}
+
+TEST(DefaultCamera, StandsNeitherBetweenWallsNorAtOpenings) {
+    // Walls with a cavity around a court, as Sponza has them, and a room with a window that shows nothing.
+    Scene scene = room();
+    add_box(scene, 0, {-2.4f, -0.4f, -2.9f}, {2.4f, 3.4f, 2.9f});
+    const dvec3 at(default_camera(scene, 16.0 / 9).camera.camera_to_world[3]);
+    EXPECT_LT(glm::abs(at.x), 2);
+    EXPECT_LT(glm::abs(at.z), 2.5);
+    scene.meshes[0].triangles.resize(scene.meshes[0].triangles.size() - 1);
+    scene.meshes[0].triangle_material.pop_back();
+    const rays::SceneProbe probe(scene);
+    const DefaultCamera made = halflight::default_camera(probe, 16.0 / 9, View::inside);
+    EXPECT_TRUE(made.inside);
+    EXPECT_NEAR(glimpse(probe, made.camera, 16.0 / 9).seen, 1, 1e-9);
+}
+
+TEST(DefaultCamera, FramesWhatShowsMoreThanGroundAndStrayTriangles) {
+    const Scene objects = [] {
+        Scene scene;
+        for (int i = 0; i < 30; ++i) {
+            const auto x = float(i % 6), z = float(i / 6);
+            add_box(scene, add_material(scene, diffuse_material(vec3(0.5f))), {x, 0, z}, {x + 0.5f, 0.6f, z + 0.5f});
+        }
+        return scene;
+    }();
+    Scene ground = objects, stray = objects;
+    add_box(ground, 0, {-1000, -1, -1000}, {1000, 0, 1000});
+    add_quad(stray, 0, {900, 900, 900}, {1, 0, 0}, {0, 1, 0});
+    EXPECT_FALSE(default_camera(objects, 1).left_out);
+    for (const Scene& scene : {ground, stray}) {
+        const DefaultCamera made = default_camera(scene, 1);
+        EXPECT_TRUE(made.left_out);
+        EXPECT_LT(glm::length(dvec3(made.camera.camera_to_world[3]) - dvec3(3, 0, 2.5)), 30);
+    }
+}
+
+TEST(DefaultCamera, ReplacesACameraThatSeesNothing) {
+    Scene scene = block(vec3(1));
+    scene.cameras.push_back(look_at_camera({0, 0, 3}, {0, 0, 9}, {0, 1, 0}, 1));
+    scene.cameras.back().name = "away";
+    EXPECT_EQ(choose_camera(scene, {}).index, 0u) << "sequences keep the camera of the file";
+    const ChosenCamera chosen = choose_camera(scene, {.replace_blind = true});
+    EXPECT_FALSE(chosen.index);
+    EXPECT_NE(chosen.warning.find("'away'"), std::string::npos);
+    EXPECT_TRUE(chosen.options.starts_with("--look-from="));
+    scene.cameras[0] = look_at_camera({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 1);
+    EXPECT_EQ(choose_camera(scene, {.replace_blind = true}).index, 0u);
 }
 
 TEST(Turntable, KeepsTheSceneInThePicture) {
