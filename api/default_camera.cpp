@@ -127,14 +127,18 @@ DefaultCamera default_camera(const rays::SceneProbe& probe, double aspect, View 
     const Scene& scene = probe.scene();
     DefaultCamera outside{framing_camera(scene, aspect, turns)};
     if (scene.paged_bounds || probe.bounds().empty()) return outside;
-    constexpr double kClearlyMore = 1;  // bits
-    constexpr double kPart = 0.2;       // most that a part may have of the scene's diagonal, so that little is left out
+    constexpr double kLittle = 1, kClearlyMore = 1;  // bits
+    constexpr double kPart = 0.05;                   // most that a part may have of the scene's diagonal
     const double diagonal = glm::length(probe.bounds().upper - probe.bounds().lower);
     double shown = glimpse(probe, outside.camera, aspect).detail;
     for (const double share : {0.01, 0.05, 0.15}) {
-        const WorldBounds part = trimmed_bounds(scene, share);
+        if (shown > kLittle) break;
+        WorldBounds part = trimmed_bounds(scene, share);
         if (part.empty() || part.lower == part.upper || glm::length(part.upper - part.lower) > kPart * diagonal)
             continue;
+        const dvec3 margin = 0.2 * (part.upper - part.lower);  // vertices that were trimmed, too
+        part = {glm::max(part.lower - margin, probe.bounds().lower),
+                glm::min(part.upper + margin, probe.bounds().upper)};
         const Camera camera = framing_camera(part, aspect, turns);
         const double detail = glimpse(probe, camera, aspect).detail;
         if (detail > shown + kClearlyMore) outside = {.camera = camera, .left_out = true}, shown = detail;

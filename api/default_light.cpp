@@ -13,12 +13,12 @@
 namespace halflight {
 namespace {
 
-constexpr double kRays = 1024;            // camera rays of all cameras together
-constexpr std::size_t kMostCameras = 16;  // cameras that are asked, the first ones
-constexpr int kCandidates = 256;          // points on emitters, and as many punctual lights
-constexpr int kVertices = 3;              // surface points of a path
-constexpr int kShadowRays = 4;            // shadow rays at a surface point
-constexpr double kAlbedo = 0.5;
+constexpr double kRays = 1024;                            // camera rays of all cameras together
+constexpr std::size_t kMostCameras = 16;                  // cameras that are asked, the first ones
+constexpr int kCandidates = 256;                          // points on emitters, and as many punctual lights
+constexpr int kVertices = 3;                              // surface points of a path
+constexpr int kShadowRays = 4;                            // shadow rays at a surface point
+constexpr double kLeastAlbedo = 0.05, kMostAlbedo = 0.8;  // black surfaces need no light, and textures may be missing
 
 /// A light as a point, or as a small piece of an emissive triangle.
 struct Candidate {
@@ -118,6 +118,11 @@ double irradiance(const Candidate& light, const rays::ProbeHit& at) {
     return -glm::dot(light.direction, direction) >= light.cos_outer ? cosine * light.intensity / distance2 : 0;
 }
 
+/// Returns the share of light that a surface reflects, by its base colour.
+double albedo(const rays::ProbeHit& at) {
+    return std::clamp(luminance_of(at.color), kLeastAlbedo, kMostAlbedo);
+}
+
 /// Returns whether light from a point reaches a surface.
 bool reaches(const rays::SceneProbe& probe, const dvec3& light, const rays::ProbeHit& at) {
     const dvec3 from = at.position + probe.spacing() * at.normal, to = light - from;
@@ -168,7 +173,8 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
     double seen = 0, visible = 0, bright = 0, sky = 0;
     for (std::size_t view = 0; view < views; ++view) {
         struct Part {
-            double points = 0, own = 0, sky = 0;  // sums of radiance by the scene's own light, and by a sky
+            double seen = 0, radiance = 0;        // number of points, and the sum of their radiance
+            double points = 0, own = 0, sky = 0;  // of points that do not glow; sum of radiance by a sky
         };
         std::vector<Part> seen_parts(static_cast<std::size_t>(blocks * blocks));
         for (int cell = 0; cell < side * side; ++cell) {
@@ -177,8 +183,11 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
             const auto [origin, direction] = camera_ray(cameras[view], aspect_of(cameras[view]), x, y);
             auto hit = probe.see(origin, direction);
             if (!hit) continue;
-            double own = luminance_of(hit->emission), of_sky = 0, weight = kAlbedo;
-            for (int vertex = 0; vertex < kVertices && hit && !hit->material->unlit; ++vertex, weight *= kAlbedo) {
+            const bool glows = luminance_of(hit->emission) >= kVisible || hit->material->unlit;
+            double own = luminance_of(hit->emission), of_sky = 0, weight = 1;
+            const double first = albedo(*hit);
+            for (int vertex = 0; vertex < kVertices && hit && !hit->material->unlit; ++vertex) {
+                weight *= albedo(*hit);
                 own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
                 hit = probe.trace(hit->position + probe.spacing() * hit->normal, cosine_direction(hit->normal, random));
                 if (!hit)
@@ -187,12 +196,13 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
                     own += weight * luminance_of(hit->emission);
             }
             Part& part = seen_parts[static_cast<std::size_t>(cell / side / kBlock * blocks + cell % side / kBlock)];
-            ++part.points, part.own += own + environment * of_sky, part.sky += of_sky / kAlbedo;
+            part.radiance += own + environment * of_sky, ++part.seen;
+            if (!glows) part.own += own + environment * of_sky, part.sky += of_sky / first, ++part.points;
         }
         Image picture(blocks, blocks, 3);
         for (int i = 0; i < blocks * blocks; ++i) {
             const Part& part = seen_parts[static_cast<std::size_t>(i)];
-            std::fill_n(picture.at(i % blocks, i / blocks), 3, float(part.own / std::max(part.points, 1.0)));
+            std::fill_n(picture.at(i % blocks, i / blocks), 3, float(part.radiance / std::max(part.seen, 1.0)));
         }
         const double stops = metered_exposure(picture), least = kVisible / std::exp2(stops);
         const double least_bright = kVisible / std::exp2(std::min(stops, kMostStops));

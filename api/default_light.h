@@ -10,8 +10,9 @@ namespace halflight {
 
 /// What the light of a scene shows to its cameras.
 struct LightShares {
-    double visible = 0;  // share of surface points whose radiance is at least kVisible after metering, [0,1]
-    double bright = 0;   // share of points that are visible, too, if metering adds at most kMostStops
+    double visible =
+        0;  // share of surface points without own radiance whose radiance is at least kVisible after metering, [0,1]
+    double bright = 0;  // share of points that are visible, too, if metering adds at most kMostStops
     double sky =
         0;  // radiance by a sky of radiance 1 over that of an open white surface: mean over those that are not bright
 };
@@ -23,7 +24,7 @@ inline constexpr double kLeastSky = 0.02;     ///< light of a sky below which a 
 
 /// Estimates the shares by paths on the CPU, a fixed number for each scene, and by metered_exposure(). Directional
 /// lights, points, spots, emissive triangles with their textures and coverage, and an environment of mean radiance
-/// `environment` count. Surfaces reflect half of the light.
+/// `environment` count. Surfaces reflect diffusely by their base colour, but at least 5 % and at most 80 %.
 LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera>& cameras, double environment = 0);
 
 /// Returns point lights in the free space that cameras see. They lie between a camera and what it sees, halfway up to

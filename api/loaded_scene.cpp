@@ -281,7 +281,8 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (const auto* map = std::get_if<std::filesystem::path>(&choice_.environment)) environment_file_ = versioned(*map);
     const rays::LazyProbe probe(scene_);
     AddedLight added{.lit_elsewhere = lit_elsewhere_, .lamps = choice_.lamps, .probe = &probe};
-    if (camera.look_from || camera.pose) added.camera = choose_camera(scene_, camera).camera;
+    camera_ = choose_camera(scene_, camera, &probe);
+    if (!camera_.index) added.camera = camera_.camera;
     set_environment(scene_, choice_.environment, log, added);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
@@ -290,7 +291,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (!pages_)
         for (const std::string& name : dark_light_groups(scene_, driven_emission_))
             log.warn("light group '{}' has no light", name);
-    camera_ = choose_camera(scene_, camera, surface_edits(choice_.edits) == SceneEdits() ? &probe : nullptr);
+    if (surface_edits(choice_.edits) != SceneEdits() || camera_.index) camera_ = choose_camera(scene_, camera);
     frame_motion();
     if (!camera_.warning.empty()) log.warn("{}", camera_.warning);
     if (!camera_.options.empty()) log.note("default camera: {}", camera_.options);

@@ -204,6 +204,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
                         .front = front,
                         .material = &material,
                         .instance = index,
+                        .color = vec3(base_color(scene_, material, mesh, corners, weights)),
                         .emission = emission_at(scene_, material, mesh, corners, weights)};
     }
     return std::nullopt;

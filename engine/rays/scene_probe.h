@@ -15,6 +15,7 @@ struct ProbeHit {
     bool front;      // the ray met the front face of the triangle (glTF 2.0, section 3.7.2.1)
     const Material* material = nullptr;
     std::size_t instance = 0;  // index into Scene::instances
+    vec3 color{0};             // base colour, linear, with texture and vertex colours
     vec3 emission{0};          // radiance at the hit times coverage, unlit colour included
 };
 
