@@ -48,6 +48,8 @@ ChosenCamera chosen_default(const Scene& scene, const CameraChoice& c, const ray
                         made.inside     ? "inside the scene"
                         : made.left_out ? "that frames the scene without small parts far away"
                                         : "that frames the scene"};
+    if (view == View::inside && !made.inside)
+        chosen.warning = "no place in the scene is enclosed, so the camera is outside";
     chosen.options = camera_options(made.camera, box.empty() ? dvec3(0) : 0.5 * box.lower + 0.5 * box.upper);
     return chosen;
 }
