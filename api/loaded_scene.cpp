@@ -41,7 +41,7 @@ struct LoadedScene::Unedited {
 GltfOptions gltf_options(const SceneChoice& choice) {
     GltfOptions options;
     options.allow_outside_folder = choice.allow_outside;
-    options.strict = choice.strict_textures;
+    options.strict = choice.strict_scene;
     options.variant = choice.variant;
     options.line_width = choice.line_width;
     options.mip_levels = choice.mip_levels;
@@ -379,8 +379,9 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
     options.textures = tile_textures(parts, size, choice_.picture_bytes, choice_.tile_textures);
     check_fits(size, choice_.scene, choice_.picture_bytes);
     const bool cached = choice_.pages.empty();
-    const auto file = cached ? cached_pages(choice_.scene, parts, {choice_.allow_outside, choice_.packing}, log)
-                             : std::make_shared<paging::PageFile>(choice_.pages);
+    const auto file =
+        cached ? cached_pages(choice_.scene, parts, {choice_.allow_outside, choice_.strict_scene, choice_.packing}, log)
+               : std::make_shared<paging::PageFile>(choice_.pages);
     pages_ = file;
     const paging::PageIndex& index = file->index();
     bool same = have_contents(parts, index.files);

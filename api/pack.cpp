@@ -18,6 +18,7 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
         throw Error(output.string(), "exists and is no page file, so it is kept");
     SceneChoice choice;
     choice.allow_outside = options.allow_outside;
+    choice.strict_scene = options.strict;
     GltfOptions gltf = gltf_options(choice);
     std::vector<GltfScene> parts = open_files(scene, gltf);
     paging::ConvertOptions convert;

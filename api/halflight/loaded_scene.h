@@ -41,9 +41,9 @@ struct SceneChoice {
     std::function<void(double share)> packing{};  // called with the share of the conversion done; may throw to stop
     bool tile_textures = false;                   // loads textures in tiles even if they fit into memory
     bool mip_levels = false;                      // makes mip levels, which RenderSettings::texture_lod needs
-    bool strict_textures = false;  // refuses scenes in which an image of an optional extension cannot be read
-    std::string variant{};         // material variant of the file, by name; empty: the file's own materials
-    double line_width = 0;         // diameter of points and lines, world units; 0: they are left out
+    bool strict_scene = false;                    // refuses scenes that break glTF, or whose images cannot be read
+    std::string variant{};  // material variant of the file, by name; empty: the file's own materials
+    double line_width = 0;  // diameter of points and lines, world units; 0: they are left out
     EnvironmentChoice environment{};
     bool lamps = true;  // closed rooms without enough light get lamps
     SceneEdits edits{};

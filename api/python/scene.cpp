@@ -64,7 +64,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     if (animation) choice.animation = animation;
     if (fps) choice.frame_rate = parse_frame_rate("fps", *fps);
     choice.allow_outside = allow_outside;
-    choice.strict_textures = strict;
+    choice.strict_scene = strict;
     if (variant) choice.variant = *variant;
     choice.mip_levels = mip_levels;
     choice.lamps = lamps;

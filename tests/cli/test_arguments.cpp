@@ -234,6 +234,16 @@ TEST_F(Refusal, StrictCommandsNeedEveryImage) {
     expect_has(done({"info", gltf}).out, "textures do without it");
 }
 
+TEST_F(Refusal, StrictCommandsRefuseHarmlessFaults) {
+    const std::string gltf = file("faulty.gltf");
+    write_text(gltf, R"({"asset": {"version": "2.0"}, "nodes": [{}], "materials": [{"name": null}]})");
+    for (const Strings& command :
+         {words("render", gltf, file("out.exr")), words("info", gltf), words("pack", gltf, file("out.pages")),
+          words("bench --scene", gltf), words("converge", gltf, "-o", file("report"))})
+        refused(1, words(command, "--strict"), "faulty.gltf: materials[0].name: is null");
+    expect_has(done({"info", gltf}).out, "materials[0].name: is null, it is ignored");
+}
+
 TEST_F(Refusal, PicturesWiderThanTheDriverAllows) {
     if (test_device() != "software") GTEST_SKIP() << "the limits are those of llvmpipe";
     const auto expect_wide = [&](const char* width, const Strings& more) {

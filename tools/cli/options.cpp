@@ -204,8 +204,8 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
 }
 
 void add_strict_option(Options& options, SceneChoice& choice) {
-    options.flag("--strict", choice.strict_textures,
-                 "fails if an image cannot be read that an optional extension of the scene adds");
+    options.flag("--strict", choice.strict_scene,
+                 "fails for scenes that break the rules of glTF, and for images that cannot be read");
 }
 
 void add_memory_option(Options& options) {

@@ -140,9 +140,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     pack_app.add_option("OUTPUT", pack.output, "page file")->type_name("")->required();
     Options pack_options(pack_app);
     pack_options.group("Run");
-    pack_options.flag("--allow-outside", pack.allow_outside, "allows the scene to name files outside its folder");
+    pack_options.flag("--allow-outside", pack.choice.allow_outside,
+                      "allows the scene to name files outside its folder");
     add_memory_option(pack_options);
     add_threads_option(pack_options);
+    add_strict_option(pack_options, pack.choice);
     add_log_options(pack_options, pack);
 
     BenchArguments bench;

@@ -45,7 +45,7 @@ struct InfoArguments {
 struct PackArguments : LogChoice {
     std::filesystem::path scene;
     std::filesystem::path output;  // page file
-    bool allow_outside = false;
+    SceneChoice choice;            // allow_outside and strict_scene
 };
 
 using bench::BenchArguments;      // `halflight bench`

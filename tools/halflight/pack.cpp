@@ -19,7 +19,8 @@ void run_pack(const PackArguments& a) {
     const Stopwatch watch;
     ProgressDisplay display(stderr, progress_form(a.quiet()), 0);
     PackOptions options;
-    options.allow_outside = a.allow_outside;
+    options.allow_outside = a.choice.allow_outside;
+    options.strict = a.choice.strict_scene;
     options.progress = [&](double share) {
         if (const int signal = stop_signal()) throw Interrupted(signal, a.output.string(), "not written: interrupted");
         display.show(share, watch.seconds());

@@ -107,9 +107,9 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.flag(
         "--keep-all", [&] { a.settings.kept = Kept::everything(); }, "builds all parts that --keep can name");
     options.flag(
-        "--strict", [&] { a.strict = a.strict_textures = true; },
-        "fails if any pass yields a NaN, an infinity or a negative radiance, and if an image cannot be read that an "
-        "optional extension of the scene adds");
+        "--strict", [&] { a.strict = a.strict_scene = true; },
+        "fails if any pass yields a NaN, an infinity or a negative radiance, for scenes that break the rules of glTF, "
+        "and for images that cannot be read");
     add_page_options(options, a);
     options.value("--page-schedule", "NAME",
                   fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "

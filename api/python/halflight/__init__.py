@@ -113,7 +113,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
       animation      name or number of the animation that plays, "all", or None: the scene at rest
       fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
       allow_outside  lets the scene name files outside its folder
-      strict         refuses a scene in which an image of an optional extension cannot be read
+      strict         refuses a scene that breaks the rules of glTF, or whose images cannot be read
       variant        name of a material variant of the file, or None: its own materials
       line_width     diameter of points and lines, in units of the scene; 0, the default, leaves them out
       lamps          adds lamps to closed rooms that are dark

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <type_traits>
 
@@ -171,6 +172,10 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
         if (places.back() >= a.count)
             document_.fail(name(accessor), "sparse index {} of {} elements", places.back(), a.count);
     });
+    if (std::ranges::adjacent_find(places, std::ranges::greater_equal()) != places.end()) {
+        const std::scoped_lock lock(document_.decoded->mutex);
+        document_.decoded->disordered.insert(accessor);
+    }
     for_each_in(values, 0, replaced, [&](std::size_t i, const unsigned char* from) {
         if (places[i] >= first && places[i] - first < count) read(places[i] - first, from);
     });

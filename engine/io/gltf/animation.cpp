@@ -44,8 +44,18 @@ class Reader {
         Animation animation;
         animation.name = from.value("name", "");
         const Json& channels = from.at("channels");
-        if (channels.empty()) document_.warnings.add("has no channels", element_);
-        for (std::size_t i = 0; i < samplers_->size(); ++i) check_sampler(i);
+        if (channels.empty()) document_.warnings.fault("has no channels", element_);
+        std::set<std::size_t> driving;
+        for (const Json& channel : channels) driving.insert(channel.at("sampler").get<std::size_t>());
+        for (std::size_t i = 0; i < samplers_->size(); ++i) {
+            try {
+                check_sampler(i);
+            } catch (const Error& error) {
+                if (driving.contains(i)) throw;
+                document_.warnings.fault(fmt::format("{}; no channel uses it", error.reason()),
+                                         element_of(error, document_.file));
+            }
+        }
         for (std::size_t i = 0; i < channels.size(); ++i) add_channel(animation, channels[i], i);
         warn_of_duplicates(animation);
         animation.begin = std::numeric_limits<double>::infinity();
@@ -59,7 +69,7 @@ class Reader {
     }
 
   private:
-    /// Checks what the specification requires of a sampler, whether a channel uses it or not (glTF 2.0, section 3.11).
+    /// Checks what the specification requires of a sampler (glTF 2.0, section 3.11).
     void check_sampler(std::size_t index) {
         const std::string element = fmt::format("{}.samplers[{}]", element_, index);
         const Json& from = samplers_->at(index);
@@ -72,14 +82,14 @@ class Reader {
         if (times.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
             document_.fail(element, "its times in accessors[{}] are not floating-point numbers", input);
         if (times.minValues.empty() || times.maxValues.empty())
-            document_.warnings.add("its times have no min and max", element);
+            document_.warnings.fault("its times have no min and max", element);
         if (interpolation == Interpolation::cubic_spline && accessors_.count(input) < 2)
-            document_.warnings.add("is a cubic spline of fewer than two keys", element);
+            document_.warnings.fault("is a cubic spline of fewer than two keys", element);
         for (const int accessor : {input, from.at("output").get<int>()}) {
             const int view = document_.model.accessors[static_cast<std::size_t>(accessor)].bufferView;
             if (view != kNone && document_.model.bufferViews[static_cast<std::size_t>(view)].byteStride != 0)
-                document_.warnings.add(fmt::format("has a byteStride in bufferViews[{}], as only vertices may", view),
-                                       element);
+                document_.warnings.fault(fmt::format("has a byteStride in bufferViews[{}], as only vertices may", view),
+                                         element);
         }
     }
 
@@ -87,8 +97,8 @@ class Reader {
         std::set<std::pair<int, int>> driven;
         for (const AnimationChannel& channel : animation.channels)
             if (!driven.insert({channel.field, channel.target}).second)
-                document_.warnings.add("several channels drive the same property, and only the last one counts",
-                                       element_);
+                document_.warnings.fault("several channels drive the same property, and only the last one counts",
+                                         element_);
     }
 
     void add_channel(Animation& animation, const Json& from, std::size_t index) {
@@ -224,14 +234,15 @@ std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Ent
     memory = {};
     if (document.animations.is_null()) return animations;
     if (!document.animations.is_array()) document.fail("animations", "is not an array");
-    if (document.animations.empty()) document.warnings.add("is an empty list", "animations");
+    if (document.animations.empty()) document.warnings.fault("is an empty list", "animations");
     Reader reader(document, memory);
     for (std::size_t i = 0; i < document.animations.size(); ++i) {
         const std::size_t bytes = memory.bytes();
         GltfWarnings warnings = std::exchange(document.warnings, {});  // warnings of a damaged animation are dropped
         Json from = document.animations[i];                            // checks change it, and it may be read again
         try {
-            check_gltf_animation(from, i, document.model.accessors.size(), document.model.nodes.size(), document.file);
+            check_gltf_animation(from, i, document.model.accessors.size(), document.model.nodes.size(), document.file,
+                                 document.warnings);
             animations.push_back(reader.read(from, i));
             warnings.add(document.warnings);
         } catch (const BudgetError&) {

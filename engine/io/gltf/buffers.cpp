@@ -46,15 +46,26 @@ void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_c
     root.erase("buffers");
     std::vector<bool> unopened;
     for (std::size_t i = 0; i < buffers.size(); ++i) {
-        if (buffers[i].at("byteLength") == 0) document.fail(fmt::format("buffers[{}]", i), "byteLength is 0");
         unopened.push_back(is_meshopt_fallback(buffers[i]));
-        document.buffers.push_back(unopened[i] ? ByteSource() : open_buffer(buffers[i], i, document, binary_chunk));
+        document.buffers.emplace_back();
+        try {
+            if (buffers[i].at("byteLength") == 0) document.fail(fmt::format("buffers[{}]", i), "byteLength is 0");
+            if (!unopened[i]) document.buffers[i] = open_buffer(buffers[i], i, document, binary_chunk);
+        } catch (const Error& error) {
+            document.tolerate_unused("buffers", i, error);
+        }
     }
     if (!root.contains("bufferViews")) return;
     const Json& views = root["bufferViews"];
     for (int i = 0; i < static_cast<int>(views.size()); ++i) {
         const Json& view = views[static_cast<std::size_t>(i)];
-        const auto compressed = read_meshopt_view(view, document.file + ": " + name(i));
+        std::optional<GltfMeshoptView> compressed;
+        try {
+            compressed = read_meshopt_view(view, document.file + ": " + name(i));
+        } catch (const Error& error) {
+            document.tolerate_unused("bufferViews", static_cast<std::size_t>(i), error);
+            continue;
+        }
         const std::string missing =
             compressed ? undecodable(*compressed, document.buffers[static_cast<std::size_t>(compressed->buffer)]) : "";
         const std::size_t own = view.at("buffer");

@@ -71,13 +71,15 @@ std::uint32_t read_u32(const ByteSource& bytes, std::uint64_t offset) {
 }
 
 /// Returns the chunks of a .glb file (glTF 2.0, section 4.4). Unknown chunks are skipped.
-Chunks split_glb(ByteSource bytes, const std::string& file) {
+Chunks split_glb(ByteSource bytes, const std::string& file, GltfWarnings& warnings) {
     constexpr std::uint32_t kJson = 0x4e4f534a, kBinary = 0x004e4942;
     if (bytes.size() < 12) throw Error(file, "is truncated: {} bytes are no GLB header", bytes.size());
     if (read_u32(bytes, 4) != 2) throw Error(file, "is GLB version {}, only 2 is supported", read_u32(bytes, 4));
     const std::uint32_t length = read_u32(bytes, 8);
     if (length > bytes.size())
         throw Error(file, "is truncated: it has {} of the {} bytes in its header", bytes.size(), length);
+    const std::uint64_t behind = bytes.size() - length;
+    if (behind > 0) warnings.fault(fmt::format("{} bytes follow its end, they are ignored", behind), "GLB header");
     bytes = bytes.part(0, length);
 
     Chunks chunks;
@@ -90,7 +92,10 @@ Chunks split_glb(ByteSource bytes, const std::string& file) {
         if (type == kJson) chunks.json = bytes.part(offset, size);
         if (type == kBinary && chunks.binary.size() == 0) chunks.binary = bytes.part(offset, size);
         offset += size;
+        if (size % 4 != 0) warnings.fault("its length is not a multiple of 4", fmt::format("GLB chunk {}", i));
     }
+    if (offset < bytes.size())
+        warnings.fault(fmt::format("{} bytes are no chunk, they are ignored", bytes.size() - offset), "GLB header");
     if (chunks.json.size() == 0) throw Error(file, "is damaged: it has no JSON");
     return chunks;
 }
@@ -114,9 +119,13 @@ void check_kind(const ByteSource& bytes, const std::string& file) {
 }
 
 /// Parses the JSON. Its text is freed before anything else is made of it.
-Json read_json(const ByteSource& source, const std::string& file) {
+Json read_json(const ByteSource& source, const std::string& file, GltfWarnings& warnings) {
     std::string buffer;
-    const std::string_view json = source.read(0, source.size(), buffer);
+    std::string_view json = source.read(0, source.size(), buffer);
+    if (json.ends_with('\0')) {
+        json.remove_suffix(json.size() - json.find_last_not_of('\0') - 1);
+        warnings.fault("is padded with zeros, not with spaces", "JSON");
+    }
     const std::size_t start = json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is skipped
     if (start == std::string_view::npos || json[start] != '{') throw Error(file, "is neither GLB nor glTF's JSON");
     return parse_gltf_json(json, file);
@@ -160,15 +169,13 @@ std::pair<fs::path, std::string> locate(const GltfDocument& document, const std:
     return {document.folder / decoded, decoded};
 }
 
-std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& document) {
+std::vector<GltfImageSource> take_images(Json& root) {
     std::vector<GltfImageSource> images;
     if (!root.contains("images")) return images;
     for (Json& image : root["images"]) {
         GltfImageSource source;
         if (image.contains("uri")) source.uri = std::move(image["uri"].get_ref<std::string&>());
         source.buffer_view = image.value("bufferView", kNone);
-        if (source.uri.empty() == (source.buffer_view == kNone))
-            document.fail(fmt::format("images[{}]", images.size()), "needs either a URI or a bufferView");
         source.label = uri_scheme(source.uri) == "data" || source.uri.empty() ? image.value("name", "embedded")
                                                                               : percent_decode(source.uri);
         images.push_back(std::move(source));
@@ -177,40 +184,57 @@ std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& documen
     return images;
 }
 
-/// Checks rules that depend on values.
-void check_values(const Json& root, GltfDocument& document) {
-    const auto each = [&](const std::string& list, const auto& check) {
+/// Checks rules that depend on values. Adds the faults of objects, which are replaced, to `faults`.
+void check_values(Json& root, GltfDocument& document, std::vector<GltfFault>& faults) {
+    std::set<std::pair<std::string, std::size_t>> replaced;
+    for (const GltfFault& fault : faults) replaced.emplace(fault.list, fault.index);
+    const auto each = [&](const std::string& list, const char* type, const auto& check) {
         std::string path = "/" + list;
         std::ranges::replace(path, '.', '/');
         const Json::json_pointer place(path);
         if (!root.contains(place)) return;
-        for (std::size_t i = 0; i < root[place].size(); ++i) check(root[place][i], fmt::format("{}[{}]", list, i));
+        Json& objects = root[place];
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            try {
+                if (!replaced.contains({list, i})) check(objects[i], fmt::format("{}[{}]", list, i));
+            } catch (const Error& error) {
+                faults.push_back({list.substr(list.rfind('.') + 1), i, error});
+                objects[i] = Json::parse(gltf_stubs().find(type)->second);
+            }
+        }
     };
-    const auto warn_if_empty = [&](const Json& bytes, const std::string& element) {
-        if (bytes["byteLength"] == 0) document.warnings.add("byteLength is 0, not at least 1", element);
-    };
-    each("nodes", [&](const Json& node, const std::string& element) {
+    GltfWarnings& warnings = document.warnings;
+    each("images", "image", [&](const Json& image, const std::string& element) {
+        const bool uri = image.contains("uri") && image["uri"] != "", view = image.contains("bufferView");
+        if (uri && view) document.fail(element, "needs either a URI or a bufferView");
+        if (!uri && !view) warnings.fault("has neither a URI nor a bufferView, it is left out", element);
+    });
+    each("nodes", "node", [&](const Json& node, const std::string& element) {
         for (const char* const of_mesh : {"skin", "weights"})
             if (node.contains(of_mesh) && !node.contains("mesh"))
-                document.warnings.add(fmt::format("has '{}' without a mesh, it is ignored", of_mesh), element);
+                warnings.fault(fmt::format("has '{}' without a mesh, it is ignored", of_mesh), element);
+        if (!node.contains("matrix")) return;
+        for (const char* const part : {"translation", "rotation", "scale"})
+            if (node.contains(part)) warnings.fault(fmt::format("has a matrix, its {} is ignored", part), element);
     });
-    each("accessors", [&](const Json& accessor, const std::string& element) {
+    each("accessors", "accessor", [&](const Json& accessor, const std::string& element) {
         static const std::set<std::string> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
         const std::string type = accessor["type"];
         if (!kTypes.contains(type)) document.fail(element, "type '{}' is unknown", type);
+        if (accessor["count"] == 0) warnings.fault("count is 0, not at least 1", element);
     });
-    each("bufferViews", [&](const Json& view, const std::string& element) {
-        warn_if_empty(view, element);
+    each("bufferViews", "buffer view", [&](const Json& view, const std::string& element) {
+        if (view["byteLength"] == 0) warnings.fault("byteLength is 0, not at least 1", element);
         const std::uint64_t stride = view.value("byteStride", std::uint64_t{4});
         if (stride < 4 || stride > 252 || stride % 4 != 0)
             document.fail(element, "byteStride {} is not 4, 8, ... or 252", stride);
     });
-    each("cameras", [&](const Json& camera, const std::string& element) {
+    each("cameras", "camera", [&](const Json& camera, const std::string& element) {
         const std::string type = camera["type"];
         if (type != "perspective" && type != "orthographic") document.fail(element, "type '{}' is unknown", type);
         if (!camera.contains(type)) document.fail(element, "has no '{}'", type);
     });
-    each("extensions.KHR_lights_punctual.lights", [&](const Json& light, const std::string& element) {
+    each("extensions.KHR_lights_punctual.lights", "light", [&](const Json& light, const std::string& element) {
         if (light["type"] == "spot" && !light.contains("spot")) document.fail(element, "has no 'spot'");
     });
 }
@@ -219,17 +243,21 @@ void check_values(const Json& root, GltfDocument& document) {
 /// becomes the fallback. An image that another texture needs is not optional.
 void choose_images(GltfDocument& document, const std::set<std::string>& required) {
     std::set<int> needed;
-    for (tinygltf::Texture& texture : document.model.textures) {
-        bool by_option = false;
+    const auto has = [&](int image) {
+        return image != kNone && !document.images[static_cast<std::size_t>(image)].is_missing();
+    };
+    for (std::size_t i = 0; i < document.model.textures.size(); ++i) {
+        tinygltf::Texture& texture = document.model.textures[i];
+        if (!has(texture.source)) texture.source = kNone;
+        bool by_option = !is_used(document.uses, "textures", i);
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {  // the last one is preferred
             const tinygltf::Value* extension = find_extension(texture.extensions, name);
             const int source =
                 extension && extension->Has("source") ? extension->Get("source").GetNumberAsInt() : kNone;
-            if (source == kNone) continue;
-            by_option = !required.contains(name);
+            if (!has(source)) continue;
+            by_option = by_option || !required.contains(name);
             if (by_option) {
                 GltfImageSource& image = document.images[static_cast<std::size_t>(source)];
-                image.optional = true;
                 if (image.fallback == kNone && texture.source != source) image.fallback = texture.source;
             }
             texture.source = source;
@@ -265,27 +293,59 @@ void choose_variant(Json& root, GltfDocument& document) {
 
 }  // namespace
 
+namespace {
+
+/// Returns the kind of a warning about an element: its text without numbers and names in parentheses.
+std::string kind_of(const std::string& what) {
+    std::string kind;
+    int depth = 0;
+    for (const char c : what) {
+        depth += c == '(';
+        if (depth == 0 && !(c >= '0' && c <= '9')) kind += c;
+        if (c == ')' && depth > 0) --depth;
+    }
+    return kind;
+}
+
+}  // namespace
+
+void GltfWarnings::add(const Warning& warning) {
+    const auto [place, is_new] =
+        places_.try_emplace(warning.element.empty() ? warning.what : kind_of(warning.what) + '\n', warnings_.size());
+    if (is_new)
+        warnings_.push_back(warning);
+    else
+        warnings_[place->second].count += warning.count;
+}
+
 void GltfWarnings::add(const std::string& what, const std::string& element) {
-    auto [it, is_new] = places_.try_emplace(what, Places{element, 0});
-    if (is_new) order_.push_back(what);
-    ++it->second.count;
+    add({what, element, false, 1});
+}
+
+void GltfWarnings::fault(const std::string& what, const std::string& element) {
+    add({what, element, true, 1});
 }
 
 void GltfWarnings::add(const GltfWarnings& more) {
-    for (const std::string& what : more.order_) {
-        const Places& places = more.places_.at(what);
-        add(what, places.first);
-        places_.at(what).count += places.count - 1;
-    }
+    for (const Warning& warning : more.warnings_) add(warning);
 }
 
 void GltfWarnings::write_to(SceneReport& report) const {
-    for (const std::string& what : order_) {
-        const Places& places = places_.at(what);
-        std::string line = places.first.empty() ? what : places.first + ": " + what;
-        if (!places.first.empty() && places.count > 1) line += fmt::format(" (and {} more)", places.count - 1);
+    for (const auto& [what, element, fault, count] : warnings_) {
+        std::string line = element.empty() ? what : element + ": " + what;
+        if (!element.empty() && count > 1) line += fmt::format(" (and {} more)", count - 1);
         report.warnings.push_back(std::move(line));
     }
+}
+
+void GltfWarnings::refuse_faults(const std::string& file) const {
+    const auto found = std::ranges::find(warnings_, true, &Warning::fault);
+    if (found != warnings_.end()) throw Error(fmt::format("{}: {}", file, found->element), found->what);
+}
+
+void GltfDocument::tolerate_unused(std::string_view list, std::size_t index, const Error& error) {
+    if (is_used(uses, list, index)) throw error;
+    warnings.fault(fmt::format("{}; nothing uses it", error.reason()), element_of(error, file));
 }
 
 ByteSource GltfDocument::open_uri(const std::string& uri, const std::string& element) {
@@ -329,13 +389,13 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_kind(bytes, document.file);
     if (is_lfs_pointer(start_of_file))
         throw Error(document.file, "is a Git LFS pointer, not the file itself (git lfs pull fetches it)");
-    const Chunks chunks =
-        start_of_file.starts_with("glTF") ? split_glb(bytes, document.file) : Chunks{bytes, ByteSource()};
+    const Chunks chunks = start_of_file.starts_with("glTF") ? split_glb(bytes, document.file, document.warnings)
+                                                            : Chunks{bytes, ByteSource()};
     if (chunks.json.size() > options.max_json_bytes)
         throw Error(document.file, "has {} bytes of JSON, more than the limit of {}", chunks.json.size(),
                     options.max_json_bytes);
 
-    Json root = read_json(chunks.json, document.file);
+    Json root = read_json(chunks.json, document.file, document.warnings);
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     document.lenses = lenses_in_extras(root, document.warnings);
     if (root.contains("parts") && !root.contains("asset"))
@@ -344,10 +404,13 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_generation(root, document.file);
     if (root.contains("animations"))  // read on demand, since a damaged animation must not prevent the rest pose
         document.animations = std::exchange(root["animations"], nullptr);
-    check_gltf(root, document.file);
+    std::vector<GltfFault> faults = check_gltf(root, document.file, document.warnings);
     check_version(root, document.file);
     const std::set<std::string> required = check_extensions(root, document);
+    check_values(root, document, faults);
     choose_variant(root, document);
+    document.uses = find_uses(root, document.animations);
+    for (const auto& [list, index, error] : faults) document.tolerate_unused(list, index, error);
     if (root.contains("materials")) {
         // Measured for 300,000 materials: each takes 3156 bytes, its JSON included, most of them once it is converted.
         constexpr std::size_t kMaterial = 3200;
@@ -356,8 +419,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
         document.materials = std::move(root["materials"]);
         root.erase("materials");
     }
-    check_values(root, document);
-    document.images = take_images(root, document);
+    document.images = take_images(root);
     take_buffers(root, document, chunks.binary);
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);

@@ -20,6 +20,7 @@
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/meshopt.h"
 #include "engine/io/gltf/tinygltf.h"
+#include "engine/io/gltf/uses.h"
 
 namespace halflight {
 
@@ -28,36 +29,45 @@ struct GltfImageSource {
     std::string label;  // URI or name of the image, for messages
     std::string uri;    // URI of the image; empty: the image is in `buffer_view`
     int buffer_view = kNone;
-    bool optional = false;  // whether a texture does without the image, which an optional extension names
-    int fallback = kNone;   // the texture's image where this one cannot be read
+    bool optional = true;  // whether textures do without the image, since an optional extension names it
+    int fallback = kNone;  // the texture's image where this one cannot be read
+    bool is_missing() const { return uri.empty() && buffer_view == kNone; }
 };
 
-/// Collection of warnings. Equal warnings about several elements become one line.
+/// Collection of warnings. Warnings of one kind become one line: they differ in their element, and in numbers only.
 class GltfWarnings {
   public:
     /// Adds the warning `what` about `element`, which may be empty.
     void add(const std::string& what, const std::string& element = "");
+    /// Adds a warning about what glTF forbids, and other loaders accept.
+    void fault(const std::string& what, const std::string& element);
     /// Appends the warnings of another collection.
     void add(const GltfWarnings& more);
     void write_to(SceneReport& report) const;
+    /// Throws Error about `file` for the first fault.
+    void refuse_faults(const std::string& file) const;
 
   private:
-    struct Places {
-        std::string first;
+    struct Warning {
+        std::string what, element;  // those of the first warning of its kind
+        bool fault = false;
         std::size_t count = 0;
     };
-    std::vector<std::string> order_;
-    std::map<std::string, Places> places_;
+    void add(const Warning& warning);
+
+    std::vector<Warning> warnings_;
+    std::map<std::string, std::size_t> places_;  // index into `warnings_`, by kind
 };
 
-/// Decompressed buffer views, by index.
+/// Decompressed buffer views, by index, and what reading has found.
 struct GltfDecodedViews {
     struct View {
         ByteSource bytes;
         MemoryLedger::Entry memory;
     };
-    std::mutex mutex;  // held by view_bytes()
+    std::mutex mutex;  // held while a member is used
     std::map<int, View> views;
+    std::set<int> disordered;  // accessors whose sparse indices do not ascend
 };
 
 /// A parsed file. All indices are in range or kNone (schema.h). Buffers and images stay where they
@@ -68,6 +78,7 @@ struct GltfDocument {
     GltfOptions options;
     std::uint64_t bytes_of_files = 0;  // bytes of the scene's file, buffers and images opened so far
     tinygltf::Model model;             // without buffers, images, materials and animations
+    GltfUses uses;                     // objects of the file that the scene uses
     std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: no data, or an unused fallback
     std::map<int, GltfMeshoptView> compressed_views;                                   // by index of the buffer view
     std::unique_ptr<GltfDecodedViews> decoded = std::make_unique<GltfDecodedViews>();  // cache of view_bytes()
@@ -85,6 +96,8 @@ struct GltfDocument {
     [[noreturn]] void fail(std::string_view element, fmt::format_string<Args...> format, Args&&... args) const {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));
     }
+    /// Throws the error about an object of a list where the scene uses it; otherwise adds it to the warnings.
+    void tolerate_unused(std::string_view list, std::size_t index, const Error& error);
     /// Returns the number of bytes of a buffer view after decompression. Throws Error where its buffer is too short.
     std::uint64_t view_size(int buffer_view) const;
     /// Returns the bytes of a buffer view, decompressed. Throws Error where its buffer is too short, and where its

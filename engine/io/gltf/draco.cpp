@@ -101,17 +101,19 @@ std::optional<Header> read_counts(std::string_view bytes, const draco::DracoHead
     return header;
 }
 
-/// The compressed data of a primitive, whose counts are at most those of the accessors.
+/// The compressed data of a primitive. Its counts may differ from those of the accessors.
 struct Source {
     ByteSource data;
     Header header;
-    std::size_t triangles = 0;  // triangles that the accessors allow
-    std::size_t vertices = 0;   // vertices that the accessors allow
+    std::size_t triangles = 0;  // triangles that the accessors have
+    std::size_t vertices = 0;   // vertices that the accessors have
     const tinygltf::Value::Object* attributes = nullptr;
 
-    /// Returns the largest number of vertices after seams have split them.
+    /// Returns the largest number of vertices after seams have split them: one per corner.
+    std::size_t most_split() const { return header.edgebreaker ? std::size_t{header.triangles} * 3 : header.vertices; }
+    /// Returns the number of vertices to expect after seams have split them.
     std::size_t most_vertices() const {
-        return header.edgebreaker ? std::min(vertices, std::size_t{header.triangles} * 3) : header.vertices;
+        return header.edgebreaker && header.vertices <= vertices ? std::min(vertices, most_split()) : most_split();
     }
     std::size_t decoding_bytes() const {
         const std::size_t sets = std::max<std::size_t>(header.seam_sets, attributes->size());
@@ -160,9 +162,10 @@ std::optional<Source> open_source(const GltfDocument& document, const tinygltf::
     source.data = document.view_bytes(extension->Get("bufferView").GetNumberAsInt());
     source.header = read_header(source.data, document, element);
     const Header& header = source.header;
-    if (header.triangles > source.triangles || header.vertices > source.vertices)
-        document.fail(element, "its Draco data has {} triangles and {} vertices, its accessors {} and {}",
-                      header.triangles, header.vertices, source.triangles, source.vertices);
+    // Vertices that no triangle uses may take no bytes. The accessors alone can vouch for them.
+    if (header.vertices > std::max(source.vertices, std::size_t{header.triangles} * 3))
+        document.fail(element, "its Draco data has {} vertices for {} triangles, its accessors {}", header.vertices,
+                      header.triangles, source.vertices);
     if (header.triangles / kMostTrianglesPerByte > source.data.size())
         document.fail(element, "its Draco data cannot have {} triangles in {} bytes", header.triangles,
                       source.data.size());
@@ -171,10 +174,10 @@ std::optional<Source> open_source(const GltfDocument& document, const tinygltf::
     for (const auto& [name, id] : *source.attributes)
         if (const auto found = primitive.attributes.find(name); found != primitive.attributes.end())
             each += sizeof(float) * static_cast<std::size_t>(accessors.components(found->second));
-    const std::size_t most = 2 * (std::size_t{header.triangles} * sizeof(uvec3) + source.most_vertices() * each);
+    const std::size_t most = 2 * (std::size_t{header.triangles} * sizeof(uvec3) + source.most_split() * each);
     if (source.data.size() > most + kMostOtherBytes)
         document.fail(element, "its Draco data has {} bytes, too many for {} triangles and {} vertices",
-                      source.data.size(), header.triangles, source.most_vertices());
+                      source.data.size(), header.triangles, source.most_split());
     return source;
 }
 
@@ -190,8 +193,7 @@ class Checked final : public Base {
     bool DecodeAllAttributes() override {
         const draco::Mesh& mesh = *this->mesh();
         if (mesh.num_points() > most_vertices_)
-            document_.fail(element_, "its Draco data has {} vertices, its accessors {}", mesh.num_points(),
-                           most_vertices_);
+            document_.fail(element_, "its Draco data has {} vertices, more than {}", mesh.num_points(), most_vertices_);
         std::size_t values = mesh.num_points();
         if (const draco::CornerTable* table = this->GetCornerTable())
             values = std::max<std::size_t>(values, static_cast<std::size_t>(table->num_vertices()));
@@ -273,7 +275,7 @@ void decode(const Source& source, const GltfDocument& document, const std::strin
     std::string read;
     draco::DecoderBuffer buffer = buffer_of(source.data.read(0, source.data.size(), read));
     const draco::DecoderOptions options;
-    Checked<Base> decoder(document, element, source.vertices, buffer);
+    Checked<Base> decoder(document, element, std::max(source.vertices, source.most_split()), buffer);
     try {
         const draco::Status status = decoder.Decode(options, &buffer, &mesh);
         if (!status.ok()) document.fail(element, "its Draco data is damaged: {}", status.error_msg());
@@ -297,7 +299,18 @@ std::vector<std::uint32_t> indices_of(const draco::Mesh& mesh, const GltfDocumen
     return indices;
 }
 
+bool has_data(const GltfDocument& document, int accessor) {
+    const tinygltf::Accessor& a = document.model.accessors[static_cast<std::size_t>(accessor)];
+    return a.bufferView != kNone || a.sparse.isSparse;
+}
+
 }  // namespace
+
+bool has_elements(const GltfDocument& document, const tinygltf::Primitive& primitive, const std::string& attribute) {
+    const tinygltf::Value* extension = find_extension(primitive.extensions, "KHR_draco_mesh_compression");
+    return !extension || extension->Get("attributes").Has(attribute) ||
+           has_data(document, primitive.attributes.at(attribute));
+}
 
 std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                                const std::string& element) {
@@ -330,7 +343,10 @@ std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const ti
         if (found == primitive.attributes.end()) continue;
         const auto id = static_cast<std::uint32_t>(number.GetNumberAsInt());
         const draco::PointAttribute* const from = mesh.GetAttributeByUniqueId(id);
-        if (!from) document.fail(element, "its Draco data has no attribute {} for {}", id, name);
+        if (!from) {
+            if (has_data(document, found->second)) decoded.beside.push_back(name);
+            continue;
+        }
         const std::size_t size = accessors.element_size(found->second) * mesh.num_points();
         if (accessors.components(found->second) != from->num_components())
             document.fail(element, "{} has {} components in its Draco data, and {} in accessors[{}]", name,
@@ -343,6 +359,10 @@ std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const ti
             document.fail(element, "{} in its Draco data does not fit into accessors[{}]", name, found->second);
         decoded.accessors[found->second] = {ByteSource(std::move(bytes)), mesh.num_points(), std::move(memory)};
     }
+    for (const auto& [name, accessor] : primitive.attributes)
+        if (!decoded.accessors.contains(accessor) && !has_data(document, accessor)) decoded.missing.push_back(name);
+    if (std::ranges::find(decoded.missing, "POSITION") != decoded.missing.end())
+        document.fail(element, "its Draco data has no POSITION");
     return decoded;
 }
 

@@ -70,6 +70,14 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
                                  report.line_primitives_skipped));
 }
 
+/// Hands warnings to a report. Throws Error for the first fault where the options are strict.
+void write_warnings(const GltfDocument& document, GltfWarnings warnings, SceneReport& report) {
+    for (const int accessor : document.decoded->disordered)
+        warnings.fault("its sparse indices do not ascend", fmt::format("accessors[{}]", accessor));
+    if (document.options.strict) warnings.refuse_faults(document.file);
+    warnings.write_to(report);
+}
+
 /// Materials of one pose, and their images, which are equal in all poses.
 struct MaterialSet {
     std::optional<std::vector<TextureImage>> images;  // empty once a scene has taken them
@@ -150,7 +158,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     scene.lights = convert_lights(document, nodes);
     scene.environment = convert_environment(document);
     warn_of_left_out(scene.report, document.warnings);
-    document.warnings.write_to(scene.report);
+    write_warnings(document, document.warnings, scene.report);
     free_views(document, kept.primitives);
     return scene;
 }
@@ -219,12 +227,14 @@ struct GltfScene::State {
 
     const std::vector<Animation>& read_all() {
         if (!animations) {
-            const GltfWarnings before = std::exchange(document.warnings, {});
-            animations = read_animations(document, animation_memory);
+            GltfWarnings before = std::exchange(document.warnings, {});
+            std::vector<Animation> all = read_animations(document, animation_memory);
+            const GltfWarnings found = std::exchange(document.warnings, std::move(before));
+            if (document.options.strict) found.refuse_faults(document.file);
             SceneReport report;
-            document.warnings.write_to(report);
+            found.write_to(report);
             animation_warnings = std::move(report.warnings);
-            document.warnings = before;
+            animations = std::move(all);
         }
         return *animations;
     }
@@ -448,6 +458,15 @@ struct GltfMeshSource::State {
         scene.lights = convert_lights(document, nodes);
         scene.environment = convert_environment(document);
         check(scene, path);
+        report();
+    }
+
+    SceneReport report() const {
+        SceneReport all = counts;
+        GltfWarnings warnings = document.warnings;
+        warn_of_left_out(all, warnings);
+        write_warnings(document, std::move(warnings), all);
+        return all;
     }
 
     Mesh read(std::size_t index) {
@@ -460,6 +479,7 @@ struct GltfMeshSource::State {
         free_views(document, views_of_mesh(index + 1));
         if (again) counts = known, document.warnings = std::move(warnings);
         read_once[index] = true;
+        if (document.options.strict) report();
         try {
             validate(mesh, index, scene.materials.size());
         } catch (const Error& e) {
@@ -510,11 +530,7 @@ const Scene& GltfMeshSource::scene() const {
 }
 
 SceneReport GltfMeshSource::report() const {
-    SceneReport report = state_->counts;
-    GltfWarnings warnings = state_->document.warnings;
-    warn_of_left_out(report, warnings);
-    warnings.write_to(report);
-    return report;
+    return state_->report();
 }
 
 std::vector<VersionedFile> GltfMeshSource::files() const {

@@ -27,11 +27,11 @@ struct GltfOptions {
     std::uint64_t max_json_bytes = 0xffffffffu;  // bytes of the JSON, which is parsed in memory
     int max_image_side = 16384;                  // texels along an edge
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
-    bool strict = false;                         // whether an unreadable image of an optional extension is an error
-    bool mip_levels = false;                     // whether textures get mip levels
-    std::string variant{};                       // variant of KHR_materials_variants; empty: the file's own materials
-    double line_width = 0;                       // diameter of points and lines, world units; 0: they are left out
-    std::shared_ptr<TextureStore> textures{};    // takes the texels of all images; null: they stay in memory
+    bool strict = false;                       // refuses what the loader otherwise reads with a warning (docs/gltf.md)
+    bool mip_levels = false;                   // whether textures get mip levels
+    std::string variant{};                     // variant of KHR_materials_variants; empty: the file's own materials
+    double line_width = 0;                     // diameter of points and lines, world units; 0: they are left out
+    std::shared_ptr<TextureStore> textures{};  // takes the texels of all images; null: they stay in memory
 };
 
 /// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives

@@ -75,7 +75,7 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
         document_.warnings.add(source->warnings());
         (points ? report_.points_drawn : report_.line_segments_drawn) += source->strokes();
         if (still.triangles.empty()) continue;
-        source->check_joints(pose.joints.size());
+        source->check_joints(pose.joints.size(), document_.warnings);
         mesh.uses_default_material |= !material;
         Deformation deformation{source, source->active_targets(weights, document_.warnings), pose.joints};
         mesh.parts.push_back({std::move(still), std::move(tangent_uvs), std::move(deformation), material});

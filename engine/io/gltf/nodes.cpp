@@ -68,16 +68,32 @@ bool is_hidden(const tinygltf::Node& node) {
     return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
 }
 
-std::vector<int> find_parents(const GltfDocument& document) {
+/// Calls f(). Where nothing uses a node, an Error becomes a warning.
+template <class F>
+void tolerate(GltfDocument& document, std::size_t node, F f) {
+    try {
+        f();
+    } catch (const Error& error) {
+        document.tolerate_unused("nodes", node, error);
+    }
+}
+
+std::vector<int> find_parents(GltfDocument& document) {
     const auto& nodes = document.model.nodes;
     std::vector<int> parents(nodes.size(), kNone);
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-        for (const int child : nodes[i].children) {
-            int& parent = parents[static_cast<std::size_t>(child)];
-            if (parent != kNone)
-                document.fail(name(static_cast<std::size_t>(child)), "is a child of both nodes[{}] and nodes[{}]",
-                              parent, i);
-            parent = static_cast<int>(i);
+    for (const bool used : {true, false}) {  // nodes that nothing uses have no say where others have spoken
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            if (is_used(document.uses, "nodes", i) != used) continue;
+            for (const int child : nodes[i].children) {
+                int& parent = parents[static_cast<std::size_t>(child)];
+                if (parent == kNone)
+                    parent = static_cast<int>(i);
+                else
+                    tolerate(document, i, [&] {
+                        document.fail(name(static_cast<std::size_t>(child)),
+                                      "is a child of both nodes[{}] and nodes[{}]", parent, i);
+                    });
+            }
         }
     }
     return parents;
@@ -245,18 +261,23 @@ GltfNodes resolve_nodes(GltfDocument& document) {
             nodes.mirrored[node] = nodes.mirrored[parent] != nodes.mirrored[node];
             hidden[node] = hidden[node] || hidden[parent];
         }
-        if (!within_float_range(nodes.world[node])) document.fail(name(node), "its transform overflows");
+        if (within_float_range(nodes.world[node])) return;
+        tolerate(document, node, [&] { document.fail(name(node), "its transform overflows"); });
+        nodes.world[node] = dmat4(1);
     });
     // Every node has at most one parent, so a node that no root reaches belongs to a cycle.
     for (std::size_t i = 0; i < reached.size(); ++i) {
-        if (!reached[i]) document.fail(name(i), "is its own ancestor");
+        if (reached[i]) continue;
+        tolerate(document, i, [&] { document.fail(name(i), "is its own ancestor"); });
+        nodes.parents[i] = kNone;
+        nodes.world[i] = dmat4(1);
     }
 
     if (!model.scenes.empty()) {
         roots = model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
         for (const int root : roots) {
             if (parents[static_cast<std::size_t>(root)] != kNone)
-                document.warnings.add("is listed in a scene, but has a parent", name(static_cast<std::size_t>(root)));
+                document.warnings.fault("is listed in a scene, but has a parent", name(static_cast<std::size_t>(root)));
         }
     }
     walk(document, roots, [&](std::size_t node) { nodes.all.push_back(static_cast<int>(node)); });

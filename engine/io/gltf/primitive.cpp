@@ -63,6 +63,7 @@ GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primi
 }
 
 int GltfPrimitive::attribute(const std::string& name) const {
+    if (draco_ && std::ranges::find(draco_->missing, name) != draco_->missing.end()) return kNone;
     const auto found = primitive_.attributes.find(name);
     return found == primitive_.attributes.end() ? kNone : found->second;
 }
@@ -104,7 +105,11 @@ void GltfPrimitive::read_triangles() {
     if (draco_) {
         indices = std::move(draco_->indices);
         if (draco_->has_other_counts)
-            warnings_.add("its Draco data has fewer triangles or vertices than its accessors", element_);
+            warnings_.fault("its Draco data has other numbers of triangles or vertices than its accessors", element_);
+        for (const std::string& name : draco_->missing)
+            warnings_.fault(fmt::format("its Draco data has no {}, which is left out", name), element_);
+        for (const std::string& name : draco_->beside)
+            warnings_.fault(fmt::format("its Draco data has no {}, the accessor has", name), element_);
     } else if (accessor != kNone) {
         indices = accessors_.read_integers(accessor, 1, 0, accessors_.count(accessor), "indices");
     } else {
@@ -125,7 +130,7 @@ void GltfPrimitive::read_triangles() {
     for (std::uint32_t& index : indices) index -= static_cast<std::uint32_t>(first_);
     if (is_stroke(mode)) return read_strokes(indices);
     if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
-        warnings_.add("number of indices is not a multiple of 3, the last ones are left out", element_);
+        warnings_.fault("number of indices is not a multiple of 3, the last ones are left out", element_);
     still.triangles = make_triangles(indices, mode);
 }
 
@@ -134,7 +139,7 @@ void GltfPrimitive::read_strokes(const std::vector<std::uint32_t>& indices) {
     if (size.vertices > std::numeric_limits<std::uint32_t>::max())
         document_.fail(element_, "its points or lines need {} vertices, more than 2^32 - 1", size.vertices);
     if (primitive_.mode == TINYGLTF_MODE_LINE && indices.size() % 2 != 0)
-        warnings_.add("number of indices is not a multiple of 2, the last one is left out", element_);
+        warnings_.fault("number of indices is not a multiple of 2, the last one is left out", element_);
     const std::vector<vec3> positions = read_attribute<vec3>("POSITION");
     strokes_ = make_strokes(primitive_.mode, indices, positions);
     stroke_count_ = size.strokes;
@@ -185,10 +190,28 @@ void GltfPrimitive::read_colors() {
     if (mended) warnings_.add("vertex colours are outside [0, 1], clamped", element_);
 }
 
-std::vector<std::uint32_t> GltfPrimitive::read_joint_indices(const std::string& name) const {
+JointSet GltfPrimitive::read_joint_set(std::size_t set, std::uint32_t* ignored) const {
+    const std::string name = fmt::format("JOINTS_{}", set);
     const int accessor = attribute(name);
     check_count(accessor, name);
-    return around(accessors_.read_integers(accessor, 4, first_, count_, name), 4);
+    const std::vector<std::uint32_t> joints = around(accessors_.read_integers(accessor, 4, first_, count_, name), 4);
+    JointSet read;
+    read.weights = read_attribute<vec4>(fmt::format("WEIGHTS_{}", set), true);
+    read.joints.reserve(read.weights.size());
+    for (std::size_t i = 0; i < read.weights.size(); ++i) {
+        uvec4& joint = read.joints.emplace_back(0);
+        for (int k = 0; k < 4; ++k) {
+            float& weight = read.weights[i][k];
+            const std::uint32_t index = joints[4 * i + static_cast<std::size_t>(k)];
+            if (weight > 0 && std::isfinite(weight)) {
+                joint[k] = index;
+                continue;
+            }
+            weight = 0;  // the joint stays 0, since its index may be out of range
+            if (ignored) *ignored = std::max(*ignored, index);
+        }
+    }
+    return read;
 }
 
 void GltfPrimitive::find_joints() {
@@ -197,7 +220,10 @@ void GltfPrimitive::find_joints() {
         const std::string weights = fmt::format("WEIGHTS_{}", highest_joints_.size());
         if (attribute(joints) == kNone || attribute(weights) == kNone) break;
         check_count(attribute(weights), weights);
-        highest_joints_.push_back(std::ranges::max(read_joint_indices(joints)));
+        std::uint32_t highest = 0;
+        for (const uvec4& joint : read_joint_set(highest_joints_.size(), &ignored_joint_).joints)
+            highest = std::max({highest, joint.x, joint.y, joint.z, joint.w});
+        highest_joints_.push_back(highest);
     }
     if (highest_joints_.empty()) document_.fail(element_, "is skinned, but has no JOINTS_0 and WEIGHTS_0");
 }
@@ -215,10 +241,12 @@ void GltfPrimitive::free_decoded() {
     std::erase_if(draco_->accessors, [&](const auto& decoded) { return !read.contains(decoded.first); });
 }
 
-void GltfPrimitive::check_joints(std::size_t joints) const {
+void GltfPrimitive::check_joints(std::size_t joints, GltfWarnings& warnings) const {
     for (std::size_t set = 0; set < highest_joints_.size(); ++set)
         if (highest_joints_[set] >= joints)
             document_.fail(element_, "JOINTS_{} refers to joint {} of {}", set, highest_joints_[set], joints);
+    if (!highest_joints_.empty() && ignored_joint_ >= joints)
+        warnings.fault(fmt::format("refers to joint {} of {} with weight 0", ignored_joint_, joints), element_);
 }
 
 VertexArrays GltfPrimitive::read() const {
@@ -236,16 +264,7 @@ VertexArrays GltfPrimitive::read() const {
 
 std::vector<JointSet> GltfPrimitive::read_joints() const {
     std::vector<JointSet> sets(highest_joints_.size());
-    for (std::size_t set = 0; set < sets.size(); ++set) {
-        const std::vector<std::uint32_t> joints = read_joint_indices(fmt::format("JOINTS_{}", set));
-        sets[set].joints.reserve(vertices());
-        for (std::size_t i = 0; i < joints.size(); i += 4)
-            sets[set].joints.emplace_back(joints[i], joints[i + 1], joints[i + 2], joints[i + 3]);
-        sets[set].weights = read_attribute<vec4>(fmt::format("WEIGHTS_{}", set), true);
-        for (vec4& weights : sets[set].weights)
-            for (int i = 0; i < 4; ++i)
-                if (!(weights[i] > 0 && std::isfinite(weights[i]))) weights[i] = 0;
-    }
+    for (std::size_t set = 0; set < sets.size(); ++set) sets[set] = read_joint_set(set);
     return sets;
 }
 

@@ -38,8 +38,8 @@ class GltfPrimitive final : public RestShape {
     std::vector<vec2> tangent_uvs;
     /// Returns the warnings about repairs.
     const GltfWarnings& warnings() const { return warnings_; }
-    /// Throws Error where a vertex follows a joint with an index >= `joints`.
-    void check_joints(std::size_t joints) const;
+    /// Throws Error where a vertex follows a joint with an index >= `joints`. Warns of such joints without weight.
+    void check_joints(std::size_t joints, GltfWarnings& warnings) const;
     /// Returns the targets with a weight other than 0; warns of unsupported parts.
     std::vector<ActiveTarget> active_targets(std::span<const double> weights, GltfWarnings& warnings) const;
 
@@ -66,7 +66,8 @@ class GltfPrimitive final : public RestShape {
     std::vector<V> read_attribute(const std::string& name, bool normalize = false) const {
         return read_checked<V>(attribute(name), name, normalize);
     }
-    std::vector<std::uint32_t> read_joint_indices(const std::string& attribute) const;
+    /// Returns JOINTS_n and WEIGHTS_n. Joints without weight are 0; the highest index of these is added to `ignored`.
+    JointSet read_joint_set(std::size_t set, std::uint32_t* ignored = nullptr) const;
     void read_triangles();
     void read_strokes(const std::vector<std::uint32_t>& indices);
     void read_uvs(const GltfMaterial* material);
@@ -87,7 +88,8 @@ class GltfPrimitive final : public RestShape {
     std::size_t stroke_count_ = 0;
     bool has_normals_;
     bool has_tangents_;
-    std::vector<std::uint32_t> highest_joints_;  // highest joint of each set
+    std::vector<std::uint32_t> highest_joints_;  // highest joint of each set with a weight
+    std::uint32_t ignored_joint_ = 0;            // highest joint without weight
     GltfWarnings warnings_;
 };
 

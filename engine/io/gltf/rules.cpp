@@ -8,7 +8,7 @@
 namespace halflight {
 namespace {
 
-constexpr bool kRequired = true;
+constexpr bool kRequired = true, kDropped = true;
 
 /// Returns the rule of a key, without its name.
 GltfRule rule_of(const GltfMaterialKey& key) {
@@ -68,7 +68,7 @@ GltfRules make_rules() {
         {"root extensions",
          {{"HALFLIGHT_environment", object, "environment"},
           {"KHR_lights_punctual", object, "lights"},
-          {"KHR_materials_variants", object, "variants"}}},
+          {"KHR_materials_variants", object, "variants", 0, !kRequired, kDropped}}},
         {"variants", {{"variants", objects, "variant", 0, kRequired}}},
         {"variant", {{"name", text, "", 0, kRequired}}},
         {"environment", {{"color", numbers, "", 3, kRequired}}},
@@ -169,8 +169,8 @@ GltfRules make_rules() {
           {"targets", index_maps, "accessors"}}},
         {"primitive extensions",
          {{"KHR_draco_mesh_compression", object, "draco mesh"},
-          {"KHR_materials_variants", object, "variant mappings"}}},
-        {"variant mappings", {{"mappings", objects, "variant mapping", 0, kRequired}}},
+          {"KHR_materials_variants", object, "variant mappings", 0, !kRequired, kDropped}}},
+        {"variant mappings", {{"mappings", objects, "variant mapping", 0, kRequired, kDropped}}},
         {"variant mapping",
          {{"material", index, "materials", 0, kRequired}, {"variants", indices, "variants", 0, kRequired}}},
         {"draco mesh",
@@ -223,6 +223,26 @@ GltfRules make_rules() {
 const GltfRules& gltf_rules() {
     static const GltfRules rules = make_rules();
     return rules;
+}
+
+const std::map<std::string, std::string, std::less<>>& gltf_stubs() {
+    static const std::map<std::string, std::string, std::less<>> stubs{
+        {"accessor", R"({"componentType": 5126, "count": 1, "type": "SCALAR"})"},
+        {"buffer", R"({"byteLength": 1})"},
+        {"buffer view", R"({"buffer": 0, "byteLength": 1})"},
+        {"camera", R"({"type": "perspective", "perspective": {"yfov": 1.0, "znear": 1.0}})"},
+        {"image", "{}"},
+        {"light", R"({"type": "point"})"},
+        {"light.spot", "{}"},
+        {"material", "{}"},
+        {"mesh", R"({"primitives": []})"},
+        {"node", "{}"},
+        {"sampler", "{}"},
+        {"scene", "{}"},
+        {"skin", R"({"joints": []})"},
+        {"texture", "{}"},
+    };
+    return stubs;
 }
 
 const std::set<std::string>& gltf_extensions() {

@@ -34,6 +34,7 @@ struct GltfRule {
     std::string of = "";  // list or type, see GltfKind
     std::size_t length = 0;
     bool required = false;
+    bool dropped = false;  // whether a fault removes the object, or the element of its array, with a warning
 };
 
 /// Rules of an object, by its type.
@@ -41,6 +42,10 @@ using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;
 /// Returns the rules of all types (glTF 2.0, section 5, and the extensions' schemas). The rules of materials come from
 /// gltf_material_keys(), and those of the numeric properties of lights from light_properties().
 const GltfRules& gltf_rules();
+
+/// Returns a valid object, as JSON, for types of which it may take the place of null, or of an object with faults that
+/// nothing uses.
+const std::map<std::string, std::string, std::less<>>& gltf_stubs();
 
 /// Returns the names of the supported extensions: those of the objects "extensions" in the rules, and
 /// KHR_mesh_quantization, which needs no rule.

@@ -9,8 +9,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
+#include "engine/io/gltf/document.h"
 #include "engine/io/gltf/rules.h"
 
 namespace halflight {
@@ -25,8 +25,9 @@ constexpr std::uint64_t kMaxSize = std::uint64_t{1} << 53;  // the largest range
 class Checker {
   public:
     using ListSizes = std::map<std::string, std::size_t, std::less<>>;
-    Checker(ListSizes list_sizes, const std::string& file) : file_(file), list_sizes_(std::move(list_sizes)) {}
-    Checker(Json& root, const std::string& file) : file_(file) {
+    Checker(ListSizes list_sizes, const std::string& file, GltfWarnings& warnings)
+        : file_(file), warnings_(warnings), list_sizes_(std::move(list_sizes)) {}
+    Checker(Json& root, const std::string& file, GltfWarnings& warnings) : file_(file), warnings_(warnings) {
         for (auto& [key, value] : root.items()) {
             if (value.is_array()) list_sizes_[key] = value.size();
         }
@@ -38,7 +39,7 @@ class Checker {
     }
 
     /// Checks an object. `path` is the position of `value`, for messages; it is unchanged on return.
-    void object(Json& value, std::string_view type, std::string& path) const {
+    void object(Json& value, std::string_view type, std::string& path) {
         if (!value.is_object()) fail(path, "is not an object");
         const std::vector<GltfRule>& rules = gltf_rules().find(type)->second;
         for (auto it = value.begin(); it != value.end();)
@@ -46,13 +47,26 @@ class Checker {
         for (const GltfRule& rule : rules) {
             const auto it = value.find(rule.key);
             if (it == value.end()) {
-                if (rule.required) fail(path, "has no '{}'", rule.key);
+                if (rule.required) throw Unusable(error(path, "has no '{}'", rule.key));
                 continue;
             }
             const Descent down(path, "{}{}", path.empty() ? "" : ".", rule.key);
-            property(*it, rule, path);
+            if (it->is_null() && !rule.required) {
+                warnings_.fault("is null, it is ignored", path);
+                if (const auto stub = gltf_stubs().find(rule.of);
+                    rule.kind == GltfKind::object && stub != gltf_stubs().end())
+                    *it = Json::parse(stub->second);
+                else
+                    value.erase(it);
+            } else if (rule.dropped && rule.kind == GltfKind::object) {
+                if (is_damaged([&] { property(*it, rule, path); })) value.erase(it);
+            } else {
+                property(*it, rule, path);
+            }
         }
     }
+
+    std::vector<GltfFault> take_faults() { return std::move(faults_); }
 
   private:
     /// A path that is extended during the object's lifetime.
@@ -72,13 +86,35 @@ class Checker {
         std::size_t length_;
     };
 
+    /// The error about a wrong index or a missing member, which loaders notice only in objects that they use. Values of
+    /// wrong types are another matter: most loaders refuse them everywhere.
+    struct Unusable : Error {
+        explicit Unusable(const Error& error) : Error(error) {}
+    };
+
+    template <class... Args>
+    Error error(const std::string& path, fmt::format_string<Args...> format, Args&&... args) const {
+        const std::string subject = path.empty() ? file_ : file_ + ": " + path;
+        return {subject, "{}", fmt::format(format, std::forward<Args>(args)...)};
+    }
     template <class... Args>
     [[noreturn]] void fail(const std::string& path, fmt::format_string<Args...> format, Args&&... args) const {
-        const std::string subject = path.empty() ? file_ : file_ + ": " + path;
-        throw Error(subject, "{}", fmt::format(format, std::forward<Args>(args)...));
+        throw error(path, format, std::forward<Args>(args)...);
     }
 
-    void property(Json& value, const GltfRule& rule, std::string& path) const {
+    /// Returns whether f() throws an Error, and turns it into a warning.
+    template <class F>
+    bool is_damaged(F f) {
+        try {
+            f();
+        } catch (const Error& damage) {
+            warnings_.fault(fmt::format("{}; it is left out", damage.reason()), element_of(damage, file_));
+            return true;
+        }
+        return false;
+    }
+
+    void property(Json& value, const GltfRule& rule, std::string& path) {
         switch (rule.kind) {
             case GltfKind::anything:
                 break;
@@ -121,8 +157,33 @@ class Checker {
                 object(value, rule.of, path);
                 break;
             case GltfKind::objects:
-                each(value, path, [&](Json& v) { object(v, rule.of, path); });
+                objects(value, rule, path);
                 break;
+        }
+    }
+
+    void objects(Json& list, const GltfRule& rule, std::string& path) {
+        std::vector<std::size_t> damaged;
+        std::size_t index = 0;
+        const auto stub = gltf_stubs().find(rule.of);
+        each(list, path, [&](Json& v) {
+            const std::size_t place = index++;
+            if (rule.dropped) {
+                if (is_damaged([&] { object(v, rule.of, path); })) damaged.push_back(place);
+            } else if (stub == gltf_stubs().end()) {
+                object(v, rule.of, path);
+            } else {
+                try {
+                    object(v, rule.of, path);
+                } catch (const Unusable& fault) {
+                    faults_.push_back({rule.key, place, fault});
+                    v = Json::parse(stub->second);
+                }
+            }
+        });
+        while (!damaged.empty()) {
+            list.erase(damaged.back());
+            damaged.pop_back();
         }
     }
 
@@ -158,7 +219,8 @@ class Checker {
         const auto found = list_sizes_.find(list);
         const std::size_t size = found == list_sizes_.end() ? 0 : found->second;
         if (value.get<std::uint64_t>() >= size)
-            fail(path, "{} is not an index into {}, which has {}", value.get<std::uint64_t>(), list, size);
+            throw Unusable(
+                error(path, "{} is not an index into {}, which has {}", value.get<std::uint64_t>(), list, size));
     }
 
     void index_map(Json& value, const std::string& list, std::string& path) const {
@@ -176,7 +238,9 @@ class Checker {
     }
 
     const std::string& file_;
+    GltfWarnings& warnings_;
     ListSizes list_sizes_;
+    std::vector<GltfFault> faults_;
 };
 
 // Limit of nesting, far above the needs of glTF, for functions that recurse over the tree.
@@ -271,15 +335,24 @@ Json parse_gltf_json(std::string_view text, const std::string& file) {
     }
 }
 
-void check_gltf(Json& root, const std::string& file) {
+std::string element_of(const Error& error, const std::string& file) {
+    std::string_view element = error.what();
+    element.remove_suffix(std::min(element.size(), error.reason().size() + 2));
+    if (element.starts_with(file + ": ")) element.remove_prefix(file.size() + 2);
+    return std::string(element);
+}
+
+std::vector<GltfFault> check_gltf(Json& root, const std::string& file, GltfWarnings& warnings) {
     std::string path;
-    Checker(root, file).object(root, "root", path);
+    Checker checker(root, file, warnings);
+    checker.object(root, "root", path);
+    return checker.take_faults();
 }
 
 void check_gltf_animation(Json& animation, std::size_t index, std::size_t accessors, std::size_t nodes,
-                          const std::string& file) {
+                          const std::string& file, GltfWarnings& warnings) {
     std::string path = fmt::format("animations[{}]", index);
-    Checker({{"accessors", accessors}, {"nodes", nodes}}, file).object(animation, "animation", path);
+    Checker({{"accessors", accessors}, {"nodes", nodes}}, file, warnings).object(animation, "animation", path);
 }
 
 }  // namespace halflight

@@ -58,7 +58,9 @@ MeshSize measure(const GltfDocument& document, int index, const std::vector<Gltf
     MeshSize size;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& primitive = mesh.primitives[i];
-        const auto has = [&](const std::string& name) { return primitive.attributes.contains(name); };
+        const auto has = [&](const std::string& name) {
+            return primitive.attributes.contains(name) && has_elements(document, primitive, name);
+        };
         const bool stroke = is_stroke(primitive.mode);
         if ((stroke && document.stroke_radii.empty()) || !has("POSITION")) continue;
         auto [vertices, triangles, decoding_bytes] =

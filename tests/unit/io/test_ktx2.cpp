@@ -20,6 +20,8 @@ namespace halflight {
 namespace {
 
 using namespace test;
+
+using Bytes = std::vector<std::uint8_t>;
 namespace fs = std::filesystem;
 
 std::string refusal(std::string_view bytes, int max_side = 16384) {

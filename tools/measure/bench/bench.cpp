@@ -42,7 +42,7 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     SceneResult result;
     result.file = file;
     result.size = parse_size(arguments.size);
-    Scene scene = load_lit(file);
+    Scene scene = load_lit(file, arguments.strict);
     // Other tracers would need callbacks for alpha tests, so surfaces are opaque for all tracers.
     for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
     const NamedCamera camera = pick_camera(scene, arguments.camera);
@@ -85,7 +85,7 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
 
 FrameReport measure_scene_frames(const BenchArguments& arguments, const std::string& file, gpu::Context& context,
                                  const std::function<void()>& between) {
-    const Scene scene = load_lit(file);
+    const Scene scene = load_lit(file, arguments.strict);
     const NamedCamera camera = pick_camera(scene, arguments.camera);
     const TraceTables tables = build_trace_tables(scene, arguments.keep_instances ? 0 : kFlattenLimit);
     if (tables.instances.empty()) throw Error(file, "has no triangle");
@@ -142,6 +142,8 @@ void add_options(CLI::App& app, BenchArguments& a) {
                 }
             },
             ""));
+    app.add_flag("--strict", a.strict,
+                 "fails for scenes that break the rules of glTF, and for images that cannot be read");
     CLI::Option* frames = app.add_flag("--frames", a.frames, "measures whole frames instead of single ray batches");
     app.add_option("--kinds", a.kinds, "kinds of rays (default all)")
         ->delimiter(',')

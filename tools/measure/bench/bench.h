@@ -40,6 +40,7 @@ struct BenchArguments {
 
     Clock clock = Clock::wall;
     std::string nodes = "auto";   // format of the hierarchy's nodes: auto, grid, float
+    bool strict = false;          // GltfOptions::strict
     bool keep_instances = false;  // does not flatten small scenes
     bool robust = false;          // uses Embree's watertight mode
     std::string device;           // name of the device (ContextOptions::device)

@@ -31,8 +31,8 @@ ivec2 parse_size(const std::string& text) {
     return size;
 }
 
-Scene load_lit(const std::string& file) {
-    Scene scene = load_gltf(file);
+Scene load_lit(const std::string& file, bool strict) {
+    Scene scene = load_gltf(file, {.strict = strict});
     if (!has_light(scene)) scene.environment = default_sky();
     return scene;
 }

@@ -20,8 +20,8 @@ NamedCamera pick_camera(const Scene& scene, const std::string& wanted);
 /// Parses "WIDTHxHEIGHT", pixels. Throws Error.
 ivec2 parse_size(const std::string& text);
 
-/// Loads a scene, and adds a sky where it has no light.
-Scene load_lit(const std::string& file);
+/// Loads a scene, and adds a sky where it has no light. `strict` is GltfOptions::strict.
+Scene load_lit(const std::string& file, bool strict = false);
 
 /// Packs the hierarchies of the tables. `nodes`: auto, grid or float.
 rays::PackedScene pack(const TraceTables& tables, const std::string& nodes);
