@@ -71,7 +71,7 @@ class Instances {
             }
             const bool keeps = kept_.wanted && !request.deforms && !request.flattened && !turns_tangents(request);
             const Mesh* const still = keeps ? &static_mesh(request) : nullptr;
-            Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : still ? Mesh() : finish(open(request));
+            Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : still ? Mesh() : made_of(request);
             if ((still ? *still : mesh).triangles.empty() && !request.deforms) continue;
             if (!request.visible)
                 mesh = {};
@@ -92,7 +92,7 @@ class Instances {
     std::size_t meshes() const { return requests_.size(); }
     bool deforms(std::size_t mesh) const { return requests_[mesh].deforms; }
     Mesh read(std::size_t mesh) {
-        Mesh made = finish(open(requests_[mesh]));
+        Mesh made = made_of(requests_[mesh]);
         made.deforms = deforms(mesh);
         return made;
     }
@@ -207,6 +207,21 @@ class Instances {
         return meshes_.finish(std::move(unposed), moved);
     }
 
+    Mesh made_of(const MeshRequest& request) {
+        GltfUnposedMesh unposed = open(request);
+        const bool has_triangles = !unposed.parts.empty();
+        Mesh mesh = finish(std::move(unposed));
+        if (has_triangles) warn_of_collapse(request, mesh);
+        return mesh;
+    }
+
+    /// Warns of a mesh that has no triangle left because of its joints. Animations hide meshes so.
+    void warn_of_collapse(const MeshRequest& request, const Mesh& mesh) {
+        if (mesh.triangles.empty() && request.pose.skin && !request.deforms)
+            document_.warnings.add("its joints leave no area, it is left out",
+                                   fmt::format("meshes[{}]", std::get<0>(request.key)));
+    }
+
     const Mesh& static_mesh(const MeshRequest& request) {
         auto known = kept_.meshes.find(request.key);
         if (known == kept_.meshes.end()) {
@@ -216,7 +231,9 @@ class Instances {
             GltfStaticMesh made;
             GltfUnposedMesh unposed = open(request);
             made.used_default_material = unposed.uses_default_material;
+            const bool has_triangles = !unposed.parts.empty();
             made.mesh = meshes_.finish(std::move(unposed));
+            if (has_triangles) warn_of_collapse(request, made.mesh);
             made.warnings = std::exchange(document_.warnings, std::move(warnings));
             made.report = std::exchange(scene_.report, std::move(report));
             known = kept_.meshes.emplace(request.key, std::move(made)).first;

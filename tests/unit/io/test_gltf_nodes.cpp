@@ -233,6 +233,19 @@ TEST_F(GltfDeformed, SkinsAtRest) {
     EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 5}, {0, 1.5f, 5}}));
 }
 
+TEST_F(GltfDeformed, SkinsWithoutAreaAreNamed) {
+    GltfBuilder b = skinned();
+    b.json["nodes"][1]["scale"] = {0, 0, 0};  // joint 1 is below it
+    const Scene scene = load(b);
+    EXPECT_TRUE(scene.instances.empty());
+    expect_warnings(scene.report.warnings, {"meshes[0]: its joints leave no area"});
+    GltfMeshSource source(write("scene.glb", b.glb()));
+    source.read(0);
+    expect_warnings(source.report().warnings, {"meshes[0]: its joints leave no area"});
+    b.animate(1, "scale", b.floats("SCALAR", {0, 1}), b.floats("VEC3", {0, 0, 0, 1, 1, 1}));
+    EXPECT_TRUE(open(b).at(0, kFirst).report.warnings.empty()) << "animations hide meshes so";
+}
+
 TEST_F(GltfDeformed, SkinsOfLines) {
     GltfBuilder b = skinned();
     b.json["meshes"][0]["primitives"][0]["mode"] = 3;
