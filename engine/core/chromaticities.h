@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <optional>
 
 namespace halflight {
 
@@ -19,6 +20,14 @@ inline bool same_space(const Chromaticities& a, const Chromaticities& b) {
     constexpr double kRounding = 1e-4;
     const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 2 * kRounding; };
     return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
+}
+
+/// Returns the chromaticities of a file; none where all are 0, which some programs write for colours that they do not
+/// know.
+inline std::optional<Chromaticities> known_chromaticities(const Chromaticities& c) {
+    const glm::dvec2 zero(0);
+    const bool known = c.red != zero || c.green != zero || c.blue != zero || c.white != zero;
+    return known ? std::optional(c) : std::nullopt;
 }
 
 /// Returns the matrix from linear RGB to CIE XYZ; white (1, 1, 1) gets Y = 1 (SMPTE RP 177-1993).

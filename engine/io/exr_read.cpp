@@ -165,7 +165,8 @@ ExrAttributes attributes_of(const Imf::Header& header) {
     ExrAttributes attributes;
     if (Imf::hasChromaticities(header)) {
         const Imf::Chromaticities& c = Imf::chromaticities(header);
-        attributes.chromaticities = {dvec2_of(c.red), dvec2_of(c.green), dvec2_of(c.blue), dvec2_of(c.white)};
+        attributes.chromaticities =
+            known_chromaticities({dvec2_of(c.red), dvec2_of(c.green), dvec2_of(c.blue), dvec2_of(c.white)});
     }
     if (Imf::hasWorldToCamera(header))
         attributes.world_to_camera = exr_camera_from_camera() * from_row_vector_form(Imf::worldToCamera(header));

@@ -118,15 +118,14 @@ void read_header(const std::string& subject, Reader& reader, RadiancePicture& pi
             if (const auto factor = numbers(3)) correction *= dvec3((*factor)[0], (*factor)[1], (*factor)[2]);
         } else if (line.starts_with("PRIMARIES=")) {
             const auto found = numbers(8);
-            const auto is_zero = [](double v) { return v == 0; };  // some programs write zeros
-            if (!found || std::ranges::all_of(*found, is_zero)) continue;
+            if (!found) continue;
             Chromaticities c{};
             auto next = found->begin();
             for (dvec2* xy : {&c.red, &c.green, &c.blue, &c.white}) {
                 // Rounds to the precision of other formats, so that equal pictures stay equal.
                 xy->x = static_cast<float>(*next++), xy->y = static_cast<float>(*next++);
             }
-            picture.primaries = c;
+            picture.primaries = known_chromaticities(c);
         } else if (line.starts_with("GAMMA=")) {
             if (const auto gamma = numbers(1); gamma && (*gamma)[0] != 1)
                 picture.notes.push_back(fmt::format("{} is ignored: values are linear", line));

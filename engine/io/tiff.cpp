@@ -136,7 +136,8 @@ std::optional<Chromaticities> get_primaries(TIFF* file) {
     const float *white = nullptr, *colors = nullptr;
     if (TIFFGetField(file, TIFFTAG_WHITEPOINT, &white) != 1 || !white) return std::nullopt;
     if (TIFFGetField(file, TIFFTAG_PRIMARYCHROMATICITIES, &colors) != 1 || !colors) return std::nullopt;
-    return Chromaticities{{colors[0], colors[1]}, {colors[2], colors[3]}, {colors[4], colors[5]}, {white[0], white[1]}};
+    return known_chromaticities(
+        {{colors[0], colors[1]}, {colors[2], colors[3]}, {colors[4], colors[5]}, {white[0], white[1]}});
 }
 
 }  // namespace

@@ -74,9 +74,14 @@ TEST_F(EnvironmentMap, RadianceValuesAndOrientation) {
     EXPECT_EQ(e.map.pixels,
               (std::vector<float>{0, 0, 0, 160, 320, 480, 0.78125f, 0.390625f, 0.1953125f, 1, 0.5f, 1.9921875f}));
     // Scan lines may be columns.
-    for (const auto& [order, texels] : {std::pair("-X 1 -Y 4", "0123"), {"+X 1 +Y 4", "3210"}, {"+X 2 -Y 2", "0213"},
-                                        {"+X 2 +Y 2", "1302"}, {"-X 2 -Y 2", "2031"}, {"-X 2 +Y 2", "3120"},
-                                        {"-Y 2 -X 2", "1032"}, {"+Y 2 +X 2", "2301"}}) {
+    for (const auto& [order, texels] : {std::pair("-X 1 -Y 4", "0123"),
+                                        {"+X 1 +Y 4", "3210"},
+                                        {"+X 2 -Y 2", "0213"},
+                                        {"+X 2 +Y 2", "1302"},
+                                        {"-X 2 -Y 2", "2031"},
+                                        {"-X 2 +Y 2", "3120"},
+                                        {"-Y 2 -X 2", "1032"},
+                                        {"+Y 2 +X 2", "2301"}}) {
         e = load_bytes(hdr("", order, pixels));
         for (std::size_t i = 0; i < 4; ++i) {
             const auto stored = static_cast<std::size_t>(texels[i] - '0');
@@ -105,10 +110,10 @@ TEST_F(EnvironmentMap, RadianceHeadersAreAppliedOrNamed) {
     EXPECT_EQ(load_bytes(hdr("PRIMARIES=0 0 0 0 0 0 0 0\n", "-Y 1 +X 2", pixels)).map.pixels, plain.map.pixels);
     EXPECT_TRUE(report_.warnings.empty());
 
-    const Environment same = load_bytes(
-        hdr("EXPOSURE=2\nEXPOSURE= 2\nCOLORCORR=1 2 0.5\nCOLORCORR= 2 1 1\nPIXASPECT=2\nPIXASPECT=0.25\n"
-            "VIEW= -vtv -vh 45\nGAMMA=1\nGAMMA=2.2\n\tEXPOSURE=3\n",
-            "-Y 1 +X 2", pixels));
+    const Environment same =
+        load_bytes(hdr("EXPOSURE=2\nEXPOSURE= 2\nCOLORCORR=1 2 0.5\nCOLORCORR= 2 1 1\nPIXASPECT=2\nPIXASPECT=0.25\n"
+                       "VIEW= -vtv -vh 45\nGAMMA=1\nGAMMA=2.2\n\tEXPOSURE=3\n",
+                       "-Y 1 +X 2", pixels));
     EXPECT_EQ(same.map.pixels, plain.map.pixels);
     ASSERT_EQ(report_.warnings.size(), 5u);
     const char* const named[] = {"VIEW= -vtv", "GAMMA=2.2 ", "EXPOSURE 4 ", "COLORCORR 2 2 0.5 ", "PIXASPECT 0.5 "};
@@ -199,8 +204,7 @@ TEST_F(EnvironmentMap, PicturesAreFoundAmongLayers) {
     EXPECT_EQ(load_exr({{{"Y"}, grey}, {channels("fill"), ids}}).map.pixels, light.pixels);
     ASSERT_EQ(report_.warnings.size(), 1u);
     EXPECT_NE(report_.warnings[0].find("layer 'fill'"), std::string::npos);
-    EXPECT_EQ(load_exr({{{"Y"}, Image(4, 2, 1)}, {channels("beauty"), light}}).map.pixels,
-              light.pixels);
+    EXPECT_EQ(load_exr({{{"Y"}, Image(4, 2, 1)}, {channels("beauty"), light}}).map.pixels, light.pixels);
     report_ = {};
     EXPECT_EQ(load_exr({{{"R", "G", "B"}, light}, {channels("fill"), ids}}).map.pixels, light.pixels);
     EXPECT_TRUE(report_.warnings.empty());
@@ -217,9 +221,11 @@ TEST_F(EnvironmentMap, LuminanceAndOddChannels) {
     EXPECT_EQ(load_exr({{{"Y"}, grey}}).map.pixels, expected);
     EXPECT_EQ(load_exr({{{"Y"}, grey}, {{"A"}, Image(2, 1, 1)}}).map.pixels, expected);
     EXPECT_EQ(load_exr({{{"sky.Y"}, grey}, {{"sky.A"}, Image(2, 1, 1)}}).map.pixels, expected);
-    const std::vector<std::vector<std::string>> dark = {
-        {"sky"}, {"Z"}, {"A"}, {"id"}, {"mask"}, {"R"}, {"depth.Y"}, {"uv.X", "uv.Y"},
-        {"X", "Y", "Z"}, {"N.R", "N.G", "N.B"}};
+    const std::vector<std::vector<std::string>> dark = {{"sky"},         {"Z"},
+                                                        {"A"},           {"id"},
+                                                        {"mask"},        {"R"},
+                                                        {"depth.Y"},     {"uv.X", "uv.Y"},
+                                                        {"X", "Y", "Z"}, {"N.R", "N.G", "N.B"}};
     for (const std::vector<std::string>& names : dark) {
         const int channels = static_cast<int>(names.size());
         const std::string error = error_message([&] { load_exr({{names, Image(2, 1, channels)}}); });
@@ -352,8 +358,10 @@ TEST_F(EnvironmentMap, OtherPrimariesAreConverted) {
     const dvec3 expected = rgb_conversion(kAp1, kRec709) * dvec3(0.2, 0.5, 0.1);
     for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(e.map.pixels[static_cast<std::size_t>(3 + c)], std::max(0.0, expected[c]), 1e-6);
-    attributes.chromaticities = Chromaticities{{0, 0}, {0, 0}, {0, 0}, {0, 0}};
+    attributes.chromaticities = Chromaticities{{0, 0}, {0, 0}, {0, 0}, {0.3, 0.3}};
     EXPECT_THROW(load_exr({{{"R", "G", "B"}, image}}, attributes), Error);
+    attributes.chromaticities = Chromaticities{{0, 0}, {0, 0}, {0, 0}, {0, 0}};
+    EXPECT_EQ(load_exr({{{"R", "G", "B"}, image}}, attributes).map.pixels, image.pixels) << "not known, as in a .hdr";
 }
 
 TEST_F(EnvironmentMap, MapsOfOtherProjects) {
