@@ -83,7 +83,7 @@ class ColorConfig {
     std::vector<std::string> displays() const;
     std::vector<std::string> views(const std::string& display) const;
     std::vector<std::string> looks() const;
-    std::vector<std::string> color_spaces() const;
+    std::vector<std::string> linear_spaces() const;  ///< Returns the names that linear_space() takes, without aliases.
     std::string default_display() const;
     std::string default_view(const std::string& display) const;
 
@@ -91,13 +91,14 @@ class ColorConfig {
     ViewProcessor view(const ViewTransform& transform) const;
 
     /// Returns a colour space by name, alias or role; "" is the rendering space itself. Names and aliases of the
-    /// built-in config are known with any config, whose own spaces come first. Throws Error where the space is unknown
-    /// or holds data, or where no matrix leads to it from linear Rec.709.
+    /// built-in config are known with any config, whose own spaces come first. Throws Error that lists linear_spaces()
+    /// where the space is unknown or holds data, or where no matrix leads to it from linear Rec.709.
     LinearSpace linear_space(const std::string& name) const;
 
   private:
     struct Data;
     explicit ColorConfig(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+    LinearSpace find_linear(const std::string& name) const;  ///< Returns linear_space(), with shorter errors.
     std::shared_ptr<const Data> data_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "engine/color/ocio.h"
 #include "engine/core/error.h"
+#include "engine/core/suggestion.h"
 
 namespace halflight {
 
@@ -127,7 +128,9 @@ ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) 
         }
     }
     if (data->rendering_space.empty())
-        throw Error(subject, "has neither an aces_interchange role nor one of the colour spaces {}",
+        throw Error(subject,
+                    "has neither an aces_interchange role nor one of the colour spaces {}; give its ACES2065-1 space "
+                    "the role, or its linear Rec.709 space one of the names, or leave the config out",
                     fmt::join(kRec709Names, ", "));
     return ColorConfig(std::move(data));
 }
@@ -160,10 +163,16 @@ std::vector<std::string> ColorConfig::looks() const {
     return names;
 }
 
-std::vector<std::string> ColorConfig::color_spaces() const {
+std::vector<std::string> ColorConfig::linear_spaces() const {
     std::vector<std::string> names;
-    for (int i = 0; i < data_->config->getNumColorSpaces(); ++i)
-        names.emplace_back(data_->config->getColorSpaceNameByIndex(i));
+    for (int i = 0; i < data_->config->getNumColorSpaces(); ++i) {
+        const std::string name = data_->config->getColorSpaceNameByIndex(i);
+        try {
+            find_linear(name);
+            names.push_back(name);
+        } catch (const Error&) {  // not linear
+        }
+    }
     return names;
 }
 
@@ -217,15 +226,25 @@ ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
 }
 
 LinearSpace ColorConfig::linear_space(const std::string& name) const {
+    try {
+        return find_linear(name);
+    } catch (const Error& error) {
+        const std::vector<std::string> linear = linear_spaces();
+        throw Error(data_->source, "{}; linear ones are: {}{}", error.reason(), fmt::join(linear, ", "),
+                    did_you_mean(name, linear));
+    }
+}
+
+LinearSpace ColorConfig::find_linear(const std::string& name) const {
     if (name.empty()) return {"linear Rec.709", mat3(1), kRec709};
     const ocio::ConstColorSpaceRcPtr found = data_->config->getColorSpace(name.c_str());
     if (!found) {
         // Matrices of spaces do not depend on the config, unlike those of roles.
         const ocio::ConstConfigRcPtr own = embedded_config();
         if (!own->getColorSpace(name.c_str()) || own->hasRole(name.c_str()))
-            throw Error(data_->source, "has no colour space \"{}\"; it has: {}", name, fmt::join(color_spaces(), ", "));
+            throw Error(data_->source, "has no colour space \"{}\"", name);
         const Data data{own, data_->source, {}, "aces_interchange", rec709_to_aces()};
-        return ColorConfig(std::make_shared<Data>(data)).linear_space(name);
+        return ColorConfig(std::make_shared<Data>(data)).find_linear(name);
     }
     if (found->isData()) throw Error(data_->source, "colour space \"{}\" holds data instead of colours", name);
     LinearSpace space{found->getName(), mat3(1), std::nullopt};

@@ -170,7 +170,12 @@ TEST(Color, NamesAreCaseInsensitiveAndErrorsListThem) {
         const std::string message = error_message([&] { config.view(wanted); });
         EXPECT_NE(message.find(listed), std::string::npos) << message;
     }
-    EXPECT_NE(error_message([&] { config.linear_space("Rec.9000"); }).find("ACEScg"), std::string::npos);
+    for (const char* const name : {"Rec.9000", "ACEScct", "Raw"}) {
+        const std::string message = error_message([&] { config.linear_space(name); });
+        const std::string listed = message.substr(std::min(message.find("linear ones are: "), message.size()));
+        EXPECT_NE(listed.find("ACEScg"), std::string::npos) << message;
+        EXPECT_EQ(listed.find("sRGB - Texture"), std::string::npos) << message;
+    }
 }
 
 TEST(Color, LinearSpaces) {
