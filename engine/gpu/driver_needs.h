@@ -1,5 +1,5 @@
-// What drivers need of the process, and do not check themselves: without it they end the process by a signal, wait
-// forever, or render wrong pictures. Programs prepare their process; the library only checks its host.
+// This file prepares a process for what drivers need, and do not check themselves. Without it they end the process by a
+// signal, wait forever, or render wrong pictures. Programs prepare their process; the library only checks its host.
 #pragma once
 
 #include <cstdint>
