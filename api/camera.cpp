@@ -8,6 +8,7 @@
 #include "api/default_camera.h"
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
+#include "engine/scene/skies.h"
 #include "engine/settings/render_settings.h"
 
 namespace halflight {
@@ -116,6 +117,10 @@ ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c, const rays
     else
         chosen.pivot = 0.5 * box.lower + 0.5 * box.upper;
     return chosen;
+}
+
+double azimuth_of_light(const Scene& scene, const CameraChoice& c) {
+    return view_azimuth(choose_camera(scene, c).camera);
 }
 
 Camera with_lens(Camera camera, const Lens& wanted) {

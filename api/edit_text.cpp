@@ -68,13 +68,7 @@ bool names_color(const std::string& text) {
 }
 
 vec3 named_color(const std::string& subject, const std::string& text) {
-    EnvironmentChoice choice;
-    try {
-        choice = parse_environment(subject, text);  // knows colours by name
-    } catch (const Error&) {
-        choice = std::monostate();
-    }
-    if (const auto* color = std::get_if<vec3>(&choice); color && text != "none") return *color;
+    if (const auto color = color_of_text(text)) return *color;
     throw Error(subject, "expects R,G,B, #rrggbb or the name of a colour, not '{}'", text);
 }
 

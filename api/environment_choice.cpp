@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -52,18 +51,21 @@ std::optional<vec3> hex_color(std::string_view text) {
 
 }  // namespace
 
+std::optional<vec3> color_of_text(std::string_view text) {
+    if (text.starts_with('#')) return hex_color(text);
+    for (const auto& [color, hex] : kColors)
+        if (text == color) return hex_color(hex);
+    return std::nullopt;
+}
+
 EnvironmentChoice parse_environment(const std::string& subject, const std::string& text) {
     if (text.empty()) throw Error(subject, "expects the name of a file, a colour or a preset");
     if (text == "none") return vec3(0);
     for (const SkyPreset preset : sky_presets())
         if (text == name(preset)) return preset;
-    for (const auto& [color, hex] : kColors)
-        if (text == color) return *hex_color(hex);
-    if (text.starts_with('#')) {
-        const auto color = hex_color(text);
-        if (!color) throw Error(subject, "expects #rgb or #rrggbb, not '{}'", text);
-        return *color;
-    }
+    if (text == "grey" || text == "gray") return SkyPreset::overcast;
+    if (const auto color = color_of_text(text)) return *color;
+    if (text.starts_with('#')) throw Error(subject, "expects #rgb or #rrggbb, not '{}'", text);
     const auto values = numbers(text);
     if (values && values->size() == 3) {
         const dvec3 radiance((*values)[0], (*values)[1], (*values)[2]);

@@ -86,6 +86,7 @@ void add_environment(Fingerprint& print, const LoadedScene& scene) {
     if (!a.lamps) print.text("no lamps");
     if (std::holds_alternative<std::filesystem::path>(a.environment)) print.text("map").file(scene.environment_file());
     if (const auto* preset = std::get_if<SkyPreset>(&a.environment)) print.text("preset").text(name(*preset));
+    if (a.light_azimuth) print.values("azimuth {}", *a.light_azimuth);
     if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));
 }
 

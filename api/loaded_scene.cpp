@@ -98,8 +98,6 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
 
 namespace {
 
-constexpr const char* kSkyNote = "a neutral sky is added (--env replaces it; --env none prevents it)";
-
 /// Returns the mean radiance of an environment over the sphere, luminance.
 double mean_radiance(const Environment& environment) {
     const auto color = double(luminance(environment.color));
@@ -118,8 +116,12 @@ double mean_radiance(const Environment& environment) {
 /// Adds a sky or lamps where the cameras see little (default_light()).
 void add_light(Scene& scene, const Log& log, const AddedLight& added) {
     const bool lit = has_light(scene), dark = scene.environment.black();
+    const auto add_sky = [&](const char* reason) {
+        scene.environment = preset_sky(SkyPreset::neutral, added.azimuth).environment;
+        log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)", reason);
+    };
     if (scene.paged_bounds || scene.instances.empty()) {
-        if (!lit && dark) scene.environment = default_sky(), log.note("the scene has no light: {}", kSkyNote);
+        if (!lit && dark) add_sky("the scene has no light");
         return;
     }
     const WorldBounds bounds = world_bounds(scene);
@@ -134,15 +136,11 @@ void add_light(Scene& scene, const Log& log, const AddedLight& added) {
     if (cameras.empty()) cameras = {default_camera(probe.get(), kUsualAspect).camera};
     // A camera outside sees surfaces that the environment lights.
     if ((!dark || !lit) && std::ranges::none_of(cameras, within)) {
-        if (dark) scene.environment = default_sky(), log.note("the scene has no light: {}", kSkyNote);
+        if (dark) add_sky("the scene has no light");
         return;
     }
     DefaultLight light = default_light(probe.get(), cameras, mean_radiance(scene.environment));
-    if (light.sky && dark) {
-        scene.environment = default_sky();
-        log.note("{}: {}", lit ? "the cameras see little by the scene's own light" : "the scene has no light",
-                 kSkyNote);
-    }
+    if (light.sky && dark) add_sky(lit ? "the cameras see little by the scene's own light" : "the scene has no light");
     if (light.lamps.empty() || !added.lamps) return;
     log.note("{}, and hardly any sky can enter: {} lamps are added in what its cameras see (--no-lamps prevents it)",
              dark && !lit ? "the scene has no light" : "the cameras see little by the scene's light",
@@ -167,7 +165,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         if (scene.environment.black() && !has_light(scene))
             log.note("the scene has no light, so its surfaces are black");
     } else if (const auto* preset = std::get_if<SkyPreset>(&choice)) {
-        take(preset_sky(*preset));
+        take(preset_sky(*preset, added.azimuth));
     } else if (const auto* clear = std::get_if<ClearSky>(&choice)) {
         take(clear_sky(*clear));
     } else if (const auto* file = std::get_if<std::filesystem::path>(&choice)) {
@@ -283,6 +281,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     AddedLight added{.lit_elsewhere = lit_elsewhere_, .lamps = choice_.lamps, .probe = &probe};
     camera_ = choose_camera(scene_, camera, &probe);
     if (!camera_.index) added.camera = camera_.camera;
+    added.azimuth = light_azimuth();
     set_environment(scene_, choice_.environment, log, added);
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
@@ -460,6 +459,24 @@ void LoadedScene::edit(SceneEdits edits) {
     if (surface_edits(choice_.edits) != surface_edits(earlier)) ++transform_revision_;
 }
 
+double LoadedScene::light_azimuth() const {
+    return choice_.light_azimuth.value_or(view_azimuth(camera_.camera));
+}
+
+void LoadedScene::turn_light() {
+    Environment& environment = unedited_ ? unedited_->environment : scene_.environment;
+    const bool map = std::holds_alternative<std::filesystem::path>(choice_.environment);
+    if (map || environment.name != name(SkyPreset::neutral)) return;
+    Environment turned = preset_sky(SkyPreset::neutral, light_azimuth()).environment;
+    if (turned.map.pixels == environment.map.pixels) return;
+    turned.light_group = environment.light_group;
+    environment = std::move(turned);
+    ++revision_;
+    if (!unedited_) return;
+    restore_unedited();
+    apply_edits();
+}
+
 const std::vector<Instance>& LoadedScene::unedited_instances() const {
     return unedited_ ? unedited_->instances : scene_.instances;
 }
@@ -469,6 +486,7 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
     pose(0);
     camera_ = choose_camera(scene_, camera);
     camera_choice_ = camera;
+    turn_light();
     framed_ = transform_revision_;
     ++choice_revision_;
 }
@@ -526,8 +544,22 @@ void LoadedScene::pose(double seconds) {
     ++revision_;
 }
 
+std::vector<bool> LoadedScene::used_materials() const {
+    if (freed_) return used_materials_;
+    std::vector<bool> used(scene_.materials.size());
+    if (pages_) used = pages_->index().geometry.used_materials;
+    used.resize(scene_.materials.size());
+    std::vector<bool> shown(scene_.meshes.size());
+    for (const Instance& instance : scene_.instances) shown[static_cast<std::size_t>(instance.mesh)] = true;
+    for (std::size_t mesh = 0; mesh < shown.size(); ++mesh)
+        if (shown[mesh])
+            for (const std::uint32_t material : scene_.meshes[mesh].triangle_material) used[material] = true;
+    return used;
+}
+
 void LoadedScene::free_surfaces() {
     assert(!surfaces_move_);
+    used_materials_ = used_materials();
     for (Mesh& mesh : scene_.meshes) {
         Mesh empty;
         empty.name = std::move(mesh.name);

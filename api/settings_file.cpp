@@ -116,7 +116,7 @@ Json pose_json(const CameraPose& pose) {
 }
 
 void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
-    e.check_keys({"map", "color", "preset", "sky", "rotation", "intensity", "tint"});
+    e.check_keys({"map", "color", "preset", "sky", "azimuth", "rotation", "intensity", "tint"});
     std::string found;
     for (const char* kind : {"map", "color", "preset", "sky"}) {
         if (!e.find(kind)) continue;
@@ -133,7 +133,7 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
         const auto presets = sky_presets();
         const auto preset =
             std::ranges::find_if(presets, [wanted = v.text()](SkyPreset p) { return wanted == name(p); });
-        if (preset == presets.end()) v.fail("is none of studio, sky, overcast");
+        if (preset == presets.end()) v.fail("is none of neutral, studio, sky, overcast");
         s.environment = *preset;
     });
     with(e, "sky", [&](const Element& v) {
@@ -144,6 +144,7 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
         with(v, "turbidity", [&](const Element& n) { sky.turbidity = n.number(kLeastTurbidity, kMostTurbidity); });
         s.environment = sky;
     });
+    with(e, "azimuth", [&](const Element& v) { s.light_azimuth = v.number(kEditRotation); });
     with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(kEditRotation); });
     with(e, "intensity",
          [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(kEditFactor)); });
@@ -166,6 +167,7 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
     if (const auto* preset = std::get_if<SkyPreset>(&s.environment)) json["preset"] = name(*preset);
     if (const auto* sky = std::get_if<ClearSky>(&s.environment))
         json["sky"] = {{"elevation", sky->elevation}, {"azimuth", sky->azimuth}, {"turbidity", sky->turbidity}};
+    if (s.light_azimuth) json["azimuth"] = *s.light_azimuth;
     json["rotation"] = s.edits.environment_rotation;
     json["intensity"] = short_number(s.edits.environment_intensity);
     if (s.edits.environment_tint != vec3(1)) json["tint"] = list(s.edits.environment_tint);
@@ -195,8 +197,8 @@ bool SavedSettings::operator==(const SavedSettings& other) const {
         return setting(name).get(settings) == setting(name).get(other.settings);
     };
     const auto rest = [](const SavedSettings& s) {
-        return std::tie(s.given, s.camera, s.size, s.variant, s.line_width, s.environment, s.edits, s.moment,
-                        s.bookmarks);
+        return std::tie(s.given, s.camera, s.size, s.variant, s.line_width, s.environment, s.light_azimuth, s.edits,
+                        s.moment, s.bookmarks);
     };
     return rest(*this) == rest(other) && std::ranges::all_of(given, same);
 }
@@ -217,6 +219,7 @@ void take_settings(const SavedSettings& s, const fs::path& path, SceneChoice& sc
     scene.variant = s.variant;
     scene.line_width = s.line_width;
     scene.environment = s.environment;
+    scene.light_azimuth = s.light_azimuth;
     scene.edits = s.edits;
     scene.edits_source = path.string();
     if (s.moment) scene.animation = s.moment->animation, scene.frame_rate = s.moment->rate;

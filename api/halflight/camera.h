@@ -49,6 +49,9 @@ std::string camera_options(const Camera& camera, const dvec3& at);
 /// `probe` is a probe of the scene, which other questions share; null: there is none yet.
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice, const rays::LazyProbe* probe = nullptr);
 
+/// Returns the azimuth of the neutral light for a choice of camera: that of its point of view, degrees from +Z to +X.
+double azimuth_of_light(const Scene& scene, const CameraChoice& choice);
+
 /// Returns a camera whose lens follows `wanted`; members that are not set there remain those of the camera. Throws
 /// Error where a focus lacks an aperture, or an aperture lacks a focus.
 Camera with_lens(Camera camera, const Lens& wanted);

@@ -45,7 +45,8 @@ struct SceneChoice {
     std::string variant{};  // material variant of the file, by name; empty: the file's own materials
     double line_width = 0;  // diameter of points and lines, world units; 0: they are left out
     EnvironmentChoice environment{};
-    bool lamps = true;  // closed rooms without enough light get lamps
+    bool lamps = true;                      // closed rooms without enough light get lamps
+    std::optional<double> light_azimuth{};  // azimuth of the neutral light, degrees from +Z; none: the camera's
     SceneEdits edits{};
     std::string edits_source{};  // settings file of `edits`, for errors; empty: none
     // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
@@ -78,9 +79,10 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
 
 /// How light may be added to a scene.
 struct AddedLight {
-    bool lit_elsewhere = false;      // the scene has light in pages, or an animation brings it later: none is added
-    bool lamps = true;               // SceneChoice::lamps
-    std::optional<Camera> camera{};  // camera of the picture; none: those of the scene, or its default camera
+    bool lit_elsewhere = false;        // the scene has light in pages, or an animation brings it later: none is added
+    bool lamps = true;                 // SceneChoice::lamps
+    std::optional<Camera> camera{};    // camera of the picture; none: those of the scene, or its default camera
+    double azimuth = kFramingAzimuth;  // of the camera that the neutral sky follows, degrees from +Z to +X
     const rays::LazyProbe* probe = nullptr;  // probe of the scene; null: there is none yet
 };
 
@@ -204,6 +206,8 @@ class LoadedScene {
     const std::vector<std::string>& variants() const { return variants_; }  ///< Returns the names of material variants.
     /// Returns the page file; null where the geometry is in memory.
     const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
+    /// Returns, per material, whether an instance shows it.
+    std::vector<bool> used_materials() const;
     const SceneSize& size() const { return size_; }  ///< Returns the size at 0 s.
     /// Returns the environment of the file, which a choice or a neutral sky may have replaced in scene().
     const std::shared_ptr<const Environment>& own_environment() const { return own_environment_; }
@@ -213,6 +217,9 @@ class LoadedScene {
     struct Unedited;
     void apply_edits();
     void restore_unedited();
+    /// Turns the neutral sky, if it is in use, to the chosen camera.
+    void turn_light();
+    double light_azimuth() const;
     /// Loads the scene into memory. Returns whether its animations may bring light later.
     bool load_whole(const Log& log);
     /// Loads the scene, with its geometry from pages. Returns like load_whole().
@@ -244,7 +251,8 @@ class LoadedScene {
     bool lit_elsewhere_ = false;
     std::vector<PunctualLight> suns_;  // sun of the environment before edits; empty: none
     bool surfaces_move_ = false;
-    bool freed_ = false;  // free_surfaces() was called
+    bool freed_ = false;                // free_surfaces() was called
+    std::vector<bool> used_materials_;  // used_materials() at that time
     Deformer* deformer_ = nullptr;
     std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
     std::uint64_t revision_ = 1, transform_revision_ = 1, choice_revision_ = 1;

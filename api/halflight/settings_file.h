@@ -17,12 +17,13 @@ namespace halflight {
 /// Contents of a settings file. Scene and command line decide on missing members.
 struct SavedSettings {
     std::variant<std::monostate, std::string, CameraPose> camera;  // scene camera by name or number, or a free camera
-    RenderSettings settings;             // values of the settings in `given`; others are ignored
-    std::set<std::string_view> given{};  // names of given settings, whose table row is `saved`
-    std::optional<ivec2> size;           // size of the picture, pixels
-    std::string variant;                 // material variant; empty: the file's own materials
-    double line_width = 0;               // diameter of points and lines, world units; 0: they are left out
-    EnvironmentChoice environment;       // environment; paths of maps are relative to the current folder
+    RenderSettings settings;              // values of the settings in `given`; others are ignored
+    std::set<std::string_view> given{};   // names of given settings, whose table row is `saved`
+    std::optional<ivec2> size;            // size of the picture, pixels
+    std::string variant;                  // material variant; empty: the file's own materials
+    double line_width = 0;                // diameter of points and lines, world units; 0: they are left out
+    EnvironmentChoice environment;        // environment; paths of maps are relative to the current folder
+    std::optional<double> light_azimuth;  // SceneChoice::light_azimuth, degrees, kEditRotation
     SceneEdits edits;
     struct Moment {
         std::string animation;  // value of --animation

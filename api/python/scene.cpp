@@ -176,6 +176,7 @@ void save_settings(const PyScene& s, const std::filesystem::path& path) {
     saved.variant = choice.variant;
     saved.line_width = choice.line_width;
     saved.environment = choice.environment;
+    saved.light_azimuth = choice.light_azimuth;
     saved.edits = choice.edits;
     make_folder_of(path);
     write_settings(path, saved);

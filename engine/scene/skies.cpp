@@ -73,35 +73,71 @@ dvec3 sun_illuminance(double zenith_angle, double turbidity) {
     return illuminance;
 }
 
-Sky studio() {
-    /// A soft box: a rectangle of directions with soft edges.
-    struct Box {
-        dvec3 centre;        // direction, any length
-        double half_width;   // radians
-        double half_height;  // radians
-        double radiance;
-    };
-    const Box boxes[] = {
-        {{-0.75, 0.75, 0.75}, 0.5, 0.45, 7}, {{1, 0.35, 0.35}, 0.22, 0.6, 3}, {{0.1, 1, -0.9}, 0.9, 0.2, 4}};
-    const auto radiance_of = [&](const dvec3& direction) {
-        double radiance = 0.12 + 0.13 * std::max(direction.y, 0.0);
-        for (const Box& box : boxes) {
-            const dvec3 ahead = glm::normalize(box.centre), right = glm::normalize(glm::cross(ahead, dvec3(0, 1, 0)));
-            const double z = glm::dot(direction, ahead);
-            const double x = std::atan2(glm::dot(direction, right), z);
-            const double y = std::atan2(glm::dot(direction, glm::cross(right, ahead)), z);
-            const auto inside = [](double at, double half) {
-                const double t = std::clamp((half - std::abs(at)) / 0.08 + 0.5, 0.0, 1.0);
-                return t * t * (3 - 2 * t);
-            };
-            radiance += box.radiance * inside(x, box.half_width) * inside(y, box.half_height);
-        }
-        return dvec3(radiance);
-    };
+double smooth_step(double from, double to, double x) {
+    const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+}
+
+/// A soft box: a rectangle of directions with soft edges.
+struct SoftBox {
+    dvec3 centre;        // direction, any length
+    double half_width;   // radians
+    double half_height;  // radians
+    double radiance;
+};
+
+/// Returns `radiance` and the radiances of boxes. softness: width of their edges, radians.
+double add_boxes(double radiance, std::span<const SoftBox> boxes, const dvec3& direction, double softness) {
+    for (const SoftBox& box : boxes) {
+        const dvec3 ahead = glm::normalize(box.centre), right = glm::normalize(glm::cross(ahead, dvec3(0, 1, 0)));
+        const double z = glm::dot(direction, ahead);
+        const double x = std::atan2(glm::dot(direction, right), z);
+        const double y = std::atan2(glm::dot(direction, glm::cross(right, ahead)), z);
+        const auto inside = [&](double at, double half) {
+            return smooth_step(0, 1, (half - std::abs(at)) / softness + 0.5);
+        };
+        radiance += box.radiance * inside(x, box.half_width) * inside(y, box.half_height);
+    }
+    return radiance;
+}
+
+/// Returns grey light of a map, scaled to a horizontal irradiance of pi.
+template <class F>
+Sky grey_light(int width, const F& f) {
     Sky sky;
-    sky.environment = {"studio", vec3(1), make_map(256, radiance_of)};
+    sky.environment.map = make_map(width, [&](const dvec3& direction) { return dvec3(f(direction)); });
     sky.environment.color = vec3(float(kPi / horizontal_irradiance(sky.environment.map).x));
     return sky;
+}
+
+Sky studio() {
+    constexpr SoftBox kBoxes[] = {
+        {{-0.75, 0.75, 0.75}, 0.5, 0.45, 7}, {{1, 0.35, 0.35}, 0.22, 0.6, 3}, {{0.1, 1, -0.9}, 0.9, 0.2, 4}};
+    return grey_light(256, [&](const dvec3& direction) {
+        return add_boxes(0.12 + 0.13 * std::max(direction.y, 0.0), kBoxes, direction, 0.08);
+    });
+}
+
+Sky neutral(double azimuth) {
+    /// Returns a direction; degrees to the right of the camera, seen from the object, and above the horizon.
+    const auto at = [](double aside, double elevation) {
+        const double a = radians(aside), e = radians(elevation);
+        return dvec3(std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e));
+    };
+    const SoftBox boxes[] = {
+        {at(-48, 32), radians(26), radians(26), 4.993},  // key
+        {at(72, 14), radians(6), radians(32), 1.077},    // fill: a strip, which curved metal shows as a line
+        {at(140, 40), radians(12), radians(18), 1.748},  // rim: light on the outline of the dark side
+        {at(180, 24), radians(50), radians(10), 0.942},  // wall of light behind objects, which glass shows
+    };
+    const double s = std::sin(radians(azimuth)), c = std::cos(radians(azimuth));
+    return grey_light(128, [&](const dvec3& direction) {
+        const dvec3 seen(c * direction.x - s * direction.z, direction.y, s * direction.x + c * direction.z);
+        constexpr double kHorizon = 0.42, kSky = 0.12, kGround = 0.17;
+        const double base = direction.y > 0 ? glm::mix(kHorizon, kSky, smooth_step(0, 0.5, direction.y))
+                                            : glm::mix(kHorizon, kGround, smooth_step(0, 0.6, -direction.y));
+        return add_boxes(base + 0.499 * smooth_step(0.85, 0.98, direction.y), boxes, seen, radians(10));
+    });
 }
 
 }  // namespace
@@ -157,12 +193,15 @@ Sky clear_sky(const ClearSky& s) {
 }
 
 std::span<const SkyPreset> sky_presets() {
-    static constexpr SkyPreset kPresets[] = {SkyPreset::studio, SkyPreset::sky, SkyPreset::overcast};
+    static constexpr SkyPreset kPresets[] = {SkyPreset::neutral, SkyPreset::studio, SkyPreset::sky,
+                                             SkyPreset::overcast};
     return kPresets;
 }
 
 const char* name(SkyPreset preset) {
     switch (preset) {
+        case SkyPreset::neutral:
+            return "neutral";
         case SkyPreset::studio:
             return "studio";
         case SkyPreset::sky:
@@ -173,9 +212,18 @@ const char* name(SkyPreset preset) {
     return "";
 }
 
-Sky preset_sky(SkyPreset preset) {
+double view_azimuth(const Camera& camera) {
+    const dvec3 up(camera.camera_to_world[1]), back(camera.camera_to_world[2]);
+    const dvec3 from = std::hypot(back.x, back.z) > 1e-3 ? back : back.y > 0 ? -up : up;
+    return std::atan2(from.x, from.z) * 180 / kPi;
+}
+
+Sky preset_sky(SkyPreset preset, double azimuth) {
     Sky sky;
     switch (preset) {
+        case SkyPreset::neutral:
+            sky = neutral(azimuth);
+            break;
         case SkyPreset::studio:
             sky = studio();
             break;

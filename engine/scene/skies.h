@@ -1,4 +1,5 @@
-// Environments that the engine generates: a clear sky with its sun, an overcast sky, a studio.
+// Environments that the engine generates: neutral light for objects, a studio, a clear sky with its sun, an overcast
+// sky.
 #pragma once
 
 #include <optional>
@@ -30,11 +31,22 @@ struct Sky {
 /// reflects the light of both. The model is made for turbidities of 2 to 6 and for a sun above 5 degrees.
 Sky clear_sky(const ClearSky& sky);
 
-enum class SkyPreset { studio, sky, overcast };
+enum class SkyPreset { neutral, studio, sky, overcast };
 std::span<const SkyPreset> sky_presets();
 const char* name(SkyPreset preset);
+/// Azimuth of the camera that framing_camera() returns, degrees from +Z to +X.
+inline constexpr double kFramingAzimuth = 30;
+/// Returns the azimuth of the point of view of a camera, degrees from +Z to +X. A camera that looks straight up or down
+/// has that of its picture's lower or upper edge.
+double view_azimuth(const Camera& camera);
 /// Returns a generated environment. All give a horizontal surface an irradiance of about pi, so that a white floor has
-/// radiance 1. studio: soft boxes in front of grey; sky: a clear sky with its sun; overcast: default_sky().
-Sky preset_sky(SkyPreset preset);
+/// radiance 1.
+///   - neutral: grey light that shows the form of objects. A key on the left of a camera of that azimuth and a weaker
+///     fill on the right are brighter than what is between them; boxes behind the object light its outline. The ground
+///     becomes darker towards the nadir. The mean radiance is that of overcast.
+///   - studio: soft boxes in front of grey.
+///   - sky: a clear sky with its sun.
+///   - overcast: default_sky().
+Sky preset_sky(SkyPreset preset, double azimuth = kFramingAzimuth);
 
 }  // namespace halflight

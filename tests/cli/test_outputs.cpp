@@ -243,6 +243,12 @@ TEST_F(Output, EnvironmentsAreGeneratedTurnedAndScaled) {
         for (const float v : picture.pixels) sum += double(v);
         return sum / double(picture.pixels.size());
     };
+    render({file("a.exr")});
+    expect_has(read_exr(file("a.exr")).attributes.comments, "neutral");
+    const Image by_default = read_exr(file("a.exr")).image({"R", "G", "B"});
+    mean(words("--env neutral"));
+    EXPECT_EQ(read_exr(file("a.exr")).image({"R", "G", "B"}).pixels, by_default.pixels);
+    EXPECT_EQ(mean(words("--env grey")), mean(words("--env overcast")));
     for (const char* dark : {"--env none", "--env 0,0,0"}) EXPECT_EQ(mean(words(dark)), 0);
     const double studio = mean(words("--env studio"));
     EXPECT_GT(studio, 0.01);

@@ -155,8 +155,10 @@ void add_camera_options(Options& options, ViewArguments& a) {
 void add_environment_options(Options& options, SceneChoice& choice) {
     options.value(
         "--env", "FILE|COLOUR|NAME|none",
-        "environment: an equirectangular .exr or .hdr; a constant radiance as R,G,B, #rrggbb or white; studio, "
-        "sky or overcast; none. By default a scene gets a neutral sky if its cameras see little by its own light",
+        "environment: an equirectangular .exr or .hdr; a constant radiance as R,G,B, #rrggbb or white; neutral, "
+        "studio, sky, overcast or grey; none. By default a scene gets a neutral sky if its cameras see little by its "
+        "own "
+        "light",
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_environment, name, text); });
     options.value(
         "--sky", "ELEVATION,AZIMUTH[,TURBIDITY]",

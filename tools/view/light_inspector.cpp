@@ -71,8 +71,8 @@ void choose_environment(PanelContext& c) {
     all.emplace_back(kFile);
     std::string chosen = name_of(c.session.environment());
     if (!choose("Environment", chosen, all,
-                "light from all directions. studio, sky and overcast give a white floor a radiance of 1; the clear sky "
-                "with its sun is as bright as outdoors, in nits"))
+                "light from all directions. neutral, studio, sky and overcast give a white floor a radiance of 1; the "
+                "clear sky with its sun is as bright as outdoors, in nits"))
         return;
     if (chosen == kFile)
         c.requests.actions.push_back(Action::open);
@@ -120,7 +120,8 @@ void light_properties_of(PanelContext& c, std::size_t index) {
 void environment_properties(PanelContext& c) {
     choose_environment(c);
     const EnvironmentChoice& now = c.session.environment();
-    if (std::holds_alternative<std::monostate>(now) && c.session.scene().environment.name == default_sky().name)
+    if (std::holds_alternative<std::monostate>(now) &&
+        c.session.scene().environment.name == halflight::name(SkyPreset::neutral))
         faint_text("The scene's own light reaches little or nothing, so a neutral sky was added. \"none\" removes it.");
     if (const auto* sky = std::get_if<ClearSky>(&now)) {
         ClearSky edited = *sky;

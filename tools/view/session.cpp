@@ -226,6 +226,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.variant = arguments_.variant;
     s.line_width = arguments_.line_width;
     s.environment = arguments_.environment;
+    if (scene_->environment.name == halflight::name(SkyPreset::neutral)) s.light_azimuth = arguments_.light_azimuth;
     s.edits = edits;
     if (!timeline_.playing.empty() || timeline_.frame > 0)
         s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};

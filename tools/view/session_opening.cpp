@@ -34,18 +34,25 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     return t;
 }
 
+/// Lets the neutral light keep the azimuth of the first camera.
+void fix_light(PreviewArguments& a, const Scene& scene) {
+    if (!a.light_azimuth) a.light_azimuth = azimuth_of_light(scene, a);
+}
+
 /// Poses the reference at 0 s of the animation that plays. The new scene takes the images of `images`.
 void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
     Timeline& t = o.timeline;
     Scene scene = t.file->at(0, images.images);
     o.own_environment = std::make_shared<const Environment>(scene.environment);
     o.lit_elsewhere = t.file->drives_light();
+    fix_light(o.arguments, scene);
     const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
     if (chosen && o.reference)
         scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
     else
-        set_environment(scene, o.arguments.environment, console,
-                        {.lit_elsewhere = o.lit_elsewhere, .lamps = o.arguments.lamps});
+        set_environment(
+            scene, o.arguments.environment, console,
+            {.lit_elsewhere = o.lit_elsewhere, .lamps = o.arguments.lamps, .azimuth = *o.arguments.light_azimuth});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
     check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
@@ -98,6 +105,7 @@ void load_pages(Session::Opened& opened, const Console& console) {
     opened.reference_tree = opened.tree = std::make_shared<const SceneTree>(loaded.tree());
     check_edits(opened.arguments.edits, loaded.scene(), *opened.tree, opened.arguments.edits_source);
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
+    fix_light(opened.arguments, *opened.reference);
     opened.pages = loaded.pages();
     opened.own_environment = loaded.own_environment();
     opened.lit_elsewhere = loaded.lit_elsewhere();
@@ -203,7 +211,9 @@ std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& envi
         Scene other = *opened.reference;
         other.environment = *opened.own_environment;
         set_environment(other, opened.arguments.environment, console,
-                        {.lit_elsewhere = opened.lit_elsewhere, .lamps = opened.arguments.lamps});
+                        {.lit_elsewhere = opened.lit_elsewhere,
+                         .lamps = opened.arguments.lamps,
+                         .azimuth = *opened.arguments.light_azimuth});
         opened.reference = std::make_shared<const Scene>(std::move(other));
         take_frame(opened, opened.timeline.frame);
         return opened;

@@ -202,6 +202,68 @@ TEST(Skies, PresetsGiveAFloorARadianceOfOne) {
     EXPECT_EQ(map.at(0, 20)[0], map.at(63, 31)[2]) << "neutral, and constant below the horizon";
 }
 
+/// Returns the mean radiance in the directions of a map for which f(elevation, azimuth) is true, radians.
+template <class F>
+double mean_radiance(const Environment& environment, const F& f) {
+    const Image& map = environment.map;
+    double sum = 0, solid_angle = 0;
+    for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) {
+            const double phi = 2 * kPi * ((x + 0.5) / map.width - 0.5);  // from +X to +Z
+            if (!f(kPi * (0.5 - (y + 0.5) / map.height), kPi / 2 - phi)) continue;
+            const double weight = std::sin(kPi * (y + 0.5) / map.height);
+            sum += weight * double(map.at(x, y)[0]) * double(environment.color.x);
+            solid_angle += weight;
+        }
+    return sum / solid_angle;
+}
+
+TEST(Skies, NeutralLightShowsFormAndKeepsTheExposure) {
+    const auto all = [](double, double) { return true; };
+    const Environment sky = preset_sky(SkyPreset::neutral, 0).environment;
+    EXPECT_NEAR(luminance_of(irradiance({sky})), kPi, 1e-4);
+    EXPECT_NEAR(mean_radiance(sky, all), mean_radiance(preset_sky(SkyPreset::overcast).environment, all), 0.005);
+    for (std::size_t i = 0; i < sky.map.pixels.size(); i += 3) {
+        ASSERT_EQ(sky.map.pixels[i], sky.map.pixels[i + 1]);
+        ASSERT_EQ(sky.map.pixels[i], sky.map.pixels[i + 2]);
+    }
+    // From the point of view at azimuth 0, negative azimuths are on the left of the picture.
+    const auto towards = [&](double elevation, double azimuth, double width = 0.2) {
+        return mean_radiance(sky, [=](double e, double a) {
+            return std::abs(e - elevation) < width && std::abs(std::remainder(a - azimuth, 2 * kPi)) < width;
+        });
+    };
+    const double key = towards(0.56, -0.84), fill = towards(0.25, 1.26, 0.08), front = towards(0.3, 0.4);
+    EXPECT_GT(key, 2 * fill);
+    EXPECT_GT(fill, 2 * front);
+    const double below = mean_radiance(sky, [](double e, double) { return e < 0; });
+    EXPECT_LT(below, 0.35);
+    EXPECT_GT(towards(-0.05, kPi, 0.05), 1.5 * towards(-0.7, kPi)) << "the background becomes darker downwards";
+    // Fixed values: another light would change all pictures of files without lights.
+    EXPECT_NEAR(key, 5.2, 0.1);
+    EXPECT_NEAR(towards(kPi / 2, 0), 0.62, 0.02);
+}
+
+TEST(Skies, NeutralLightFollowsTheCamera) {
+    const Image front = preset_sky(SkyPreset::neutral, 10).environment.map,
+                right = preset_sky(SkyPreset::neutral, 100).environment.map;
+    const int quarter = front.width / 4;  // azimuths grow towards smaller columns
+    for (int y = 0; y < front.height; ++y)
+        for (int x = 0; x < front.width; ++x)
+            ASSERT_NEAR(right.at((x + 3 * quarter) % front.width, y)[0], front.at(x, y)[0], 1e-4) << x << ", " << y;
+    const auto azimuth = [](const dvec3& from, const dvec3& up = {0, 1, 0}) {
+        return view_azimuth(look_at_camera(from, dvec3(0), up, 1));
+    };
+    EXPECT_NEAR(azimuth({0, 1, 5}), 0, 1e-9);
+    EXPECT_NEAR(azimuth({2, -3, 0}), 90, 1e-9);
+    EXPECT_NEAR(azimuth({0, 5, 0}, {-1, 0, 0}), 90, 1e-9) << "+X is at the lower edge of the picture";
+    EXPECT_NEAR(azimuth({0, -5, 0}, {1, 0, 0}), 90, 1e-9) << "+X is at the upper edge";
+    const Scene scene = block(vec3(1));
+    EXPECT_NEAR(view_azimuth(framing_camera(scene)), kFramingAzimuth, 1e-9);
+    EXPECT_EQ(azimuth_of_light(scene, {}), kFramingAzimuth);
+    EXPECT_NEAR(azimuth_of_light(scene, {.look_from = dvec3(-3, 1, 0), .look_at = dvec3(0)}), -90, 1e-9);
+}
+
 TEST(Skies, ClearSkyHasTheLuminanceOfThePaper) {
     // Zenith luminance with the sun at 45 degrees and turbidity 2.5 by the equation of the appendix, in nits.
     const double chi = (4.0 / 9 - 2.5 / 120) * (kPi - kPi / 2);

@@ -380,7 +380,9 @@ TEST(Environment, Texts) {
     const auto choice = [](const std::string& text) { return parse_environment("--env", text); };
     const std::pair<const char*, EnvironmentChoice> choices[] = {{"none", vec3(0)},
                                                                  {"studio", SkyPreset::studio},
+                                                                 {"neutral", SkyPreset::neutral},
                                                                  {"overcast", SkyPreset::overcast},
+                                                                 {"grey", SkyPreset::overcast},
                                                                  {"./studio", std::filesystem::path("./studio")},
                                                                  {"white", vec3(1)},
                                                                  {"#fff", vec3(1)},
@@ -389,6 +391,7 @@ TEST(Environment, Texts) {
     for (const auto& [text, expected] : choices) EXPECT_EQ(choice(text), expected) << text;
     EXPECT_NEAR(std::get<vec3>(choice("#808080")).g, 0.2158605f, 1e-6) << "sRGB-encoded (IEC 61966-2-1)";
     EXPECT_EQ(choice("#880000"), choice("#800"));
+    EXPECT_EQ(color_of_text("grey"), color_of_text("#808080")) << "lights may have the colour";
     const ClearSky sky = parse_clear_sky("--sky", "12.5,-90,4");
     EXPECT_EQ(sky, (ClearSky{12.5, -90, 4}));
     EXPECT_EQ(parse_clear_sky("--sky", text(sky)), sky);

@@ -308,6 +308,26 @@ TEST(EditTexts, FilesTakeTheTextsOfOptions) {
               edits_of({{add_node_edit, "crate=rotate:0,45,0,scale:2"}, {add_hidden, "wall*"}}));
 }
 
+TEST(NeutralLight, FollowsTheChosenCamera) {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = test::copy_room(folder.path, false);
+    CameraChoice side;
+    side.look_from = dvec3(5, 1, 0), side.look_at = dvec3(0);
+    const auto map = [](double azimuth) { return preset_sky(SkyPreset::neutral, azimuth).environment.map.pixels; };
+    const auto lit_by = [](const LoadedScene& scene) { return scene.scene().environment.map.pixels; };
+    EXPECT_EQ(lit_by(LoadedScene({.scene = path}, side, Log())), map(90));
+    EXPECT_EQ(lit_by(LoadedScene({.scene = path, .light_azimuth = 20.0}, side, Log())), map(20));
+    LoadedScene scene({.scene = path, .environment = SkyPreset::neutral, .edits = {.environment_intensity = 0.5f}});
+    EXPECT_NE(lit_by(scene), map(90));
+    const std::uint64_t revision = scene.revision();
+    scene.set_camera(side);
+    EXPECT_EQ(lit_by(scene), map(90));
+    EXPECT_GT(scene.revision(), revision);
+    EXPECT_EQ(scene.scene().environment.color, 0.5f * preset_sky(SkyPreset::neutral, 90).environment.color);
+    scene.edit({});
+    EXPECT_EQ(lit_by(scene), map(90)) << "without edits, too";
+}
+
 TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
     const TemporaryFolder folder;
     LoadedScene scene({.scene = test::write_sliding_light(folder.path), .animation = "slide"});

@@ -48,6 +48,7 @@ SavedSettings all_kinds() {
     s.edits.hidden = {{"mesh:crate"}};
     s.edits.catchers = {{"floor"}};
     s.edits.clay = true;
+    s.light_azimuth = 1.0 / 3 - 40;
     s.edits.materials = {{"0", {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}}, {"12", {{"ior", {1.3f}}}}};
     s.edits.transforms[3] = dmat4(dvec4(1, 2, 3, 0), dvec4(0, 1, 0, 0), dvec4(0.1, 0, 1, 0), dvec4(4, 1.0 / 3, 6, 1));
     s.moment = {{"run", 13, {30000, 1001}}};
@@ -62,7 +63,8 @@ TEST(SettingsFile, RoundTrips) {
     SavedSettings s = all_kinds();
     for (const EnvironmentChoice& environment :
          {EnvironmentChoice(), EnvironmentChoice(vec3(0.1f, 2, 3)), EnvironmentChoice(folder / "sky.hdr"),
-          EnvironmentChoice(SkyPreset::studio), EnvironmentChoice(ClearSky{12.5, -100, 1.0 / 3 + 2})}) {
+          EnvironmentChoice(SkyPreset::studio), EnvironmentChoice(SkyPreset::neutral),
+          EnvironmentChoice(ClearSky{12.5, -100, 1.0 / 3 + 2})}) {
         s.environment = environment;
         write_settings(folder / "a.json", s);
         const SavedSettings r = read_settings(folder / "a.json");

@@ -207,6 +207,22 @@ TEST_F(ViewSession, DegenerateViewsAreRefused) {
     steer({.drag = {0.1, 0}, .left = true});
 }
 
+TEST_F(ViewSession, TheNeutralLightStaysWhileTheCameraTurns) {
+    const TemporaryFolder folder;
+    session.open(session.opening(test::copy_room(folder.path, false))());
+    const Image light = session.scene().environment.map;
+    const SavedSettings before = session.saved(kSize);
+    ASSERT_TRUE(before.light_azimuth);
+    steer({.drag = {0.3, 0}, .left = true});
+    EXPECT_EQ(session.scene().environment.map.pixels, light.pixels);
+    const SavedSettings after = session.saved(kSize);
+    EXPECT_EQ(after.light_azimuth, before.light_azimuth) << "render --settings shows what the window shows";
+    session.open(session.lighting(SkyPreset::neutral)());
+    EXPECT_EQ(session.scene().environment.map.pixels, light.pixels);
+    session.open(session.lighting(vec3(1))());
+    EXPECT_FALSE(session.saved(kSize).light_azimuth);
+}
+
 TEST_F(ViewSession, AFailedOpenChangesNothing) {
     const Request before = session.request(kSize);
     for (const char* bad : {"no.glb", "no.exr", "README.md"}) {
