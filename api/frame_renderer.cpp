@@ -1,6 +1,7 @@
 #include "api/halflight/frame_renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <list>
 #include <span>
 #include <utility>
@@ -58,16 +59,52 @@ std::string shutter_text(const Shutter& shutter, const RenderSettings& settings)
                        shutter_count(shutter, settings.aovs, settings.samples));
 }
 
+namespace {
+
+/// Returns what emits light, or is unlit, and would be seen without an exposure, but is black in a picture of that
+/// exposure.
+std::vector<std::string> black_lights(const LoadedScene& loaded, float stops) {
+    constexpr float kBlack = 1.0f / 1024;  // radiance after exposure, 3 of 255 in sRGB
+    const auto is_black = [&](const vec3& radiance) {
+        const float most = std::max({radiance.r, radiance.g, radiance.b});
+        return most >= kBlack && most * std::exp2(stops) < kBlack;
+    };
+    std::vector<std::string> black;
+    const Scene& scene = loaded.scene();
+    const Environment& environment = scene.environment;
+    const std::vector<float>& map = environment.map.pixels;
+    if (is_black(environment.color * (map.empty() ? 1 : *std::ranges::max_element(map))))
+        black.push_back(fmt::format("the environment {}", environment.name));
+    const std::vector<bool> used = loaded.used_materials();
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        const Material& m = scene.materials[i];
+        if (used[i] && is_black(m.unlit ? vec3(m.base_color) : m.emission))
+            black.push_back(m.name.empty() ? fmt::format("material {}", i) : fmt::format("material '{}'", m.name));
+    }
+    return black;
+}
+
+}  // namespace
+
 gpu::ContextOptions default_device(std::string device) {
     return {.device = std::move(device), .binaries_folder = gpu::default_binaries_folder()};
 }
 
-void note_exposure(const ViewTransform& requested, const RenderSettings& used, const Log& log) {
+void note_exposure(const ViewTransform& requested, const RenderSettings& used, const LoadedScene& scene,
+                   const Log& log) {
+    if (!used.want_view) return;
     const float stops = used.view.stops();
-    if (used.want_view && used.view.camera.exposes())
+    if (used.view.camera.exposes())
         log.note("exposure {:.2f} stops by the physical camera (--iso, --shutter-speed, --fstop, --exposure)", stops);
     else if (requested.metered() && !used.view.metered() && stops != 0)
         log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)", stops);
+    const std::vector<std::string> black = black_lights(scene, stops);
+    if (black.empty()) return;
+    constexpr std::size_t kNamed = 3;
+    const std::size_t named = std::min(black.size(), kNamed);
+    log.warn("black at this exposure, {:.2f} stops, because their light is in other units: {}{}", stops,
+             fmt::join(black.begin(), black.begin() + std::ptrdiff_t(named), ", "),
+             black.size() > named ? fmt::format(" and {} more", black.size() - named) : "");
 }
 
 struct FrameRenderer::State {

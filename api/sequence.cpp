@@ -177,6 +177,7 @@ class FrameMaker {
           log_(log),
           fingerprint_(std::move(fingerprint)),
           requested_view_(settings.view),
+          scene_(scene),
           warnings_(scene),
           renderer_(scene, settings, renderer) {
         log_.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, scene.chosen_camera().origin,
@@ -197,7 +198,7 @@ class FrameMaker {
         };
         renderer_.find_estimator(go_on);
         renderer_.find_exposure(go_on);
-        if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings(), log_);
+        if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings(), scene_, log_);
         exposure_noted_ = true;
         const RenderResult result = renderer_.render(frame, [&](const RenderProgress& progress) {
             return !events_.progress || events_.progress(frame, progress);
@@ -236,6 +237,7 @@ class FrameMaker {
     const Log& log_;
     std::string fingerprint_;
     ViewTransform requested_view_;
+    const LoadedScene& scene_;
     PoseWarnings warnings_;
     bool exposure_noted_ = false;
     FrameRenderer renderer_;

@@ -87,8 +87,9 @@ struct RendererOptions {
 gpu::ContextOptions default_device(std::string device = "");
 
 /// Logs the exposure of display pictures if a physical camera decides it, or if metering has found it for a requested
-/// view and it is not 0.
-void note_exposure(const ViewTransform& requested, const RenderSettings& used, const Log& log);
+/// view and it is not 0. Warns of emissive and unlit materials, and of an environment, that are black at this exposure.
+void note_exposure(const ViewTransform& requested, const RenderSettings& used, const LoadedScene& scene,
+                   const Log& log);
 
 /// Renders pictures of a scene with one device, bringing it from pose to pose. A picture is a function of scene,
 /// settings and frame number, whatever was rendered before (preview mode `temporal` apart). Settings that are left to a

@@ -178,10 +178,26 @@ TEST_F(FirstPicture, PhysicalCamerasReplaceMetering) {
     const Image expected = picture("a.png");
     const std::string told = render(scene, "b.png", words("--fstop 16")).err;
     EXPECT_EQ(picture("b.png").pixels, expected.pixels) << "the usual values";
-    EXPECT_FALSE(has(told, "metering"));
+    EXPECT_FALSE(has(told, "metering") || has(told, "black at this exposure"));
     expect_has(told, "exposure -15.23 stops");  // EV100 = log2(256 x 125) = 14.97, and log2(1.2) = 0.26
     render(scene, "b.png", words("--iso 200 --shutter-speed 0.004 --fstop 16"));
     EXPECT_EQ(picture("b.png").pixels, expected.pixels) << "the same exposure";
+}
+
+TEST_F(FirstPicture, WhatAPhysicalExposureMakesBlackIsNamed) {
+    GltfBuilder scene = blocks();
+    scene.json["materials"][0]["name"] = "lamp";
+    scene.json["materials"][0]["emissiveFactor"] = {1, 1, 1};
+    const auto warning = [&](const char* options) {
+        const std::string told = render(scene, "a.png", words("--samples 1", options)).err;
+        const std::size_t at = told.find("black at this exposure");
+        return at == std::string::npos ? "" : told.substr(at, told.find('\n', at) - at);
+    };
+    EXPECT_TRUE(has(warning("--sky 50,30"), "material 'lamp'"));
+    EXPECT_FALSE(has(warning("--sky 50,30"), "environment"));
+    EXPECT_TRUE(has(warning("--env neutral --iso 100"), "the environment neutral, material 'lamp'"));
+    for (const char* options : {"--env sky", "--env neutral", "--env neutral --exposure -3"})
+        EXPECT_EQ(warning(options), "") << options;
 }
 
 }  // namespace

@@ -200,7 +200,7 @@ void render_picture(const RenderArguments& a) {
     }
     times.write = clock.lap();
     times.total = clock.seconds();
-    note_exposure(a.settings.view, settings, console);
+    note_exposure(a.settings.view, settings, scene, console);
     tell_details(result.stats, times, console);
     if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
     for (const auto& path : a.outputs)
