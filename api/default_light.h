@@ -20,7 +20,7 @@ struct LightShares {
 inline constexpr double kVisible = 1.0 / 64;  ///< radiance that is told from black in a picture whose white is 1
 inline constexpr double kMostStops = 1;       ///< exposure beyond which a scene lit by a sky is better
 inline constexpr double kLeastVisible = 0.5;  ///< share of visible points below which a scene gets light
-inline constexpr double kLeastSky = 0.02;     ///< light of a sky below which a scene is closed, and gets lamps
+inline constexpr double kLeastSky = 0.05;     ///< light of a sky below which a scene is closed, and gets lamps
 
 /// Estimates the shares by paths on the CPU, a fixed number for each scene, and by metered_exposure(). Directional
 /// lights, points, spots, emissive triangles with their textures and coverage, and an environment of mean radiance

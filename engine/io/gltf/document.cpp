@@ -226,7 +226,9 @@ void check_values(Json& root, GltfDocument& document, std::vector<GltfFault>& fa
     each("bufferViews", "buffer view", [&](const Json& view, const std::string& element) {
         if (view["byteLength"] == 0) warnings.fault("byteLength is 0, not at least 1", element);
         const std::uint64_t stride = view.value("byteStride", std::uint64_t{4});
-        if (stride < 4 || stride > 252 || stride % 4 != 0)
+        if (stride == 0)
+            warnings.fault("byteStride is 0; elements follow one another", element);
+        else if (stride < 4 || stride > 252 || stride % 4 != 0)
             document.fail(element, "byteStride {} is not 4, 8, ... or 252", stride);
     });
     each("cameras", "camera", [&](const Json& camera, const std::string& element) {

@@ -189,6 +189,7 @@ TEST_F(GltfTolerance, RulesWithoutEffectOnThePicture) {
         b, {{"/nodes/0/translation", {1, 2, 3}, "nodes[0]: has a matrix, its translation is ignored"},
             {"/nodes/0/scale", {2, 2, 2}, "nodes[0]: has a matrix, its scale is ignored"},
             {fmt::format("/accessors/{}/count", zeros), 0, fmt::format("accessors[{}]: count is 0", zeros)},
+            {"/bufferViews/0/byteStride", 0, "bufferViews[0]: byteStride is 0"},
             {"/extensions/KHR_materials_variants/variants/0", 7,
              "extensions.KHR_materials_variants.variants[0]: is not an object; it is left out"},
             {variants + "/mappings/-", {{"material", 9}, {"variants", {0}}}, place + ".mappings[1].material: 9 is not"},
