@@ -2,6 +2,7 @@
 
 #include "engine/core/error.h"
 #include "engine/paging/pages.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/tables/table_rows.h"
 
 namespace halflight {
@@ -43,6 +44,13 @@ void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging
     edited.name = scene.name;
     edited.materials = scene.materials;
     apply(of_materials, edited, source);
+    for (std::size_t i = 0; i < scene.materials.size(); ++i)
+        if (i < index.geometry.used_materials.size() && index.geometry.used_materials[i] &&
+            is_one_sided(scene.materials[i]) != is_one_sided(edited.materials[i]))
+            throw Error(source.empty() ? scene.name : source + ": " + scene.name,
+                        "material {}: the pages hold whether its surfaces are seen from both sides, which edits of "
+                        "double_sided or transmission cannot change (--backfaces show shows all)",
+                        i);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         if (!(i < driven.size() && driven[i]) &&
             adds_alpha_tests(scene.materials[i], edited.materials[i], scene, index.geometry.vertex_colors))

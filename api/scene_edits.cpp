@@ -9,6 +9,7 @@
 #include "api/node_edits.h"
 #include "engine/core/error.h"
 #include "engine/scene/black_body.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/scene/material_properties.h"
 
 namespace halflight {
@@ -40,7 +41,7 @@ Material clay(const Material& of) {
     clay.emission_texture = of.emission_texture;
     clay.alpha_mode = of.alpha_mode;
     clay.alpha_cutoff = of.alpha_cutoff;
-    clay.double_sided = of.double_sided;
+    clay.double_sided = !is_one_sided(of);  // as pages hold it
     return clay;
 }
 

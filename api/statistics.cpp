@@ -147,6 +147,7 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
         const PixelWindow window = data_window(s);
         line += fmt::format(", pixels {},{} to {},{}", window.first.x, window.first.y, window.end.x, window.end.y);
     }
+    if (s.backfaces != Backfaces::automatic) line += fmt::format(", back faces {}", name(s.backfaces));
     if (s.camera.optics.traced()) line += ", " + text(s.camera.optics);
     if (s.transparent) line += ", transparent";
     if (s.adaptive) line += ", adaptive";
@@ -244,6 +245,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
           {"primary", name(stats.primary)},
+          {"backfaces", name(s.backfaces)},
           {"kept", s.kept.text()},
           {"estimator", text(stats.estimator)},
           {"asked_estimator", text(s.estimator)},

@@ -52,6 +52,7 @@ double find_focus(PreparedScene& scene, const ColorConfig& colors, const RenderS
     s.samples = 1;
     s.bounces = 0;
     s.primary = PrimaryVisibility::traced;
+    s.backfaces = settings.backfaces;
     s.culling = rays::Culling::off;
     s.aovs = {"depth"};
     s.kept = scene.kept();

@@ -18,6 +18,7 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
             .light_groups = static_cast<int>(light_group_layers(settings).size()),
             .clamp = settings.clamp,
             .primary = settings.primary,
+            .backfaces = settings.backfaces,
             .group_size = static_cast<int>(settings.estimator.reuse),
             .group_size_piloted = asked.reuse == Reuse::automatic,
             .camera_rays_piloted = asked.camera == CameraRays::automatic,

@@ -90,9 +90,13 @@ const char* no_tiles(const FrameOptions& options) {
                                                                             : nullptr;
 }
 
-const char* fact_without(bool SceneNeeds::*flag) {
+const SceneNeed& need_of(bool SceneNeeds::*flag) {
     const auto needs = known_scene_needs();
-    return std::find_if(needs.begin(), needs.end(), [&](const SceneNeed& n) { return n.flag == flag; })->fact;
+    return *std::find_if(needs.begin(), needs.end(), [&](const SceneNeed& n) { return n.flag == flag; });
+}
+
+const char* fact_without(bool SceneNeeds::*flag) {
+    return need_of(flag).fact;
 }
 
 /// Returns the bytes that a need takes in tables and G-buffer.
@@ -211,6 +215,8 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kPreviewFilterBytes * size.pixels});
     if (!options.adaptive) all.push_back({"adaptive sampling", kNoAdaptive, 3 * sizeof(double) * size.paths});
     if (!options.denoise) all.push_back({"denoiser", kNoDenoise, kDenoiserPixelBytes * size.pixels});
+    if (needs.one_sided && options.backfaces == Backfaces::show)
+        all.push_back({need_of(&SceneNeeds::one_sided).name, "back faces are shown (--backfaces)", 0});
     for (const SceneNeed& need : known_scene_needs())
         if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
     return all;

@@ -30,6 +30,7 @@ struct FrameOptions {
     int light_groups = 0;    // number of light groups whose light is summed apart; 0: none
     float clamp = 0;         // largest luminance of a sample's indirect light; 0: not clamped
     PrimaryVisibility primary = PrimaryVisibility::raster;  // method used; never `automatic`
+    Backfaces backfaces = Backfaces::automatic;             // rays that pass back faces
     int group_size = 1;                                     // pixels that share paths: 4, 8 or 16; 1: no path reuse
     bool group_size_piloted = false;                        // a pilot chose group_size
     bool camera_rays_piloted = false;                       // a pilot chose camera_rays

@@ -84,6 +84,7 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     s.clamp = of.clamp;
     s.culling = rays::Culling::off;
     s.primary = of.primary;
+    s.backfaces = of.backfaces;
     s.kept = of.kept;
     s.frame = ~0u;  // frame number of no picture, so that no sample is shared
     return s;

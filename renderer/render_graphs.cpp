@@ -253,7 +253,8 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             .rows = page_rows.get(),
             .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
             .group_size = static_cast<std::uint32_t>(settings.estimator.reuse),
-            .optics = optics};
+            .optics = optics,
+            .backfaces = settings.backfaces};
 }
 
 }  // namespace halflight

@@ -355,7 +355,12 @@ void main() {
 #endif
     uint leaving_place = append_leaving(goes_on);
     if (goes_on) {
-        path_rays[path] = ray_from(at.position, at.offset, b.geometric_normal, s.direction);
+#ifdef HALFLIGHT_BACKFACES
+        bool marked = ray.t_min > 0.0 && state.pdf == 0.0;
+#else
+        const bool marked = false;
+#endif
+        path_rays[path] = ray_from(at.position, at.offset, b.geometric_normal, s.direction, marked);
         leaving[leaving_place] = path;
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(cones[path], hit.t * length(ray.direction), s.pdf);

@@ -61,7 +61,12 @@ void main() {
     uint place = append_path(wanted);
     if (wanted) {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
-        path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction);
+#if COMPONENT_GLOSSY && defined(HALFLIGHT_BACKFACES)
+        bool marked = s.pdf == 0.0;  // what the camera sees in a perfect mirror or through clear glass
+#else
+        const bool marked = false;
+#endif
+        path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction, marked);
         list[place] = path;
 #ifdef HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);

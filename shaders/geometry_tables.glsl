@@ -23,6 +23,16 @@ vec4 instance_row(uint instance, int first, int row) {
     return texelFetch(scene_instances, int(instance) * kInstanceStride + first + row);
 }
 
+// Returns whether the transform of an instance mirrors.
+bool mirrors(uint instance) {
+#ifdef HALFLIGHT_INSTANCES
+    vec3 x = instance_row(instance, kInstanceBlockToWorld, 0).xyz, y = instance_row(instance, kInstanceBlockToWorld, 1).xyz;
+    return dot(cross(x, y), instance_row(instance, kInstanceBlockToWorld, 2).xyz) < 0.0;
+#else
+    return false;
+#endif
+}
+
 // Transforms a position to world space relative to the tables' origin.
 vec3 block_to_world(uint instance, vec3 position) {
 #ifdef HALFLIGHT_INSTANCES

@@ -189,6 +189,7 @@ void PreparedScene::prepare(const Scene& scene) {
     TraceTables tables = build_trace_tables(scene, kFlattenLimit, origin_);
     const SceneNeeds kept = kept_needs(options_.kept);
     tables.alpha_tested |= kept.alpha;
+    tables.one_sided |= kept.one_sided;
     tables.keep_top_level = kept.instances;
 
     // Another thread builds the hierarchies while this one packs and uploads the rest. Large static scenes have several

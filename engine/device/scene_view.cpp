@@ -4,6 +4,22 @@
 
 namespace halflight {
 
+rays::PassBacks SceneView::pass_backs(rays::RayKind kind) const {
+    using enum rays::PassBacks;
+    if (!trace.one_sided() || backfaces == Backfaces::show) return none;
+    if (backfaces == Backfaces::cull) return all;
+    switch (kind) {
+        case rays::RayKind::primary:
+        case rays::RayKind::specular:
+            return all;
+        case rays::RayKind::glossy:
+        case rays::RayKind::continuation:
+            return scene.needs().sharp ? marked : none;
+        default:
+            return none;
+    }
+}
+
 gpu::Defines SceneView::camera_defines(gpu::Defines others) const {
     if (lens) others.set("HALFLIGHT_LENS");
     if (optics) others.set("HALFLIGHT_OPTICS");
@@ -29,6 +45,8 @@ void SceneView::read_frame(graph::Pass& pass) const {
 gpu::Defines SceneView::path_defines() const {
     gpu::Defines defines = scene.defines();
     if (sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
+    if (const rays::PassBacks of_paths = pass_backs(rays::RayKind::continuation); of_paths != rays::PassBacks::none)
+        defines.set("HALFLIGHT_BACKFACES", static_cast<int>(of_paths));
     if (light_groups > 0) defines.set("HALFLIGHT_LIGHT_GROUPS", std::to_string(light_groups) + "u");
     return defines;
 }

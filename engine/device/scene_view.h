@@ -8,6 +8,7 @@
 #include "engine/gpu/program_cache.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/tracer.h"
+#include "engine/settings/visibility.h"
 
 namespace halflight {
 
@@ -51,7 +52,10 @@ struct SceneView {
     bool lens = false;                        // camera rays start on the lens of the frame constants
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
     bool optics = false;                      // camera rays follow shaders/shared/optics.h
+    Backfaces backfaces = Backfaces::show;    // rays that pass back faces
 
+    /// Returns which rays of a batch pass back faces.
+    rays::PassBacks pass_backs(rays::RayKind kind) const;
     /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
     /// where geometry is loaded in pages.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
@@ -59,7 +63,9 @@ struct SceneView {
     std::function<void(graph::Resources&, const gpu::Program&)> bind_hits() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;
-    /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, or light groups.
+    /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, light groups, or
+    /// HALFLIGHT_BACKFACES: rays of paths are marked where they pass back faces, or with kEveryRay no light leaves
+    /// backs.
     gpu::Defines path_defines() const;
     /// Returns the defines of kernels that use camera rays.
     gpu::Defines camera_defines(gpu::Defines others = {}) const;

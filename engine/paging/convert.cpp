@@ -53,6 +53,7 @@ struct PlacedMesh {
     std::vector<vec3> positions;   // rows of TraceTables::positions
     std::vector<vec4> attributes;  // rows of ShadingTables::vertices
     float lowest_alpha = 1;        // MeshFacts::lowest_alpha
+    bool mirrored = false;         // the transform of the instance mirrors
     std::uint32_t first_vertex = 0;
 };
 
@@ -74,7 +75,7 @@ struct Batch {
     Bounds bounds;
     std::vector<std::uint32_t> emitters;
     bool slivers = false;
-    bool alpha = false;
+    bool alpha = false, one_sided = false;
 };
 constexpr std::size_t kBatchTriangles = std::size_t{16} * kTrianglesPerBlock;
 
@@ -257,9 +258,11 @@ class Converter {
     }
 
     void add_moving(const Mesh& mesh, const MeshFacts& facts) {
-        index_.alpha = index_.alpha || std::ranges::any_of(mesh.triangle_material, [&](std::uint32_t material) {
-                           return (word_of(material, facts.lowest_alpha) & kTriangleAlpha) != 0;
-                       });
+        for (const std::uint32_t material : mesh.triangle_material) {
+            const std::uint32_t word = word_of(material, facts.lowest_alpha);
+            index_.alpha = index_.alpha || (word & kTriangleAlpha) != 0;
+            index_.one_sided = index_.one_sided || (word & kTriangleOneSided) != 0;
+        }
     }
 
     std::size_t mesh_of(std::size_t instance) const {
@@ -335,6 +338,7 @@ class Converter {
         placed->mesh = read(mesh_of(i));
         placed->first_vertex = range.first_vertex;
         placed->lowest_alpha = facts.lowest_alpha;
+        placed->mirrored = mirrors(instance);
         placed->positions.reserve(facts.vertices);
         for (const vec3& position : placed->mesh->positions) {
             const dvec3 at = merged_position(instance, position, index_.origin);
@@ -374,7 +378,8 @@ class Converter {
         for (const Piece& piece : batch.pieces) {
             for (std::size_t t = piece.first; t < piece.first + piece.count; ++t) {
                 const std::uint32_t material = piece.mesh->mesh->triangle_material[t];
-                const std::uint32_t word = word_of(material, piece.mesh->lowest_alpha);
+                const std::uint32_t word =
+                    placed_word(word_of(material, piece.mesh->lowest_alpha), piece.mesh->mirrored);
                 blocks.add(*piece.mesh, t, word);
                 BucketTriangle triangle;
                 for (int k = 0; k < 3; ++k) {
@@ -387,7 +392,8 @@ class Converter {
                 if (emits_[material]) batch.emitters.push_back(id);
                 const bool alpha = (word & kTriangleAlpha) != 0;
                 batch.alpha = batch.alpha || alpha;
-                triangle.id = id++ | (alpha ? kBucketAlpha : 0);
+                batch.one_sided = batch.one_sided || (word & kTriangleOneSided) != 0;
+                triangle.id = id++, triangle.word = word;
                 batch.placed.emplace_back(tree.bucket_of((a + b + c) / 3.0f), triangle);
             }
         }
@@ -424,6 +430,7 @@ class Converter {
             add_emitters(batch->emitters);
             index_.slivers = index_.slivers || batch->slivers;
             index_.alpha = index_.alpha || batch->alpha;
+            index_.one_sided = index_.one_sided || batch->one_sided;
             done += batch->triangles;
             report(kSurveyShare, kRowShare, done, index_.triangles);
         });
@@ -437,20 +444,18 @@ class Converter {
     void build(Slice& slice, const BucketFile& buckets) const {
         std::vector<BucketTriangle> triangles = buckets.read(slice.bucket, slice.first, slice.count);
         std::vector<rays::Corners> corners;
-        std::vector<std::uint32_t> ids;
-        const std::unique_ptr<bool[]> alpha(new bool[triangles.size()]);
+        std::vector<std::uint32_t> ids, words;
         corners.reserve(triangles.size());
         ids.reserve(triangles.size());
-        bool any_alpha = false;
+        words.reserve(triangles.size());
         for (const BucketTriangle& t : triangles) {
-            alpha[ids.size()] = (t.id & kBucketAlpha) != 0;
-            any_alpha = any_alpha || alpha[ids.size()];
             corners.push_back(t.corners);
-            ids.push_back(t.id & ~kBucketAlpha);
+            ids.push_back(t.id);
+            words.push_back(t.word);
         }
         triangles = {};
         PageSet& set = slice.set;
-        set = build_pages(corners, ids, {alpha.get(), any_alpha ? ids.size() : 0}, options_.limits);
+        set = build_pages(corners, ids, words, options_.limits);
         for (std::size_t i = 0; i + 1 < set.pages.size(); ++i) {
             slice.sizes.push_back(size_of(set.pages[i]));
             slice.encoded.push_back(encode(std::exchange(set.pages[i], {})));

@@ -94,7 +94,8 @@ void MovingPages::add_rows(const Scene& scene) {
         }
         write_vertex_rows(mesh, VertexTransform(instance.object_to_world), needs,
                           attributes_.data() + std::size_t{first_vertex} * index_.vertex_texels);
-        const std::vector<std::uint32_t> words = words_of.of(TriangleWords::lowest_vertex_alpha(mesh));
+        std::vector<std::uint32_t> words = words_of.of(TriangleWords::lowest_vertex_alpha(mesh));
+        for (std::uint32_t& word : words) word = placed_word(word, mirrors(instance));
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
             const std::uint32_t index = mesh.triangle_material[t];
             const Material& material = scene.materials[index];
@@ -112,6 +113,7 @@ void MovingPages::build(const PageIndex& of_still) {
     index_.bounds = of_still.bounds;
     index_.slivers = of_still.slivers;
     index_.alpha = of_still.alpha;
+    index_.one_sided = of_still.one_sided;
     index_.stack_entries = of_still.stack_entries;
     index_.pages.resize(of_still.pages.size());
     index_.roots.resize(of_still.roots.size());
@@ -126,6 +128,7 @@ void MovingPages::build(const PageIndex& of_still) {
         for (const vec3& corner : {a, b, c}) index_.bounds.add(corner);
         index_.slivers = index_.slivers || is_sliver(a, b, c);
         index_.alpha = index_.alpha || (t.w & kTriangleAlpha) != 0;
+        index_.one_sided = index_.one_sided || (t.w & kTriangleOneSided) != 0;
         centroids.push_back((a + b + c) / 3.0f);
     }
     if (corners.empty()) return;
@@ -135,14 +138,13 @@ void MovingPages::build(const PageIndex& of_still) {
     std::vector<PageSet> sets(buckets.size());
     tbb::parallel_for(std::size_t{0}, buckets.size(), [&](std::size_t bucket) {
         std::vector<rays::Corners> own;
-        std::vector<std::uint32_t> ids;
-        const std::unique_ptr<bool[]> alpha(new bool[buckets[bucket].size()]);
+        std::vector<std::uint32_t> ids, words;
         for (const std::uint32_t i : buckets[bucket]) {
-            alpha[ids.size()] = (triangles_[i].w & kTriangleAlpha) != 0;
+            words.push_back(triangles_[i].w);
             own.push_back(corners[i]);
             ids.push_back(of_still.triangles + i);
         }
-        sets[bucket] = build_pages(own, ids, {alpha.get(), index_.alpha ? ids.size() : 0}, index_.limits);
+        sets[bucket] = build_pages(own, ids, words, index_.limits);
     });
     for (PageSet& set : sets) {
         append_above(index_.above, set);

@@ -59,7 +59,7 @@ std::vector<T> shuffled(ByteReader& reader, std::size_t records, std::size_t eac
 /// Words of a pair as it is stored: id of the first triangle, difference of the ids, orders and flags, corners. A
 /// corner is stored as the number of vertices of earlier pairs and corners, minus its index.
 constexpr std::size_t kPairWords = 7;
-constexpr std::uint32_t kFirstAlpha = 0x100, kSecondAlpha = 0x200;
+constexpr std::uint32_t kFirstAlpha = 0x100, kSecondAlpha = 0x200, kFirstFacing = 0x400, kSecondFacing = 0x800;
 
 std::vector<std::uint32_t> stored_pairs(const std::vector<uvec4>& pairs) {
     std::vector<std::uint32_t> words;
@@ -67,10 +67,12 @@ std::vector<std::uint32_t> stored_pairs(const std::vector<uvec4>& pairs) {
     std::uint32_t vertices = 0;
     for (const uvec4& pair : pairs) {
         const std::uint32_t first = pair.x & shared::kBvhTriangleMask, second = pair.y & shared::kBvhTriangleMask;
-        const std::uint32_t alpha = ((pair.x & shared::kBvhPageAlpha) != 0 ? kFirstAlpha : 0) |
-                                    ((pair.y & shared::kBvhPageAlpha) != 0 ? kSecondAlpha : 0);
+        const std::uint32_t flags = ((pair.x & shared::kBvhPageAlpha) != 0 ? kFirstAlpha : 0) |
+                                    ((pair.y & shared::kBvhPageAlpha) != 0 ? kSecondAlpha : 0) |
+                                    ((pair.x & shared::kBvhPageFacing) != 0 ? kFirstFacing : 0) |
+                                    ((pair.y & shared::kBvhPageFacing) != 0 ? kSecondFacing : 0);
         words.insert(words.end(), {first, second - first,
-                                   alpha | (pair.z >> shared::kBvhPageOrderShift) |
+                                   flags | (pair.z >> shared::kBvhPageOrderShift) |
                                        ((pair.w >> shared::kBvhPageOrderShift) << shared::kBvhOrderShift)});
         for (int corner = 0; corner < 4; ++corner) {
             const std::uint32_t index =
@@ -93,6 +95,8 @@ std::vector<uvec4> pairs_of(const std::vector<std::uint32_t>& words) {
                    orders >> shared::kBvhOrderShift << shared::kBvhPageOrderShift);
         if ((orders & kFirstAlpha) != 0) pair.x |= shared::kBvhPageAlpha;
         if ((orders & kSecondAlpha) != 0) pair.y |= shared::kBvhPageAlpha;
+        if ((orders & kFirstFacing) != 0) pair.x |= shared::kBvhPageFacing;
+        if ((orders & kSecondFacing) != 0) pair.y |= shared::kBvhPageFacing;
         for (std::uint32_t corner = 0; corner < 4; ++corner) {
             const std::uint32_t index = (vertices - words[i + 3 + corner]) & shared::kBvhPageCornerMask;
             pair[static_cast<int>(2 + corner / 2)] |= index << (corner % 2 * shared::kBvhPageCornerBits);

@@ -25,7 +25,7 @@ constexpr std::uint32_t kMostStackEntries = 256;
 /// MeshRange without padding.
 using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
-constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8;
+constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8, kOneSided = 16;
 
 static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 16 && sizeof(FileContent) == 24);
 
@@ -45,6 +45,7 @@ StoredIndex read_index(ByteReader& reader) {
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
     const auto flags = reader.value<std::uint32_t>();
     index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;
+    index.one_sided = (flags & kOneSided) != 0;
     const auto used = reader.list<std::uint8_t>();
     index.geometry.used_materials.assign(used.begin(), used.end());
     index.geometry.vertex_colors = (flags & kColors) != 0, index.geometry.tangents = (flags & kTangents) != 0;
@@ -168,7 +169,7 @@ std::string bytes_of(const StoredIndex& stored) {
     add(index.alpha_tests), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
-        (index.geometry.tangents ? kTangents : 0));
+        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0));
     append_list(std::vector<std::uint8_t>(index.geometry.used_materials.begin(), index.geometry.used_materials.end()),
                 bytes);
     append_list(index.geometry.emitters, bytes);

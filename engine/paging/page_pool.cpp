@@ -154,6 +154,7 @@ rays::PagedLayout PagePool::layout(const rays::Bvh& top) const {
             .stack_entries = std::max(top.stack_entries + index.stack_entries, 1u),
             .slivers = index.slivers,
             .alpha_tested = index.alpha,
+            .one_sided = index.one_sided,
             .shading = shading_};
 }
 
@@ -169,7 +170,9 @@ void PagePool::begin_pose() {
 bool PagePool::end_pose() {
     const PageIndex& index = source_.index();
     const rays::Bvh top = hierarchy_over(index);
-    if (texels_over(top, index) > top_texels_ || index.alpha != scene_->alpha_tested()) return false;
+    if (texels_over(top, index) > top_texels_ || index.alpha != scene_->alpha_tested() ||
+        index.one_sided != scene_->one_sided())
+        return false;
     for (auto* per_page : {&asked_at_, &used_at_}) per_page->resize(index.pages.size(), 0);
     slot_of_page_.resize(index.pages.size(), kNone);
     uses_.follow(index.pages.size(), source_.still().pages);

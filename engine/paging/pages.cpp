@@ -104,12 +104,12 @@ struct Subtree {
 class Cutter {
   public:
     Cutter(const Bvh& bvh, std::span<const rays::TrianglePair> pairs, const Corners& corners,
-           std::span<const std::uint32_t> ids, std::span<const bool> alpha, const PageLimits& limits)
+           std::span<const std::uint32_t> ids, std::span<const std::uint32_t> words, const PageLimits& limits)
         : bvh_(bvh),
           pairs_(pairs),
           corners_(corners),
           ids_(ids),
-          alpha_(alpha),
+          words_(words),
           limits_(limits),
           counted_at_(corners.positions.size(), 0),
           page_of_(corners.positions.size(), kNone),
@@ -139,12 +139,14 @@ class Cutter {
 
     Content content_of(const BvhChild& leaf) const {
         Content s{0, leaf.count};
-        for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count && !alpha_.empty(); ++i) {
+        for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count && !words_.empty(); ++i) {
             const auto& [a, b] = pairs_[bvh_.primitives[i]].triangles;
-            s.alpha_tested += alpha_[a] + (b != a && alpha_[b]);
+            s.alpha_tested += is_tested(a) + (b != a && is_tested(b));
         }
         return s;
     }
+
+    bool is_tested(std::uint32_t triangle) const { return (words_[triangle] & kTriangleAlpha) != 0; }
 
     /// Returns whether the last page has room for a subtree.
     bool fits(const Subtree& subtree) {
@@ -246,7 +248,7 @@ class Cutter {
                 places[c] = place_of_[corner];
             }
             to.pairs.push_back(rays::page_pair(places, pairs_[primitive], [&](std::uint32_t triangle) {
-                return rays::PairMember{ids_[triangle], !alpha_.empty() && alpha_[triangle]};
+                return rays::PairMember{ids_[triangle], words_.empty() ? 0 : words_[triangle]};
             }));
         }
     }
@@ -255,7 +257,7 @@ class Cutter {
     std::span<const rays::TrianglePair> pairs_;
     const Corners& corners_;
     std::span<const std::uint32_t> ids_;
-    std::span<const bool> alpha_;
+    std::span<const std::uint32_t> words_;
     const PageLimits& limits_;
     std::vector<Content> content_;
     Content last_;  // content of the last page
@@ -377,7 +379,7 @@ class Placing {
 /// Returns whether all triangles are below a limit.
 bool has_triangles_below(const Page& page, std::uint32_t limit) {
     return std::ranges::all_of(page.pairs, [&](const uvec4& pair) {
-        return std::max(pair.x & ~shared::kBvhPageAlpha, pair.y & ~shared::kBvhPageAlpha) < limit;
+        return std::max(pair.x & shared::kBvhTriangleMask, pair.y & shared::kBvhTriangleMask) < limit;
     });
 }
 
@@ -518,6 +520,7 @@ TraceTables resident_tables(const PageSource& source, const TraceTables* last) {
     tables.ranges = index.ranges;
     tables.slivers = index.slivers;
     tables.alpha_tested = index.alpha;
+    tables.one_sided = index.one_sided;
     tables.absent = index.geometry;
     const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
     std::vector<vec4>& attributes = tables.absent->attributes;
@@ -545,14 +548,14 @@ TraceTables resident_tables(const PageSource& source, const TraceTables* last) {
 }
 
 PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
-                    std::span<const bool> alpha, const PageLimits& limits) {
-    assert(ids.size() == triangles.size() && (alpha.empty() || alpha.size() == triangles.size()));
-    const std::vector<rays::TrianglePair> pairs = rays::pair_triangles(triangles);
+                    std::span<const std::uint32_t> words, const PageLimits& limits) {
+    assert(ids.size() == triangles.size() && (words.empty() || words.size() == triangles.size()));
+    const std::vector<rays::TrianglePair> pairs = rays::pair_triangles(triangles, words);
     std::vector<rays::Ring> rings;
     rings.reserve(pairs.size());
     for (const rays::TrianglePair& pair : pairs) rings.push_back(rays::ring_of(pair, triangles));
     const Bvh bvh = rays::build_pair_bvh(rings, rays::Splits::none);
-    return Cutter(bvh, pairs, number_corners(rings), ids, alpha, limits).cut();
+    return Cutter(bvh, pairs, number_corners(rings), ids, words, limits).cut();
 }
 
 }  // namespace halflight::paging

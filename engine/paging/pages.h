@@ -57,10 +57,10 @@ struct PageSet {
 };
 
 /// Builds the pages of a bucket. `ids` has the index of each triangle in TraceTables::triangles, in ascending order.
-/// `alpha` tells for each triangle whether hits need the alpha test; it is empty if none does. Pairs are not split
+/// `words` are the triangles' words of flags (engine/tables/tables.h); it is empty if none has any. Pairs are not split
 /// between leaves. The result is a function of the input. Throws Error where Embree fails.
 PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
-                    std::span<const bool> alpha = {}, const PageLimits& limits = {});
+                    std::span<const std::uint32_t> words = {}, const PageLimits& limits = {});
 
 /// The part of a paged scene that stays in memory. Everything is relative to TraceTables::origin.
 struct PageIndex {
@@ -88,6 +88,7 @@ struct PageIndex {
     std::vector<std::uint32_t> empty;
     AbsentGeometry geometry;  // facts about triangles and vertices, without AbsentGeometry::attributes
     bool alpha = false;       // some triangle needs the alpha test
+    bool one_sided = false;   // TraceTables::one_sided
 };
 
 /// Returns the needs on which the rows of vertex attributes depend. Materials as edited may need less, but not more.

@@ -64,10 +64,10 @@ class BucketTree {
 
 /// A triangle in a bucket.
 struct BucketTriangle {
-    rays::Corners corners;  // relative to TraceTables::origin
-    std::uint32_t id = 0;   // index into TraceTables::triangles, | kBucketAlpha
+    rays::Corners corners;   // relative to TraceTables::origin
+    std::uint32_t id = 0;    // index into TraceTables::triangles
+    std::uint32_t word = 0;  // flags and material (engine/tables/tables.h)
 };
-inline constexpr std::uint32_t kBucketAlpha = 0x80000000u;  // hits need the alpha test
 
 /// Contents of buckets, in a temporary file.
 class BucketFile {

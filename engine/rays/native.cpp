@@ -141,6 +141,7 @@ struct NativeServer::Parts {
                             .pairs = pairs.as<vec4>(),
                             .alpha_tested = alpha_tested,
                             .slivers = slivers,
+                            .backfaces = scene.one_sided() ? static_cast<int>(batch.backfaces) : 0,
                             .any_hit = any_hit,
                             .rays = rays.as<shared::Ray>(),
                             .list = list ? list->as<std::uint32_t>() : nullptr,

@@ -127,6 +127,7 @@ HWY_INLINE void take_lanes(const NativeJob& job, Bundle& b, std::size_t k, Trian
     const hn::RebindToSigned<DN> di;
     const std::size_t at = k * kLanes;
     const FN zero(0), one(1), inverse_z = FN::load(&b.shear[2][at]);
+    const FN edges = triangle.edge[0] + triangle.edge[1] + triangle.edge[2];
     const MN flat = hn::And(hn::And(hn::Eq(triangle.edge[0].v, zero.v), hn::Eq(triangle.edge[1].v, zero.v)),
                             hn::Eq(triangle.edge[2].v, zero.v));
     for (FN& edge : triangle.edge) edge = select(flat, one, edge);
@@ -141,13 +142,22 @@ HWY_INLINE void take_lanes(const NativeJob& job, Bundle& b, std::size_t k, Trian
     }
     PairWords words;
     std::memcpy(&words, &pair[3], sizeof(words));
-    const std::uint32_t flags = second ? words.orders >> shared::kBvhAlphaShift : words.orders;
+    const std::uint32_t flags = second ? words.orders >> shared::kBvhFlagShift : words.orders;
     const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
     const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
+    if (job.backfaces != 0 && (flags & shared::kBvhOneSided) != 0) {
+        const MN up = hn::Gt(edges.v, zero.v), away = hn::Gt(inverse_z.v, zero.v);
+        MN back = turned(second, order, flags) ? hn::Xor(up, away) : hn::Not(hn::Xor(up, away));
+        back = hn::And(back, hn::Ne(edges.v, zero.v));
+        if (job.backfaces == shared::kMarkedRays) back = hn::And(back, hn::Gt(FN::load(&b.t_min[at]).v, zero.v));
+        met = hn::AndNot(back, met);
+        if (hn::AllFalse(d, met)) return;
+    }
     const FN t_min = FN::load(&b.t_min[at]), asked = FN::load(&b.asked[at]), end = FN::load(&b.t[at]);
     if constexpr (kAny) {
         const FN t = pair_t(triangle, inverse_z);
-        const FN after = job.alpha_tested ? point_of(triangle, order, inverse_z).t : t;
+        const bool by_point = job.alpha_tested || job.backfaces != 0;
+        const FN after = by_point ? point_of(triangle, order, inverse_z).t : t;
         const MN nearer = hn::And(met, hn::And(hn::Gt(after.v, t_min.v), hn::Lt(most(t, near).v, end.v)));
         if (asks) {
             select(nearer, zero, asked).store(&b.asked[at]);

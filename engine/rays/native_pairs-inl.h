@@ -66,6 +66,13 @@ HWY_INLINE F pair_t(const TriangleOf<F>& triangle, F inverse_z) {
     return sum_of(e[0] * z[0], e[1] * z[1], e[2] * z[2]) * inverse_z * inverse;
 }
 
+/// Returns whether corners in the order of the edge functions of a pair's triangle are clockwise as seen from its
+/// front.
+HWY_INLINE bool turned(bool second, std::uint32_t order, std::uint32_t flags) {
+    const bool in_file_order = ((shared::kBvhEvenOrders >> (order & 15u)) & 1u) != 0;
+    return (in_file_order == second) == ((flags & shared::kBvhMirrored) != 0);
+}
+
 /// Result of the search of one ray so far.
 struct Search {
     Hit nearest;  // closest hit; t: end of the search
@@ -116,17 +123,22 @@ HWY_INLINE float triangle_near(const SingleRay& ray, const vec4* pair, bool seco
 template <bool kAny, Real R>
 HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, TriangleOf<R> triangle, const vec4* pair,
                      bool second, std::uint32_t instance, float leaf_near, Search& search) {
+    const R edges = triangle.edge[0] + triangle.edge[1] + triangle.edge[2];
     if (triangle.edge[0] == 0 && triangle.edge[1] == 0 && triangle.edge[2] == 0)
         triangle.edge[0] = triangle.edge[1] = triangle.edge[2] = R(1);
     PairWords words;
     std::memcpy(&words, &pair[3], sizeof(words));
-    const std::uint32_t flags = second ? words.orders >> shared::kBvhAlphaShift : words.orders;
+    const std::uint32_t flags = second ? words.orders >> shared::kBvhFlagShift : words.orders;
     const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
     const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
+    if ((flags & shared::kBvhOneSided) != 0 && job.passes_backs(ray.at.t_min) && edges != 0 &&
+        ((edges > 0) == (inverse_z > 0)) != turned(second, order, flags))
+        return false;
     // Most triangles are refused by the point of the hit. Their entry, which can only raise t, is not needed.
     if constexpr (kAny) {
         const auto t = static_cast<float>(pair_t(triangle, inverse_z));
-        const float after = job.alpha_tested ? static_cast<float>(point_of(triangle, order, inverse_z).t) : t;
+        const bool by_point = job.alpha_tested || job.backfaces != 0;
+        const float after = by_point ? static_cast<float>(point_of(triangle, order, inverse_z).t) : t;
         if (!(after > ray.at.t_min && t < search.nearest.t)) return false;
         if (!(triangle_near(ray, pair, second) < search.nearest.t)) return false;
         if (asks) search.asked = 0;

@@ -16,11 +16,17 @@ struct NativeJob {
     const vec4* pairs = nullptr;  // kBvhPairTexels per pair, as in shaders/shared/bvh.h
     bool alpha_tested = false;    // TraceTables::alpha_tested
     bool slivers = false;         // TraceTables::slivers
+    int backfaces = 0;            // HALFLIGHT_BACKFACES; 0: all rays meet back faces
     bool any_hit = false;
     bool bundles = false;                 // traces 64 consecutive rays together; affects time only
     const shared::Ray* rays = nullptr;    // rays by path
     const std::uint32_t* list = nullptr;  // paths to trace; null: all
     void* results = nullptr;              // shared::Hit, or std::uint32_t with any_hit, by path
+
+    /// Returns whether a ray passes back faces of one-sided triangles.
+    bool passes_backs(float t_min) const {
+        return backfaces == shared::kEveryRay || (backfaces == shared::kMarkedRays && t_min > 0);
+    }
 };
 
 /// Returns whether the processor has the vectors that trace_native() needs.

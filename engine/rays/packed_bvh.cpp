@@ -222,7 +222,7 @@ class Packer {
         const std::vector<std::uint32_t> triangles = triangles_of(parts_[index]);
         for (const std::uint32_t primitive : tree.bvh.primitives) {
             const auto texels = pair_texels(tree.rings[primitive], tree.pairs[primitive], [&](std::uint32_t i) {
-                return PairMember{triangles[i], (tables_.triangles[triangles[i]].w & kTriangleAlpha) != 0};
+                return PairMember{triangles[i], tables_.triangles[triangles[i]].w};
             });
             packed_.pairs.insert(packed_.pairs.end(), texels.begin(), texels.end());
         }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "engine/tables/tables.h"
+
 namespace halflight::rays {
 namespace {
 
@@ -46,8 +48,9 @@ std::uint64_t hash_of(const vec3& p) {
 
 class Pairing {
   public:
-    explicit Pairing(std::span<const Corners> triangles)
+    Pairing(std::span<const Corners> triangles, std::span<const std::uint32_t> words)
         : triangles_(triangles),
+          words_(words),
           taken_(triangles.size()),
           edges_(std::min(std::bit_ceil(6 * triangles.size() + 1), kMostEdges)) {}
 
@@ -75,7 +78,8 @@ class Pairing {
         bool found = false;
         for (int k = 0; k < 3; ++k) {
             const EdgeOf other = place_of(triangle, k);
-            if (other.triangle == kNone || taken_[other.triangle]) continue;
+            if (other.triangle == kNone || taken_[other.triangle] || facing(other.triangle) != facing(triangle))
+                continue;
             const vec3 a = corner(triangles_[triangle], k + 1), b = corner(triangles_[triangle], k + 2);
             const vec3 c = corner(triangles_[other.triangle], other.apex + 1),
                        d = corner(triangles_[other.triangle], other.apex + 2);
@@ -94,6 +98,10 @@ class Pairing {
         }
     }
 
+    std::uint32_t facing(std::uint32_t triangle) const {
+        return words_.empty() ? 0 : words_[triangle] & (kTriangleOneSided | kTriangleMirrored);
+    }
+
     double growth_of(std::uint32_t one, std::uint32_t other) const {
         Bounds both = box_of(triangles_[one]);
         const Bounds box = box_of(triangles_[other]);
@@ -103,6 +111,7 @@ class Pairing {
     }
 
     std::span<const Corners> triangles_;
+    std::span<const std::uint32_t> words_;
     std::vector<bool> taken_;
     std::vector<EdgeOf> edges_;
     std::vector<TrianglePair> pairs_;
@@ -123,8 +132,8 @@ Ring ring_of(const TrianglePair& pair, std::span<const Corners> triangles) {
     return {first[start], first[apex], first[end], second[pair.apex[1]]};
 }
 
-std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles) {
-    return Pairing(triangles).pairs();
+std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles, std::span<const std::uint32_t> words) {
+    return Pairing(triangles, words).pairs();
 }
 
 }  // namespace halflight::rays

@@ -35,6 +35,8 @@ Ring ring_of(const TrianglePair& pair, std::span<const Corners> triangles);
 /// much as a triangle. Halves of parallelograms and similar pairs go first. Edges are equal where the coordinates of
 /// their ends are equal. The time is linear. The result is a function of the input and of its order, which matters most
 /// where the edge table reaches its limit of 2^20 entries.
-std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles);
+/// `words` are the triangles' words of flags (engine/tables/tables.h). Pairs then have triangles of equal
+/// kTriangleOneSided and kTriangleMirrored.
+std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles, std::span<const std::uint32_t> words = {});
 
 }  // namespace halflight::rays

@@ -85,6 +85,7 @@ void TraceScene::update(const PagedLayout& layout) {
     tables.instances.push_back({.identity = true});
     tables.slivers = layout.slivers;
     tables.alpha_tested = layout.alpha_tested;
+    tables.one_sided = layout.one_sided;
     PackedScene packed;
     packed.format = NodeFormat::page;
     packed.stack_entries = layout.stack_entries;
@@ -103,6 +104,7 @@ void TraceScene::update(const TraceTables& tables, const PackedScene& packed, co
 void TraceScene::finish_update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading) {
     serial_ = next_serial();
     alpha_tested_ = tables.alpha_tested;
+    one_sided_ = tables.one_sided;
     paged_ = packed.format == NodeFormat::page;
     gpu::replace(heads_, packed.instance_head);
     if (shared_instances_ == nullptr) gpu::replace(own_instances_, instance_rows(tables));
@@ -167,6 +169,8 @@ void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batc
 gpu::Defines batch_defines(const TraceScene& scene, const RayBatch& batch) {
     gpu::Defines defines = scene.defines();
     if (scene.alpha_tested() && batch.sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
+    if (scene.one_sided() && batch.backfaces != PassBacks::none)
+        defines.set("HALFLIGHT_BACKFACES", static_cast<int>(batch.backfaces));
     return defines;
 }
 

@@ -10,8 +10,16 @@
 #include "engine/rays/kinds.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/tables/tables.h"
+#include "shaders/shared/rays.h"
 
 namespace halflight::rays {
+
+/// Rays of a batch that pass back faces of one-sided triangles (values of HALFLIGHT_BACKFACES).
+enum class PassBacks : std::uint8_t {
+    none,
+    marked = shared::kMarkedRays,  // those with t_min > 0
+    all = shared::kEveryRay,
+};
 
 /// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/rays.h) lie at the index
 /// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
@@ -41,6 +49,7 @@ struct RayBatch {
     // Rays pass through all surfaces but shadow catchers. Only for any_hit() of a TraceScene whose geometry is in
     // memory; the table of triangles must be bound when the graph runs.
     bool catchers_only = false;
+    PassBacks backfaces = PassBacks::none;  // rays that pass back faces
 };
 
 /// Identity of similar batches across runs. State that one of them leaves speeds up the next.
@@ -75,6 +84,7 @@ struct PagedLayout {
     std::uint32_t stack_entries = 1;  // maximum stack of a traversal, entries
     bool slivers = false;
     bool alpha_tested = false;
+    bool one_sided = false;
     gpu::Defines shading;  // SceneBuffers::defines(), needed with alpha tests
 };
 
@@ -126,6 +136,7 @@ class TraceScene {
     std::uint32_t top() const { return top_; }  ///< Returns PagedLayout::top, the uniform `top` of kernels.
     /// Returns whether hits depend on coverage, and thus on RayBatch::frame_constants and the scene's texture units.
     bool alpha_tested() const { return alpha_tested_; }
+    bool one_sided() const { return one_sided_; }  ///< Returns whether some triangle is seen from its front only.
     const TraceStatistics& statistics() const { return statistics_; }
     /// Returns a serial number, unique per scene and pose within the process. Caches made for one serial must not be
     /// used with another.
@@ -138,6 +149,7 @@ class TraceScene {
 
     std::uint32_t serial_ = 0;
     bool alpha_tested_ = false;
+    bool one_sided_ = false;
     bool paged_ = false;
     bool slivers_ = false;
     std::uint32_t top_ = 0;  // fields of PagedLayout
@@ -153,8 +165,8 @@ class TraceScene {
 
 /// Adds the passes that find the closest hit of each ray of the batch, and returns the hits: one Hit per path. With a
 /// list, other paths keep their hits. The closest hit lies in the open interval (t_min, t_max), on either side of a
-/// triangle; among equal t the lower (instance, triangle) wins. A miss has triangle kMiss and t +inf; a search that the
-/// driver cut short has t NaN. Throws Error where the driver cannot start so many rays.
+/// triangle but for RayBatch::backfaces; among equal t the lower (instance, triangle) wins. A miss has triangle kMiss
+/// and t +inf; a search that the driver cut short has t NaN. Throws Error where the driver cannot start so many rays.
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits);
 

@@ -160,6 +160,7 @@ std::optional<LightSample> Lights::sample_triangle(const Emitter& emitter, const
     s.pdf = distance2 / (cosine * emitter.area);
     s.end = point + offset_bound(point, corners) * n;
     s.radiance = emission(tracer_, emitter.id, b.x, b.y);
+    s.back = tracer_.one_sided(emitter.id) && dot(tracer_.front(emitter.id), s.wi) > 0;
     const Material& material = tracer_.material(emitter.id);
     if (material.alpha_mode != AlphaMode::opaque) {
         const double alpha = coverage(tracer_, emitter.id, b.x, b.y);

@@ -17,6 +17,7 @@ struct LightSample {
     double pdf = 0;         // solid angle density times selection probability; punctual lights: the probability alone
     bool punctual = false;  // true: no sampled ray can hit the light
     bool infinite = false;  // true: the shadow ray has no end
+    bool back = false;      // true: it is the back of a surface that is seen from its front only
     dvec3 end{0};           // end of the shadow ray unless infinite, relative to Tracer::origin()
 };
 

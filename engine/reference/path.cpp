@@ -106,6 +106,7 @@ ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings
     ray.t_min = camera.near_plane;
     if (camera.far_plane > 0) ray.t_max = camera.far_plane;
     if (!seen) ray.t_max = -1;
+    ray.passes_backs = settings.backfaces != Backfaces::show;
     return ray;
 }
 
@@ -156,6 +157,7 @@ class Path {
     dvec3 throughput_{1};
     int channel_ = 1;                       // colour channel of solids that disperse light
     bool one_channel_ = false;              // the path has met such a solid
+    bool sees_ = true;                      // all scattering so far was at perfect mirrors and clear glass
     Medium medium_;                         // medium of the current ray, then that on wo's side
     int bounce_ = 0;                        // number of reflections, including the next one
     Component first_ = Component::diffuse;  // lobe by which the path left its first surface
@@ -164,6 +166,7 @@ class Path {
 bool Path::visible(const Surface& surface, const LightSample& light) {
     ReferenceRay ray;
     ray.origin = surface.leave(light.wi);
+    ray.passes_backs = settings_.backfaces == Backfaces::cull;
     if (light.infinite) {
         ray.direction = light.wi;
     } else {
@@ -176,6 +179,7 @@ bool Path::visible(const Surface& surface, const LightSample& light) {
 void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     const std::optional<LightSample> light = scene_.lights.sample(surface, random_);
     if (!light || !(light->pdf > 0) || light->radiance == dvec3(0)) return;
+    if (settings_.backfaces == Backfaces::cull && light->back) return;
     const Bsdf::Value value = bsdf.evaluate(light->wi);
     if (value.diffuse == dvec3(0) && value.glossy == dvec3(0)) return;
     if (!visible(surface, *light)) return;
@@ -243,7 +247,10 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
         }
 
         medium_ = bsdf.medium_towards(sample->wi, medium_);
-        const ReferenceRay ray{surface.leave(sample->wi), sample->wi};
+        sees_ = sees_ && sample->mirror;
+        ReferenceRay ray{surface.leave(sample->wi), sample->wi};
+        ray.passes_backs =
+            settings_.backfaces == Backfaces::cull || (settings_.backfaces == Backfaces::automatic && sees_);
         hit = scene_.tracer.closest_hit(ray, alpha());
         if (!hit) {
             const dvec3 sky = environment.radiance(sample->wi) * medium_.transmittance(medium_.thickness);

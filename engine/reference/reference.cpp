@@ -28,11 +28,13 @@ const dvec3& ReferenceScene::origin() const {
 }
 
 std::optional<ReferenceHit> ReferenceScene::closest_hit(const ReferenceRay& ray, const AlphaTest& alpha) const {
-    return prepared_->tracer.closest_hit({ray.origin - origin(), ray.direction, ray.t_min, ray.t_max}, alpha);
+    return prepared_->tracer.closest_hit({ray.origin - origin(), ray.direction, ray.t_min, ray.t_max, ray.passes_backs},
+                                         alpha);
 }
 
 bool ReferenceScene::occluded(const ReferenceRay& ray, const AlphaTest& alpha) const {
-    return prepared_->tracer.occluded({ray.origin - origin(), ray.direction, ray.t_min, ray.t_max}, alpha);
+    return prepared_->tracer.occluded({ray.origin - origin(), ray.direction, ray.t_min, ray.t_max, ray.passes_backs},
+                                      alpha);
 }
 
 namespace {

@@ -12,6 +12,7 @@
 #include "engine/core/image.h"
 #include "engine/core/math.h"
 #include "engine/core/pixel_filter.h"
+#include "engine/scene/backfaces.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -22,6 +23,7 @@ struct ReferenceRay {
     dvec3 direction{0, 0, -1};
     double t_min = 0;
     double t_max = std::numeric_limits<double>::infinity();
+    bool passes_backs = false;  // back faces of single-sided materials are no hits (SHADING.md, Surfaces)
 };
 
 /// The nearest hit of a ray; the lower (instance, triangle) wins ties of t.
@@ -76,6 +78,7 @@ struct ReferenceSettings {
     std::uint64_t seed = 0;
     Camera camera;
     PixelFilter filter{};
+    Backfaces backfaces = Backfaces::automatic;
     int threads = 0;  // maximum number of threads; 0: all cores; the result does not depend on it
     /// `lights_only` ignores light hit by sampled rays where light sampling could have found it. `surfaces_only`
     /// samples no lights, and therefore has no punctual lights.

@@ -20,11 +20,18 @@ struct Query {
     embree::Query query;
     const Tracer* tracer;
     const AlphaTest* alpha;
+    const ReferenceRay* ray;
     float nearest_t = kInfinity;
     TriangleId nearest{};
 
-    Query(const Tracer& t, const AlphaTest& a);
+    Query(const Tracer& t, const AlphaTest& a, const ReferenceRay& r);
 };
+
+bool seen_from_front_only(const Material& m) {
+    const bool dielectric = !m.unlit && (m.metallic < 1 || m.metallic_roughness_texture);
+    const bool passes = dielectric && (m.transmission > 0 || m.diffuse_transmission > 0);
+    return !m.double_sided && !passes;
+}
 
 bool is_there(const Query& query, const TriangleId& id, double u, double v) {
     const Material& material = query.tracer->material(id);
@@ -45,6 +52,8 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     if (t == query.nearest_t) {
         accept = std::tie(id.instance, id.triangle) < std::tie(query.nearest.instance, query.nearest.triangle);
     }
+    if (accept && query.ray->passes_backs && query.tracer->placed(id.instance).one_sided)
+        accept = !query.tracer->one_sided(id) || !(dot(query.tracer->front(id), query.ray->direction) > 0);
     if (accept && query.tracer->placed(id.instance).alpha_tested) {
         accept = is_there(query, id, RTCHitN_u(arguments->hit, 1, 0), RTCHitN_v(arguments->hit, 1, 0));
     }
@@ -56,7 +65,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     }
 }
 
-Query::Query(const Tracer& t, const AlphaTest& a) : tracer(&t), alpha(&a) {
+Query::Query(const Tracer& t, const AlphaTest& a, const ReferenceRay& r) : tracer(&t), alpha(&a), ray(&r) {
     query.filter = filter;
 }
 
@@ -124,6 +133,8 @@ void Tracer::attach(int index) {
     placed.alpha_tested = std::any_of(mesh.triangle_material.begin(), mesh.triangle_material.end(), [&](auto material) {
         return scene_.materials[material].alpha_mode != AlphaMode::opaque;
     });
+    placed.one_sided = std::any_of(mesh.triangle_material.begin(), mesh.triangle_material.end(),
+                                   [&](auto material) { return seen_from_front_only(scene_.materials[material]); });
 
     const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -147,7 +158,7 @@ std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const A
     const Prepared32 prepared = to_float(ray, radius_);
     RTCRayHit hit{prepared.ray, {}};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    Query(*this, alpha).query.trace<rtcIntersect1>(geometry_.get(), &hit);
+    Query(*this, alpha, ray).query.trace<rtcIntersect1>(geometry_.get(), &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return ReferenceHit{prepared.shift + hit.ray.tfar, hit.hit.u, hit.hit.v, static_cast<int>(hit.hit.geomID),
                         static_cast<int>(hit.hit.primID)};
@@ -155,12 +166,21 @@ std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const A
 
 bool Tracer::occluded(const ReferenceRay& ray, const AlphaTest& alpha) const {
     Prepared32 prepared = to_float(ray, radius_);
-    Query(*this, alpha).query.trace<rtcOccluded1>(geometry_.get(), &prepared.ray);
+    Query(*this, alpha, ray).query.trace<rtcOccluded1>(geometry_.get(), &prepared.ray);
     return prepared.ray.tfar < 0;
 }
 
 const Material& Tracer::material(const TriangleId& id) const {
     return scene_.materials[placed(id.instance).mesh->triangle_material[static_cast<std::size_t>(id.triangle)]];
+}
+
+bool Tracer::one_sided(const TriangleId& id) const {
+    return seen_from_front_only(material(id));
+}
+
+dvec3 Tracer::front(const TriangleId& id) const {
+    const auto [a, b, c] = corners(id);
+    return placed(id.instance).handedness * cross(b - a, c - a);
 }
 
 std::array<dvec3, 3> Tracer::corners(const TriangleId& id) const {

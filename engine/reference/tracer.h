@@ -30,6 +30,7 @@ struct Placed {
     dmat3 normals{1};
     double handedness = 1;      // -1 where the instance mirrors
     bool alpha_tested = false;  // true: some triangles are alpha tested
+    bool one_sided = false;     // true: some triangles are seen from their front only
 };
 
 /// Tracer of rays relative to origin().
@@ -44,6 +45,9 @@ class Tracer {
     const dvec3& origin() const { return origin_; }
     const Placed& placed(int instance) const { return placed_[static_cast<std::size_t>(instance)]; }
     const Material& material(const TriangleId& id) const;
+    bool one_sided(const TriangleId& id) const;  ///< Returns whether the triangle is seen from its front only.
+    /// Returns the geometric normal of the triangle's front, of any length.
+    dvec3 front(const TriangleId& id) const;
     std::array<dvec3, 3> corners(const TriangleId& id) const;
 
   private:

@@ -31,6 +31,11 @@ inline bool transmits(const Material& m) {
 inline bool translucent(const Material& m) {
     return dielectric(m) && m.diffuse_transmission > 0 && (m.transmission < 1 || m.transmission_texture);
 }
+/// Returns whether cameras see the surface from its front only. The back of a surface that light passes is a part of
+/// what is seen through its front.
+inline bool is_one_sided(const Material& m) {
+    return !m.double_sided && !transmits(m) && !translucent(m);
+}
 inline bool iridescent(const Material& m) {
     return lit(m) && m.iridescence > 0;
 }

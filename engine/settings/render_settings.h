@@ -68,8 +68,9 @@ struct PictureSettings {
     // Leaves the environment out where the camera sees it directly; alpha tells how much of a pixel is covered. Colours
     // are premultiplied by alpha, and those of the view are not.
     bool transparent = false;
-    bool want_view = false;      // true: the picture through `view` is made, too
-    bool catcher_means = false;  // true: RenderResult::catchers is made, too
+    Backfaces backfaces = Backfaces::automatic;  // rays that pass back faces of single-sided materials
+    bool want_view = false;                      // true: the picture through `view` is made, too
+    bool catcher_means = false;                  // true: RenderResult::catchers is made, too
     ViewTransform view;
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.

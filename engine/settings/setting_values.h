@@ -30,6 +30,11 @@ inline std::span<const PrimaryVisibility> primaries() {
     return kAll;
 }
 
+inline std::span<const Backfaces> backface_modes() {
+    static constexpr Backfaces kAll[] = {Backfaces::automatic, Backfaces::cull, Backfaces::show};
+    return kAll;
+}
+
 /// Separators of lists. Newlines join the values of an option that is given several times.
 inline constexpr const char* kSeparators = ",\n";
 
@@ -226,6 +231,8 @@ struct Choice {
 };
 template <>
 struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, primaries> {};
+template <>
+struct Value<Backfaces> : Choice<Backfaces, backface_modes> {};
 template <>
 struct Value<rays::Culling> : Choice<rays::Culling, rays::culling_methods> {};
 template <>

@@ -87,6 +87,16 @@ std::vector<Setting> make_table() {
                 .help = "shows no environment behind the scene; alpha is then the share of each pixel that surfaces "
                         "cover",
             }),
+        row([](auto& s) -> auto& { return s.backfaces; },
+            {
+                .name = "backfaces",
+                .group = kPicture,
+                .metavar = "MODE",
+                .help = "back faces of single-sided materials: auto hides them from the camera, and from perfect "
+                        "mirrors and clear glass that it looks at or through; cull hides them from all rays, so that "
+                        "light passes them, too; show hides none",
+                .saved = true,
+            }),
         row([](auto& s) -> auto& { return s.optics.projection; },
             {
                 .name = "projection",

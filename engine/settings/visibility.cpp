@@ -16,6 +16,18 @@ const char* name(PrimaryVisibility primary) {
     return "";
 }
 
+const char* name(Backfaces backfaces) {
+    switch (backfaces) {
+        case Backfaces::automatic:
+            return "auto";
+        case Backfaces::cull:
+            return "cull";
+        case Backfaces::show:
+            return "show";
+    }
+    return "";
+}
+
 std::string_view shown_by_tracing(const Optics& optics, bool lens, bool overscan) {
     if (optics.projection != Projection::camera) return name(optics.projection);
     if (optics.stereo != Stereo::none) return "stereo";

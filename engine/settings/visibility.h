@@ -1,4 +1,4 @@
-// The method of primary visibility.
+// What camera rays see, and by which method.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 
 #include "engine/core/math.h"
 #include "engine/core/optics.h"
+#include "engine/scene/backfaces.h"
 
 namespace halflight {
 
@@ -26,6 +27,8 @@ inline constexpr double kTracedTrianglesPerPixel = 0.25;
 /// "depth of field"; empty: nothing. Throws Error for `raster` then.
 PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image,
                            std::string_view traced_for = {});
+/// Returns "auto", "cull" or "show".
+const char* name(Backfaces backfaces);
 /// Returns what only tracing can show: another projection, two eyes, depth of field, or pixels beyond the edges of the
 /// picture. Empty: nothing.
 std::string_view shown_by_tracing(const Optics& optics, bool lens, bool overscan);

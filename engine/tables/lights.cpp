@@ -207,9 +207,10 @@ class Builder {
                          .intensity = area * brightness,
                          .two_sided = true});
         }
+        const bool mirrored = (corners.w & kTriangleMirrored) != 0 || glm::determinant(glm::dmat3(to_world)) < 0;
+        const auto bound = static_cast<float>(mirrored ? -glm::length(error) : glm::length(error));
         add({vec4(vec3(p[0]), shared::float_of_word(shared::kLightTriangle)),
-             vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), static_cast<float>(glm::length(error))),
-             vec4(material.emission, 0)},
+             vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), bound), vec4(material.emission, 0)},
             area > 0 ? 2 * kPi * area * brightness : 0, kTriangles, group_of(number, place, material));
         area_.push_back(area);
     }

@@ -20,6 +20,7 @@ constexpr std::array kGeometry = {
     SceneNeed{"double precision for slivers", &N::slivers, "SLIVERS",
               "no triangle is more than 2000 times as long as high"},
     SceneNeed{"shadow catchers", &N::catchers, "CATCHERS", "no object is one"},
+    SceneNeed{"tests of back faces", &N::one_sided, "ONE_SIDED", "no opaque material is single-sided"},
 };
 
 constexpr std::array kLightSampling = {

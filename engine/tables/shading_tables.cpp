@@ -80,6 +80,7 @@ class Builder {
         needs.alpha = trace_.alpha_tested;
         needs.slivers = trace_.slivers;
         needs.catchers = trace_.catchers;
+        needs.one_sided = trace_.one_sided;
         find_attributes();
         const auto rows = static_cast<std::size_t>(material_rows());
         tables_.materials.assign(scene_.materials.size() * rows, vec4(0));

@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/scene/image_tiles.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/bvh.h"
 #include "shaders/shared/vertex.h"
@@ -117,10 +118,15 @@ std::vector<std::uint32_t> TriangleWords::of(float vertex_alpha) const {
 
 std::uint32_t TriangleWords::of(std::uint32_t material, float vertex_alpha) const {
     const Material& m = scene_.materials[material];
-    if (m.alpha_mode == AlphaMode::opaque) return material;
+    const std::uint32_t word = material | (is_one_sided(m) ? kTriangleOneSided : 0u);
+    if (m.alpha_mode == AlphaMode::opaque) return word;
     const float alpha = lowest_alpha(m, image_alpha_, vertex_alpha);
     const bool decides = m.alpha_mode == AlphaMode::mask ? alpha < m.alpha_cutoff : alpha < 1.0f;
-    return material | (decides ? kTriangleAlpha : 0u);
+    return word | (decides ? kTriangleAlpha : 0u);
+}
+
+bool mirrors(const Instance& instance) {
+    return glm::determinant(dmat3(instance.object_to_world)) < 0;
 }
 
 std::uint64_t TriangleWords::alpha_tests() const {

@@ -12,6 +12,7 @@
 #include "engine/scene/material_properties.h"
 #include "engine/scene/scene.h"
 #include "engine/tables/needs.h"
+#include "engine/tables/tables.h"
 
 namespace halflight {
 
@@ -30,6 +31,13 @@ MeshExtent extent_of(const Mesh& mesh);
 /// meshes, and `reference` is that of build_trace_tables().
 dvec3 choose_origin(std::span<const Instance> instances, std::span<const MeshExtent> meshes,
                     const std::optional<dvec3>& reference = std::nullopt);
+
+/// Returns whether the transform of an instance mirrors.
+bool mirrors(const Instance& instance);
+/// Returns the word of a triangle as a merged transform places it.
+inline std::uint32_t placed_word(std::uint32_t word, bool mirrored) {
+    return mirrored && (word & kTriangleOneSided) != 0 ? word | kTriangleMirrored : word;
+}
 
 /// Flags and materials of triangles: the word w of TraceTables::triangles.
 class TriangleWords {

@@ -22,6 +22,8 @@ namespace halflight {
 inline constexpr std::uint32_t kTriangleMaterialMask = 0x00ffffffu;
 inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;  // alpha mask or blend: a hit needs the alpha test
 using shared::kTriangleCatcher;
+using shared::kTriangleMirrored;
+using shared::kTriangleOneSided;
 
 /// Triangles that share a space and a hierarchy.
 struct Block {
@@ -83,6 +85,7 @@ struct TraceTables {
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
     bool catchers = false;                 // some triangle has kTriangleCatcher
+    bool one_sided = false;                // some triangle has kTriangleOneSided, or tests of back faces are kept
     // Set for scenes whose hierarchy is loaded in pages.
     std::optional<AbsentGeometry> absent{};
     bool keep_top_level = false;  // true: a single instance has a hierarchy over instances, too
@@ -103,6 +106,8 @@ inline constexpr double kSliverAspect = 2000;
 /// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space,
 /// and shadow catchers, whose triangles have a flag.
 /// The flag kTriangleAlpha is set only where some alpha decides hits: below 1 (blend) or below the cutoff (mask).
+/// Triangles of materials with is_one_sided() have kTriangleOneSided, and kTriangleMirrored where a merged transform
+/// mirrors.
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
 ///   - a mesh that refers to material 2^24 or above,

@@ -120,12 +120,14 @@ class Builder {
         }
         const std::vector<std::uint32_t> words = words_.of(TriangleWords::lowest_vertex_alpha(mesh));
         const std::uint32_t flags = scene_.instances[instance].catcher ? kTriangleCatcher : 0;
+        const bool mirrored = merged && mirrors(scene_.instances[instance]);
         tables_.catchers |= flags != 0;
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const uvec3 corners = mesh.triangles[i] + range.first_vertex;
-            const std::uint32_t word = words[mesh.triangle_material[i]] | flags;
+            const std::uint32_t word = placed_word(words[mesh.triangle_material[i]], mirrored) | flags;
             tables_.triangles.emplace_back(corners, word);
             tables_.alpha_tested |= (word & kTriangleAlpha) != 0;
+            tables_.one_sided |= (word & kTriangleOneSided) != 0;
             for (int k = 0; k < 3; ++k) block.bounds.add(tables_.positions[corners[k]]);
             tables_.slivers |=
                 is_sliver(tables_.positions[corners.x], tables_.positions[corners.y], tables_.positions[corners.z]);

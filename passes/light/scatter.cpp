@@ -56,7 +56,8 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
             .list_header = list.header,
             .frame_constants = view.frame_constants,
             .sampled_blocks = view.sampled_blocks,
-            .alpha_salt = salt};
+            .alpha_salt = salt,
+            .backfaces = view.pass_backs(kind)};
 }
 
 graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,

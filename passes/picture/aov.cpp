@@ -37,7 +37,9 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
         pass.write(graph.create_buffer("debug records", {view.band.paths() * sizeof(shared::DebugRecord)}),
                    Access::storage_write, "Records");
     pass.execute([=](graph::Resources& r) {
-        gpu::Defines defines = rays::tile_defines(view.trace, shadow, view.tracer.tile_settings());
+        rays::RayBatch seen = shadow;
+        seen.backfaces = view.pass_backs(rays::RayKind::primary);
+        gpu::Defines defines = rays::tile_defines(view.trace, seen, view.tracer.tile_settings());
         const bool paged = view.trace.paged();
         if (options.nodes && !paged) defines.set("HALFLIGHT_COUNT");
         if (lists && view.tracer.ran_by_tiles(shadow)) defines.set("TILE_LISTS");

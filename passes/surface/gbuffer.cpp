@@ -39,6 +39,11 @@ float widen_viewport(const gpu::Framebuffer& target) {
     return 0.5f;
 }
 
+/// Sets the define of kernels that leave out back faces which camera rays pass.
+void set_backfaces(const SceneView& view, gpu::Defines& defines) {
+    if (view.pass_backs(rays::RayKind::primary) != rays::PassBacks::none) defines.set("HALFLIGHT_CULL_SEEN");
+}
+
 void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     const int rows = raster_window(view.band).rows;
     const int columns = view.band.whole().x;
@@ -49,7 +54,9 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);
     g.depth = pass.write(graph.create_texture("depth", depth), Access::depth_attachment);
     pass.execute([view, g](graph::Resources& r) {
-        const gpu::Program& program = r.graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", view.scene.defines());
+        gpu::Defines defines = view.scene.defines();
+        set_backfaces(view, defines);
+        const gpu::Program& program = r.graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", defines);
         const gpu::Framebuffer& target = r.framebuffer({g.visibility}, g.depth);
         target.bind();
         std::optional<BandScissor> scissor;
@@ -83,7 +90,8 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
                                .list = {},
                                .list_header = {},
                                .frame_constants = view.frame_constants,
-                               .sampled_blocks = view.sampled_blocks};
+                               .sampled_blocks = view.sampled_blocks,
+                               .backfaces = view.pass_backs(rays::RayKind::primary)};
     g.hits = rays::closest_hit(graph, view.tracer, batch,
                                graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
 }
@@ -102,6 +110,7 @@ GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility pr
 /// Declares that a pass of resolve.comp reads the results of visible().
 void read_hits(graph::Pass& pass, const SceneView& view, const GBuffer& g, gpu::Defines& defines) {
     if (g.visibility) {
+        set_backfaces(view, defines);
         pass.read(g.visibility, Access::image_read, "visibility");
         return;
     }

@@ -101,6 +101,14 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
     return triangle_point(ray, edges_of(e, second), corners_z(e, second));
 }
 
+// Returns whether a ray meets the side of a triangle from which its corners are clockwise. `edges`: as for
+// triangle_point(), whose signs do not differ; all are zero where the triangle is edge-on, which has no such side.
+// `turned`: the corners are clockwise in the order of the edge functions.
+bool meets_back(TriangleRay ray, REAL3 edges, bool turned) {
+    REAL sum = edges.x + edges.y + edges.z;
+    return sum != REAL(0.0) && ((sum > REAL(0.0)) == (ray.shear.z > REAL(0.0))) != turned;
+}
+
 // Returns a sum whose bits do not depend on the order of the terms.
 REAL sum_of(REAL3 v) {
     REAL least = min(min(v.x, v.y), v.z), most = max(max(v.x, v.y), v.z);
@@ -121,7 +129,8 @@ float pair_t(TriangleRay ray, PairEdges e, bool second) {
 
 // A hit of a single triangle, its corners in file order; equal bits as in any pair.
 struct TriangleHit {
-    bool met;  // true: the ray's whole line hits the triangle
+    bool met;   // true: the ray's whole line hits the triangle
+    bool back;  // true: the ray meets the side from which the corners are clockwise
     TrianglePoint at;
 };
 
@@ -132,7 +141,8 @@ vec3 along_axes(TriangleRay ray, vec3 v) {
 TriangleHit intersect_triangle(TriangleRay ray, vec3 a, vec3 b, vec3 c) {
     a = along_axes(ray, a), b = along_axes(ray, b), c = along_axes(ray, c);
     PairEdges e = intersect_pair(ray, vec4(a.x, b.x, c.x, c.x), vec4(a.y, b.y, c.y, c.y), vec4(a.z, b.z, c.z, c.z));
-    return TriangleHit(e.met.x, triangle_point(ray, REAL3(e.ring.y, -e.across, e.ring.x), e.z.xyz));
+    REAL3 edges = REAL3(e.ring.y, -e.across, e.ring.x);
+    return TriangleHit(e.met.x, meets_back(ray, edges, false), triangle_point(ray, edges, e.z.xyz));
 }
 
 REAL3 arranged(REAL3 v, bvec3 is_second, bvec3 is_third) {

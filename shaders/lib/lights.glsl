@@ -54,6 +54,13 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 inside = at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
     vec3 point = head.xyz + inside;
     vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
+#ifdef HALFLIGHT_BACKFACES
+    bool turned = edge2_bound.w < 0.0;
+    bool emits = HALFLIGHT_BACKFACES != kEveryRay || (dot(face, point - position) < 0.0) != turned ||
+                 (triangle_row(word_of_float(edge1_triangle.w)).w & kTriangleOneSided) == 0u;
+#else
+    const bool emits = true;
+#endif
 #ifdef HALFLIGHT_SLIVERS
     // The row's edges are rounded, the table's corners are not, but they lie elsewhere in a moved instance.
     uvec3 corner = triangle_corners(word_of_float(edge1_triangle.w));
@@ -70,7 +77,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     float square = dot(to_light, to_light);
     // The tracer's roundings grow with the distance from the ray's origin.
     float sliver = sliver_bound(-inside, edge1_triangle.xyz - inside, edge2_bound.xyz - inside);
-    s.end = point + (edge2_bound.w + rounding_bound(8.0) * sqrt(square) + sliver) * normal;
+    s.end = point + (abs(edge2_bound.w) + rounding_bound(8.0) * sqrt(square) + sliver) * normal;
     s.direction = to_light * inversesqrt(max(square, 1e-37));
     float cosine = -dot(normal, s.direction);
     s.pdf = last.w * square / cosine;
@@ -84,7 +91,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
 #endif
     emission *= alpha_share(triangle, at.x, at.y);
     // Edge-on the light covers no solid angle. A point on the light itself receives nothing from it.
-    bool visible = cosine > 0.0 && square > 0.0 && s.pdf > 0.0 && !isinf(s.pdf);
+    bool visible = emits && cosine > 0.0 && square > 0.0 && s.pdf > 0.0 && !isinf(s.pdf);
     s.pdf = visible ? s.pdf : 0.0;
     s.weight = visible ? emission / s.pdf : vec3(0.0);
 }

@@ -34,7 +34,11 @@ vec3 offset_ray_origin(vec3 position, float offset, vec3 normal, vec3 direction)
     return position + (dot(normal, direction) < 0.0 ? -offset : offset) * normal;
 }
 
-// Returns an endless ray of unit direction from a surface.
+// Returns an endless ray of unit direction from a surface. A marked one may pass back faces (kMarkedRays).
+Ray ray_from(vec3 position, float offset, vec3 normal, vec3 direction, bool marked) {
+    vec3 origin = offset_ray_origin(position, offset, normal, direction);
+    return Ray(origin, marked ? kMarkedStart : 0.0, direction, uintBitsToFloat(0x7f800000u));
+}
 Ray ray_from(vec3 position, float offset, vec3 normal, vec3 direction) {
-    return Ray(offset_ray_origin(position, offset, normal, direction), 0.0, direction, uintBitsToFloat(0x7f800000u));
+    return ray_from(position, offset, normal, direction, false);
 }

@@ -4,7 +4,8 @@
 #include "shaders/shared/rays.h"
 
 struct PrimaryHit {
-    bool met;  // true: the ray's whole line hits the triangle
+    bool met;   // true: the ray's whole line hits the triangle
+    bool back;  // true: the ray meets the side from which the corners are clockwise in block space
     Hit hit;   // record in the tracers' format; for a miss, of the triangle's point beside the ray
 };
 
@@ -19,6 +20,7 @@ PrimaryHit primary_hit(Ray ray, uint triangle, uint instance) {
     TriangleHit exact = intersect_triangle(triangle_ray(ray.origin, ray.direction), a, b, c);
     PrimaryHit h;
     h.met = exact.met;
+    h.back = exact.back;
     // The rasterizer's snapped edges extend up to 1/256 pixel further. Exactly edge-on the weights are undetermined:
     // any point of the triangle is on the ray, to float precision.
     h.hit.u = positive_up_to(exact.at.weights.y, 1.0);

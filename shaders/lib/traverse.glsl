@@ -9,6 +9,8 @@
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
 // HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows),
+// HALFLIGHT_BACKFACES (back faces of one-sided triangles are no hits of rays with t_min > 0, or with kEveryRay of all
+// rays),
 // HALFLIGHT_CATCHERS_ONLY (rays pass through all but shadow catchers; not in scenes that are loaded in pages).
 // HALFLIGHT_SLOT_TEXELS is the size of a slot with HALFLIGHT_NODES_PAGE.
 // Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
@@ -113,7 +115,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     h.alpha_tested = false;
     h.hit = nearest;
     float near = triangle_near(entry, ray.origin, row_x, row_y, second);
-#ifndef HALFLIGHT_ALPHA
+#if !defined(HALFLIGHT_ALPHA) && !defined(HALFLIGHT_BACKFACES)
     if (any_hit) {
         float t = pair_t(ray, pair, second);
         h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
@@ -128,10 +130,19 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     uvec2 ids = words.xy & (kBvhPageAlpha | kBvhTriangleMask);
     uint order = (second ? words.w : words.z) >> kBvhPageOrderShift;
     h.alpha_tested = ((second ? ids.y : ids.x) & kBvhPageAlpha) != 0u;
+    bool one_sided = (words.x & kBvhPageFacing) != 0u, mirrored = (words.y & kBvhPageFacing) != 0u;
 #else
     uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
     uint order = second ? ids.z >> kBvhOrderShift : ids.z;
-    h.alpha_tested = (ids.z & (second ? kBvhAlphaTested << kBvhAlphaShift : kBvhAlphaTested)) != 0u;
+    uint flags = second ? ids.z >> kBvhFlagShift : ids.z;
+    h.alpha_tested = (flags & kBvhAlphaTested) != 0u;
+    bool one_sided = (flags & kBvhOneSided) != 0u, mirrored = (flags & kBvhMirrored) != 0u;
+#endif
+#ifdef HALFLIGHT_BACKFACES
+    // The places of a pair's second triangle follow its edge functions; those of the first one are the other way round.
+    bool in_file_order = ((kBvhEvenOrders >> (order & 15u)) & 1u) != 0u;
+    bool back = one_sided && meets_back(ray, edges_of(pair, second), (in_file_order == second) == mirrored);
+    h.nearer = h.nearer && !(back && (HALFLIGHT_BACKFACES == kEveryRay || t_min > 0.0));
 #endif
     uint id = second ? ids.y : ids.x;
     if (ids.x == ids.y) h.next = (place | 1) + 1;  // the pair has a single triangle

@@ -15,7 +15,8 @@
 // first, of the second, orders, 0); the first id is the lower one. A single triangle is paired with itself: corners 1
 // and 3 are equal. The orders have 4 bits per triangle: the places of the file's second corner (2 bits) and third
 // corner (2 bits). Places 0 and 1 are the ring's corners 0 and 2; place 2 is the corner that the other triangle lacks.
-// The word of orders also has a flag for each triangle that needs the alpha test.
+// The word of orders also has flags for each triangle: whether it needs the alpha test, whether it has
+// kTriangleOneSided and whether it has kTriangleMirrored.
 //
 // References, ids and orders are 32-bit words with kBvhTag set and bit 31 clear. Ids are below kBvhTriangleLimit.
 // Therefore the words are also normal floats, which no texture unit flushes or quiets.
@@ -32,6 +33,8 @@
 //   pair   1 texel: (id of the first triangle, of the second, corners 0 and 1, corners 2 and 3). Corners are texels
 //          after the slot's first one in RGB32F, 14 bits each. Above them are the orders of the first and of the second
 //          triangle. Ids have kBvhPageAlpha set where the triangle needs the alpha test.
+//          Both triangles have the same kTriangleOneSided and kTriangleMirrored. The first id has kBvhPageFacing set for
+//          the former, the second one for the latter.
 // Distances and corners do not depend on the slot. References to nodes and pairs are their texels; those to leaves also
 // have the number of pairs, shifted by kBvhPageCountShift.
 #pragma once
@@ -63,7 +66,9 @@ HALFLIGHT_SHARED_CONST uint kBvhTriangleLimit =
 
 HALFLIGHT_SHARED_CONST int kBvhOrderShift = 4;         // shift of the order of a pair's second triangle
 HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x100u;  // orders: the first triangle needs the alpha test
-HALFLIGHT_SHARED_CONST int kBvhAlphaShift = 1;         // shift of this flag for the second triangle
+HALFLIGHT_SHARED_CONST uint kBvhOneSided = 0x400u;     // orders: the first triangle has kTriangleOneSided
+HALFLIGHT_SHARED_CONST uint kBvhMirrored = 0x1000u;    // orders: the first triangle has kTriangleMirrored
+HALFLIGHT_SHARED_CONST int kBvhFlagShift = 1;         // shift of these flags for the second triangle
 HALFLIGHT_SHARED_CONST int kBvhPairTexels = 4;
 
 HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // texels per node
@@ -81,6 +86,9 @@ HALFLIGHT_SHARED_CONST int kBvhPageCornerBits = 14;
 HALFLIGHT_SHARED_CONST uint kBvhPageCornerMask = 0x3fffu;
 HALFLIGHT_SHARED_CONST int kBvhPageOrderShift = 28;
 HALFLIGHT_SHARED_CONST uint kBvhPageAlpha = 0x40000000u;
+HALFLIGHT_SHARED_CONST uint kBvhPageFacing = 0x80000000u;
+// Orders (4 bits) by which the corners of the first, second and third place are in the file's order, as a set of bits.
+HALFLIGHT_SHARED_CONST uint kBvhEvenOrders = 0x214u;
 HALFLIGHT_SHARED_CONST float kGridCells = 65535.0f;
 
 HALFLIGHT_SHARED_END

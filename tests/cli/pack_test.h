@@ -11,7 +11,7 @@
 namespace halflight::test {
 
 /// Returns the vertices of a square field, whose heights are products of the coordinates modulo `period`, and the
-/// corners of its 2 side^2 triangles.
+/// corners of its 2 side^2 triangles, which face upwards.
 inline std::pair<std::vector<float>, std::vector<std::uint32_t>> field(int side, int period, float height) {
     std::vector<float> positions;
     std::vector<std::uint32_t> indices;
@@ -21,7 +21,7 @@ inline std::pair<std::vector<float>, std::vector<std::uint32_t>> field(int side,
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x) {
             const auto i = static_cast<std::uint32_t>(y * (side + 1) + x);
-            indices.insert(indices.end(), {i, i + 1, i + side + 1, i + 1, i + side + 2, i + side + 1});
+            indices.insert(indices.end(), {i, i + side + 1, i + 1, i + 1, i + side + 1, i + side + 2});
         }
     return {positions, indices};
 }

@@ -160,6 +160,8 @@ TEST_F(ChangedPages, EditsOfMaterialsEqualThoseInMemoryOrAreRefused) {
     }
     refused(1, command(scene, words("--material veil.base_color=1,1,1,0.5 --pages", file("a.pages"))),
             "material 1: ", cached);
+    refused(1, command(scene, words("--material cloth.double_sided=1 --pages", file("a.pages"))),
+            "material 0: ", cached);
 }
 
 TEST_F(ChangedPages, DamagedFilesInTheCacheAreMadeAnew) {

@@ -81,7 +81,7 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     EXPECT_EQ(stats["settings"]["primary"], "raster");
     EXPECT_TRUE(stats["biases"].empty());
 
-    const Strings soft = words("--filter blackman-harris --clamp 0.5 --primary traced");
+    const Strings soft = words("--filter blackman-harris --clamp 0.5 --primary traced --backfaces cull");
     const Outcome outcome = render(words(file("soft.exr"), "--stats", file("soft.json"), soft));
     EXPECT_FALSE(same_pixels(file("usual.exr"), file("soft.exr")));
     extra = read_exr(file("soft.exr")).attributes.extra;
@@ -92,6 +92,8 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     EXPECT_EQ(stats["settings"]["filter"], (Json{{"shape", "blackman-harris"}, {"radius", 1.5}}));
     EXPECT_EQ(stats["settings"]["clamp"], 0.5);
     EXPECT_EQ(stats["settings"]["primary"], "traced");
+    EXPECT_EQ(stats["settings"]["backfaces"], "cull");
+    expect_has(read_exr(file("soft.exr")).attributes.comments, "back faces cull");
     EXPECT_EQ(stats["biases"].size(), 1u);
 }
 

@@ -26,6 +26,7 @@ struct Trial {
     std::optional<Camera> camera{};  // none: the scene's first one
     int samples = 128;               // per pixel, of the engine and of the oracle
     int bounces = 8;
+    Backfaces backfaces = Backfaces::automatic;
     // Single pixels are tested against the variance of their samples, blocks of components against the scatter of
     // batches. A bias of 1 % and 5.3 standard errors of the whole component is found with a probability of 90 %; a
     // correct component is refused with one of 3e-5. At 256 samples, cornell-metal has standard errors of 0.35 %
@@ -66,6 +67,7 @@ class ImageTest : public GpuTest {
         std::uint64_t bad_values = 0;
         RenderSettings settings = small_settings(camera, kWidth, kHeight, trial.samples / kBatches, trial.bounces);
         const ColorConfig colors = ColorConfig::load();
+        settings.backfaces = trial.backfaces;
         settings.estimator.reuse = Reuse::off;
         Renderer plain(context, scene, colors, settings);
         settings.estimator.reuse = Reuse::sixteen;
@@ -93,6 +95,7 @@ class ImageTest : public GpuTest {
             to_compare.first_sample = b * to_compare.samples;
             to_compare.bounces = trial.bounces;
             to_compare.camera = camera;
+            to_compare.backfaces = trial.backfaces;
             const ReferenceResult r = render_reference(reference, to_compare);
             const ReferenceComponents& k = r.components;
             const Image* images[] = {&k.emission, &k.direct_diffuse, &k.direct_glossy, &k.indirect_diffuse,
@@ -245,6 +248,35 @@ TEST_F(ImageTest, Solids) {
     add_quad(scene, add_material(scene, pane), {-0.7f, 0.1f, 0.8f}, {1, 0, 0.2f}, {0, 0.5f, 0});  // open
     scene.cameras[0].vertical_fov = 0.8;
     expect_agreement(scene, {.name = "solids"});
+}
+
+TEST_F(ImageTest, BackFaces) {
+    // A room is seen through a wall, a pane and a mirror. A lamp with a back and a mirrored screen hang in it.
+    const auto one_sided = [](Material m) {
+        m.double_sided = false;
+        return m;
+    };
+    Scene scene;
+    scene.environment.color = vec3(0.3f, 0.4f, 0.5f);
+    const int walls = add_material(scene, one_sided(diffuse_material({0.7f, 0.6f, 0.5f})));
+    const int screen = add_material(scene, one_sided(diffuse_material({0.8f, 0.3f, 0.2f})));
+    const int lamp = add_material(scene, one_sided(light_material({6, 5, 4})));
+    add_quad(scene, walls, {-1, -1, -1}, {0, 0, 2}, {2, 0, 0});  // floor
+    add_quad(scene, walls, {-1, 1, -1}, {2, 0, 0}, {0, 0, 2});   // ceiling
+    add_quad(scene, walls, {-1, -1, 1}, {0, 2, 0}, {2, 0, 0});   // towards the camera
+    add_quad(scene, walls, {-1, -1, -1}, {0, 2, 0}, {0, 0, 2});
+    add_quad(scene, add_material(scene, one_sided(metal_material({0.9f, 0.9f, 0.9f}, 0))), {-1, -1, -1}, {2, 0, 0},
+             {0, 2, 0});
+    add_quad(scene, lamp, {-0.4f, 0.7f, -0.4f}, {0.8f, 0, 0}, {0, 0, 0.8f});
+    add_quad(scene, screen, {0.1f, -0.9f, -0.3f}, {0.7f, 0, 0}, {0, 0.8f, 0});
+    const int mirrored = add_quad(scene, screen, {0.1f, -0.9f, -0.1f}, {0.7f, 0, 0}, {0, 0.8f, 0});
+    scene.instances[static_cast<std::size_t>(mirrored)].object_to_world[0][0] = -1;
+    Material pane = glass_material(0);
+    pane.thickness = 0;
+    add_quad(scene, add_material(scene, pane), {-0.9f, -0.9f, 0.5f}, {0, 1.6f, 0}, {0.9f, 0, 0});
+    scene.cameras = {look_at_camera({0.6, 0.9, 3.4}, {0, -0.1, 0}, {0, 1, 0}, 0.75)};
+    for (const Backfaces backfaces : {Backfaces::automatic, Backfaces::cull, Backfaces::show})
+        expect_agreement(scene, {.name = std::string("backfaces-") + name(backfaces), .backfaces = backfaces});
 }
 
 TEST_F(ImageTest, DiffuseTransmission) {

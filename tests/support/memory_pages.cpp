@@ -21,19 +21,20 @@ MemoryPages::MemoryPages(const TraceTables& tables, std::size_t bucket, const pa
         static_cast<std::uint32_t>(attributes.size() / std::max<std::size_t>(tables.positions.size(), 1));
     index_.slivers = tables.slivers;
     index_.alpha = tables.alpha_tested;
+    index_.one_sided = tables.one_sided;
     index_.ranges = tables.ranges;
     index_.stack_entries = 1;
     if (tables.triangles.empty()) return;
     for (const rays::Part& part : rays::cut(tables, rays::parts_of(tables).front(), bucket)) {
         const std::vector<std::uint32_t> ids = rays::triangles_of(part);
         std::vector<rays::Corners> corners;
-        const std::unique_ptr<bool[]> alpha(new bool[ids.size()]);
+        std::vector<std::uint32_t> words;
         for (const std::uint32_t id : ids) {
             const uvec4& t = tables.triangles[id];
-            alpha[corners.size()] = (t.w & kTriangleAlpha) != 0;
+            words.push_back(t.w);
             corners.push_back({tables.positions[t.x], tables.positions[t.y], tables.positions[t.z]});
         }
-        paging::PageSet set = paging::build_pages(corners, ids, {alpha.get(), ids.size()}, limits);
+        paging::PageSet set = paging::build_pages(corners, ids, words, limits);
         paging::append_above(index_.above, set);
         for (paging::PageRoot root : set.roots) {
             root.page += static_cast<std::uint32_t>(pages_.size());

@@ -9,6 +9,7 @@ Material diffuse_material(const vec3& albedo) {
     m.base_color = vec4(albedo, 1);
     m.metallic = 0;
     m.specular = 0;
+    m.double_sided = true;
     return m;
 }
 
@@ -16,6 +17,7 @@ Material metal_material(const vec3& albedo, float roughness) {
     Material m;
     m.base_color = vec4(albedo, 1);
     m.roughness = roughness;
+    m.double_sided = true;
     return m;
 }
 

@@ -5,6 +5,8 @@
 
 namespace halflight::test {
 
+// All materials are seen from both sides.
+
 /// Returns a purely diffuse material. It has no Fresnel reflection, which would take light from the base.
 Material diffuse_material(const vec3& albedo);
 Material metal_material(const vec3& albedo, float roughness);

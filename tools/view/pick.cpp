@@ -28,12 +28,12 @@ bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, doubl
 }
 
 /// Returns the distance along the ray, or kFar where it misses or meets the triangle before `begin` (Moeller, Trumbore
-/// 1997).
+/// 1997). front: meets the front only.
 double distance(const dvec3& origin, const dvec3& direction, double begin, const dvec3& a, const dvec3& b,
-                const dvec3& c) {
+                const dvec3& c, bool front) {
     const dvec3 u = b - a, v = c - a, p = glm::cross(direction, v);
     const double det = glm::dot(u, p);
-    if (det == 0) return kFar;
+    if (det == 0 || (front && det < 0)) return kFar;
     const dvec3 s = origin - a, q = glm::cross(s, u);
     const double x = glm::dot(s, p) / det, y = glm::dot(direction, q) / det, t = glm::dot(v, q) / det;
     return x >= 0 && y >= 0 && x + y <= 1 && t > 0 && t >= begin ? t : kFar;
@@ -54,7 +54,7 @@ Picker Picker::with_instances(std::vector<Instance> instances) const {
     return other;
 }
 
-std::optional<PickResult> Picker::pick(const Ray& ray) const {
+std::optional<PickResult> Picker::pick(const Ray& ray, const std::vector<bool>& one_sided) const {
     double nearest = ray.end;
     std::optional<std::size_t> instance;
     for (std::size_t i = 0; i < instances_.size(); ++i) {
@@ -64,9 +64,12 @@ std::optional<PickResult> Picker::pick(const Ray& ray) const {
         const dmat4 to_object = glm::inverse(in.object_to_world);
         const dvec3 origin(to_object * dvec4(ray.origin, 1)), direction(to_object * dvec4(ray.direction, 0));
         if (!meets(boxes_[static_cast<std::size_t>(in.mesh)], origin, direction, nearest)) continue;
-        for (const uvec3& t : mesh.triangles) {
-            const double found = distance(origin, direction, ray.begin, dvec3(mesh.positions[t.x]),
-                                          dvec3(mesh.positions[t.y]), dvec3(mesh.positions[t.z]));
+        for (std::size_t j = 0; j < mesh.triangles.size(); ++j) {
+            const uvec3& t = mesh.triangles[j];
+            const std::uint32_t material = mesh.triangle_material[j];
+            const double found =
+                distance(origin, direction, ray.begin, dvec3(mesh.positions[t.x]), dvec3(mesh.positions[t.y]),
+                         dvec3(mesh.positions[t.z]), material < one_sided.size() && one_sided[material]);
             if (found < nearest) nearest = found, instance = i;
         }
     }

@@ -20,8 +20,9 @@ class Picker {
     /// Returns a picker of the same meshes with other instances of them.
     Picker with_instances(std::vector<Instance> instances) const;
     const std::vector<Instance>& instances() const { return instances_; }
-    /// Returns the nearest surface; alpha is ignored.
-    std::optional<PickResult> pick(const Ray& ray) const;
+    /// Returns the nearest surface; alpha is ignored. `one_sided` tells of each material whether its back faces are
+    /// passed; materials beyond its end have no such faces.
+    std::optional<PickResult> pick(const Ray& ray, const std::vector<bool>& one_sided = {}) const;
     /// Returns the bounds of an instance, world units.
     WorldBounds bounds(std::size_t instance) const;
 

@@ -22,11 +22,11 @@ namespace {
 constexpr double kLongInput = 1e6;  // seconds
 constexpr double kGrace = 0.5;      // seconds
 
-rays::Culling culling_named(const std::string& name) {
+/// Returns settings in which the named one has a value.
+RenderSettings settings_with(const char* name, const std::string& value) {
     RenderSettings settings;
-    if (const std::string problem = setting("culling").set(settings, name); !problem.empty())
-        throw Error("culling", problem);
-    return settings.culling;
+    if (const std::string problem = setting(name).set(settings, value); !problem.empty()) throw Error(name, problem);
+    return settings;
 }
 
 /// Returns whether a command may read a file or pose the scene, so that the script waits for it.
@@ -249,6 +249,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "clay") session_.edits.clay = c.on();
     if (c.name == "preview") session_.modes.preview = preview_named(c.words[0]);
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
+    if (c.name == "backfaces") session_.modes.backfaces = settings_with("backfaces", c.words[0]).backfaces;
     if (c.name == "region") {
         const auto whole = [&](std::size_t i) { return static_cast<int>(n(i)); };
         const auto region =
@@ -257,7 +258,7 @@ void Viewer::execute(const Command& c) {
         set_region(region);
     }
     if (c.name == "measure") session_.measure = c.on();
-    if (c.name == "culling") session_.culling = culling_named(c.words[0]);
+    if (c.name == "culling") session_.culling = settings_with("culling", c.words[0]).culling;
     if (c.name == "section") {
         const auto known = std::ranges::find(sections(), c.words[0], &Section::name);
         if (known == sections().end()) throw Error("section", "there is no section '{}'", c.words[0]);

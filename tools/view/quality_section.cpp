@@ -26,6 +26,15 @@ void culling(rays::Culling& chosen) {
     ImGui::EndCombo();
 }
 
+void backfaces(Backfaces& chosen) {
+    label("Back faces", setting("backfaces").help);
+    if (!ImGui::BeginCombo("##backfaces", name(chosen))) return;
+    for (const Backfaces one : {Backfaces::automatic, Backfaces::cull, Backfaces::show})
+        if (ImGui::Selectable(name(one), one == chosen)) chosen = one;
+    close_by_escape();
+    ImGui::EndCombo();
+}
+
 void region(PanelContext& c) {
     const auto act = [&](Action action, bool same_line) {
         const ActionRow& row = row_of(action);
@@ -42,6 +51,7 @@ void quality_section(PanelContext& c) {
     heading("Samples");
     slider("Samples", c.session.samples, 1, 1 << 16, "samples per pixel after which rendering stops", kLogarithmic);
     slider("Bounces", "bounces", c.session.bounces);
+    backfaces(c.session.modes.backfaces);
     region(c);
     modes(c.session.modes);
     heading("Tracing");

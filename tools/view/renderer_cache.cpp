@@ -144,6 +144,7 @@ RenderSettings RendererCache::settings(const Kind& kind) const {
     s.bounces = request_.bounces;
     s.aovs = sampled_aovs();
     s.clamp = request_.modes.clamp;
+    s.backfaces = request_.modes.backfaces;
     s.preview = request_.modes.preview;
     s.preview.filter = kind.filtered;
     s.radiance_cache = radiance_cache_;

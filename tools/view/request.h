@@ -17,6 +17,7 @@ namespace halflight::view {
 struct PreviewModes {
     Preview preview{};  // RenderSettings::preview; from some number of samples on, the picture is a plain mean
     float clamp = 0;    // RenderSettings::clamp
+    Backfaces backfaces = Backfaces::automatic;  // RenderSettings::backfaces
     bool operator==(const PreviewModes&) const = default;
 };
 

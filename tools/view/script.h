@@ -53,6 +53,7 @@
 //     bounces N                maximum number of bounces
 //     preview LIST             preview modes, as for --preview: NAME,... or none
 //     clamp L                  maximum luminance of a sample of indirect light, biased; 0 for none
+//     backfaces NAME           as for --backfaces
 //     culling NAME             as for --culling
 //     section NAME             section of the side bar
 //     measure on|off           pass times and culling counters

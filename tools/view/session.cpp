@@ -10,6 +10,7 @@
 #include "api/paged_edits.h"
 #include "engine/io/files.h"
 #include "engine/paging/page_file.h"
+#include "engine/scene/material_lobes.h"
 #include "tools/cli/settings_parts.h"
 
 namespace halflight::view {
@@ -34,7 +35,7 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
     transform = document.settings.view;
     samples = document.settings.samples;
     bounces = document.settings.bounces.value_or(bounces);
-    modes = {document.settings.preview, document.settings.clamp};
+    modes = {document.settings.preview, document.settings.clamp, document.settings.backfaces};
     bookmarks = document.bookmarks;
     if (document.variant != arguments_.variant) {
         const EnvironmentChoice before = std::exchange(arguments_.environment, document.environment);
@@ -127,7 +128,17 @@ const Picker& Session::picker() const {
 }
 
 std::optional<PickResult> Session::pick(const dvec2& point, const ivec2& size) const {
-    return picker().pick(ray_through(camera(), point, size));
+    std::vector<bool> one_sided;
+    if (modes.backfaces != Backfaces::show) {
+        SceneEdits of_materials;
+        of_materials.materials = edits.materials;
+        Scene edited;
+        edited.name = scene_->name;
+        edited.materials = scene_->materials;
+        apply(of_materials, edited);
+        for (const Material& material : edited.materials) one_sided.push_back(is_one_sided(material));
+    }
+    return picker().pick(ray_through(camera(), point, size), one_sided);
 }
 
 bool Session::focus(const dvec2& point, const ivec2& size) {
@@ -223,6 +234,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.bounces = bounces;
     s.settings.preview = modes.preview;
     s.settings.clamp = modes.clamp;
+    s.settings.backfaces = modes.backfaces;
     s.variant = arguments_.variant;
     s.line_width = arguments_.line_width;
     s.environment = arguments_.environment;

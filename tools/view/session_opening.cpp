@@ -193,6 +193,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.settings.samples = samples;
         a.settings.preview = modes.preview;
         a.settings.clamp = modes.clamp;
+        a.settings.backfaces = modes.backfaces;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
             return load_with_settings(a, colors, console);
@@ -294,7 +295,7 @@ void Session::open(Opened opened) {
     transform = arguments_.settings.view;
     bounces = arguments_.settings.bounces.value_or(default_bounces(*scene_));
     samples = arguments_.settings.samples;
-    modes = {arguments_.settings.preview, arguments_.settings.clamp};
+    modes = {arguments_.settings.preview, arguments_.settings.clamp, arguments_.settings.backfaces};
     bookmarks = arguments_.bookmarks;
     if (scene_camera_) take_lens(camera());
     with_lens(camera(), transform.camera.lens);  // throws for a lens that cannot be used

@@ -131,7 +131,16 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, VertexExtras e
     report_.degenerate_triangles_dropped += dropped.degenerate;
     report_.normals_generated +=
         part.normals.empty() ? generate_flat_normals(part, &extras) : repair_normals(part, extras.sides);
+    std::vector<std::size_t> mirrored;  // triangles that the pose has turned inside out
+    for (std::size_t i = 0; i < part.triangles.size() && !extras.sides.empty(); ++i) {
+        const uvec3& t = part.triangles[i];
+        if (extras.sides[t.x] + extras.sides[t.y] + extras.sides[t.z] < 0) mirrored.push_back(i);
+    }
+    add_tangents(part, material, extras);
+    for (const std::size_t i : mirrored) std::swap(part.triangles[i].y, part.triangles[i].z);
+}
 
+void GltfMeshes::add_tangents(Mesh& part, const GltfMaterial* material, const VertexExtras& extras) {
     const std::optional<TextureRef> map = tangent_texture_of(material);
     if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
     if (!part.tangents.empty()) document_.warnings.add("has invalid tangents, they are recomputed", part.name);

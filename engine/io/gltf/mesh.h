@@ -59,7 +59,10 @@ class GltfMeshes {
     static Mesh all_parts(const GltfUnposedMesh& mesh);
 
   private:
+    /// Repairs a posed part, and makes what it lacks. Triangles that the pose mirrors get the other winding, so that
+    /// their front stays outside.
     void finish(Mesh& part, const GltfMaterial* material, VertexExtras extras);
+    void add_tangents(Mesh& part, const GltfMaterial* material, const VertexExtras& extras);
 
     GltfDocument& document_;
     const std::vector<GltfMaterial>& materials_;

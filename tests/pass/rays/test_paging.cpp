@@ -65,8 +65,9 @@ class InCoreAgainstPages {
     }
 
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
-                                  rays::RayKind kind = rays::RayKind::primary) {
-        const TraceRequest request{.rays = rays, .list = list, .kind = kind};
+                                  rays::RayKind kind = rays::RayKind::primary,
+                                  rays::PassBacks backfaces = rays::PassBacks::none) {
+        const TraceRequest request{.rays = rays, .list = list, .kind = kind, .backfaces = backfaces};
         const Answers plain = answers(executor_, request, core_);
         hits_ = static_cast<std::size_t>(
             std::ranges::count_if(plain.hits, [](const Hit& h) { return h.triangle != kMiss; }));

@@ -32,6 +32,7 @@ std::vector<Result> run_trace(graph::Executor& executor, const TraceRequest& req
     batch.kind = request.kind;
     batch.rays_of_path = request.rays_of_path;
     batch.alpha_salt = request.alpha_salt;
+    batch.backfaces = request.backfaces;
     batch.capacity = static_cast<std::uint32_t>(padded.size());
     batch.rays = graph.import_buffer("rays", ray_buffer);
     if (request.list) {

@@ -372,12 +372,15 @@ TEST(Pages, NoTriangles) {
     EXPECT_EQ(bvh.nodes[0].child_count(), 0);
 }
 
-TEST(Pages, IdsAndAlphaFlagsReachTheSlots) {
+TEST(Pages, IdsAndFlagsReachTheSlots) {
     const std::vector<Corners> triangles = soup(50, 0.1f, 5);
     const std::uint32_t first_id = shared::kBvhTriangleLimit - 50u;
-    bool alpha[50];
-    for (std::size_t i = 0; i < 50; ++i) alpha[i] = i % 3 == 0;
-    const PageSet set = build_pages(triangles, numbers(50, first_id), alpha);
+    std::vector<std::uint32_t> words(50);
+    for (std::size_t i = 0; i < 50; ++i)
+        words[i] = (i % 3 == 0 ? kTriangleAlpha : 0) | (i % 4 < 2    ? 0u
+                                                        : i % 4 == 2 ? kTriangleOneSided
+                                                                     : kTriangleOneSided | kTriangleMirrored);
+    const PageSet set = build_pages(triangles, numbers(50, first_id), words);
     ASSERT_EQ(set.pages.size(), 1u);
     OnePage source(set.pages[0], {});
     source.index().alpha = true;
@@ -387,16 +390,19 @@ TEST(Pages, IdsAndAlphaFlagsReachTheSlots) {
     for (std::size_t texel = 0; texel < loaded.first_rows.size(); ++texel) {
         const uvec4& pair = loaded.texels[texel];
         const std::uint32_t id = pair.x & shared::kBvhTriangleMask;
-        if (id < first_id || id >= shared::kBvhTriangleLimit || pair.x >> 31 != 0) continue;  // a node
+        if (id < first_id || id >= shared::kBvhTriangleLimit) continue;  // a node
         std::uint32_t row = loaded.first_rows[texel];
         for (const std::uint32_t word : std::set{pair.x, pair.y}) {
             const std::uint32_t triangle = word & shared::kBvhTriangleMask;
             if (triangle - first_id >= 50) continue;
             met.insert(triangle);
-            EXPECT_EQ((word & shared::kBvhPageAlpha) != 0, alpha[triangle - first_id]);
+            const std::uint32_t flags = words[triangle - first_id];
+            EXPECT_EQ((word & shared::kBvhPageAlpha) != 0, (flags & kTriangleAlpha) != 0);
+            EXPECT_EQ((pair.x & shared::kBvhPageFacing) != 0, (flags & kTriangleOneSided) != 0);
+            EXPECT_EQ((pair.y & shared::kBvhPageFacing) != 0, (flags & kTriangleMirrored) != 0);
         }
         for (int which = 0; which < 2; ++which) {
-            if (which == 1 && pair.x == pair.y) continue;
+            if (which == 1 && ((pair.x ^ pair.y) & shared::kBvhTriangleMask) == 0) continue;
             if ((pair[which] & shared::kBvhPageAlpha) == 0) continue;
             ASSERT_LT(row, loaded.rows.triangles.size());
             EXPECT_EQ(loaded.rows.triangles[row++].w, pair[which] & shared::kBvhTriangleMask);

@@ -42,6 +42,7 @@ RenderSettings unusual() {
     s.optics = {Projection::equisolid, 200, Stereo::views, 0.1, 7};
     s.culling = rays::Culling::raster;
     s.primary = PrimaryVisibility::traced;
+    s.backfaces = Backfaces::show;
     s.estimator = {.lights = LightChoice::tree, .sampler = SamplePoints::blue_noise};
     s.preview = {.cache = true, .filter = true};
     s.kept = Kept({"shadow", "light samples along paths"});
