@@ -7,6 +7,7 @@
 #include "engine/core/embree.h"
 #include "engine/core/error.h"
 #include "engine/scene/image_tiles.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/tables/light_textures.h"
 
 namespace halflight::rays {
@@ -193,7 +194,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const bool mirrors = glm::determinant(dmat3(instance.object_to_world)) < 0;
         const bool outside = glm::dot(normal, direction) < 0, front = outside != mirrors;
         const float covered = coverage(scene_, material, mesh, corners, weights);
-        const bool hidden = !front && !material.double_sided && !(material.transmission > 0 && material.thickness > 0);
+        const bool hidden = !front && is_one_sided(material);
         if ((passing & kPassHidden && hidden) ||
             (passing >= kPassClear && see_through(material, covered, passing & kPassScattered))) {
             from += (double(ray.ray.tfar) + spacing_) * direction;

@@ -22,7 +22,7 @@ struct ProbeHit {
 /// Surfaces that a ray passes; values add up.
 enum Passing : unsigned {
     kPassNone = 0,
-    kPassHidden = 1,     // back faces that cameras do not show: those of single-sided materials without solids
+    kPassHidden = 1,     // back faces that cameras do not show (is_one_sided())
     kPassClear = 2,      // surfaces that are mostly transparent there, by alpha or transmission
     kPassScattered = 4,  // surfaces that transmit most light diffusely
 };
