@@ -127,8 +127,8 @@ DefaultCamera default_camera(const rays::SceneProbe& probe, double aspect, View 
     const Scene& scene = probe.scene();
     DefaultCamera outside{framing_camera(scene, aspect, turns)};
     if (scene.paged_bounds || probe.bounds().empty()) return outside;
-    constexpr double kLittle = 1, kClearlyMore = 1;  // bits
-    constexpr double kPart = 0.05;                   // most that a part may have of the scene's diagonal
+    constexpr double kLittle = 1, kClearlyMore = 0.5;  // bits
+    constexpr double kPart = 0.05;                     // most that a part may have of the scene's diagonal
     const double diagonal = glm::length(probe.bounds().upper - probe.bounds().lower);
     double shown = glimpse(probe, outside.camera, aspect).detail;
     for (const double share : {0.01, 0.05, 0.15}) {

@@ -271,7 +271,8 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
     Random random(1);
     for (const rays::ProbeHit& at : seen) irradiances.push_back(direct_light(lamps, probe, at, sums, random));
     const double middle = irradiances.empty() ? 0 : median(irradiances);
-    for (PunctualLight& lamp : lit.lights) lamp.intensity *= static_cast<float>(middle > 0 ? kPi / 3 / middle : 1);
+    if (!(middle > 0)) return {};
+    for (PunctualLight& lamp : lit.lights) lamp.intensity *= static_cast<float>(kPi / 3 / middle);
     return lit.lights;
 }
 
@@ -279,7 +280,7 @@ DefaultLight default_light(const rays::SceneProbe& probe, const std::vector<Came
     const LightShares shares = light_shares(probe, cameras, environment);
     if (shares.sky >= kLeastSky) return {.sky = shares.bright < kLeastVisible};
     if (shares.visible >= kLeastVisible) return {};
-    return {.lamps = room_lamps(probe, cameras)};
+    return {.closed = true, .lamps = room_lamps(probe, cameras)};
 }
 
 }  // namespace halflight

@@ -30,13 +30,14 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
 /// Returns point lights in the free space that cameras see. They lie between a camera and what it sees, halfway up to
 /// the ceiling, as far from surfaces as possible. The intensity of a lamp grows with the square of that distance, so
 /// that no surface is burnt out. Together, they give the surfaces in the pictures a median irradiance of pi, as the
-/// neutral sky does.
+/// neutral sky does. Empty if they reach nothing.
 std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::vector<Camera>& cameras);
 
 /// Light that is to be added to a scene.
 struct DefaultLight {
     bool sky = false;                    // a neutral sky
-    std::vector<PunctualLight> lamps{};  // where the scene is closed
+    bool closed = false;                 // hardly any sky can enter
+    std::vector<PunctualLight> lamps{};  // room_lamps() of closed scenes
 };
 
 /// Returns a sky where fewer than kLeastVisible of the points are bright and the sky gives them at least kLeastSky, and

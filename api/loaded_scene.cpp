@@ -19,6 +19,7 @@
 #include "engine/paging/moving_pages.h"
 #include "engine/paging/page_file.h"
 #include "engine/scene/framing.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/tables/table_rows.h"
 #include "renderer/memory.h"
 #include "shaders/shared/texture.h"
@@ -134,18 +135,20 @@ void add_light(Scene& scene, const Log& log, const AddedLight& added) {
     std::vector<Camera> cameras = scene.cameras;
     if (added.camera) cameras = {*added.camera};
     if (cameras.empty()) cameras = {default_camera(probe.get(), kUsualAspect).camera};
-    // A camera outside sees surfaces that the environment lights.
-    if ((!dark || !lit) && std::ranges::none_of(cameras, within)) {
-        if (dark) add_sky("the scene has no light");
+    // Cameras outside see surfaces that the environment lights, unless they look through back faces.
+    if (!dark && std::ranges::none_of(cameras, within) && std::ranges::none_of(scene.materials, is_one_sided)) return;
+    DefaultLight light = default_light(probe.get(), cameras, mean_radiance(scene.environment));
+    const char* const reason = dark && !lit ? "the scene has no light" : "the cameras see little by the scene's light";
+    if (added.lamps && !light.lamps.empty()) {
+        log.note(
+            "{}, and hardly any sky can enter: {} lamps are added in what its cameras see (--no-lamps prevents it)",
+            reason, light.lamps.size());
+        std::ranges::move(light.lamps, std::back_inserter(scene.lights));
         return;
     }
-    DefaultLight light = default_light(probe.get(), cameras, mean_radiance(scene.environment));
-    if (light.sky && dark) add_sky(lit ? "the cameras see little by the scene's own light" : "the scene has no light");
-    if (light.lamps.empty() || !added.lamps) return;
-    log.note("{}, and hardly any sky can enter: {} lamps are added in what its cameras see (--no-lamps prevents it)",
-             dark && !lit ? "the scene has no light" : "the cameras see little by the scene's light",
-             light.lamps.size());
-    std::ranges::move(light.lamps, std::back_inserter(scene.lights));
+    if (light.closed && light.lamps.empty())
+        log.note("{}, and neither sky nor lamps reach what the cameras see (--hide removes shells around it)", reason);
+    if (dark && (light.sky || !lit)) add_sky(reason);
 }
 
 }  // namespace
