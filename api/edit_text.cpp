@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "api/halflight/environment_choice.h"
+#include "api/light_groups.h"
 #include "api/node_edits.h"
 #include "engine/core/error.h"
 #include "engine/core/names.h"
@@ -22,6 +23,12 @@ namespace {
 /// Adds a name to a list that does not have it.
 void add_once(std::vector<ObjectName>& names, ObjectName name) {
     if (std::ranges::find(names, name) == names.end()) names.push_back(std::move(name));
+}
+
+/// Returns whether text is a name, with the prefix of a kind or without.
+bool is_name(const std::string& text) {
+    constexpr std::string_view kNoNames[] = {"", "node:", "mesh:", "light:", "material:"};
+    return std::ranges::find(kNoNames, text) == std::end(kNoNames);
 }
 
 /// Parses numbers that are separated by commas. Throws Error about `subject` unless all of the text is numbers.
@@ -292,12 +299,12 @@ void add_node_edit(SceneEdits& edits, const std::string& source, const std::stri
 }
 
 void add_hidden(SceneEdits& edits, const std::string& source, const std::string& name) {
-    if (name.empty()) throw Error(source, "expects the name of a node, a mesh or a light");
+    if (!is_name(name)) throw Error(source, "expects the name of a node, a mesh or a light");
     add_once(edits.hidden, {name, source});
 }
 
 void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name) {
-    if (name.empty()) throw Error(source, "expects the name of a node or a mesh");
+    if (!is_name(name)) throw Error(source, "expects the name of a node or a mesh");
     add_once(edits.catchers, {name, source});
 }
 
@@ -312,8 +319,9 @@ void add_light_group(SceneEdits& edits, const std::string& source, const std::st
     const std::string name = text.substr(0, equals);
     const std::vector<std::string> lights =
         equals == std::string::npos ? std::vector<std::string>() : split_names(text.substr(equals + 1));
-    if (lights.empty() || std::ranges::find(lights, "") != lights.end())
+    if (lights.empty() || !std::ranges::all_of(lights, is_name))
         throw Error(source, "expects NAME=LIGHT,... or each, not '{}'", text);
+    check_light_group_name(name, source);
     const auto known = std::ranges::find(edits.light_groups, name, &LightGroup::name);
     LightGroup& group =
         known == edits.light_groups.end() ? edits.light_groups.emplace_back(LightGroup{name, {}, {}}) : *known;

@@ -30,15 +30,6 @@ bool suits_layer(char c) {
            static_cast<unsigned char>(c) >= 0x80;
 }
 
-/// Throws Error where the name of a group cannot name a layer.
-void check_name(const std::string& name, const std::string& subject) {
-    if (name == kRest) throw Error(subject, "'{}' is the group of all lights that no other group names", kRest);
-    if (name.empty() || !std::ranges::all_of(name, suits_layer))
-        throw Error(subject, "'{}' cannot name a light group: names have letters, digits, _ and -", name);
-    if (name.size() > kMostName)
-        throw Error(subject, "'{}' cannot name a light group: names have at most {} bytes", name, kMostName);
-}
-
 /// Returns the name of a group of one light: that of the object, with the characters that layers may have, cut to
 /// kMostName bytes, and with a number if it is taken.
 std::string own_name(const std::string& object, const char* kind, std::set<std::string>& taken) {
@@ -57,6 +48,14 @@ std::string own_name(const std::string& object, const char* kind, std::set<std::
 
 }  // namespace
 
+void check_light_group_name(const std::string& name, const std::string& subject) {
+    if (name == kRest) throw Error(subject, "'{}' is the group of all lights that no other group names", kRest);
+    if (name.empty() || !std::ranges::all_of(name, suits_layer))
+        throw Error(subject, "'{}' cannot name a light group: names have letters, digits, _ and -", name);
+    if (name.size() > kMostName)
+        throw Error(subject, "'{}' cannot name a light group: names have at most {} bytes", name, kMostName);
+}
+
 FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                                    const std::string& subject) {
     FoundLightGroups found{std::vector(scene.lights.size(), kNoLightGroup),
@@ -71,7 +70,7 @@ FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, 
     for (std::uint32_t group = 0; group < edits.light_groups.size(); ++group) {
         const LightGroup& own = edits.light_groups[group];
         const std::string where = own.source.empty() ? subject : own.source + ": " + scene.name;
-        check_name(own.name, where);
+        check_light_group_name(own.name, where);
         if (own.lights.empty()) throw Error(where, "light group '{}' names no lights", own.name);
         if (!names.insert(own.name).second) throw Error(where, "there are two light groups '{}'", own.name);
         const auto take = [&](std::uint32_t& of) { of = std::min(of, group); };

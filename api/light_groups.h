@@ -22,6 +22,9 @@ struct SeparateLights {
     FoundLightGroups groups;         // without instances
 };
 
+/// Throws Error about `subject` where the name of a group cannot name a layer.
+void check_light_group_name(const std::string& name, const std::string& subject);
+
 /// Returns the groups of SceneEdits::light_groups. A name means all lights, materials and nodes that have it, nodes
 /// with everything below them; "light:NAME", "material:NAME" and "node:NAME" select a kind, and "environment" is the
 /// environment. The first group that names an object has it. Throws Error about `subject` for names that find nothing,

@@ -314,10 +314,13 @@ std::string kind_of(const std::string& what) {
 void GltfWarnings::add(const Warning& warning) {
     const auto [place, is_new] =
         places_.try_emplace(warning.element.empty() ? warning.what : kind_of(warning.what) + '\n', warnings_.size());
-    if (is_new)
+    if (is_new) {
         warnings_.push_back(warning);
-    else
-        warnings_[place->second].count += warning.count;
+        return;
+    }
+    Warning& first = warnings_[place->second];
+    first.count += warning.count;
+    first.fault = first.fault || warning.fault;
 }
 
 void GltfWarnings::add(const std::string& what, const std::string& element) {

@@ -51,6 +51,14 @@ Pair count_differences(const Image& image, const Image& reference, LayerResult& 
     return pair;
 }
 
+/// Returns a layer that is compared by value. Whole numbers become floats.
+Layer as_values(Layer layer) {
+    layer.kind = LayerKind::data;
+    for (float& v : layer.image.pixels)
+        if (layer.whole_numbers) v = static_cast<float>(std::bit_cast<std::uint32_t>(v));
+    return layer;
+}
+
 /// Returns the linear value of an sRGB-encoded one (IEC 61966-2-1).
 float srgb_decoded(float v) {
     return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
@@ -159,8 +167,10 @@ Comparison compare(const PictureFile& image, const PictureFile& reference, const
     for (const Layer& layer : image.layers) {
         if (!wanted(layer.name)) continue;
         const Layer* other = reference.find(layer.name);
-        if (other && other->channels == layer.channels &&
-            (other->kind == LayerKind::ids) == (layer.kind == LayerKind::ids))
+        if (other && other->channels == layer.channels && other->whole_numbers != layer.whole_numbers)
+            result.layers.push_back(compare_layers(as_values(layer), as_values(*other), image, arguments));
+        else if (other && other->channels == layer.channels &&
+                 (other->kind == LayerKind::ids) == (layer.kind == LayerKind::ids))
             result.layers.push_back(compare_layers(layer, *other, image, arguments));
         else
             result.missing[1].push_back(layer.name);

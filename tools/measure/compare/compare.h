@@ -80,7 +80,7 @@ struct Comparison {
 Comparison compare(const PictureFile& image, const PictureFile& reference, const CompareArguments& arguments);
 
 /// Reads both files, compares them, prints the result and writes the map. Throws SizesDiffer, or Error where a file
-/// cannot be read or written.
+/// cannot be read or written; JSON is printed in these cases, too.
 Verdict run(const CompareArguments& arguments);
 
 }  // namespace halflight::compare

@@ -49,23 +49,28 @@ void check_pixels(const std::string& subject, std::size_t channels, const ivec2&
 }
 
 std::vector<Layer> layers_of(const std::string& subject, const ExrFile& file) {
-    std::map<std::string, Strings> groups;  // keyed by the name up to and including the last dot
+    // Keyed by the name up to and including the last dot, and whether the channels are UINT.
+    std::map<std::pair<std::string, bool>, Strings> groups;
     for (const ExrChannel& channel : file.channels) {
         const std::size_t point = channel.name.rfind('.') + 1;
-        groups[channel.name.substr(0, point)].push_back(channel.name.substr(point));
+        groups[{channel.name.substr(0, point), channel.type == ExrType::uint32}].push_back(channel.name.substr(point));
     }
     std::vector<Layer> layers;
-    for (auto& [prefix, group] : groups) {
+    for (auto& [key, group] : groups) {
+        const auto& [prefix, whole_numbers] = key;
+        const bool only = !groups.contains({prefix, !whole_numbers});
         for (bool whole = true; !group.empty(); whole = false) {
             const Strings channels = take_layer(group);
             Layer& layer = layers.emplace_back();
             for (const std::string& channel : channels) layer.channels.push_back(prefix + channel);
             // The only group of a layer has the layer's name.
-            const bool named = whole && group.empty() && !prefix.empty() && (channels.size() > 1 || channels[0] == "Y");
+            const bool named =
+                only && whole && group.empty() && !prefix.empty() && (channels.size() > 1 || channels[0] == "Y");
             layer.name = named ? prefix.substr(0, prefix.size() - 1) : joined(prefix, channels);
-            const bool ids = file.find(layer.channels[0])->type == ExrType::uint32 || file.is_cryptomatte(prefix);
+            const bool ids = whole_numbers || file.is_cryptomatte(prefix);
             const bool color = channels.size() == 3 && channels[0] == "R" && !prefix.starts_with("variance");
             layer.kind = ids ? LayerKind::ids : color ? LayerKind::color : LayerKind::data;
+            layer.whole_numbers = whole_numbers;
             const ExrWindow window = file.window_of(layer.channels);  // channels of other parts may have other windows
             check_pixels(subject, layer.channels.size(), window.size);
             layer.image = file.image(layer.channels, window, true);
@@ -79,7 +84,7 @@ std::vector<Layer> layers_of(const std::string& subject, const ExrFile& file) {
 std::vector<Layer> layers_of(const Image& image) {
     const bool alpha = image.channels % 2 == 0;
     const auto of = [&](std::string name, Strings channels, LayerKind kind, std::size_t first) {
-        Layer layer{std::move(name), std::move(channels), kind, {}, ivec2(0)};
+        Layer layer{std::move(name), std::move(channels), kind, false, {}, ivec2(0)};
         const auto count = layer.channels.size(), stride = static_cast<std::size_t>(image.channels);
         layer.image = Image(image.width, image.height, static_cast<int>(count));
         for (std::size_t i = 0; i < layer.image.pixels.size(); ++i)

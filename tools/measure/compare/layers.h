@@ -31,19 +31,20 @@ struct Layer {
     std::string name;
     std::vector<std::string> channels;  // names in the file
     LayerKind kind = LayerKind::data;
+    bool whole_numbers = false;  // the pixels are the bits of UINT channels
     Image image;
     ivec2 origin{0};  // upper left pixel of the image in the display window
 };
 
 struct PictureFile {
     std::string name;  // path in the user's words
-    int width = 0;  // width of the data window of the picture's part, pixels; layers may have others
+    int width = 0;     // width of the data window of the picture's part, pixels; layers may have others
     int height = 0;
-    ivec2 origin{0};               // upper left pixel of the data window in the display window
-    std::optional<ivec2> display;  // size of the display window, pixels; none: the format has no windows
-    ExrWindow own{};               // data window before align()
+    ivec2 origin{0};                      // upper left pixel of the data window in the display window
+    std::optional<ivec2> display;         // size of the display window, pixels; none: the format has no windows
+    ExrWindow own{};                      // data window before align()
     std::vector<std::string> deep_parts;  // ExrFile::deep_parts
-    bool encoded = false;  // display-encoded (PNG) instead of scene-linear (EXR, HDR)
+    bool encoded = false;                 // display-encoded (PNG) instead of scene-linear (EXR, HDR)
     Chromaticities primaries = kRec709;
     std::vector<Layer> layers;  // layers without a name first, then sorted by name
 

@@ -131,6 +131,15 @@ Json json(const Comparison& result, const CompareArguments& a, const PictureFile
             {"exit_status", static_cast<int>(result.verdict)}};
 }
 
+Json json(Verdict verdict, const CompareArguments& a, const std::string& reason) {
+    return {{"schema", 1},
+            {"image", a.image.string()},
+            {"reference", a.reference.string()},
+            {"verdict", name(verdict)},
+            {"reason", reason},
+            {"exit_status", static_cast<int>(verdict)}};
+}
+
 std::string write_map(const std::filesystem::path& path, const Comparison& result) {
     std::vector<ExrLayer> maps;
     std::vector<ivec2> origins;
@@ -149,9 +158,9 @@ std::string write_map(const std::filesystem::path& path, const Comparison& resul
             end = glm::max(end, origins[i] + ivec2(maps[i].image.width, maps[i].image.height));
         }
         const ivec2 size = end - first;
-        MemoryLedger::process().check(sizeof(float) * maps.size() * static_cast<std::size_t>(size.x) *
-                                          static_cast<std::size_t>(size.y),
-                                      path.string(), "pixels");
+        MemoryLedger::process().check(
+            sizeof(float) * maps.size() * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
+            path.string(), "pixels");
         for (std::size_t i = 0; i < maps.size(); ++i) maps[i].image = placed(maps[i].image, origins[i] - first, size);
         write_exr(path, maps, {});
         return fmt::format("{} maps", maps.size());

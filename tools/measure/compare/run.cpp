@@ -40,8 +40,33 @@ Thresholds thresholds(const std::string& text) {
     return result;
 }
 
+std::string text_of(const nlohmann::ordered_json& json) {
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 bool is_map(const std::filesystem::path& path) {
     return path.extension() == ".png" || path.extension() == ".exr";
+}
+
+/// Compares the files, writes the map, and returns the verdict and what to print.
+std::pair<Verdict, std::string> compare_files(const CompareArguments& arguments) {
+    for (const Thresholds* thresholds : {&arguments.warn, &arguments.fail})
+        for (const auto& [metric, unused] : thresholds->of)
+            if (std::ranges::find(arguments.metrics, metric) == arguments.metrics.end())
+                throw Error(name(metric), "has a threshold, and is not among the metrics");
+    PictureFile image = read_picture(arguments.image), reference = read_picture(arguments.reference);
+    for (const PictureFile* file : {&image, &reference})
+        if (!file->deep_parts.empty() && arguments.layers.empty())
+            throw Error(file->name, "part '{}' has deep data, which cannot be compared; --layer selects other layers",
+                        file->deep_parts[0]);
+    const std::string windows = align(image, reference);
+    const Comparison result = compare(image, reference, arguments);
+    const std::string shown = arguments.map ? write_map(*arguments.map, result) : "";
+    if (arguments.json) return {result.verdict, text_of(json(result, arguments, image, reference, windows))};
+    std::string text = windows.empty() ? "" : windows + "\n";
+    text += table(result, arguments, image);
+    if (arguments.map) text += fmt::format("wrote {}: {}\n", arguments.map->string(), shown);
+    return {result.verdict, text};
 }
 
 }  // namespace
@@ -83,34 +108,26 @@ void add_options(CLI::App& app, CompareArguments& a) {
               a.map = text;
               if (!is_map(text)) throw CLI::ValidationError("is an .exr or a .png, not '" + text + "'");
           });
-    app.add_flag("--json", a.json, "prints JSON instead of a table");
+    app.add_flag("--json", a.json, "prints JSON instead of a table, also for pictures that cannot be compared");
     app.footer(
         "Exit status: 0 the same or within the thresholds, 1 above --warn, 2 above --fail, layers missing,\n"
         "ids or non-finite pixels that differ, 3 sizes differ, 4 files or arguments that cannot be used.");
 }
 
 Verdict run(const CompareArguments& arguments) {
-    for (const Thresholds* thresholds : {&arguments.warn, &arguments.fail})
-        for (const auto& [metric, unused] : thresholds->of)
-            if (std::ranges::find(arguments.metrics, metric) == arguments.metrics.end())
-                throw Error(name(metric), "has a threshold, and is not among the metrics");
-    PictureFile image = read_picture(arguments.image), reference = read_picture(arguments.reference);
-    for (const PictureFile* file : {&image, &reference})
-        if (!file->deep_parts.empty() && arguments.layers.empty())
-            throw Error(file->name, "part '{}' has deep data, which cannot be compared; --layer selects other layers",
-                        file->deep_parts[0]);
-    const std::string windows = align(image, reference);
-    const Comparison result = compare(image, reference, arguments);
-    const std::string shown = arguments.map ? write_map(*arguments.map, result) : "";
-    if (arguments.json) {
-        fmt::print("{}\n", json(result, arguments, image, reference, windows)
-                               .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-    } else {
-        if (!windows.empty()) fmt::print("{}\n", windows);
-        fmt::print("{}", table(result, arguments, image));
-        if (arguments.map) fmt::print("wrote {}: {}\n", arguments.map->string(), shown);
-    }
-    return result.verdict;
+    const auto [verdict, text] = [&] {
+        try {
+            return compare_files(arguments);
+        } catch (const Error& error) {
+            const bool sizes = dynamic_cast<const SizesDiffer*>(&error);
+            if (arguments.json)
+                fmt::print("{}",
+                           text_of(json(sizes ? Verdict::sizes_differ : Verdict::file_error, arguments, error.what())));
+            throw;
+        }
+    }();
+    fmt::print("{}", text);
+    return verdict;
 }
 
 }  // namespace halflight::compare

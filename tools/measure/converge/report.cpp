@@ -155,7 +155,21 @@ Json agreement_json(const Measurement& measured, const MethodAgreement& found) {
             {"blocks", blocks}};
 }
 
-/// Returns which of several methods is the most efficient, and by what factor: by mse, or by variance.
+/// Returns the factor between the efficiencies of two methods, with the noise of errors and times.
+Interval factor_between(const MethodResult& a, const MethodResult& b, double value, const Interval Point::*error) {
+    double squares = 0;
+    const auto add = [&](const Interval& i) {
+        if (i.value > 0) squares += i.half_width / i.value * (i.half_width / i.value);
+    };
+    const Point &first = a.points.back(), &second = b.points.back();
+    if ((first.*error).value != (second.*error).value)  // equal errors are those of the same pictures
+        add(first.*error), add(second.*error);
+    add(first.paths_per_second), add(second.paths_per_second);
+    return {value, value * std::sqrt(squares)};
+}
+
+/// Returns which of several methods is the most efficient, and by what factor: by mse, or by variance. Methods whose
+/// factor may be 1 are not told apart.
 std::string ranking(const Subject& subject, const std::vector<const MethodResult*>& methods, bool by_variance) {
     const auto error = error_of(by_variance, false);
     const auto efficiency = [&](const MethodResult* m) {
@@ -165,23 +179,27 @@ std::string ranking(const Subject& subject, const std::vector<const MethodResult
     if (efficiency(*worst) <= 0)
         return "Which method lowers the error most per second is not known, because the error of one of them is within "
                "the noise of the reference. A reference with more samples would tell.";
-    std::string others;
-    const Interval& least = (*best)->points.back().*error;
+    std::string others, alike;
     for (const MethodResult* m : methods) {
         if (m == *best) continue;
-        const Interval& other = m->points.back().*error;
-        Interval factor{efficiency(*best) / efficiency(m), 0};
-        if (other.value != least.value)  // equal errors are those of the same pictures
-            factor.half_width =
-                factor.value * std::hypot(least.half_width / least.value, other.half_width / other.value);
-        others += fmt::format("{}{} times that of {}", others.empty() ? "" : ", ",
-                              factor.half_width > 0 ? text(factor) : fmt::format("{:.2f}", factor.value), m->name);
+        const Interval factor = factor_between(**best, *m, efficiency(*best) / efficiency(m), error);
+        std::string& list = std::isfinite(factor.half_width) && factor.lower() <= 1 ? alike : others;
+        list += fmt::format("{}{} times that of {}", list.empty() ? "" : ", ",
+                            factor.half_width > 0 ? text(factor) : fmt::format("{:.2f}", factor.value), m->name);
     }
-    return fmt::format(
-        "{} lowers the {} most per second of {} time. Its efficiency, 1 / ({} × s) at the largest budget, "
-        "is {}.",
-        (*best)->name, by_variance ? "variance" : "error", subject.clock == Clock::cpu ? "CPU" : "wall",
-        by_variance ? "variance" : "MSE", others);
+    const char* const what = by_variance ? "variance" : "MSE";
+    std::string line;
+    if (!others.empty())
+        line = fmt::format(
+            "{} lowers the {} most per second of {} time. Its efficiency, 1 / ({} × s) at the largest budget, is {}.",
+            (*best)->name, by_variance ? "variance" : "error", subject.clock == Clock::cpu ? "CPU" : "wall", what,
+            others);
+    if (!alike.empty())
+        line += fmt::format(
+            "{}No difference shows in efficiency, 1 / ({} × s) at the largest budget: that of {} is {}, within the "
+            "noise.",
+            line.empty() ? "" : " ", what, (*best)->name, alike);
+    return line;
 }
 
 /// Returns advice on the stage whose samples lower a method's error most, as far as its seeds show it.
