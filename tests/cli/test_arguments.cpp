@@ -197,6 +197,13 @@ TEST_F(Refusal, UsageErrorsHaveTheirStatus) {
 TEST_F(Refusal, SettingsThatDoNotFitTogether) {
     const std::tuple<int, const char*, const char*> rows[] = {
         {2, "--fstop 2", "--fstop: needs --focus"},
+        {2, "--light-group =lamp", "--light-group: '' cannot name a light group"},
+        {2, "--light-group rest=lamp", "--light-group: 'rest' is the group of all lights"},
+        {2, "--light-group a.R=lamp", "--light-group: 'a.R' cannot name a light group"},
+        {2, "--light-group a=light:", "--light-group: expects NAME=LIGHT"},
+        {2, "--hide node:", "--hide: expects the name"},
+        {2, "--shadow-catcher mesh:", "--shadow-catcher: expects the name"},
+        {1, "--working-space acescc", "did you mean 'ACEScg'"},
         {1, "--focus 2", "focus: "},
         {1, "--aperture 5", "aperture: "},
         {1, "--fstop 2 --focus 2 --primary raster --quiet", "primary raster"},

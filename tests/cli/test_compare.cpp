@@ -121,6 +121,48 @@ TEST_F(Compare, IdsAndMissingLayersFailWhateverTheThresholds) {
     compare({a, b, "--layer", "RGB,ids.material", "--fail", "9"}, 2);
 }
 
+TEST_F(Compare, WholeNumbersCompareWithFloatsByValue) {
+    const auto write = [&](const char* name, ExrType type, std::uint32_t id, float blue) {
+        const Image number = type == ExrType::uint32 ? ids(id) : picture(1, 0);
+        Image red = number;
+        if (type != ExrType::uint32) std::ranges::fill(red.pixels, static_cast<float>(id));
+        Image rest(kSide, kSide, 1);
+        std::ranges::fill(rest.pixels, blue);
+        write_exr(file(name), {{{"part.R"}, red, type}, {{"part.G"}, rest}, {{"part.B"}, rest}}, {});
+        return file(name);
+    };
+    const std::string whole = write("whole.exr", ExrType::uint32, 7, 1),
+                      real = write("real.exr", ExrType::float32, 7, 1),
+                      other = write("other.exr", ExrType::uint32, 8, 1),
+                      blue = write("blue.exr", ExrType::uint32, 7, 2);
+    EXPECT_EQ(figures({whole, other, "--fail", "9"}, 2)["layers"].size(), 3u) << "floats beside them are layers";
+    EXPECT_EQ(figures({whole, blue, "--fail", "9"}, 0)["layers"][0]["metrics"]["mse"]["value"], 1);
+    EXPECT_EQ(figures({whole, real, "--fail", "9"}, 2)["missing_in_image"], Json::array({"part"}));
+    write_exr(file("a.exr"), {{{"id"}, ids(7), ExrType::uint32}}, {});
+    Image seven(kSide, kSide, 1);
+    std::ranges::fill(seven.pixels, 7.0f);
+    write_exr(file("b.exr"), {{{"id"}, seven}}, {});
+    EXPECT_EQ(figures({file("a.exr"), file("b.exr")}, 0)["verdict"], "same");
+}
+
+TEST_F(Compare, JsonTellsWhatCannotBeCompared) {
+    const std::string a = exr("a.exr", 0);
+    write_exr(file("small.exr"), {{{"R", "G", "B"}, Image(4, 4, 3)}}, {});
+    const auto told = [&](int status, const Strings& arguments) {
+        const Outcome outcome = run_program(words("compare", a, arguments, "--json"));
+        EXPECT_EQ(outcome.status, status) << outcome.err;
+        const Json json = Json::parse(outcome.out);
+        EXPECT_EQ(json["exit_status"], status);
+        EXPECT_EQ(json["verdict"], status == 3 ? "sizes differ" : "file error");
+        expect_has(outcome.err, json["reason"].get<std::string>());
+    };
+    told(3, {file("small.exr")});
+    told(4, {file("none.exr")});
+    told(4, {png("a.png", 0.5f)});
+    told(4, {a, "--layer", "fog"});
+    told(4, {a, "--fail", "max=1"});
+}
+
 // The Cryptomatte layers hold ids as floats, for which an error would be meaningless.
 TEST_F(Compare, CryptomattesAreIds) {
     const auto matte = [&](const char* name, std::uint32_t id) {

@@ -86,6 +86,23 @@ TEST_F(ConvergeReport, AdviceFollowsTheStages) {
     EXPECT_NE(advice(subject(), noisy).at(0).find("is not known"), std::string::npos);
 }
 
+TEST_F(ConvergeReport, MethodsWithinTheNoiseOfTheirTimesAreNotToldApart) {
+    Measurement two;
+    for (const double rate : {1.0, 0.95}) {  // the pictures are the same
+        MethodResult& m = two.methods.emplace_back();
+        m.name = fmt::format("m{}", two.methods.size());
+        m.efficiency = rate;
+        Point& point = m.points.emplace_back();
+        point.mse = {1, 0.1}, point.paths_per_second = {rate, 0.05};
+    }
+    const std::string alike = advice(subject(), two).at(0);
+    EXPECT_TRUE(alike.starts_with("No difference shows")) << alike;
+    EXPECT_EQ(alike.find("lowers"), std::string::npos) << alike;
+    for (MethodResult& m : two.methods) m.points[0].paths_per_second.half_width = 0.001;
+    const std::string differ = advice(subject(), two).at(0);
+    EXPECT_TRUE(differ.starts_with("m1 lowers the error most")) << differ;
+}
+
 TEST_F(ConvergeReport, AgreementWithAnExternalRendererIsShown) {
     Plan plan = kPlan;
     plan.methods[1] = Method::external, plan.external = {"o<t>her", "render it"};
