@@ -36,7 +36,8 @@ Camera outside(float near = 0.01f) {
 }
 
 void add_sun(Scene& scene) {
-    scene.lights.push_back({.type = LightType::directional, .intensity = vec3(3), .direction = {0, -1, 0}});
+    PunctualLight& sun = scene.lights.emplace_back();
+    sun.type = LightType::directional, sun.intensity = vec3(3), sun.direction = {0, -1, 0};
     scene.environment.color = vec3(1);
 }
 
@@ -60,7 +61,8 @@ class BackfacesTest : public GpuTest {
 
 TEST_F(BackfacesTest, ARoomIsSeenThroughItsWallAsIfTheCameraWereInside) {
     Scene scene = room(true);
-    scene.lights.push_back({.type = LightType::point, .intensity = vec3(2), .position = {0.3, 0.6, 0.2}});
+    PunctualLight& lamp = scene.lights.emplace_back();
+    lamp.intensity = vec3(2), lamp.position = {0.3, 0.6, 0.2};
     add_sun(scene);
     for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
         RenderSettings through = settings(outside()), clipped = settings(outside(3.001f), Backfaces::show);
