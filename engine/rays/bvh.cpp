@@ -3,7 +3,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <memory>
@@ -75,16 +74,12 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned child_count, void
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
                   void* building) {
     assert(count <= kMaxLeafPrimitives);
-    std::array<std::uint32_t, kMaxLeafPrimitives> ids{};
-    for (std::size_t i = 0; i < count; ++i) ids[i] = primitives[i].primID;
-    const auto last = ids.begin() + static_cast<std::ptrdiff_t>(count);
-    std::sort(ids.begin(), last);
-    const auto end = std::unique(ids.begin(), last);  // parts of one pair
-    const auto unique = static_cast<std::size_t>(end - ids.begin());
-    BuiltNode* leaf = allocate<std::uint32_t>(allocator, unique);
-    leaf->primitive_count = static_cast<std::uint32_t>(unique);
-    std::uninitialized_copy_n(ids.begin(), unique, reinterpret_cast<std::uint32_t*>(leaf + 1));
-    static_cast<Building*>(building)->primitives += unique;
+    BuiltNode* leaf = allocate<std::uint32_t>(allocator, count);
+    auto* const ids = reinterpret_cast<std::uint32_t*>(leaf + 1);
+    std::transform(primitives, primitives + count, ids, [](const RTCBuildPrimitive& p) { return p.primID; });
+    std::sort(ids, ids + count);
+    leaf->primitive_count = static_cast<std::uint32_t>(std::unique(ids, ids + count) - ids);  // parts of one pair
+    static_cast<Building*>(building)->primitives += leaf->primitive_count;
     return leaf;
 }
 
