@@ -40,15 +40,17 @@ std::uint64_t used_address_space() {
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Returns the folder of Mesa's shader cache; empty where there is none. Mesa 22 and 23 search in this order.
-fs::path mesa_cache() {
-    constexpr const char* kName = "mesa_shader_cache";
+/// Name of the folder of a cache that has a file for each entry, and a counter of their bytes in its index.
+constexpr const char* kFiles = "mesa_shader_cache";
+
+/// Returns the folder of Mesa's shader caches; empty where there is none. Mesa 22 to 25 search in this order.
+fs::path cache_parent() {
     for (const char* const variable : {"MESA_SHADER_CACHE_DIR", "MESA_GLSL_CACHE_DIR", "XDG_CACHE_HOME"})
-        if (const char* const folder = std::getenv(variable); folder && *folder) return fs::path(folder) / kName;
+        if (const char* const folder = std::getenv(variable); folder && *folder) return folder;
     passwd user{}, *found = nullptr;
     std::vector<char> text(4096);
     if (getpwuid_r(getuid(), &user, text.data(), text.size(), &found) != 0 || !found) return {};
-    return fs::path(found->pw_dir) / ".cache" / kName;
+    return fs::path(found->pw_dir) / ".cache";
 }
 
 /// Returns whether a variable of Mesa is set to true, or to false; other values are neither.
@@ -63,24 +65,24 @@ bool cache_is_disabled() {
 
 constexpr int kNotOpened = -1;
 
-/// Reserves the space of the index. Returns 0, or the error of the system where Mesa would map a file without space, or
-/// kNotOpened.
-int reserve_index(const fs::path& folder) {
-    // Size of the index in Mesa 17 to 23: a counter, and 2^16 keys of 20 bytes.
+/// Reserves the space of an index, which is created if it is absent. Returns 0, or the error of the system where Mesa
+/// would map a file without space, or kNotOpened.
+int reserve_index(const fs::path& index) {
+    // Size of the index in Mesa 17 to 25: a counter, and 2^16 keys of 20 bytes.
     constexpr off_t kIndexBytes = 8 + (off_t{1} << 16) * 20;
+    const fs::path folder = index.parent_path();
     for (const fs::path& made : {folder.parent_path(), folder}) mkdir(made.c_str(), 0700);  // Mesa makes them likewise
-    const fs::path index = folder / "index";
     const bool is_new = access(index.c_str(), F_OK) != 0;
     const int file = open(index.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (file < 0) return kNotOpened;  // Mesa 22.3 cannot open it either, and says so on stderr
+    if (file < 0) return kNotOpened;  // Mesa cannot open it either, and says so on stderr
     const int error = posix_fallocate(file, 0, kIndexBytes);
     close(file);
     if (error != 0 && is_new) unlink(index.c_str());
     return error;
 }
 
-/// Returns the greatest number of threads in each of the two pools of Mesa's software driver (Mesa 22.3). The driver
-/// counts the processors that the process may use, which are fewer than the machine's in a cpuset.
+/// Returns the greatest number of threads in each of the two pools of Mesa's software driver (Mesa 22 to 25). The
+/// driver counts the processors that the process may use, which are fewer than the machine's in a cpuset.
 int pool_threads() {
     cpu_set_t allowed;
     int threads = sched_getaffinity(0, sizeof allowed, &allowed) == 0
@@ -165,8 +167,12 @@ void prepare_process() {
     limit_thread_stacks();
     // The XDG Base Directory Specification ignores such values; Mesa does not.
     if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
+    // Mesa 24 and 25 keep a database unless told otherwise. It has no counter that tells when an entry is on disk.
+    setenv("MESA_DISK_CACHE_MULTI_FILE", "true", 1);
+    for (const char* const other : {"MESA_DISK_CACHE_DATABASE", "MESA_DISK_CACHE_SINGLE_FILE"}) unsetenv(other);
     // Mesa writes to the index through a mapping. The kernel answers such a write by SIGBUS where the disk is full.
-    if (const fs::path folder = mesa_cache(); !cache_is_disabled() && !folder.empty() && reserve_index(folder) != 0)
+    if (const fs::path parent = cache_parent();
+        !cache_is_disabled() && !parent.empty() && reserve_index(parent / kFiles / "index") != 0)
         setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
     // Zink compiles copies of kernels for values of uniforms, unless a GPU runs them. After many values of one kernel,
     // Mesa 22.3 uses a copy for other values.
@@ -189,23 +195,30 @@ std::string reason_against_driver(std::string_view renderer, std::string_view ve
     if (version.find("Mesa") == std::string_view::npos) return "";
     if (renderer.starts_with("zink") && is_software_renderer(renderer) && !is_set_to("ZINK_INLINE_UNIFORMS", false))
         return "zink renders wrong pictures unless ZINK_INLINE_UNIFORMS is 0 in the environment";
-    const fs::path folder = mesa_cache();
-    if (cache_is_disabled() || folder.empty()) return "";
-    if (const int error = reserve_index(folder); error > 0)
-        return fmt::format("Mesa's shader cache {} has no space ({}), and MESA_SHADER_CACHE_DISABLE is not true in the "
-                           "environment",
-                           folder.string(), std::generic_category().message(error));
+    const fs::path parent = cache_parent();
+    if (cache_is_disabled() || parent.empty()) return "";
+    for (const char* const kind : {kFiles, "mesa_shader_cache_db", "mesa_shader_cache_sf"}) {
+        const fs::path index = parent / kind / "index";
+        if (access(index.c_str(), F_OK) != 0) continue;  // Mesa uses another kind
+        if (const int error = reserve_index(index); error > 0)
+            return fmt::format(
+                "Mesa's shader cache {} has no space ({}), and MESA_SHADER_CACHE_DISABLE is not true in "
+                "the environment",
+                index.parent_path().string(), std::generic_category().message(error));
+    }
     return "";
 }
 
 bool mesa_keeps_code() {
-    const fs::path folder = mesa_cache();
-    return !cache_is_disabled() && !folder.empty() && access((folder / "index").c_str(), W_OK) == 0;
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; std::getline(maps, line);)
+        if (line.ends_with(fmt::format("/{}/index", kFiles))) return true;
+    return false;
 }
 
 std::uint64_t mesa_cache_bytes() {
-    static const fs::path index = mesa_cache() / "index";  // for good, as in Mesa
-    std::uint64_t bytes = 0;                               // Mesa 17 to 23: the first word of the index
+    static const fs::path index = cache_parent() / kFiles / "index";  // for good, as in Mesa
+    std::uint64_t bytes = 0;                                          // Mesa 17 to 25: the first word of the index
     const int file = open(index.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     if (file >= 0 && pread(file, &bytes, sizeof(bytes), 0) != sizeof(bytes)) bytes = 0;
     if (file >= 0) close(file);

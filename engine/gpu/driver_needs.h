@@ -13,8 +13,10 @@ namespace halflight::gpu {
 /// - Limits the stacks of threads to 8 MiB each where the address space is limited, with glibc.
 /// - Sets ZINK_INLINE_UNIFORMS to 0 and EGL_LOG_LEVEL to "fatal" in the environment unless they are set.
 /// - Removes XDG_CACHE_HOME from the environment if it is no absolute path.
-/// - Reserves the disk space of the index of Mesa's shader cache. Where that fails, for example on a full disk,
-///   disables that cache by MESA_SHADER_CACHE_DISABLE.
+/// - Sets MESA_DISK_CACHE_MULTI_FILE to true, so that all versions of Mesa keep one kind of shader cache, and removes
+///   MESA_DISK_CACHE_DATABASE and MESA_DISK_CACHE_SINGLE_FILE.
+/// - Reserves the disk space of the index of that cache. Where that fails, for example on a full disk, disables the
+///   cache by MESA_SHADER_CACHE_DISABLE.
 void prepare_process();
 
 /// Throws Error where a limit of the address space (RLIMIT_AS), of the stack (RLIMIT_STACK) or of threads
@@ -27,7 +29,8 @@ void check_process(int displays = 1);
 /// prepare_process() removes all reasons. `renderer` and `version` are GL_RENDERER and GL_VERSION.
 std::string reason_against_driver(std::string_view renderer, std::string_view version);
 
-/// Returns whether Mesa keeps machine code of its software driver on disk, once a context has been created.
+/// Returns whether Mesa keeps machine code of its software driver on disk and counts its bytes, once a context has been
+/// created.
 bool mesa_keeps_code();
 /// Returns a counter of the bytes in that cache, which Mesa raises once an entry is on disk.
 std::uint64_t mesa_cache_bytes();

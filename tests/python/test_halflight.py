@@ -393,8 +393,8 @@ class Callbacks(InFolder):
 
     def test_the_environment_of_the_process_stays(self):
         """Other threads of the process may read it. os.environ does not show what libraries have set."""
-        names = ["EGL_LOG_LEVEL", "LP_NUM_THREADS", "MESA_SHADER_CACHE_DISABLE", "XDG_CACHE_HOME",
-                 "ZINK_INLINE_UNIFORMS"]  # zink itself needs the last one
+        names = ["EGL_LOG_LEVEL", "LP_NUM_THREADS", "MESA_DISK_CACHE_MULTI_FILE", "MESA_SHADER_CACHE_DISABLE",
+                 "XDG_CACHE_HOME", "ZINK_INLINE_UNIFORMS"]  # zink itself needs the last one
         script = ("import ctypes, sys\nimport halflight as hl\nscene, device, *names = sys.argv[1:]\n"
                   "getenv = ctypes.CDLL(None).getenv\ngetenv.restype = ctypes.c_char_p\n"
                   "before = [getenv(name.encode()) for name in names]\n"

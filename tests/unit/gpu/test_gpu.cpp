@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <thread>
 
@@ -84,16 +87,26 @@ TEST(DriverNeeds, DriversThatTheEnvironmentSpoilsAreRefused) {
         EXPECT_EQ(reason_against_driver(zink, mesa).empty(), good) << value.value_or("not set");
         EXPECT_EQ(reason_against_driver("zink (NVIDIA H200)", mesa), "") << "runs on a GPU";
     }
-    EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "");
-    std::filesystem::remove_all(folder.path / "mesa_shader_cache");
     const test::FileSizeLimit full(1000);
-    EXPECT_NE(reason_against_driver("llvmpipe", mesa).find("has no space"), std::string::npos);
+    EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "") << "has no index";
+    for (const char* const kind : {"mesa_shader_cache_db", "mesa_shader_cache"}) {  // the former in Mesa 24 and 25
+        const std::filesystem::path cache_folder = folder.path / kind;
+        std::filesystem::create_directory(cache_folder);
+        std::ofstream(cache_folder / "index").flush();
+        EXPECT_NE(reason_against_driver("llvmpipe", mesa).find(cache_folder.string() + " has no space"),
+                  std::string::npos);
+        if (kind != std::string_view("mesa_shader_cache")) std::filesystem::remove(cache_folder / "index");
+    }
     EXPECT_EQ(reason_against_driver("NVIDIA H200", "4.5.0 NVIDIA 550.54"), "") << "has no such cache";
     disabled.set("true");
     EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "");
     disabled.set({});
+    const test::EnvironmentVariable other_kind("MESA_DISK_CACHE_DATABASE", "true"),
+        one_kind("MESA_DISK_CACHE_MULTI_FILE", {});
     prepare_process();
     EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "") << "programs switch the cache off";
+    EXPECT_STREQ(std::getenv("MESA_DISK_CACHE_MULTI_FILE"), "true");
+    EXPECT_EQ(std::getenv("MESA_DISK_CACHE_DATABASE"), nullptr);
 }
 
 TEST(Context, SeveralMayExist) {
