@@ -1,13 +1,15 @@
 // Light from infinity (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/onb.glsl"
+#include "shaders/shared/arctangent.h"
 #include "shaders/shared/environment.h"
 
-// Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by atan, because it loses half of its
-// bits at the poles.
+// Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by the arctangent, because it loses half
+// of its bits at the poles.
 vec2 environment_uv(vec3 d) {
     float around = length(d.xz);
-    return vec2(around > 0.0 ? atan(d.z, d.x) * 0.159154943092 + 0.5 : 0.5, atan(around, d.y) * 0.318309886184);
+    float longitude = around > 0.0 ? arctangent(d.z, d.x) * 0.159154943092 : 0.0;
+    return vec2(longitude + 0.5, arctangent(around, d.y) * 0.318309886184);
 }
 
 #ifdef HALFLIGHT_ENVIRONMENT_MAP

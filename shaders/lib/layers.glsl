@@ -89,9 +89,16 @@ bool leaves_base(Layers l, vec3 wo) {
 }
 
 #ifdef HALFLIGHT_GLOSSY
-// Returns the gain M of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16).
-float multiple_scattering_gain(float f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
-vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
+// Returns the gain M of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16). Precise, so that all
+// versions of Mesa compute equal bits.
+float multiple_scattering_gain(float f0, float albedo) {
+    precise float gain = 1.0 + f0 * ((1.0 - albedo) / albedo);
+    return gain;
+}
+vec3 multiple_scattering_gain(vec3 f0, float albedo) {
+    precise vec3 gain = 1.0 + f0 * ((1.0 - albedo) / albedo);
+    return gain;
+}
 
 // Bends a normal n just enough for the mirror direction of wo to lie above the horizon (SHADING.md, Shading normals).
 // Other normals are returned bit for bit, and so are all of them where the horizon is 0. Precondition: dot(n, wo) > 0 and

@@ -69,26 +69,30 @@ vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 xi) {
 
 vec2 albedo_texel(ivec2 at) { return texelFetch(albedo_table, at.y * kAlbedoTableSize + at.x).rg; }
 
-// Returns an entry of the part of the albedo table that starts at a row. engine/tables/albedo.h describes the table.
+// Returns an entry of the part of the albedo table that starts at a row. engine/tables/albedo.h describes the table. The
+// code is precise, because the results of callers are: Mesa 22.3 makes all code behind such a result precise, and Mesa 25.0
+// only that of the same function.
 vec2 albedo_entry(vec2 coordinates, int first_row) {
-    vec2 at = coordinates * float(kAlbedoTableSize - 1);
-    vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
-    vec2 f = at - cell;
+    precise vec2 at = coordinates * float(kAlbedoTableSize - 1);
+    precise vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
+    precise vec2 f = at - cell;
     ivec2 c = ivec2(cell) + ivec2(0, first_row);
-    vec2 low = mix(albedo_texel(c), albedo_texel(c + ivec2(1, 0)), f.x);
+    precise vec2 low = mix(albedo_texel(c), albedo_texel(c + ivec2(1, 0)), f.x);
     ++c.y;
-    vec2 high = mix(albedo_texel(c), albedo_texel(c + ivec2(1, 0)), f.x);
-    return mix(low, high, f.y);
+    precise vec2 high = mix(albedo_texel(c), albedo_texel(c + ivec2(1, 0)), f.x);
+    precise vec2 entry = mix(low, high, f.y);
+    return entry;
 }
 
-// Returns the directional albedo of the lobe (SHADING.md): x = E_A, y = E_B.
+// Returns the directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. Precise as albedo_entry().
 vec2 ggx_albedo(float cosine, float alpha) {
     float mu = clamp(cosine, 0.0, 1.0);
-    float mirror = pow5(1.0 - mu);
+    precise float mirror = pow5(1.0 - mu);
     if (alpha < kMirrorAlpha) return vec2(1.0 - mirror, mirror);
     vec2 entry = albedo_entry(albedo_coordinates(mu, alpha), 0);
-    float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
-    return vec2(entry.x - edge, edge);
+    precise float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
+    precise vec2 albedo = vec2(entry.x - edge, edge);
+    return albedo;
 }
 
 // --- Anisotropic GGX --------------------------------------------------------------------------------------------------

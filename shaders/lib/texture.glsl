@@ -123,8 +123,10 @@ TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1, int tile_s
     return f;
 }
 
+// Blends the texels of a footprint. The code is precise, so that all versions of Mesa compute equal bits.
 vec4 blend_footprint(TexelFootprint f, vec4 a, vec4 b, vec4 c, vec4 d) {
-    return mix(mix(a, b, f.weight.x), mix(c, d, f.weight.x), f.weight.y);
+    precise vec4 blended = mix(mix(a, b, f.weight.x), mix(c, d, f.weight.x), f.weight.y);
+    return blended;
 }
 
 vec4 color_texel(int index) {

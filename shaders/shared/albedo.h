@@ -1,12 +1,13 @@
 // Coordinates in the directional albedo table (engine/tables/albedo.h).
 #pragma once
 
+#include "shaders/shared/arctangent.h"
 #include "shaders/shared/portable.h"
 
 HALFLIGHT_SHARED_BEGIN
 
 #ifdef __cplusplus
-using glm::atan, glm::clamp, glm::max, glm::mix;
+using glm::clamp, glm::max, glm::mix;
 using std::abs, std::exp, std::pow, std::sqrt;
 #endif
 
@@ -64,7 +65,7 @@ HALFLIGHT_SHARED_FUNCTION vec4 anisotropy_coordinates(vec3 wo, vec2 alpha) {
     float along = abs(wo.x), across = abs(wo.y);
     float sine = max(sqrt(along * along + across * across), 1e-10f);
     vec2 seen = alpha * vec2(along / sine, across / sine);
-    float angle = atan(across, max(along, 1e-20f)) * 0.636619772f;  // 2 / pi
+    float angle = arctangent(across, max(along, 1e-20f)) * 0.636619772f;  // 2 / pi
     float strength = (alpha.x - alpha.y) / max(1.0f - alpha.y, 1e-6f);
     return vec4(albedo_coordinates(clamp(wo.z, 0.0f, 1.0f), max(length(seen), alpha.y)).x,
                 1.0f - sqrt(max(1.0f - angle, 0.0f)), (sqrt(alpha.y) - 0.01f) * (1.0f / 0.99f),

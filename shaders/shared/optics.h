@@ -2,12 +2,13 @@
 // (SHADING.md, Projections and eyes). Camera coordinates have x to the right, y up and z backwards.
 #pragma once
 
+#include "shaders/shared/arctangent.h"
 #include "shaders/shared/portable.h"
 
 HALFLIGHT_SHARED_BEGIN
 
 #ifdef __cplusplus
-using glm::abs, glm::atan, glm::cos, glm::dot, glm::length, glm::max, glm::min, glm::round, glm::sin, glm::sqrt;
+using glm::abs, glm::cos, glm::dot, glm::length, glm::max, glm::min, glm::round, glm::sin, glm::sqrt;
 #endif
 
 // Values of Optics::projection.
@@ -100,9 +101,11 @@ HALFLIGHT_SHARED_FUNCTION vec3 plane_of_point(Optics o, float eye, vec3 point) {
         float aside = eye - k * t;
         float level = length(vec2(point.x, point.z));
         float forward = sqrt(max(level * level - aside * aside, 0.0f));
-        float longitude = level > 0.0f ? atan(point.x, -point.z) - atan(aside, forward) : 0.0f;  // 0 at a pole
+        float longitude =
+            level > 0.0f ? arctangent(point.x, -point.z) - arctangent(aside, forward) : 0.0f;  // 0 at a pole
         longitude -= 6.283185307180f * round(longitude / 6.283185307180f);
-        return vec3(longitude, atan(point.y, forward), level >= abs(aside) && dot(point, point) > 0.0f ? 1.0f : 0.0f);
+        return vec3(longitude, arctangent(point.y, forward),
+                    level >= abs(aside) && dot(point, point) > 0.0f ? 1.0f : 0.0f);
     }
     vec3 away = point - vec3(eye, 0.0f, 0.0f);
     if (o.projection == kPerspective) {
@@ -114,7 +117,7 @@ HALFLIGHT_SHARED_FUNCTION vec3 plane_of_point(Optics o, float eye, vec3 point) {
     float along = k * away.x;
     vec3 d = away * ((sqrt(max(along * along + square * (1.0f - k * k), 0.0f)) - along) / square) + vec3(k, 0.0f, 0.0f);
     float level = length(vec2(d.x, d.y));
-    float angle = atan(level, -d.z);
+    float angle = arctangent(level, -d.z);
     float r = o.projection == kFisheye ? angle : 2.0f * sin(0.5f * angle);
     float scale = level > 0.0f ? r / level : 0.0f;
     return vec3(d.x * scale, d.y * scale, square > 0.0f ? 1.0f : 0.0f);

@@ -1,7 +1,8 @@
-// Tests Sobol points: stratification, uniformity, and equal bits on CPU and GPU.
+// Tests Sobol points: stratification, uniformity, and equal bits on CPU and GPU. Tests arctangents, too.
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <set>
 
 #include "shaders/shared/sobol.h"
@@ -117,6 +118,25 @@ TEST_F(ShadingSampling, GpuEqualsTheCpu) {
         ASSERT_EQ(found[3 * i + 1], vec4(pair, shared::sample_1d(s, 4), 0x1p0f - 0x1p-24f));
         const Sampler joint = shared::make_shared_sampler(i % 113, i / 7, i % 4, 4, 5);
         ASSERT_EQ(found[3 * i + 2], vec4(shared::sample_2d(joint, 3), shared::sample_1d(joint, 4), 0));
+    }
+}
+
+/// The checksum is that of Mesa 22.3 and 25.0, whose own arctangents differ in last bits.
+TEST_F(ShadingSampling, ArctangentsHaveTheSameBitsOnAllVersionsOfTheDriver) {
+    const ShadingScene scene{triangle_scene({})};
+    constexpr uint kCount = 1 << 14;
+    const auto found = scene.run("#include \"shaders/shared/arctangent.h\"", R"(
+        vec2 p = vec2(int(i * 37u % 1024u) - 512, int(i % 127u) - 63) / 64.0;
+        result[0] = vec4(arctangent(p.y, p.x), p, 0.0);
+    )",
+                                 kCount);
+    uint checksum = 0;
+    for (const vec4& each : found) {
+        EXPECT_NEAR(each.x, std::atan2(each.z, each.y), 4e-6);
+        checksum = 31 * checksum + std::bit_cast<uint>(each.x);
+    }
+    if (test::test_device() == "software") {
+        EXPECT_EQ(checksum, 1005750906u);
     }
 }
 
