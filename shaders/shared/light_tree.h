@@ -72,6 +72,11 @@ struct LightNode {
     bool two_sided;   // true: light also leaves along the reversed axis
 };
 
+// Returns dot(a, b), summed from the last term on. Versions of Mesa differ in the order of dot() in precise code.
+HALFLIGHT_SHARED_FUNCTION float ordered_dot(vec3 a, vec3 b) {
+    HALFLIGHT_SHARED_PRECISE float sum = a.z * b.z + a.y * b.y + a.x * b.x;
+    return sum;
+}
 // Returns cos(max(a - b, 0)) for angles a and b in [0, pi], given with their sines.
 HALFLIGHT_SHARED_FUNCTION float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) {
     HALFLIGHT_SHARED_PRECISE float rest = cos_a * cos_b + sin_a * sin_b;
@@ -126,7 +131,7 @@ HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, 
     // Lobes that do not follow the cosine contribute at grazing angles, too.
     const float kGrazing = 0.05f;
     HALFLIGHT_SHARED_PRECISE vec3 to_node = node.centre - position;
-    HALFLIGHT_SHARED_PRECISE float square = dot(to_node, to_node);
+    HALFLIGHT_SHARED_PRECISE float square = ordered_dot(to_node, to_node);
     HALFLIGHT_SHARED_PRECISE float ball = node.radius * node.radius;
     HALFLIGHT_SHARED_PRECISE float near = 1.0f / sqrt(square > kLeastSquare ? square : kLeastSquare);
     bool outside = square > ball;
@@ -134,14 +139,14 @@ HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, 
     HALFLIGHT_SHARED_PRECISE float sin_u = outside ? node.radius * near : 0.0f;
     HALFLIGHT_SHARED_PRECISE float cos_u = outside ? sine_of(sin_u) : -1.0f;
 
-    HALFLIGHT_SHARED_PRECISE float cos_axis = -dot(node.axis, to_node) * near;
+    HALFLIGHT_SHARED_PRECISE float cos_axis = -ordered_dot(node.axis, to_node) * near;
     cos_axis = node.two_sided && cos_axis < 0.0f ? -cos_axis : cos_axis;
     HALFLIGHT_SHARED_PRECISE float cos_reach = node.cos_o * cos_u - node.sin_o * sin_u;  // cosine of theta_o + u
     HALFLIGHT_SHARED_PRECISE float sin_reach = node.sin_o * cos_u + node.cos_o * sin_u;  // below 0 from pi on
     HALFLIGHT_SHARED_PRECISE float emitted = cos_of_rest(cos_axis, sine_of(cos_axis), cos_reach, sin_reach);
     emitted = outside && sin_reach >= 0.0f ? emitted : 1.0f;
 
-    HALFLIGHT_SHARED_PRECISE float cos_normal = dot(normal, to_node) * near;
+    HALFLIGHT_SHARED_PRECISE float cos_normal = ordered_dot(normal, to_node) * near;
     cos_normal = through && cos_normal < 0.0f ? -cos_normal : cos_normal;
     HALFLIGHT_SHARED_PRECISE float received = cos_of_rest(cos_normal, sine_of(cos_normal), cos_u, sin_u);
     received = received > 0.0f ? kGrazing + (1.0f - kGrazing) * received : 0.0f;
