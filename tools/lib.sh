@@ -27,13 +27,13 @@ as_root() {
     fi
 }
 
-# name_release [FILE]: names the distribution of an os-release file if Halflight is not tested on it.
+# name_release [FILE]: names the distribution of an os-release file if packages.txt is not written for it.
 name_release() (
     ID='' VERSION_ID='' PRETTY_NAME=''
     # shellcheck source=/dev/null
     . "${1:-/etc/os-release}" 2>/dev/null || true
     [[ "$ID $VERSION_ID" =~ ^debian\ (12|13)$ ]] ||
-        say "warning: this is ${PRETTY_NAME:-no Debian}; Halflight is tested on Debian 12 and 13, whose packages may differ"
+        say "warning: this is ${PRETTY_NAME:-no Debian}; tools/packages.txt is for Debian 12 and 13"
 )
 
 # install_packages [test]: installs the missing packages of packages.txt; with `test`, also those that only tests need.

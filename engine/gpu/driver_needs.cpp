@@ -167,7 +167,7 @@ void prepare_process() {
     limit_thread_stacks();
     // The XDG Base Directory Specification ignores such values; Mesa does not.
     if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache && *cache != '/') unsetenv("XDG_CACHE_HOME");
-    // Mesa 24 and 25 keep a database unless told otherwise. It has no counter that tells when an entry is on disk.
+    // Mesa 25.0 keeps a database unless told otherwise. It has no counter that tells when an entry is on disk.
     setenv("MESA_DISK_CACHE_MULTI_FILE", "true", 1);
     for (const char* const other : {"MESA_DISK_CACHE_DATABASE", "MESA_DISK_CACHE_SINGLE_FILE"}) unsetenv(other);
     // Mesa writes to the index through a mapping. The kernel answers such a write by SIGBUS where the disk is full.

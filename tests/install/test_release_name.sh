@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# test_release_name.sh: tools/lib.sh names each distribution but those on which packages.txt is tested, in one line.
+# test_release_name.sh: tools/lib.sh names each distribution but those of packages.txt, in one line.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)
