@@ -10,7 +10,8 @@ inline float arctangent(float y, float x) {
     return std::atan2(y, x);
 }
 #else
-// Returns the angle of (x, y) from the x axis, in [-pi, pi], with an error of 4e-6.
+// Returns the angle of (x, y) from the x axis, in [-pi, pi], with an error of 4e-6. The polynomial is that of Mesa 22.3
+// (nir_builtin_builder.c), so that pictures keep their bits.
 float arctangent(float y, float x) {
     const float quarter = 1.57079637;
     bool turned = x <= 0.0;  // by a quarter, which puts the cut of the angle where the quotient has its pole
