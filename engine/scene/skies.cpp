@@ -84,17 +84,18 @@ struct SoftBox {
     double half_width;   // radians
     double half_height;  // radians
     double radiance;
+    double softness = 0.08;  // width of the edges, radians
 };
 
-/// Returns `radiance` and the radiances of boxes. softness: width of their edges, radians.
-double add_boxes(double radiance, std::span<const SoftBox> boxes, const dvec3& direction, double softness) {
+/// Returns the sum of `radiance` and the radiances of boxes.
+double add_boxes(double radiance, std::span<const SoftBox> boxes, const dvec3& direction) {
     for (const SoftBox& box : boxes) {
         const dvec3 ahead = glm::normalize(box.centre), right = glm::normalize(glm::cross(ahead, dvec3(0, 1, 0)));
         const double z = glm::dot(direction, ahead);
         const double x = std::atan2(glm::dot(direction, right), z);
         const double y = std::atan2(glm::dot(direction, glm::cross(right, ahead)), z);
         const auto inside = [&](double at, double half) {
-            return smooth_step(0, 1, (half - std::abs(at)) / softness + 0.5);
+            return smooth_step(0, 1, (half - std::abs(at)) / box.softness + 0.5);
         };
         radiance += box.radiance * inside(x, box.half_width) * inside(y, box.half_height);
     }
@@ -114,7 +115,7 @@ Sky studio() {
     constexpr SoftBox kBoxes[] = {
         {{-0.75, 0.75, 0.75}, 0.5, 0.45, 7}, {{1, 0.35, 0.35}, 0.22, 0.6, 3}, {{0.1, 1, -0.9}, 0.9, 0.2, 4}};
     return grey_light(256, [&](const dvec3& direction) {
-        return add_boxes(0.12 + 0.13 * std::max(direction.y, 0.0), kBoxes, direction, 0.08);
+        return add_boxes(0.12 + 0.13 * std::max(direction.y, 0.0), kBoxes, direction);
     });
 }
 
@@ -125,18 +126,18 @@ Sky neutral(double azimuth) {
         return dvec3(std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e));
     };
     const SoftBox boxes[] = {
-        {at(-48, 32), radians(26), radians(26), 4.993},  // key
-        {at(72, 14), radians(6), radians(32), 1.077},    // fill: a strip, which curved metal shows as a line
-        {at(140, 40), radians(12), radians(18), 1.748},  // rim: light on the outline of the dark side
-        {at(180, 24), radians(50), radians(10), 0.942},  // wall of light behind objects, which glass shows
+        {at(-48, 34), radians(36), radians(34), 2.876, radians(34)},  // key: wide and soft, so that noise stays low
+        {at(72, 14), radians(8), radians(32), 0.516, radians(16)},    // fill: a strip, which curved metal shows
+        {at(140, 40), radians(16), radians(22), 1.150, radians(24)},  // rim: light on the outline of the dark side
+        {at(180, 24), radians(50), radians(10), 0.458, radians(16)},  // wall of light, which glass shows
     };
     const double s = std::sin(radians(azimuth)), c = std::cos(radians(azimuth));
     return grey_light(128, [&](const dvec3& direction) {
         const dvec3 seen(c * direction.x - s * direction.z, direction.y, s * direction.x + c * direction.z);
-        constexpr double kHorizon = 0.42, kSky = 0.12, kGround = 0.17;
+        constexpr double kHorizon = 0.42, kSky = 0.18, kGround = 0.2;
         const double base = direction.y > 0 ? glm::mix(kHorizon, kSky, smooth_step(0, 0.5, direction.y))
                                             : glm::mix(kHorizon, kGround, smooth_step(0, 0.6, -direction.y));
-        return add_boxes(base + 0.499 * smooth_step(0.85, 0.98, direction.y), boxes, seen, radians(10));
+        return add_boxes(base + 0.431 * smooth_step(0.85, 0.98, direction.y), boxes, seen);
     });
 }
 
@@ -215,7 +216,7 @@ const char* name(SkyPreset preset) {
 double view_azimuth(const Camera& camera) {
     const dvec3 up(camera.camera_to_world[1]), back(camera.camera_to_world[2]);
     const dvec3 from = std::hypot(back.x, back.z) > 1e-3 ? back : back.y > 0 ? -up : up;
-    return std::atan2(from.x, from.z) * 180 / kPi;
+    return std::round(std::atan2(from.x, from.z) * 180e6 / kPi) / 1e6;
 }
 
 Sky preset_sky(SkyPreset preset, double azimuth) {

@@ -36,8 +36,9 @@ std::span<const SkyPreset> sky_presets();
 const char* name(SkyPreset preset);
 /// Azimuth of the camera that framing_camera() returns, degrees from +Z to +X.
 inline constexpr double kFramingAzimuth = 30;
-/// Returns the azimuth of the point of view of a camera, degrees from +Z to +X. A camera that looks straight up or down
-/// has that of its picture's lower or upper edge.
+/// Returns the azimuth of the point of view of a camera, degrees from +Z to +X. A camera that looks straight down or up
+/// has that of its picture's lower or upper edge. It is rounded to 1e-6, so that cameras that differ by the rounding of
+/// their numbers have the same light.
 double view_azimuth(const Camera& camera);
 /// Returns a generated environment. All give a horizontal surface an irradiance of about pi, so that a white floor has
 /// radiance 1.
