@@ -42,25 +42,36 @@ ChosenCamera chosen_default(const Scene& scene, const CameraChoice& c, const ray
                             View view = View::automatic) {
     const double aspect = c.aspect > 0 ? c.aspect : kUsualAspect;
     const WorldBounds box = world_bounds(scene);
-    const DefaultCamera made = scene.paged_bounds || box.empty()
-                                   ? DefaultCamera{framing_camera(scene, aspect, c.turntable > 0)}
-                                   : default_camera(probe.get(), aspect, view, c.turntable > 0);
+    DefaultCamera made{framing_camera(scene, aspect, c.turntable > 0), 0.5 * box.lower + 0.5 * box.upper};
+    if (!scene.paged_bounds && !box.empty()) made = default_camera(probe.get(), aspect, view, c.turntable > 0);
+    if (view == View::inside && !made.inside)
+        throw Error("camera 'inside'", scene.paged_bounds ? "scenes in pages are seen from outside"
+                                                          : "no place in the scene is enclosed and wide enough");
     ChosenCamera chosen{made.camera, std::nullopt,
                         made.inside     ? "inside the scene"
-                        : made.left_out ? "that frames the scene without small parts far away"
+                        : made.left_out ? "that frames most of the scene, but not its outliers"
                                         : "that frames the scene"};
-    if (view == View::inside && !made.inside)
-        chosen.warning = "no place in the scene is enclosed, so the camera is outside";
-    chosen.options = camera_options(made.camera, box.empty() ? dvec3(0) : 0.5 * box.lower + 0.5 * box.upper);
+    chosen.pivot = box.empty() ? dvec3(made.camera.camera_to_world[3]) : made.centre;
+    chosen.options = camera_options(made.camera, box.empty() ? dvec3(0) : made.centre);
     return chosen;
 }
 
-/// Returns whether a camera shows no surface at all.
-bool is_blind(const Camera& camera, const rays::LazyProbe& probe) {
+/// Returns whether a camera shows no surface at all: neither a vertex nor a ray's hit is in its picture.
+bool is_blind(const Scene& scene, const Camera& camera, const rays::LazyProbe& probe) {
     constexpr int kColumns = 64;
-    const WorldBounds& box = probe.get().bounds();
-    return !box.empty() &&
-           glimpse(probe.get(), camera, camera.aspect > 0 ? camera.aspect : kUsualAspect, kColumns).seen == 0;
+    constexpr std::size_t kVertices = 4096;  // of each mesh
+    const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
+    const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
+    const dmat4 to_camera = glm::inverse(camera.camera_to_world);
+    for (const Instance& instance : scene.instances) {
+        const std::vector<vec3>& positions = scene.meshes[static_cast<std::size_t>(instance.mesh)].positions;
+        for (std::size_t i = 0; i < positions.size(); i += positions.size() / kVertices + 1) {
+            const dvec3 p(to_camera * (instance.object_to_world * dvec4(positions[i], 1)));
+            const double reach = half * (camera.orthographic ? 1 : -p.z);
+            if (p.z < 0 && std::abs(p.y) <= reach && std::abs(p.x) <= reach * aspect) return false;
+        }
+    }
+    return !scene.instances.empty() && glimpse(probe.get(), camera, aspect, kColumns).seen == 0;
 }
 
 ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c, const rays::LazyProbe& probe) {
@@ -78,12 +89,8 @@ ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c, const r
         const Camera& camera = scene.cameras[index];
         return {camera, index, fmt::format("'{}' of the scene", camera.name)};
     }
-    if (scene.cameras.empty()) {
-        ChosenCamera chosen = chosen_default(scene, c, probe);
-        chosen.origin += ", which has none of its own";
-        return chosen;
-    }
-    if (c.replace_blind && !scene.paged_bounds && is_blind(scene.cameras[0], probe)) {
+    if (scene.cameras.empty()) return chosen_default(scene, c, probe);
+    if (c.replace_blind && !scene.paged_bounds && is_blind(scene, scene.cameras[0], probe)) {
         ChosenCamera chosen = chosen_default(scene, c, probe);
         chosen.warning =
             fmt::format("camera '{}' sees no surface, so a default camera replaces it (--camera 0 keeps it)",
@@ -97,26 +104,33 @@ ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c, const r
 
 std::string camera_options(const Camera& camera, const dvec3& at) {
     const dmat4& m = camera.camera_to_world;
-    const dvec3 from(m[3]), target = from - dvec3(m[2]) * std::max(glm::dot(from - at, dvec3(m[2])), 1e-3);
-    const auto point = [](const dvec3& p) { return fmt::format("{:.6g},{:.6g},{:.6g}", p.x, p.y, p.z); };
-    return fmt::format("--look-from={} --look-at={} --vfov={:.6g}", point(from), point(target),
+    const dvec3 from(m[3]);
+    const double distance = std::max(glm::dot(from - at, dvec3(m[2])), 1e-3 * glm::length(from));
+    const dvec3 target = from - dvec3(m[2]) * (distance > 0 ? distance : 1);
+    const auto point = [](const dvec3& p) { return fmt::format("{},{},{}", p.x, p.y, p.z); };
+    return fmt::format("--look-from={} --look-at={} --vfov={:.9g}", point(from), point(target),
                        glm::degrees(camera.vertical_fov));
 }
 
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c, const rays::LazyProbe* probe) {
     const rays::LazyProbe own(scene);
     ChosenCamera chosen = camera_of_choice(scene, c, probe ? *probe : own);
-    if (c.turntable == 0) return chosen;
+    if (c.turntable == 0 || !chosen.options.empty()) return chosen;
     const WorldBounds box = world_bounds(scene);
     if (c.look_from)
         chosen.pivot = *c.look_at;
     else if (c.pose)
         chosen.pivot = c.pose->at;
-    else if ((!chosen.options.empty() && chosen.camera.name == kInsideCamera) || box.empty())
+    else if (box.empty())
         chosen.pivot = dvec3(chosen.camera.camera_to_world[3]);
     else
         chosen.pivot = 0.5 * box.lower + 0.5 * box.upper;
     return chosen;
+}
+
+std::optional<Camera> free_camera(const Scene& scene, const CameraChoice& c) {
+    ChosenCamera chosen = choose_camera(scene, c);
+    return chosen.index ? std::nullopt : std::optional(std::move(chosen.camera));
 }
 
 double azimuth_of_light(const Scene& scene, const CameraChoice& c) {

@@ -92,23 +92,20 @@ Glimpse glimpse(const rays::SceneProbe& probe, const Camera& camera, double aspe
     return g;
 }
 
-std::vector<EnclosedPlace> enclosed_places(const rays::SceneProbe& probe, int points) {
+std::vector<dvec3> enclosed_places(const rays::SceneProbe& probe, int points) {
     constexpr double kHits = 0.88;   // least share of rays that meet a surface; a box without one side has 0.83
     constexpr double kFront = 0.75;  // least share of hits that are front faces
     const std::vector<dvec3> around = sphere_directions(48);
     const dvec3 lower = probe.bounds().lower, size = probe.bounds().upper - lower;
     std::mt19937_64 random(1);
     const auto uniform = [&] { return double(random() >> 11) * 0x1p-53; };
-    std::vector<EnclosedPlace> enclosed;
+    std::vector<dvec3> enclosed;
     for (int i = 0; i < points; ++i) {
         const double x = uniform(), y = 0.2 + 0.4 * uniform(), z = uniform();
-        EnclosedPlace place{lower + size * dvec3(x, y, z), rays::SceneProbe::kFar};
+        const dvec3 place = lower + size * dvec3(x, y, z);
         int hits = 0, front = 0;
         for (const dvec3& direction : around)
-            if (const auto hit = probe.trace(place.point, direction)) {
-                ++hits, front += hit->front;
-                place.clearance = std::min(place.clearance, glm::length(hit->position - place.point));
-            }
+            if (const auto hit = probe.trace(place, direction)) ++hits, front += hit->front;
         if (hits >= kHits * double(around.size()) && front >= kFront * hits) enclosed.push_back(place);
     }
     return enclosed;
@@ -125,7 +122,9 @@ Camera turned(const Camera& camera, const dvec3& pivot, double angle) {
 
 DefaultCamera default_camera(const rays::SceneProbe& probe, double aspect, View view, bool turns) {
     const Scene& scene = probe.scene();
-    DefaultCamera outside{framing_camera(scene, aspect, turns)};
+    const WorldBounds& box = probe.bounds();
+    DefaultCamera outside{framing_camera(scene, aspect, turns),
+                          box.empty() ? dvec3(0) : 0.5 * box.lower + 0.5 * box.upper};
     if (scene.paged_bounds || probe.bounds().empty()) return outside;
     constexpr double kLittle = 1, kClearlyMore = 0.5;  // bits
     constexpr double kPart = 0.05;                     // most that a part may have of the scene's diagonal
@@ -141,14 +140,16 @@ DefaultCamera default_camera(const rays::SceneProbe& probe, double aspect, View 
                 glm::min(part.upper + margin, probe.bounds().upper)};
         const Camera camera = framing_camera(part, aspect, turns);
         const double detail = glimpse(probe, camera, aspect).detail;
-        if (detail > shown + kClearlyMore) outside = {.camera = camera, .left_out = true}, shown = detail;
+        if (detail > shown + kClearlyMore)
+            outside = {.camera = camera, .centre = 0.5 * part.lower + 0.5 * part.upper, .left_out = true},
+            shown = detail;
     }
     if (view == View::outside) return outside;
 
     constexpr int kPoints = 192, kYaws = 12;
     constexpr std::size_t kCandidates = 32;
     constexpr double kClose = 0.04;  // least distance over the scene's diagonal
-    std::vector<EnclosedPlace> places = enclosed_places(probe, kPoints);
+    std::vector<dvec3> places = enclosed_places(probe, kPoints);
     const double enclosed = double(places.size()) / kPoints;
     DefaultCamera best = outside;
     double most = -1;
@@ -156,12 +157,12 @@ DefaultCamera default_camera(const rays::SceneProbe& probe, double aspect, View 
         for (int yaw = 0; yaw < kYaws; ++yaw) {
             const double angle = 2 * kPi * yaw / kYaws;
             const dvec3 ahead(std::sin(angle), 0, std::cos(angle));
-            const dvec3& from = places[i].point;
+            const dvec3& from = places[i];
             const Camera camera = look_at_camera(from, from + diagonal * ahead, {0, 1, 0}, kPi / 3);
             const Glimpse g = glimpse(probe, camera, aspect);
             if (g.detail <= most || g.nearest < kClose * diagonal) continue;
             most = g.detail;
-            best = {.camera = camera, .inside = true};
+            best = {.camera = camera, .centre = from, .inside = true};
             best.camera.name = kInsideCamera;
         }
     if (view == View::inside) return best;

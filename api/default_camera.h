@@ -18,6 +18,7 @@ enum class View { automatic, inside, outside };
 
 struct DefaultCamera {
     Camera camera;
+    dvec3 centre{0};        // of what it frames, world units; inside: its position
     bool inside = false;    // it stands inside the scene
     bool left_out = false;  // it does not show all of the scene: small parts far away, or most of a large ground
 };
@@ -38,14 +39,9 @@ std::pair<dvec3, dvec3> camera_ray(const Camera& camera, double aspect, double x
 /// Returns unit directions that are spread evenly over the sphere (spherical Fibonacci points).
 std::vector<dvec3> sphere_directions(int count);
 
-/// A place inside a scene, enclosed by surfaces that face it.
-struct EnclosedPlace {
-    dvec3 point;       // world units
-    double clearance;  // distance to the nearest surface, world units
-};
-/// Returns the places among `points` fixed random points in the lower part of the bounds from which nearly all rays
+/// Returns those of `points` fixed random points in the lower part of the bounds from which nearly all rays
 /// meet surfaces, most of them front faces. Solid objects show their back faces inside.
-std::vector<EnclosedPlace> enclosed_places(const rays::SceneProbe& probe, int points = 192);
+std::vector<dvec3> enclosed_places(const rays::SceneProbe& probe, int points);
 
 /// Returns the camera that shows most. `aspect` is the picture's width / height. With `turns`, the scene stays in the
 /// picture while the camera turns about it.

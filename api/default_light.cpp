@@ -47,13 +47,18 @@ class Random {
 /// Appends points that are spread over all emissive triangles in proportion to area times emission factor. Points at
 /// which the texture is black are left out.
 void add_emitters(const Scene& scene, std::vector<Candidate>& candidates) {
+    std::vector<std::vector<std::uint32_t>> emissive(scene.meshes.size());  // triangles, by mesh
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+        for (std::size_t t = 0; t < scene.meshes[m].triangles.size(); ++t) {
+            const Material& material = scene.materials[scene.meshes[m].triangle_material[t]];
+            if (!material.unlit && has_emission(material)) emissive[m].push_back(static_cast<std::uint32_t>(t));
+        }
     // Calls f(mesh, triangle, corners in the world, power) for all emissive triangles of all instances.
     const auto for_emitters = [&](const auto& f) {
         for (const Instance& instance : scene.instances) {
             const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-            for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+            for (const std::uint32_t t : emissive[static_cast<std::size_t>(instance.mesh)]) {
                 const Material& material = scene.materials[mesh.triangle_material[t]];
-                if (material.unlit || !has_emission(material)) continue;
                 dmat3 corners;
                 for (int k = 0; k < 3; ++k)
                     corners[k] = dvec3(instance.object_to_world * dvec4(mesh.positions[mesh.triangles[t][k]], 1));
@@ -241,8 +246,11 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
         std::vector<bool> reached;
     };
     std::vector<Place> candidates;
-    for (int i = 0; i < std::min<int>(kPlaces, static_cast<int>(places.size())); ++i) {
-        Place place{places[places.size() * static_cast<std::size_t>(i) / kPlaces], rays::SceneProbe::kFar, {}};
+    const int count = std::min(kPlaces, static_cast<int>(places.size()));
+    for (int i = 0; i < count; ++i) {
+        Place place{places[places.size() * static_cast<std::size_t>(i) / static_cast<std::size_t>(count)],
+                    rays::SceneProbe::kFar,
+                    {}};
         for (const dvec3& direction : sphere_directions(48))
             if (const auto hit = probe.trace(place.point, direction))
                 place.clearance = std::min(place.clearance, glm::length(hit->position - place.point));
@@ -258,6 +266,7 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
             return sum * p.clearance;
         };
         const auto best = std::ranges::max_element(candidates, {}, value);
+        if (value(*best) == 0) break;
         PunctualLight& lamp = lit.lights.emplace_back();
         lamp.name = fmt::format("room lamp {}", lit.lights.size());
         lamp.position = best->point;

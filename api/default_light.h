@@ -29,8 +29,8 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
 
 /// Returns point lights in the free space that cameras see. They lie between a camera and what it sees, halfway up to
 /// the ceiling, as far from surfaces as possible. The intensity of a lamp grows with the square of that distance, so
-/// that no surface is burnt out. Together, they give the surfaces in the pictures a median irradiance of pi, as the
-/// neutral sky does. Empty if they reach nothing.
+/// that no surface is burnt out. Together, they give the surfaces in the pictures a median irradiance of pi / 3. Empty
+/// if they reach nothing.
 std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::vector<Camera>& cameras);
 
 /// Light that is to be added to a scene.

@@ -75,7 +75,8 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
         print.values("{} {} {} {} {}", p.vertical_fov, p.orthographic, p.ortho_height, p.near_plane, p.far_plane);
     } else {
         print.text(optional_text(chosen.index));
-        if (a.camera && !chosen.index) print.text(*a.camera);  // a default camera of one side
+        for (int column = 0; column < 4 && !chosen.index; ++column)  // a default camera
+            print.text(point_text(dvec3(chosen.camera.camera_to_world[column])));
     }
     if (a.turntable > 0) print.values("turntable {}", a.turntable);
 }
@@ -83,7 +84,9 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
 void add_environment(Fingerprint& print, const LoadedScene& scene) {
     const SceneChoice& a = scene.choice();
     if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
-    if (!a.lamps) print.text("no lamps");
+    for (const PunctualLight& light : scene.scene().lights)
+        if (light.of_environment && light.type == LightType::point)
+            print.text("lamp").text(point_text(light.position)).text(point_text(dvec3(light.intensity)));
     if (std::holds_alternative<std::filesystem::path>(a.environment)) print.text("map").file(scene.environment_file());
     if (const auto* preset = std::get_if<SkyPreset>(&a.environment)) print.text("preset").text(name(*preset));
     if (a.light_azimuth) print.values("azimuth {}", *a.light_azimuth);

@@ -99,6 +99,13 @@ std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSiz
 
 namespace {
 
+/// Returns a light whose name no light of the scene has, since edits by name go on to mean the light of the file.
+PunctualLight with_own_name(const Scene& scene, PunctualLight light, const char* prefix = "added ") {
+    while (std::ranges::find(scene.lights, light.name, &PunctualLight::name) != scene.lights.end())
+        light.name.insert(0, prefix);
+    return light;
+}
+
 /// Returns the mean radiance of an environment over the sphere, luminance.
 double mean_radiance(const Environment& environment) {
     const auto color = double(luminance(environment.color));
@@ -121,6 +128,7 @@ void add_light(Scene& scene, const Log& log, const AddedLight& added) {
         scene.environment = preset_sky(SkyPreset::neutral, added.azimuth).environment;
         log.note("{}: a neutral sky is added (--env replaces it; --env none prevents it)", reason);
     };
+    if (!dark && !added.lamps) return;
     if (scene.paged_bounds || scene.instances.empty()) {
         if (!lit && dark) add_sky("the scene has no light");
         return;
@@ -143,7 +151,7 @@ void add_light(Scene& scene, const Log& log, const AddedLight& added) {
         log.note(
             "{}, and hardly any sky can enter: {} lamps are added in what its cameras see (--no-lamps prevents it)",
             reason, light.lamps.size());
-        std::ranges::move(light.lamps, std::back_inserter(scene.lights));
+        for (PunctualLight& lamp : light.lamps) scene.lights.push_back(with_own_name(scene, std::move(lamp)));
         return;
     }
     if (light.closed && light.lamps.empty())
@@ -158,10 +166,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
     const auto take = [&](Sky sky) {
         scene.environment = std::move(sky.environment);
         if (!sky.sun) return;
-        // Edits by name go on to mean the light of the file.
-        while (std::ranges::find(scene.lights, sky.sun->name, &PunctualLight::name) != scene.lights.end())
-            sky.sun->name.insert(0, "sky ");
-        scene.lights.push_back(*sky.sun);
+        scene.lights.push_back(with_own_name(scene, *sky.sun, "sky "));
     };
     if (const auto* color = std::get_if<vec3>(&choice)) {
         scene.environment = {"constant", *color, {}};
@@ -280,12 +285,14 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (pages_) lit_elsewhere_ = lit_elsewhere_ || has_light(scene_) || emits(pages_->index(), scene_);
     own_environment_ = std::make_shared<const Environment>(scene_.environment);
     if (const auto* map = std::get_if<std::filesystem::path>(&choice_.environment)) environment_file_ = versioned(*map);
-    const rays::LazyProbe probe(scene_);
-    AddedLight added{.lit_elsewhere = lit_elsewhere_, .lamps = choice_.lamps, .probe = &probe};
+    rays::LazyProbe probe(scene_);
     camera_ = choose_camera(scene_, camera, &probe);
-    if (!camera_.index) added.camera = camera_.camera;
-    added.azimuth = light_azimuth();
-    set_environment(scene_, choice_.environment, log, added);
+    set_environment(scene_, choice_.environment, log,
+                    {.lit_elsewhere = lit_elsewhere_,
+                     .lamps = choice_.lamps,
+                     .camera = camera_.index ? std::nullopt : std::optional(camera_.camera),
+                     .azimuth = light_azimuth(),
+                     .probe = &probe});
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;
@@ -293,8 +300,8 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (!pages_)
         for (const std::string& name : dark_light_groups(scene_, driven_emission_))
             log.warn("light group '{}' has no light", name);
-    if (surface_edits(choice_.edits) != SceneEdits() || camera_.index) camera_ = choose_camera(scene_, camera);
-    frame_motion();
+    if (surface_edits(choice_.edits) != SceneEdits()) probe.reset();
+    choose(&probe);
     if (!camera_.warning.empty()) log.warn("{}", camera_.warning);
     if (!camera_.options.empty()) log.note("default camera: {}", camera_.options);
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents() + bytes_of(tree_)};
@@ -487,11 +494,17 @@ const std::vector<Instance>& LoadedScene::unedited_instances() const {
 void LoadedScene::set_camera(const CameraChoice& camera) {
     check_surfaces();  // a default camera frames them
     pose(0);
-    camera_ = choose_camera(scene_, camera);
+    choose_camera(scene_, camera);  // throws before anything changes
     camera_choice_ = camera;
+    choose();
+    ++choice_revision_;
+}
+
+void LoadedScene::choose(const rays::LazyProbe* probe) {
+    camera_ = choose_camera(scene_, camera_choice_, probe);
+    frame_motion();
     turn_light();
     framed_ = transform_revision_;
-    ++choice_revision_;
 }
 
 void LoadedScene::frame_for(double aspect) {
@@ -501,9 +514,7 @@ void LoadedScene::frame_for(double aspect) {
     if (camera_.options.empty() || c.look_from || c.pose || framed || freed_) return;
     pose(0);
     camera_choice_.aspect = aspect;
-    camera_ = choose_camera(scene_, camera_choice_);
-    frame_motion();
-    framed_ = transform_revision_;
+    choose();
 }
 
 /// Lets a default camera outside frame the surfaces in all poses of the animation that plays.
@@ -515,7 +526,11 @@ void LoadedScene::frame_motion() {
     const WorldBounds first = world_bounds(scene_);
     WorldBounds all = first;
     for (int i = 1; i <= kPoses; ++i) {
-        pose(file_->end() * i / kPoses);
+        try {
+            pose(file_->end() * i / kPoses);
+        } catch (const Error&) {
+            continue;  // a frame that cannot be made need not be framed
+        }
         const WorldBounds now = world_bounds(scene_);
         all = {glm::min(all.lower, now.lower), glm::max(all.upper, now.upper)};
     }
@@ -523,6 +538,7 @@ void LoadedScene::frame_motion() {
     if (all.empty() || (all.lower == first.lower && all.upper == first.upper)) return;
     const double aspect = camera_choice_.aspect > 0 ? camera_choice_.aspect : kUsualAspect;
     camera_.camera = framing_camera(all, aspect, false);
+    camera_.origin = "that frames all poses of the scene";
     camera_.options = camera_options(camera_.camera, 0.5 * all.lower + 0.5 * all.upper);
 }
 

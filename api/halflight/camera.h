@@ -49,6 +49,9 @@ std::string camera_options(const Camera& camera, const dvec3& at);
 /// `probe` is a probe of the scene, which other questions share; null: there is none yet.
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice, const rays::LazyProbe* probe = nullptr);
 
+/// Returns the camera of `choice` if it is none of the scene's.
+std::optional<Camera> free_camera(const Scene& scene, const CameraChoice& choice);
+
 /// Returns the azimuth of the neutral light for a choice of camera: that of its point of view, degrees from +Z to +X.
 double azimuth_of_light(const Scene& scene, const CameraChoice& choice);
 

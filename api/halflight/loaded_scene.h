@@ -226,6 +226,7 @@ class LoadedScene {
     bool load_pages(const Log& log, bool again = false);
     void drop_empty_instances();
     void frame_motion();
+    void choose(const rays::LazyProbe* probe = nullptr);
     /// Takes an open file. Returns like load_whole().
     bool take_file(SceneFile file, const Log& log);
 

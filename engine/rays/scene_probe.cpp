@@ -196,7 +196,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const float covered = coverage(scene_, material, mesh, corners, weights);
         const bool hidden = !front && is_one_sided(material);
         if ((passing & kPassHidden && hidden) ||
-            (passing >= kPassClear && see_through(material, covered, passing & kPassScattered))) {
+            (passing & kPassClear && see_through(material, covered, passing & kPassScattered))) {
             from += (double(ray.ray.tfar) + spacing_) * direction;
             continue;
         }

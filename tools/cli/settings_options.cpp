@@ -76,7 +76,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     if (s.size) take_size(*s.size, given, std::is_same_v<A, RenderArguments> && own_aspect, a);
     if (!given("--variant")) a.variant = s.variant;
     if (!given("--line-width")) a.line_width = s.line_width;
-    if (!given("--env") && !given("--sky")) a.environment = s.environment;
+    if (!given("--env") && !given("--sky")) a.environment = s.environment, a.light_azimuth = s.light_azimuth;
     const SceneEdits of_options = std::exchange(a.edits, s.edits);
     if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;
     if (given("--env-intensity")) a.edits.environment_intensity = of_options.environment_intensity;

@@ -70,8 +70,9 @@ std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
                     all ? "render" : "name");
     const std::vector<std::string> words = words_for(cameras);
     if (!all || std::ranges::find(cameras, "all", &Camera::name) != cameras.end()) {
-        const std::string& word = words[choose_camera(scene, a).index.value()];
-        for (std::filesystem::path* file : placed) *file = named(*file, word);
+        const std::optional<std::size_t> index = choose_camera(scene, a).index;
+        chosen.replace_blind = false;  // the name says which camera it is
+        for (std::filesystem::path* file : placed) *file = named(*file, index ? words[*index] : *a.camera);
         check_render_files(chosen);
         return {chosen};
     }

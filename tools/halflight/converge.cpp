@@ -92,9 +92,10 @@ void run_converge(const ConvergeArguments& a) {
     SceneFile file(a.scene, gltf_options(a), 0, false);
     Scene scene = file.gltf().at_rest();
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
-    AddedLight added{.lamps = a.lamps};
-    added.azimuth = a.light_azimuth.value_or(azimuth_of_light(scene, a));
-    set_environment(scene, a.environment, console, added);
+    set_environment(scene, a.environment, console,
+                    {.lamps = a.lamps,
+                     .camera = free_camera(scene, a),
+                     .azimuth = a.light_azimuth.value_or(azimuth_of_light(scene, a))});
     apply(a.edits, scene, file.tree_at(0));
     CameraChoice choice = a;
     if (a.width && a.height) choice.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});

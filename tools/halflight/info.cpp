@@ -144,6 +144,7 @@ Json facts_of(const InfoArguments& a, Scene& scene, Environment own, const Trace
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) {
         scene.environment = std::move(own);
+        std::erase_if(scene.lights, &PunctualLight::of_environment);
         scene.environment.color *= a.picture.edits.environment_intensity * a.picture.edits.environment_tint;
     }
     return scene_facts(scene, tables, settings, memory);
@@ -158,7 +159,8 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
     scene = file.at_rest();
     const SceneTree tree = file.tree_at(0, {});
     const Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Log(), {.lamps = a.picture.lamps});  // the facts contain its warnings
+    set_environment(scene, a.picture.environment, Log(),
+                    {.lamps = a.picture.lamps});  // the facts contain its warnings
     apply(a.picture.edits, scene, tree, a.picture.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
     const Json motion = motion_facts(file, scene.report.warnings);

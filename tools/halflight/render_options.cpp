@@ -336,12 +336,13 @@ void finish_render_options(const CLI::App& app, RenderArguments& a) {
         a.frames.resize(static_cast<std::size_t>(a.turntable));
         std::iota(a.frames.begin(), a.frames.end(), 0u);
     }
-    // Pipelines that write .exr files mean the camera of the file, whatever it shows at first.
-    a.replace_blind = !a.camera && !a.animation && a.frames.empty() &&
-                      std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     check_render_files(a);  // precedes reading: the settings file may be one of the files
     take_size_options(app, a);
     if (a.settings_file) use_settings(app, a);
+    // Pipelines that write .exr files mean the camera of the file, whatever it shows at first.
+    a.replace_blind = !a.camera && !a.animation && a.frames.empty() && !a.settings.optics.traced() &&
+                      a.settings.backfaces != Backfaces::show &&
+                      std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     if ((a.settings.time_limit > 0 || a.settings.error) && app.count("--samples") == 0)
         a.settings.samples = kMaxSamples;
     take_sample_parts(app, a);

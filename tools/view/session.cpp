@@ -88,7 +88,10 @@ void Session::take_camera(std::size_t index) {
 }
 
 void Session::take_camera(const std::string& name_or_number) {
-    take_camera(*choose_camera(*scene_, {.camera = name_or_number}).index);
+    const ChosenCamera chosen = choose_camera(*scene_, {.camera = name_or_number});
+    if (chosen.index) return take_camera(*chosen.index);
+    scene_camera_.reset();
+    pose_ = pose_of(chosen.camera, distance_ahead(chosen.camera, picker(), *scene_));
 }
 
 void Session::reset_camera() {

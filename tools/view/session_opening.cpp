@@ -50,9 +50,11 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     if (chosen && o.reference)
         scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
     else
-        set_environment(
-            scene, o.arguments.environment, console,
-            {.lit_elsewhere = o.lit_elsewhere, .lamps = o.arguments.lamps, .azimuth = *o.arguments.light_azimuth});
+        set_environment(scene, o.arguments.environment, console,
+                        {.lit_elsewhere = o.lit_elsewhere,
+                         .lamps = o.arguments.lamps,
+                         .camera = free_camera(scene, o.arguments),
+                         .azimuth = *o.arguments.light_azimuth});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
     check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
@@ -214,6 +216,7 @@ std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& envi
         set_environment(other, opened.arguments.environment, console,
                         {.lit_elsewhere = opened.lit_elsewhere,
                          .lamps = opened.arguments.lamps,
+                         .camera = free_camera(other, opened.arguments),
                          .azimuth = *opened.arguments.light_azimuth});
         opened.reference = std::make_shared<const Scene>(std::move(other));
         take_frame(opened, opened.timeline.frame);
