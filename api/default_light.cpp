@@ -175,11 +175,11 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
     const int blocks = static_cast<int>(std::sqrt(kRays / double(std::max(views, std::size_t{1})))) / kBlock;
     const int side = blocks * kBlock;
     std::vector<double> sums;
-    double seen = 0, visible = 0, bright = 0, sky = 0;
+    double seen = 0, visible = 0, bright = 0;
     for (std::size_t view = 0; view < views; ++view) {
         struct Part {
-            double seen = 0, radiance = 0;        // number of points, and the sum of their radiance
-            double points = 0, own = 0, sky = 0;  // of points that do not glow; sum of radiance by a sky
+            double seen = 0, radiance = 0;  // number of points, and the sum of their radiance
+            double points = 0, own = 0;     // of points that do not glow
         };
         std::vector<Part> seen_parts(static_cast<std::size_t>(blocks * blocks));
         for (int cell = 0; cell < side * side; ++cell) {
@@ -190,7 +190,6 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
             if (!hit) continue;
             const bool glows = luminance_of(hit->emission) >= kVisible || hit->material->unlit;
             double own = luminance_of(hit->emission), of_sky = 0, weight = 1;
-            const double first = albedo(*hit);
             for (int vertex = 0; vertex < kVertices && hit && !hit->material->unlit; ++vertex) {
                 weight *= albedo(*hit);
                 own += weight * direct_light(lights, probe, *hit, sums, random) / kPi;
@@ -202,7 +201,7 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
             }
             Part& part = seen_parts[static_cast<std::size_t>(cell / side / kBlock * blocks + cell % side / kBlock)];
             part.radiance += own + environment * of_sky, ++part.seen;
-            if (!glows) part.own += own + environment * of_sky, part.sky += of_sky / first, ++part.points;
+            if (!glows) part.own += own + environment * of_sky, ++part.points;
         }
         Image picture(blocks, blocks, 3);
         for (int i = 0; i < blocks * blocks; ++i) {
@@ -214,12 +213,11 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
         for (const Part& part : seen_parts) {
             visible += part.own >= least * part.points ? part.points : 0;
             bright += part.own >= least_bright * part.points ? part.points : 0;
-            sky += part.own >= least_bright * part.points ? 0 : part.sky;
             seen += part.points;
         }
     }
     if (seen == 0) return {.visible = 1, .bright = 1};
-    return {visible / seen, bright / seen, sky / std::max(seen - bright, 1.0)};
+    return {visible / seen, bright / seen};
 }
 
 std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::vector<Camera>& cameras) {
@@ -286,9 +284,10 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
 }
 
 DefaultLight default_light(const rays::SceneProbe& probe, const std::vector<Camera>& cameras, double environment) {
-    const LightShares shares = light_shares(probe, cameras, environment);
-    if (shares.sky >= kLeastSky) return {.sky = shares.bright < kLeastVisible};
-    if (shares.visible >= kLeastVisible) return {};
+    const LightShares own = light_shares(probe, cameras, environment);
+    if (own.bright >= kLeastVisible) return {};
+    if (environment == 0 && light_shares(probe, cameras, kSkyRadiance).bright >= kLeastVisible) return {.sky = true};
+    if (own.visible >= kLeastVisible) return {};
     return {.closed = true, .lamps = room_lamps(probe, cameras)};
 }
 

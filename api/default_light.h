@@ -10,17 +10,14 @@ namespace halflight {
 
 /// What the light of a scene shows to its cameras.
 struct LightShares {
-    double visible =
-        0;  // share of surface points without own radiance whose radiance is at least kVisible after metering, [0,1]
-    double bright = 0;  // share of points that are visible, too, if metering adds at most kMostStops
-    double sky =
-        0;  // radiance by a sky of radiance 1 over that of an open white surface: mean over those that are not bright
+    double visible = 0;  // share of points without own radiance that have kVisible after metering, [0,1]
+    double bright = 0;   // share of points that are visible, too, if metering adds at most kMostStops
 };
 
-inline constexpr double kVisible = 1.0 / 64;  ///< radiance that is told from black in a picture whose white is 1
-inline constexpr double kMostStops = 1;       ///< exposure beyond which a scene lit by a sky is better
-inline constexpr double kLeastVisible = 0.5;  ///< share of visible points below which a scene gets light
-inline constexpr double kLeastSky = 0.05;     ///< light of a sky below which a scene is closed, and gets lamps
+inline constexpr double kVisible = 1.0 / 64;      ///< radiance that is told from black in a picture whose white is 1
+inline constexpr double kMostStops = 1;           ///< exposure beyond which a scene lit by a sky is better
+inline constexpr double kLeastVisible = 0.5;      ///< share of visible points below which a scene gets light
+inline constexpr double kSkyRadiance = 9.0 / 14;  ///< mean radiance of the neutral sky
 
 /// Estimates the shares by paths on the CPU, a fixed number for each scene, and by metered_exposure(). Directional
 /// lights, points, spots, emissive triangles with their textures and coverage, and an environment of mean radiance
@@ -36,12 +33,12 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
 /// Light that is to be added to a scene.
 struct DefaultLight {
     bool sky = false;                    // a neutral sky
-    bool closed = false;                 // hardly any sky can enter
+    bool closed = false;                 // too little of a sky can enter
     std::vector<PunctualLight> lamps{};  // room_lamps() of closed scenes
 };
 
-/// Returns a sky where fewer than kLeastVisible of the points are bright and the sky gives them at least kLeastSky, and
-/// room_lamps() where it gives less and fewer are visible.
+/// Returns what a scene needs of which fewer than kLeastVisible of the points are bright: a sky if that many are bright
+/// under it and there is no environment, room_lamps() if fewer are visible, too, and nothing otherwise.
 DefaultLight default_light(const rays::SceneProbe& probe, const std::vector<Camera>& cameras, double environment = 0);
 
 }  // namespace halflight

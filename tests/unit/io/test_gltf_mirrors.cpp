@@ -34,10 +34,15 @@ void expect_same_surfaces(const Scene& found, const Scene& expected) {
     ASSERT_EQ(a.size(), b.size());
     ASSERT_FALSE(a.empty());
     for (std::size_t i = 0; i < a.size(); ++i) {
-        EXPECT_LT(glm::distance(a[i].position, b[i].position), 1e-5) << i;
-        EXPECT_LT(glm::distance(a[i].normal, b[i].normal), 1e-5) << i;
-        EXPECT_LT(glm::distance(a[i].tangent, b[i].tangent), 1e-5) << i;
-        EXPECT_EQ(a[i].handedness, b[i].handedness) << i;
+        // Joints that mirror exchange two corners, so that the front stays in front.
+        const auto first = b.begin() + std::ptrdiff_t(i / 3 * 3);
+        const WorldCorner& same = *std::min_element(first, first + 3, [&](const WorldCorner& x, const WorldCorner& y) {
+            return glm::distance(x.position, a[i].position) < glm::distance(y.position, a[i].position);
+        });
+        EXPECT_LT(glm::distance(a[i].position, same.position), 1e-5) << i;
+        EXPECT_LT(glm::distance(a[i].normal, same.normal), 1e-5) << i;
+        EXPECT_LT(glm::distance(a[i].tangent, same.tangent), 1e-5) << i;
+        EXPECT_EQ(a[i].handedness, same.handedness) << i;
     }
 }
 

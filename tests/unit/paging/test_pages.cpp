@@ -324,7 +324,7 @@ TEST(Pages, DamagedPagesAreRefused) {
     for (const auto& change : leading_out) EXPECT_EQ(message(change), out);
     for (const float wrong : {kInfinity, -2e12f, std::nanf("")})
         EXPECT_TRUE(message([&](Page& p) { p.vertices[7].y = wrong; }).starts_with(element)) << wrong;
-    for (const std::uint32_t id : {300u, 0x3f000000u, 0x3fffffffu, 0x80000001u}) {
+    for (const std::uint32_t id : {300u, 0x3f000000u, 0x3fffffffu}) {
         EXPECT_TRUE(message([&](Page& p) { p.pairs[5].x = id; }).starts_with(element)) << id;
         EXPECT_TRUE(message([&](Page& p) { p.pairs.back().y = id | shared::kBvhPageAlpha; }).starts_with(element));
     }

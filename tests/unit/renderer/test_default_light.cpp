@@ -235,7 +235,7 @@ TEST(NeutralSky, IsRepeatable) {
     const rays::SceneProbe probe(scene);
     const std::vector<Camera> cameras = {framing_camera(scene)};
     const LightShares once = light_shares(probe, cameras), again = light_shares(probe, cameras);
-    EXPECT_EQ(std::pair(once.visible, once.sky), std::pair(again.visible, again.sky));
+    EXPECT_EQ(std::pair(once.visible, once.bright), std::pair(again.visible, again.bright));
 }
 
 TEST(NeutralSky, EmptyFlatAndTinyScenes) {

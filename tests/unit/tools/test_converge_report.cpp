@@ -117,8 +117,8 @@ TEST_F(ConvergeReport, AgreementWithAnExternalRendererIsShown) {
     EXPECT_NE(conclusions(subject(plan), with)[0].text.find("% of the MSE of o<t>her is squared difference"),
               std::string::npos);
     EXPECT_EQ(conclusions(subject(plan), alike)[0].label, "o<t>her and Halflight (plain) agree.");
-    EXPECT_NE(advice(subject(plan), with)[0].find("lowers the variance most"), std::string::npos);
-    EXPECT_NE(advice(subject(plan), alike)[0].find("lowers the error most"), std::string::npos);
+    EXPECT_NE(advice(subject(plan), with)[0].find("variance"), std::string::npos);
+    EXPECT_EQ(advice(subject(plan), alike)[0].find("variance"), std::string::npos);
     const auto json = nlohmann::json::parse(report_json(subject(plan), reference, with).dump());
     ASSERT_EQ(json["agreements"].size(), 1u);
     const auto& found = json["agreements"][0];
