@@ -141,11 +141,16 @@ void add_light(Scene& scene, const Log& log, const AddedLight& added) {
     const rays::LazyProbe own(scene);
     const rays::LazyProbe& probe = added.probe ? *added.probe : own;
     std::vector<Camera> cameras = scene.cameras;
-    if (added.camera) cameras = {*added.camera};
+    if (added.camera) cameras.push_back(*added.camera);
     if (cameras.empty()) cameras = {default_camera(probe.get(), kUsualAspect).camera};
     // Cameras outside see surfaces that the environment lights, unless they look through back faces.
     if (!dark && std::ranges::none_of(cameras, within) && std::ranges::none_of(scene.materials, is_one_sided)) return;
-    DefaultLight light = default_light(probe.get(), cameras, mean_radiance(scene.environment));
+    // A free camera may get lamps. Otherwise it has the light of the file's cameras, so that equal views are equal.
+    const double radiance = mean_radiance(scene.environment);
+    DefaultLight light;
+    if (added.camera) light = default_light(probe.get(), {*added.camera}, radiance);
+    if (light.lamps.empty() && (!added.camera || !scene.cameras.empty()))
+        light = default_light(probe.get(), scene.cameras.empty() ? cameras : scene.cameras, radiance);
     const char* const reason = dark && !lit ? "the scene has no light" : "the cameras see little by the scene's light";
     if (added.lamps && !light.lamps.empty()) {
         log.note(
