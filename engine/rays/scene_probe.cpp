@@ -94,7 +94,6 @@ struct SceneProbe::Geometry {
     Owned<RTCScene> make_scene() const {
         Owned<RTCScene> made(rtcNewScene(device.get()));
         rtcSetSceneFlags(made.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
-        rtcSetSceneBuildQuality(made.get(), RTC_BUILD_QUALITY_LOW);
         return made;
     }
     /// Returns the triangles of a mesh, at the positions that place(position) returns.

@@ -30,7 +30,8 @@ enum Passing : unsigned {
 /// Traces rays through a scene.
 class SceneProbe {
   public:
-    /// Builds hierarchies over meshes and instances, by Embree's fastest builder. Leaves out instances of shared meshes
+    /// Builds hierarchies over meshes and instances, by Embree's builder of medium quality, since its
+    /// two-level builder of low quality aborts where all bounds are points. Leaves out instances of shared meshes
     /// whose transform has no finite inverse. Keeps a reference to the scene. Throws Error where Embree fails.
     explicit SceneProbe(const Scene& scene);
     ~SceneProbe();

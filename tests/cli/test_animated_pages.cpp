@@ -58,10 +58,15 @@ TEST_F(Pack, SurfacesThatAppearEqualThoseInMemory) {
 TEST_F(Pack, AssetsWithSkinsAndMorphTargetsPlay) {
     const std::filesystem::path assets = HALFLIGHT_SHARED_DIR "/assets/animation";
     if (!std::filesystem::exists(assets)) GTEST_SKIP() << "../shared/assets is not there";
-    for (const char* name : {"Fox.glb", "MorphStressTest.gltf", "SimpleSkin/SimpleSkin.gltf"}) {
+    const std::pair<const char*, const char*> scenes[] = {{"Fox.glb", "150,80,150 --look-at 0,40,0"},
+                                                          {"MorphStressTest.gltf", "0,3,6 --look-at 0,1,0"},
+                                                          {"SimpleSkin/SimpleSkin.gltf", "0,1,4 --look-at 0,1,0"}};
+    for (const auto& [name, look] : scenes) {  // default cameras of pages frame boxes
         SCOPED_TRACE(name);
         const std::string scene = assets / name, pages = packed(scene);
-        const char* const view = "--animation all --frame 6 --width 48 --samples 4 --aov ids,depth,motion";
+        const std::string wanted =
+            fmt::format("--animation all --frame 6 --width 48 --samples 4 --aov ids,depth,motion --look-from {}", look);
+        const char* const view = wanted.c_str();
         picture(scene, view);
         std::filesystem::rename(file("a.exr"), file("core.exr"));
         picture(scene, view, "--pages", pages);

@@ -103,8 +103,10 @@ GltfBuilder textured_quad(const std::filesystem::path& folder) {
     b.push("materials", {{"pbrMetallicRoughness",
                           {{"baseColorTexture", add_texture("color.png", 30, 255, 0)},
                            {"metallicRoughnessTexture", add_texture("rough.png", 80, 255, 0)}}},
-                         {"normalTexture", add_texture("normal.png", 80, 175, 240)}});
+                         {"normalTexture", add_texture("normal.png", 80, 175, 240)},
+                         {"doubleSided", true}});
     b.push("materials", {{"emissiveFactor", {1, 1, 1}},
+                         {"doubleSided", true},
                          {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}},
                          {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}}}});
     const auto quad = [&](float half, float y, float up, const char* attribute, int values) {

@@ -48,7 +48,8 @@ void check_pages(const PageFile& file, const TraceTables& trace) {
         ASSERT_EQ(page.nodes.size(), index.pages[p].nodes * std::size_t{shared::kBvhPageTexels});
         ASSERT_EQ(page.vertices.size(), index.pages[p].vertices);
         for (const uvec4& pair : page.pairs) {
-            for (const std::uint32_t word : std::set{pair.x & ~shared::kBvhPageFacing, pair.y}) {
+            for (const std::uint32_t word :
+                 std::set{pair.x & ~shared::kBvhPageFacing, pair.y & ~shared::kBvhPageFacing}) {
                 alpha += (word & shared::kBvhPageAlpha) != 0;
                 const std::uint32_t id = word & shared::kBvhTriangleMask;
                 ASSERT_LT(id, met.size());
