@@ -23,7 +23,7 @@ struct DefaultCamera {
     bool left_out = false;  // it does not show all of the scene: small parts far away, or most of a large ground
 };
 
-/// What a small picture shows.
+/// Contents of a small picture.
 struct Glimpse {
     double seen = 0;     // share of rays that meet a surface which the camera shows, [0,1]
     double detail = 0;   // entropy of surfaces, directions of their normals and distances in octaves, bits

@@ -8,7 +8,7 @@
 
 namespace halflight {
 
-/// What the light of a scene shows to its cameras.
+/// Shares of the points that cameras see, by the light that reaches them.
 struct LightShares {
     double visible = 0;  // share of points without own radiance that have kVisible after metering, [0,1]
     double bright = 0;   // share of points that are visible, too, if metering adds at most kMostStops

@@ -1,4 +1,4 @@
-// What camera rays see, and by which method.
+// Visibility of camera rays: the surfaces that they meet, and the method.
 #pragma once
 
 #include <cstdint>
