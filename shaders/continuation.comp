@@ -241,6 +241,9 @@ void main() {
 #ifdef HALFLIGHT_FIRST_HIT
 #ifdef HALFLIGHT_REUSE
     bool has_point = is_hit && state.pdf > 0.0 && points[path].share > 0.0;
+#ifdef HALFLIGHT_PANES
+    has_point = has_point && (state.reuse & kReuseThroughPane) == 0u;
+#endif
     bool is_apart = has_point;
 #else
     CachePoint point = cache_point(levels, state.throughput * b.diffuse);

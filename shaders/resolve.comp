@@ -13,6 +13,7 @@
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean, and to that of its light group
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
+//   HALFLIGHT_BY_CHANCE      rays have met panes by chance (kPaneChance)
 //   HALFLIGHT_REUSE_POINTS   the point for path reuse is stored, too, without its light
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
@@ -229,6 +230,10 @@ void main() {
     bool shown = is_hit && !catches;
     vec3 emission = shown ? material.emission : sees_environment ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
+#ifdef HALFLIGHT_BY_CHANCE
+    bool met_pane = is_hit && in_pane(triangle_row(hit.triangle).w);
+    if (met_pane) emission *= 1.0 / (1.0 - kPaneChance);
+#endif
 #if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
     // The ray's medium is that of its origin for emitted light, like that of light samples.
 #ifdef HALFLIGHT_LIST
@@ -276,6 +281,9 @@ void main() {
     bool one_channel = is_one_channel(medium);
     if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
     scale_lobes(b, light * transmittance(medium, way));
+#endif
+#ifdef HALFLIGHT_BY_CHANCE
+    if (met_pane) make_met_pane(b);
 #endif
     if (catches) make_catcher(b);
     if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);

@@ -188,7 +188,8 @@ void PreparedScene::prepare(const Scene& scene) {
     take_names(scene);
     TraceTables tables = build_trace_tables(scene, kFlattenLimit, origin_);
     const SceneNeeds kept = kept_needs(options_.kept);
-    tables.alpha_tested |= kept.alpha;
+    tables.alpha_tested |= kept.alpha || kept.panes;
+    tables.panes |= kept.panes;
     tables.one_sided |= kept.one_sided;
     tables.keep_top_level = kept.instances;
 

@@ -20,6 +20,21 @@ rays::PassBacks SceneView::pass_backs(rays::RayKind kind) const {
     }
 }
 
+rays::PassPanes SceneView::pass_panes(rays::RayKind kind) const {
+    if (!scene.needs().panes) return rays::PassPanes::none;
+    switch (kind) {
+        case rays::RayKind::shadow:
+        case rays::RayKind::sun:
+            return rays::PassPanes::all;
+        case rays::RayKind::diffuse:
+        case rays::RayKind::glossy:
+        case rays::RayKind::continuation:
+            return rays::PassPanes::chance;
+        default:
+            return rays::PassPanes::none;
+    }
+}
+
 gpu::Defines SceneView::camera_defines(gpu::Defines others) const {
     if (lens) others.set("HALFLIGHT_LENS");
     if (optics) others.set("HALFLIGHT_OPTICS");

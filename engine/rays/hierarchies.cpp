@@ -26,19 +26,6 @@ std::vector<Corners> corners_of(const TraceTables& tables, const Part& part) {
     return corners;
 }
 
-PartTree build(const TraceTables& tables, const Part& part) {
-    std::vector<Corners> corners = corners_of(tables, part);
-    PartTree tree;
-    tree.pairs = pair_triangles(corners);
-    tree.pairs.shrink_to_fit();
-    tree.rings.reserve(tree.pairs.size());
-    for (const TrianglePair& pair : tree.pairs) tree.rings.push_back(ring_of(pair, corners));
-    release(corners);  // Embree needs the memory
-    tree.bvh = build_pair_bvh(tree.rings, part.moves || part.cut ? Splits::none : Splits::allowed);
-    if (part.moves) tree.cost = expected_cost(tree.bvh);
-    return tree;
-}
-
 /// Returns whether the two triangles still share the edge.
 bool holds_together(const TrianglePair& pair, const std::vector<Corners>& corners) {
     const auto one = corners_in_pair(pair, 0), other = corners_in_pair(pair, 1);
@@ -169,6 +156,36 @@ std::vector<std::uint32_t> triangles_of(const Part& part) {
     return triangles;
 }
 
+std::vector<Part> pane_parts_of(const TraceTables& tables) {
+    std::vector<Part> parts;
+    for (std::uint32_t block = 0; block < tables.blocks.size(); ++block) {
+        const Block& b = tables.blocks[block];
+        // Panes are few. Their tree is built anew for each pose, and its triangles are not split.
+        Part part{.block = block, .cut = true};
+        for (std::uint32_t t = b.first_triangle; t < b.first_triangle + b.triangle_count; ++t) {
+            if (!shared::in_pane(tables.triangles[t].w)) continue;
+            if (part.spans.empty() || part.spans.back().first + part.spans.back().count != t)
+                part.spans.push_back({t, 0});
+            ++part.spans.back().count;
+        }
+        if (!part.spans.empty()) parts.push_back(std::move(part));
+    }
+    return parts;
+}
+
+PartTree build_tree(const TraceTables& tables, const Part& part) {
+    std::vector<Corners> corners = corners_of(tables, part);
+    PartTree tree;
+    tree.pairs = pair_triangles(corners);
+    tree.pairs.shrink_to_fit();
+    tree.rings.reserve(tree.pairs.size());
+    for (const TrianglePair& pair : tree.pairs) tree.rings.push_back(ring_of(pair, corners));
+    release(corners);  // Embree needs the memory
+    tree.bvh = build_pair_bvh(tree.rings, part.moves || part.cut ? Splits::none : Splits::allowed);
+    if (part.moves) tree.cost = expected_cost(tree.bvh);
+    return tree;
+}
+
 Hierarchies::Hierarchies(const TraceTables& tables, std::size_t most_in_part)
     : most_in_part_(most_in_part), whole_(parts_of(tables)) {
     const Stopwatch watch;
@@ -177,7 +194,7 @@ Hierarchies::Hierarchies(const TraceTables& tables, std::size_t most_in_part)
         ends_.push_back(parts_.size());
     }
     trees_.resize(parts_.size());
-    tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t i) { trees_[i] = build(tables, parts_[i]); });
+    tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t i) { trees_[i] = build_tree(tables, parts_[i]); });
     for (std::size_t i = 0; i < parts_.size(); ++i)
         if (parts_[i].moves) shapes_[parts_[i].key] = trees_[i];
     counts_.built = parts_.size();
@@ -194,7 +211,7 @@ Hierarchies::Fate Hierarchies::bring(const TraceTables& now, const Part& part, P
             }
         }
     }
-    tree = build(now, part);
+    tree = build_tree(now, part);
     return Fate::built;
 }
 

@@ -51,6 +51,8 @@ struct Part {
 
 /// Returns the parts in the order of blocks, static parts first, one for each block.
 std::vector<Part> parts_of(const TraceTables& tables);
+/// Returns the panes of each block that has any.
+std::vector<Part> pane_parts_of(const TraceTables& tables);
 /// Cuts a static part into parts of at most `most` triangles. Moving parts are not cut.
 std::vector<Part> cut(const TraceTables& tables, Part part, std::size_t most = kMostInPart);
 /// Returns the triangles of a part, indices into TraceTables::triangles.
@@ -62,6 +64,9 @@ struct PartTree {
     Bvh bvh;                          // hierarchy over the rings
     double cost = 0;                  // expected_cost() of moving parts in the pose for which the shape was built
 };
+
+/// Builds the tree of a part from its positions. Throws Error where Embree fails.
+PartTree build_tree(const TraceTables& tables, const Part& part);
 
 /// Numbers of hierarchies by kind of update.
 struct HierarchyCounts {

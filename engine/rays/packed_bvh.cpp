@@ -157,13 +157,20 @@ class Packer {
     Packer(const TraceTables& tables, const std::vector<Part>& parts, const std::vector<PartTree>& trees,
            std::vector<PartTree>* spent = nullptr)
         : tables_(tables), parts_(parts), trees_(trees), spent_(spent) {
-        packed_.two_level = tables.instances.size() > 1 ||
-                            (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity));
+        packed_.two_level = !parts.empty() &&
+                            (tables.instances.size() > 1 ||
+                             (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity)));
         if (packed_.two_level) add_top_level();
         std::size_t pairs = 0;
         for (const PartTree& tree : trees_) pairs += tree.bvh.primitives.size();
         packed_.pairs.reserve(pairs * shared::kBvhPairTexels);
-        for (std::size_t first = 0; first < parts_.size();) first = add_block(first);
+        std::size_t first = 0;
+        for (std::uint32_t block = 0; block < tables.blocks.size(); ++block) {
+            if (first < parts_.size() && parts_[first].block == block)
+                first = add_block(first);
+            else
+                add_nothing();
+        }
         if (spaces_.empty()) add_nothing();
         packed_.looseness = looseness_of(spaces_);
     }
@@ -191,7 +198,13 @@ class Packer {
         std::vector<Bounds> boxes;
         Bounds all;
         double condition = 1;
-        for (const BlockInstance& instance : tables_.instances) {
+        std::vector<char> has_parts(tables_.blocks.size(), 0);
+        for (const Part& part : parts_) has_parts[part.block] = 1;
+        std::vector<std::uint32_t> present;
+        for (std::uint32_t i = 0; i < tables_.instances.size(); ++i) {
+            const BlockInstance& instance = tables_.instances[i];
+            if (!has_parts[instance.block]) continue;
+            present.push_back(i);
             boxes.push_back(world_box(instance, tables_.blocks[instance.block].bounds));
             all.add(boxes.back());
             condition = std::max(condition, condition_of(instance));
@@ -199,7 +212,9 @@ class Packer {
         Space& top = spaces_.emplace_back();
         top.grid = grid_over(all);
         top.slack = static_cast<float>(kInstanceSlack * condition);
-        top.trees.push_back({keep(build_bvh(boxes)), Tree::Leaves::instances, 0, 0});
+        Bvh bvh = build_bvh(boxes);
+        for (std::uint32_t& primitive : bvh.primitives) primitive = present[primitive];
+        top.trees.push_back({keep(std::move(bvh)), Tree::Leaves::instances, 0, 0});
     }
 
     /// Packs the parts of a block from `first` on, and returns the start of the next block.
@@ -235,7 +250,7 @@ class Packer {
         return {&tree.bvh, Tree::Leaves::pairs, 0, static_cast<std::uint32_t>(slot), spent};
     }
 
-    /// Adds a root without children, for a scene without triangles.
+    /// Adds a root without children, for a scene without triangles or a block without panes.
     void add_nothing() {
         Bvh empty;
         empty.nodes.emplace_back();
@@ -330,9 +345,23 @@ class Packer {
     std::vector<Space> spaces_;  // the space of instances first, if there is one, then the blocks
 };
 
-PackedScene packed(Packer packer, const Hierarchies& hierarchies) {
-    const NodeFormat format = packer.looseness() <= kMaxLooseness ? NodeFormat::grid : NodeFormat::floating;
-    return packer.pack(format, hierarchies.seconds());
+NodeFormat fitting_format(const Packer& packer) {
+    return packer.looseness() <= kMaxLooseness ? NodeFormat::grid : NodeFormat::floating;
+}
+
+std::shared_ptr<PackedScene> pack_panes(const TraceTables& tables) {
+    if (!tables.panes) return nullptr;
+    const std::vector<Part> parts = pane_parts_of(tables);
+    std::vector<PartTree> trees;
+    for (const Part& part : parts) trees.push_back(build_tree(tables, part));
+    Packer packer(tables, parts, trees);
+    return std::make_shared<PackedScene>(packer.pack(fitting_format(packer), 0));
+}
+
+PackedScene packed(const TraceTables& tables, Packer packer, double seconds) {
+    PackedScene scene = packer.pack(fitting_format(packer), seconds);
+    scene.panes = pack_panes(tables);
+    return scene;
 }
 
 }  // namespace
@@ -353,12 +382,12 @@ PackedScene pack_boxes(const Bvh& bvh, const Bounds& bounds) {
 }
 
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies) {
-    return packed(Packer(tables, hierarchies.parts(), hierarchies.trees()), hierarchies);
+    return packed(tables, Packer(tables, hierarchies.parts(), hierarchies.trees()), hierarchies.seconds());
 }
 
 PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies) {
     std::vector<PartTree> trees = std::move(hierarchies).trees();
-    return packed(Packer(tables, hierarchies.parts(), trees, &trees), hierarchies);
+    return packed(tables, Packer(tables, hierarchies.parts(), trees, &trees), hierarchies.seconds());
 }
 
 PackedScene pack_scene(const TraceTables& tables) {
@@ -367,7 +396,10 @@ PackedScene pack_scene(const TraceTables& tables) {
 
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format) {
     const Hierarchies hierarchies(tables);
-    return Packer(tables, hierarchies.parts(), hierarchies.trees()).pack(format, hierarchies.seconds());
+    PackedScene scene =
+        Packer(tables, hierarchies.parts(), hierarchies.trees()).pack(format, hierarchies.seconds());
+    scene.panes = pack_panes(tables);
+    return scene;
 }
 
 }  // namespace halflight::rays

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/core/math.h"
@@ -27,6 +28,7 @@ struct PackedScene {
     double build_seconds = 0;                  // seconds of the CPU clock, hierarchies included
     // mean ratio of a box's area on the grid to its exact area; for both formats
     double looseness = 1;
+    std::shared_ptr<PackedScene> panes;  // hierarchies over the panes alone; null without panes
 };
 
 /// Packs a scene; `hierarchies` must have the pose of the tables. Selects the format by the grid's looseness. Throws

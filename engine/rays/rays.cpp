@@ -118,11 +118,19 @@ void TraceScene::finish_update(const TraceTables& tables, const PackedScene& pac
                    .stack_entries = std::max(statistics_.stack_entries, packed.stack_entries),
                    .bytes = nodes_.bytes() + triangles_.bytes() + heads_.bytes() + own_instances_.bytes(),
                    .build_seconds = packed.build_seconds};
+    if (packed.panes) {
+        if (!panes_) panes_ = std::unique_ptr<TraceScene>(new TraceScene(&instances()));
+        panes_->update(tables, *packed.panes, shading, nullptr);
+        statistics_.bytes += panes_->statistics_.bytes;
+    } else {
+        panes_ = nullptr;
+    }
     set_shading(shading);
     bind();  // bind() reports tables beyond the driver's limits
 }
 
 void TraceScene::set_shading(const gpu::Defines& shading) {
+    if (panes_) panes_->set_shading(shading);
     defines_ = {};
     if (alpha_tested_) {
         defines_ = shading;
@@ -150,7 +158,7 @@ void TraceScene::bind() const {
     else
         triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
     heads_.bind_texture(UNIT_BLOCK_HEADS, GL_R32UI);
-    (shared_instances_ != nullptr ? *shared_instances_ : own_instances_).bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+    instances().bind_texture(UNIT_INSTANCES, GL_RGBA32F);
 }
 
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch, Access rays) {
@@ -171,6 +179,7 @@ gpu::Defines batch_defines(const TraceScene& scene, const RayBatch& batch) {
     if (scene.alpha_tested() && batch.sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
     if (scene.one_sided() && batch.backfaces != PassBacks::none)
         defines.set("HALFLIGHT_BACKFACES", static_cast<int>(batch.backfaces));
+    if (batch.panes != PassPanes::none) defines.set("HALFLIGHT_PASS_PANES", static_cast<int>(batch.panes));
     return defines;
 }
 

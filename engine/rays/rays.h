@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <memory>
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/shader_source.h"
@@ -19,6 +20,13 @@ enum class PassBacks : std::uint8_t {
     none,
     marked = shared::kMarkedRays,  // those with t_min > 0
     all = shared::kEveryRay,
+};
+
+/// Treatment of panes (kTrianglePane, SHADING.md, Panes) by the rays of a batch (values of HALFLIGHT_PASS_PANES).
+enum class PassPanes : std::uint8_t {
+    none,                          // they meet panes like other surfaces
+    all = shared::kPanesPass,      // they pass all panes
+    chance = shared::kPanesChance  // they pass each pane with probability kPaneChance
 };
 
 /// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/rays.h) lie at the index
@@ -50,6 +58,7 @@ struct RayBatch {
     // memory; the table of triangles must be bound when the graph runs.
     bool catchers_only = false;
     PassBacks backfaces = PassBacks::none;  // rays that pass back faces
+    PassPanes panes = PassPanes::none;
 };
 
 /// Identity of similar batches across runs. State that one of them leaves speeds up the next.
@@ -105,6 +114,9 @@ class TraceScene {
     TraceScene(const TraceTables& tables, PackedScene&& packed, const gpu::Defines& shading,
                const gpu::Buffer* instances = nullptr);
 
+    TraceScene(const TraceScene&) = delete;
+    TraceScene& operator=(const TraceScene&) = delete;
+
     /// Makes empty buffers for a scene that is loaded in pages. Throws Error like the first constructor.
     explicit TraceScene(const PagedLayout& layout);
     /// Takes up another pose of a scene that is loaded in pages. The buffers keep their sizes and contents.
@@ -137,6 +149,9 @@ class TraceScene {
     /// Returns whether hits depend on coverage, and thus on RayBatch::frame_constants and the scene's texture units.
     bool alpha_tested() const { return alpha_tested_; }
     bool one_sided() const { return one_sided_; }  ///< Returns whether some triangle is seen from its front only.
+    /// Returns the hierarchies over the panes alone, whose hits have the triangles and instances of this scene. Returns
+    /// null without panes.
+    const TraceScene* panes() const { return panes_.get(); }
     const TraceStatistics& statistics() const { return statistics_; }
     /// Returns a serial number, unique per scene and pose within the process. Caches made for one serial must not be
     /// used with another.
@@ -144,6 +159,7 @@ class TraceScene {
 
   private:
     explicit TraceScene(const gpu::Buffer* instances);
+    const gpu::Buffer& instances() const { return shared_instances_ != nullptr ? *shared_instances_ : own_instances_; }
     /// Sets what does not depend on nodes and pairs.
     void finish_update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading);
 
@@ -161,6 +177,7 @@ class TraceScene {
     gpu::Buffer heads_;          // per instance: node index of its block's head
     gpu::Buffer own_instances_;  // instance rows; empty where they are shared
     const gpu::Buffer* shared_instances_;
+    std::unique_ptr<TraceScene> panes_;
 };
 
 /// Adds the passes that find the closest hit of each ray of the batch, and returns the hits: one Hit per path. With a

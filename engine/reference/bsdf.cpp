@@ -321,6 +321,15 @@ std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double 
     return s;
 }
 
+void Bsdf::leave_out_straight() {
+    const double others = 1 - choice_[kTransmission];
+    transmission_ = dvec3(0);
+    choice_[kTransmission] = 0;
+    black_ = !(others > 0);
+    if (black_) return;
+    for (double& probability : choice_) probability /= others;
+}
+
 std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) const {
     if (black_) return std::nullopt;
     int chosen = 0;

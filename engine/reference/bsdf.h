@@ -65,6 +65,11 @@ class Bsdf {
     bool disperses() const { return disperses_; }  ///< Returns whether colours have different directions.
     bool black() const { return black_; }          ///< Returns whether the material reflects nothing.
 
+    /// Returns the share of light that passes the surface straight on (SHADING.md, Panes).
+    dvec3 straight() const { return eta_ == 0 && alpha_.x < kMirrorAlpha ? transmission_ : dvec3(0); }
+    /// Takes this light out of sample(). Precondition: straight() is not 0.
+    void leave_out_straight();
+
     /// f times cosine by component, without mirrors, and the density of sample(), P_c p_c(wi), per solid angle.
     struct Value {
         dvec3 diffuse{0}, glossy{0};

@@ -146,7 +146,8 @@ class Path {
     }
     void sample_light(const Surface& surface, const Bsdf& bsdf);
     void arrive(Surface& surface, double distance);
-    bool visible(const Surface& surface, const LightSample& light);
+    dvec3 share_that_arrives(const Surface& surface, const LightSample& light);
+    bool follow(ReferenceRay ray, Surface& surface);
     double surface_weight(const Bsdf::Sample& sample, double light_pdf) const;
     AlphaTest alpha() { return {random_.bits()}; }
 
@@ -158,12 +159,14 @@ class Path {
     int channel_ = 1;                       // colour channel of solids that disperse light
     bool one_channel_ = false;              // the path has met such a solid
     bool sees_ = true;                      // all scattering so far was at perfect mirrors and clear glass
+    bool met_pane_ = false;                 // the path has met a pane that it might have passed
     Medium medium_;                         // medium of the current ray, then that on wo's side
     int bounce_ = 0;                        // number of reflections, including the next one
     Component first_ = Component::diffuse;  // lobe by which the path left its first surface
 };
 
-bool Path::visible(const Surface& surface, const LightSample& light) {
+/// Returns the share of a light sample that arrives: 0 where something opaque is in between, 1 where nothing is.
+dvec3 Path::share_that_arrives(const Surface& surface, const LightSample& light) {
     ReferenceRay ray;
     ray.origin = surface.leave(light.wi);
     ray.passes_backs = settings_.backfaces == Backfaces::cull;
@@ -173,7 +176,40 @@ bool Path::visible(const Surface& surface, const LightSample& light) {
         ray.direction = light.end - ray.origin;
         ray.t_max = 1;
     }
-    return !scene_.tracer.occluded(ray, alpha());
+    dvec3 share(1);
+    while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
+        const Surface pane = make_surface(scene_.tracer, *hit, -normalize(ray.direction));
+        if (pane.unlit) return dvec3(0);
+        share *= Bsdf(pane.parameters, pane.wo, pane.n_g, pane.n, pane.n_k).straight();
+        if (share == dvec3(0)) break;
+        const dvec3 left = ray.origin + ray.direction;
+        ray.origin = pane.leave(ray.direction);
+        if (!light.infinite) ray.direction = left - ray.origin;
+    }
+    return share;
+}
+
+/// Traces a ray from a surface to the next one, through panes by chance. Returns false where it meets nothing.
+bool Path::follow(ReferenceRay ray, Surface& surface) {
+    met_pane_ = false;
+    while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
+        surface = make_surface(scene_.tracer, *hit, -ray.direction);
+        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
+        const dvec3 share = surface.unlit ? dvec3(0) : bsdf.straight();
+        const double probability = max_component(share);
+        const bool passes = random_.uniform() < probability;
+        if (!passes) {
+            met_pane_ = probability > 0;
+            const dvec3 before = throughput_;
+            arrive(surface, hit->t);
+            surface.emitted *= before / (1 - probability);
+            throughput_ /= 1 - probability;
+            return true;
+        }
+        throughput_ *= share / probability * medium_.transmittance(hit->t);
+        ray.origin = surface.leave(ray.direction);
+    }
+    return false;
 }
 
 void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
@@ -182,14 +218,15 @@ void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     if (settings_.backfaces == Backfaces::cull && light->back) return;
     const Bsdf::Value value = bsdf.evaluate(light->wi);
     if (value.diffuse == dvec3(0) && value.glossy == dvec3(0)) return;
-    if (!visible(surface, *light)) return;
+    const dvec3 share = share_that_arrives(surface, *light);
+    if (share == dvec3(0)) return;
     const auto weight = [&](double surface_pdf) {
         const bool alone = light->punctual || settings_.strategy == ReferenceStrategy::lights_only;
         return alone ? 1 : power_heuristic(light->pdf, surface_pdf);
     };
     const Medium medium = bsdf.medium_towards(light->wi, medium_);
     const double way = light->infinite ? medium.thickness : distance(light->end, surface.position);
-    const dvec3 received = throughput_ * medium.transmittance(way) * light->radiance / light->pdf;
+    const dvec3 received = throughput_ * share * medium.transmittance(way) * light->radiance / light->pdf;
     add(Component::diffuse, received * value.diffuse * weight(value.pdf_diffuse));
     add(Component::glossy, received * value.glossy * weight(value.pdf_glossy));
 }
@@ -212,7 +249,7 @@ void Path::arrive(Surface& surface, double distance) {
 PathResult Path::trace(const ReferenceRay& camera_ray) {
     const EnvironmentLight& environment = scene_.lights.environment();
     const dvec3 view = normalize(camera_ray.direction);
-    std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(camera_ray, alpha());
+    const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(camera_ray, alpha());
     if (!hit) {
         result_.radiance.emission = environment.radiance(view);
         return result_;
@@ -224,7 +261,8 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
 
     if (scene_.disperses) channel_ = static_cast<int>(3 * random_.uniform());
     for (bounce_ = 1; bounce_ <= settings_.bounces && !surface.unlit; ++bounce_) {
-        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k, channel_);
+        Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k, channel_);
+        if (met_pane_) bsdf.leave_out_straight();
         if (bsdf.disperses()) {
             dvec3 channel(0);
             channel[channel_] = one_channel_ ? 1 : 3;
@@ -251,19 +289,15 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
         ReferenceRay ray{surface.leave(sample->wi), sample->wi};
         ray.passes_backs =
             settings_.backfaces == Backfaces::cull || (settings_.backfaces == Backfaces::automatic && sees_);
-        hit = scene_.tracer.closest_hit(ray, alpha());
-        if (!hit) {
+        const dvec3 from = surface.position;
+        if (!follow(ray, surface)) {
             const dvec3 sky = environment.radiance(sample->wi) * medium_.transmittance(medium_.thickness);
             add(first_, throughput_ * sky * surface_weight(*sample, scene_.lights.pdf_environment(sample->wi)));
             break;
         }
-        const dvec3 from = surface.position;
-        surface = make_surface(scene_.tracer, *hit, -sample->wi);
-        const dvec3 before = throughput_;
-        arrive(surface, hit->t);
         if (surface.emitted == dvec3(0)) continue;
         const double light_pdf = surface.unlit ? 0 : scene_.lights.pdf(from, surface);
-        add(first_, before * surface.emitted * surface_weight(*sample, light_pdf));
+        add(first_, surface.emitted * surface_weight(*sample, light_pdf));
     }
     return result_;
 }

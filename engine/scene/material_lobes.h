@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/scene/material.h"
+#include "shaders/shared/albedo.h"
 #include "shaders/shared/specular_chain.h"
 
 namespace halflight {
@@ -52,6 +53,11 @@ inline bool sharp(const Material& m) {
     };
     return ((glossy(m) || transmits(m)) && smooth(m.roughness, m.metallic_roughness_texture)) ||
            (coated(m) && smooth(m.clearcoat_roughness, m.clearcoat_roughness_texture));
+}
+/// Returns whether light passes the surface straight on at some point (SHADING.md, Panes).
+inline bool is_pane(const Material& m) {
+    return transmits(m) && !(m.thickness > 0) &&
+           (m.roughness * m.roughness < shared::kMirrorAlpha || m.metallic_roughness_texture);
 }
 inline bool is_solid(const Material& m) {
     return (transmits(m) || translucent(m)) && m.thickness > 0;

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 
+#include "engine/scene/material_lobes.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
 #include "engine/tables/shading_textures.h"
@@ -81,6 +82,7 @@ class Builder {
         needs.slivers = trace_.slivers;
         needs.catchers = trace_.catchers;
         needs.one_sided = trace_.one_sided;
+        needs.panes = trace_.panes;
         find_attributes();
         const auto rows = static_cast<std::size_t>(material_rows());
         tables_.materials.assign(scene_.materials.size() * rows, vec4(0));
@@ -113,15 +115,15 @@ class Builder {
             needs.*texture.need |= used;
             const std::uint32_t slot = !used ? shared::kNoTexture
                                        : texture.use == TextureUse::color
-                                           ? pools_.color(ref, is_pinned(texture, alpha_tested))
-                                           : pools_.data(ref);
+                                           ? pools_.color(ref, is_pinned(m, texture, alpha_tested))
+                                           : pools_.data(ref, is_pinned(m, texture, alpha_tested));
             rows[texture.packing.row][texture.packing.component] = shared::float_of_word(slot);
         }
     }
 
     /// Returns whether kernels other than shaders/resolve.comp look the texture up.
-    static bool is_pinned(const MaterialTexture& texture, bool alpha_tested) {
-        return texture.field == &Material::emission_texture ||
+    static bool is_pinned(const Material& m, const MaterialTexture& texture, bool alpha_tested) {
+        return is_pane(m) || texture.field == &Material::emission_texture ||
                (texture.field == &Material::base_color_texture && alpha_tested);
     }
 

@@ -29,7 +29,7 @@ class TexturePools {
     /// texels, or 2^31 tiles. pinned: PooledImage.
     std::uint32_t color(const TextureRef& texture, bool pinned) { return add(texture, true, pinned); }
     /// Returns the index of a descriptor of data, with the same limit.
-    std::uint32_t data(const TextureRef& texture) { return add(texture, false, false); }
+    std::uint32_t data(const TextureRef& texture, bool pinned) { return add(texture, false, pinned); }
     /// Fills the pools, or the list of tiled textures. Call it after all calls of color() and data().
     void fill();
 

@@ -118,7 +118,7 @@ std::vector<std::uint32_t> TriangleWords::of(float vertex_alpha) const {
 
 std::uint32_t TriangleWords::of(std::uint32_t material, float vertex_alpha) const {
     const Material& m = scene_.materials[material];
-    const std::uint32_t word = material | (is_one_sided(m) ? kTriangleOneSided : 0u);
+    const std::uint32_t word = material | (is_one_sided(m) ? kTriangleOneSided : is_pane(m) ? kTrianglePane : 0u);
     if (m.alpha_mode == AlphaMode::opaque) return word;
     const float alpha = lowest_alpha(m, image_alpha_, vertex_alpha);
     const bool decides = m.alpha_mode == AlphaMode::mask ? alpha < m.alpha_cutoff : alpha < 1.0f;

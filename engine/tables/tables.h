@@ -24,6 +24,7 @@ inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;  // alpha mask or b
 using shared::kTriangleCatcher;
 using shared::kTriangleMirrored;
 using shared::kTriangleOneSided;
+using shared::kTrianglePane;
 
 /// Triangles that share a space and a hierarchy.
 struct Block {
@@ -82,10 +83,11 @@ struct TraceTables {
     std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
     std::vector<BlockInstance> instances;  // the identity, if any, then instances in scene order; >= 1 with triangles
-    bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
+    bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha or is a pane, or kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
     bool catchers = false;                 // some triangle has kTriangleCatcher
     bool one_sided = false;                // some triangle has kTriangleOneSided, or tests of back faces are kept
+    bool panes = false;                    // some triangle is a pane, or panes are kept; alpha_tested is then set, too
     // Set for scenes whose hierarchy is loaded in pages.
     std::optional<AbsentGeometry> absent{};
     bool keep_top_level = false;  // true: a single instance has a hierarchy over instances, too
@@ -107,7 +109,7 @@ inline constexpr double kSliverAspect = 2000;
 /// and shadow catchers, whose triangles have a flag.
 /// The flag kTriangleAlpha is set only where some alpha decides hits: below 1 (blend) or below the cutoff (mask).
 /// Triangles of materials with is_one_sided() have kTriangleOneSided, and kTriangleMirrored where a merged transform
-/// mirrors.
+/// mirrors. Those with is_pane() have kTrianglePane, but for shadow catchers.
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
 ///   - a mesh that refers to material 2^24 or above,

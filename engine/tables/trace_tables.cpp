@@ -124,9 +124,11 @@ class Builder {
         tables_.catchers |= flags != 0;
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const uvec3 corners = mesh.triangles[i] + range.first_vertex;
-            const std::uint32_t word = placed_word(words[mesh.triangle_material[i]], mirrored) | flags;
+            std::uint32_t word = placed_word(words[mesh.triangle_material[i]], mirrored) | flags;
+            if (flags != 0 && shared::in_pane(word)) word &= ~kTrianglePane;
             tables_.triangles.emplace_back(corners, word);
-            tables_.alpha_tested |= (word & kTriangleAlpha) != 0;
+            tables_.panes |= shared::in_pane(word);
+            tables_.alpha_tested |= (word & kTriangleAlpha) != 0 || shared::in_pane(word);
             tables_.one_sided |= (word & kTriangleOneSided) != 0;
             for (int k = 0; k < 3; ++k) block.bounds.add(tables_.positions[corners[k]]);
             tables_.slivers |=

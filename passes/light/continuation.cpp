@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "passes/light/panes.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 
@@ -13,9 +14,9 @@ using graph::Access;
 /// Buffers that all bounces share.
 struct Shadowing {
     graph::BufferHandle rays;          // shadow rays of the light samples
-    graph::BufferHandle occluded;      // answers of any_hit() to `rays`
+    graph::BufferHandle occluded;      // answers to `rays`
     graph::BufferHandle sun_rays;      // shadow rays of the sun samples
-    graph::BufferHandle sun_occluded;  // answers of any_hit() to `sun_rays`
+    graph::BufferHandle sun_occluded;  // answers to `sun_rays`
     bool answered() const { return occluded.version != 0; }
 };
 
@@ -27,7 +28,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     const bool samples_lights = lit != nullptr;
     const bool reuse = paths.points && !paths.cells;
     const graph::BufferHandle surfaces =
-        add_resolve(graph, view, "continuation: resolve", arriving, paths, {last, reuse && depth == 1 && !last});
+        add_resolve(graph, view, "continuation: resolve", arriving, paths, {last, true, reuse && depth == 1 && !last});
     graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
     view.read_frame(pass);
     pass.read(arriving.list, Access::texture_read, {"arriving", GL_R32UI});
@@ -113,19 +114,18 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
             PathList lit = create_path_list(graph, view, "light samples");
             for (const PathList& batch : arriving)
                 add_vertex(graph, view, depth, batch, paths, shadowing, &lit, &leaving);
-            shadowing.occluded =
-                rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth),
-                              shadowing.occluded);
+            shadowing.occluded = trace_shadow_rays(
+                graph, view, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth), shadowing.occluded);
             if (sun)
-                shadowing.sun_occluded = rays::any_hit(
-                    graph, view.tracer, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
+                shadowing.sun_occluded = trace_shadow_rays(
+                    graph, view, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
                     shadowing.sun_occluded);
         } else {
             for (const PathList& batch : arriving)
                 add_vertex(graph, view, depth, batch, paths, shadowing, nullptr, &leaving);
         }
-        paths.hits = rays::closest_hit(
-            graph, view.tracer, ray_batch(view, rays::RayKind::continuation, paths.rays, leaving, depth), paths.hits);
+        trace_scattered_rays(graph, view, ray_batch(view, rays::RayKind::continuation, paths.rays, leaving, depth),
+                             paths);
         arriving = {leaving};
     }
     for (const PathList& batch : arriving)

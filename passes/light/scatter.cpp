@@ -1,6 +1,7 @@
 #include "passes/light/scatter.h"
 
 #include "engine/paging/row_gather.h"
+#include "passes/light/panes.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -57,7 +58,8 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
             .frame_constants = view.frame_constants,
             .sampled_blocks = view.sampled_blocks,
             .alpha_salt = salt,
-            .backfaces = view.pass_backs(kind)};
+            .backfaces = view.pass_backs(kind),
+            .panes = view.pass_panes(kind)};
 }
 
 graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,
@@ -78,6 +80,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     gpu::Defines defines = view.shading_defines();
     defines.set("HALFLIGHT_LIST");
     if (options.last) defines.set("HALFLIGHT_LAST_VERTEX");
+    if (options.by_chance && view.scene.needs().panes) defines.set("HALFLIGHT_BY_CHANCE");
     if (options.reuse_points) defines.set("HALFLIGHT_REUSE_POINTS");
     if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
     pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
@@ -108,8 +111,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
     pass.kernel({what.kernel, defines, view.bind_scene()});
     pass.execute([=](graph::Resources& r) { r.kernel().dispatch(view.band.paths() / 64); });
-    const rays::RayBatch batch = ray_batch(view, what.kind, paths.rays, list, 0);
-    paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);
+    trace_scattered_rays(graph, view, ray_batch(view, what.kind, paths.rays, list, 0), paths);
     return list;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "passes/light/panes.h"
 #include "passes/light/scatter.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -35,10 +36,10 @@ rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBu
     return shadow_batch(view, kind, shadow_rays);
 }
 
-/// Traces shadow rays. Returns a uint for each ray.
+/// Traces shadow rays. Returns an answer for each ray.
 graph::BufferHandle occlusion(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch,
                               const char* name) {
-    return rays::any_hit(graph, view.tracer, batch, graph.create_buffer(name, {batch.capacity * sizeof(shared::uint)}));
+    return trace_shadow_rays(graph, view, batch, graph.create_buffer(name, {batch.capacity * sizeof(shared::uint)}));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ struct DirectLightEstimate {
     // DirectLight per ray, as if visible, weighted for the mean. The first shadow rays of all paths come first, then
     // the second ones and so on. Last come the sun rays of all paths, where the sun is sampled separately.
     graph::BufferHandle light;
-    graph::BufferHandle occluded;      // uint per shadow ray, in the same order: answer of any_hit()
+    graph::BufferHandle occluded;      // uint per shadow ray, in the same order: answer (passes/light/panes.h)
     graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless the sun is sampled separately
     rays::RayBatch rays{};             // batch of the shadow rays
     rays::RayBatch sun_rays{};         // batch of the sun rays; empty like sun_occluded

@@ -4,6 +4,9 @@
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/vertex.glsl"
 #include "shaders/shared/material.h"
+#include "shaders/shared/rays.h"
+
+const uint kPaneSalt = 0x9e3779b9u;  // any constant
 
 struct Coverage {
     float alpha;
@@ -43,6 +46,11 @@ bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint
 #else
     return true;
 #endif
+}
+
+// Returns whether a ray passes a pane by chance, independently of earlier panes and of alpha_accept().
+bool passes_pane(uint triangle, uint instance, uint key) {
+    return unit_float(hash_combine(hash_combine(hash_combine(key, instance), triangle), kPaneSalt)) < kPaneChance;
 }
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.

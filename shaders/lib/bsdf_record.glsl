@@ -63,6 +63,31 @@ void scale_base(precise inout Bsdf b, vec3 factor) {
     b.film_metal *= factor;
 }
 
+void scale_lobes(inout Bsdf b, vec3 factor) {
+    scale_base(b, factor);
+    b.transmission *= factor;
+    b.solid_reflection *= factor;
+    b.sheen *= factor;
+    b.coat_tint *= factor;
+}
+
+// Returns the share of light that passes the surface straight on (SHADING.md, Panes).
+vec3 straight_transmission(Bsdf b) { return b.eta == 0.0 && b.alpha == 0.0 ? b.transmission : vec3(0.0); }
+
+// Makes the surface that rays meet which have not passed a pane by chance.
+void make_met_pane(inout Bsdf b) {
+    if (straight_transmission(b) != vec3(0.0)) {
+        float others = 1.0 - b.p_transmission;  // of the glossy lobes
+        b.transmission = vec3(0.0);
+        b.p_transmission = 0.0;
+        b.p_coat = others > 0.0 ? min(b.p_coat / others, 1.0) : 0.0;
+        b.p_sheen = others > 0.0 ? min(b.p_sheen / others, 1.0) : 0.0;
+        float glossy = (1.0 - b.p_diffuse) * others;
+        b.p_diffuse = glossy > 0.0 ? b.p_diffuse / (b.p_diffuse + glossy) : 1.0;
+    }
+    scale_lobes(b, vec3(1.0 / (1.0 - kPaneChance)));
+}
+
 // Makes the surface of a shadow catcher, which reflects all light diffusely. No path leaves it: light samples have the
 // whole weight.
 void make_catcher(inout Bsdf b) {

@@ -39,12 +39,4 @@ bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirro
 
 // Returns the share of light that a microfacet reflects at x = dot(wo, h). It refracts the rest.
 float solid_fresnel(Bsdf b, float x) { return b.solid_specular * fresnel_dielectric(x, b.eta); }
-
-void scale_lobes(inout Bsdf b, vec3 factor) {
-    scale_base(b, factor);
-    b.transmission *= factor;
-    b.solid_reflection *= factor;
-    b.sheen *= factor;
-    b.coat_tint *= factor;
-}
 #endif

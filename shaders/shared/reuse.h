@@ -27,6 +27,9 @@ HALFLIGHT_SHARED_CONST uint kReusePoint = 1u;
 // the light of the rest of the path is shared, too: the path left that vertex diffusely
 HALFLIGHT_SHARED_CONST uint kReuseRest = 2u;
 
+// the path's second vertex was found through a pane
+HALFLIGHT_SHARED_CONST uint kReuseThroughPane = 8u;
+
 // The second vertex y of a path and the light that leaves it diffusely, at the path's index. SceneNeeds has the size
 // with layers.
 struct ReusePoint {

@@ -279,6 +279,53 @@ TEST_F(ImageTest, BackFaces) {
         expect_agreement(scene, {.name = std::string("backfaces-") + name(backfaces), .backfaces = backfaces});
 }
 
+TEST_F(ImageTest, Panes) {
+    // Clear, tinted, stacked, coated, blended, emissive, partly frosted and instanced panes between a sun, a lamp, a sky
+    // and an emitter on one side, and diffuse, glossy and mirroring surfaces on the other.
+    Scene scene;
+    scene.environment.color = vec3(0.3f, 0.4f, 0.5f);
+    scene.images.push_back({"frost", 2, 1, {255, 0, 0, 255, 255, 255, 0, 255}});  // roughness 0 and 1
+    const int walls = add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f}));
+    add_quad(scene, add_material(scene, metal_material({0.8f, 0.8f, 0.8f}, 0.3f)), {-1, -1, -1}, {0, 0, 2}, {2, 0, 0});
+    add_quad(scene, walls, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});
+    add_quad(scene, walls, {1, -1, -1}, {0, 0, 2}, {0, 2, 0});
+    add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {0.1f, -0.9f, -0.9f}, {0.7f, 0, 0}, {0, 0.8f, 0});
+    add_box(scene, walls, {-0.5f, -0.98f, -0.4f}, {0, -0.5f, 0.1f});
+    add_quad(scene, add_material(scene, light_material({4, 3, 2})), {-1.6f, -0.6f, -0.5f}, {0, 0, 0.8f}, {0, 0.7f, 0});
+    Material clear = glass_material(0);
+    clear.thickness = 0;
+    Material tinted = clear, frosted = clear, coated = clear, blended = clear, lamp = clear;
+    tinted.base_color = {0.9f, 0.5f, 0.2f, 1};
+    frosted.metallic_roughness_texture.image = 0;
+    frosted.metallic_roughness_texture.nearest = true;
+    frosted.roughness = 0.5f, frosted.transmission = 0.8f;
+    coated.clearcoat = 0.8f, coated.clearcoat_roughness = 0.2f, coated.metallic = 0.2f;
+    coated.sheen_color = vec3(0.3f), coated.sheen_roughness = 0.6f;
+    blended.alpha_mode = AlphaMode::blend, blended.base_color = {0.6f, 0.8f, 0.9f, 0.6f};
+    lamp.emission = {0.5f, 0.2f, 0.1f}, lamp.transmission = 0.5f;
+    const auto pane = [&](const Material& material, const vec3& corner, const vec3& u, const vec3& v) {
+        return add_quad(scene, add_material(scene, material), corner, u, v);
+    };
+    pane(clear, {-1, -1, -1}, {0, 0, 1}, {0, 2, 0});
+    pane(tinted, {-1, -1, 0}, {0, 0, 1}, {0, 2, 0});
+    pane(lamp, {-1.1f, -0.2f, -0.2f}, {0, 0, 0.5f}, {0, 0.4f, 0});
+    const int roof = pane(frosted, {-1, 1, -1}, {2, 0, 0}, {0, 0, 1});
+    pane(coated, {-1, 1, 0}, {2, 0, 0}, {0, 0, 1});
+    const int screen = pane(blended, {-0.4f, -0.9f, 0.4f}, {0.9f, 0, 0}, {0, 1.2f, 0});
+    for (const double x : {-0.2, 0.1}) {
+        scene.instances.push_back(scene.instances[static_cast<std::size_t>(screen)]);
+        scene.instances.back().object_to_world[3] = dvec4(x, 0.9, 0.2 + x, 1);
+    }
+    Mesh& of_roof = scene.meshes[static_cast<std::size_t>(scene.instances[static_cast<std::size_t>(roof)].mesh)];
+    of_roof.uvs[0] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    scene.lights.resize(2);
+    scene.lights[0].intensity = {2, 1.5f, 1}, scene.lights[0].position = {0.3, 1.4, -0.4};
+    scene.lights[1].type = LightType::directional, scene.lights[1].intensity = vec3(2);
+    scene.lights[1].direction = glm::normalize(vec3(1, -0.8f, 0.3f));
+    scene.cameras = {look_at_camera({0.6, 0.4, 3}, {0, -0.2, 0}, {0, 1, 0}, 0.75)};
+    expect_agreement(scene, {.name = "panes"});
+}
+
 TEST_F(ImageTest, DiffuseTransmission) {
     // Leaves and shades are lit from both sides by a map, triangle lights, a lamp and a sun.
     Scene scene = textured_scene();

@@ -1,0 +1,87 @@
+// Finds the light that the rays of a batch have passed through panes (SHADING.md, Panes), pane by pane, in the
+// hierarchies over the panes alone.
+//
+// Variants: HALFLIGHT_LIST (the listed paths), HALFLIGHT_SCATTERED (rays that pass panes by chance before their hits;
+// otherwise shadow rays, of which those that are free pass all panes).
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/batch_rays.glsl"
+#include "shaders/lib/traverse.glsl"
+#include "shaders/lib/material.glsl"
+#include "shaders/lib/bsdf.glsl"
+#include "shaders/lib/occlusion.glsl"
+#include "shaders/shared/path.h"
+#include "shaders/shared/reuse.h"
+
+layout(local_size_x = 64) in;
+
+#ifdef HALFLIGHT_LIST
+layout(std430) readonly buffer List { uint list[]; };
+layout(std430) readonly buffer Header { ListHeader header; };
+#endif
+#ifdef HALFLIGHT_SCATTERED
+#include "shaders/lib/hit_texels.glsl"
+layout(std430) buffer States { PathState states[]; };
+#else
+layout(std430) buffer Occluded { uint occluded[]; };
+#endif
+
+// Panes on a ray, at most. Rays through more count as unfinished.
+const uint kMostPanes = 255u;
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+#ifdef HALFLIGHT_LIST
+    if (path >= header.count) return;
+    path = list[path];
+#endif
+    Ray ray = load_ray(path);
+    uint key = alpha_key(path);
+#ifdef HALFLIGHT_SCATTERED
+    Hit end = load_hit(path);
+    ray.t_max = min(ray.t_max, end.t);
+    const float probability = kPaneChance;
+#else
+    Hit end = no_hit();
+    if (occluded[path] != kFree) ray.t_max = -1.0;
+    const float probability = 1.0;
+#endif
+    vec3 direction = normalize(ray.direction);
+    vec3 share = vec3(1.0);
+    uint panes = 0u;
+    bool meets = false;
+    do {
+        Hit hit = traverse(ray, key, false);
+        meets = hit.triangle != kMiss;
+        bool finished = finite(hit.t) || !meets;
+        // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
+        hit.triangle = meets ? hit.triangle : 0u;
+        hit.instance = meets ? hit.instance : 0u;
+        Surface surface = surface_at(hit, ray.direction);
+        Material material = evaluate_material(surface, -direction);
+        material.channel = 0;  // panes do not disperse
+        vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction)) / probability;
+        // Rounding may put the hit itself before its own distance.
+        bool counts = meets && !(hit.triangle == end.triangle && hit.instance == end.instance);
+        panes += counts ? 1u : 0u;
+        share = counts ? share * passed : share;
+        if (!finished || panes > kMostPanes) {
+            share = vec3(not_a_number());
+            meets = false;
+        }
+        ray.t_min = meets ? hit.t : ray.t_min;
+    } while (meets && share != vec3(0.0));
+
+    if (panes == 0u && share == vec3(1.0)) return;
+#ifdef HALFLIGHT_SCATTERED
+    states[path].throughput *= share;
+    states[path].reuse |= kReuseThroughPane;
+#else
+    if (any(isnan(share))) {
+        occluded[path] = kUnfinished;
+        return;
+    }
+    uint random = hash_combine(key, 1u);
+    vec3 dither = vec3(unit_float(random), unit_float(hash_combine(random, 1u)), unit_float(hash_combine(random, 2u)));
+    occluded[path] = answer_of_panes(share, dither);
+#endif
+}
