@@ -46,10 +46,12 @@ void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging
     apply(of_materials, edited, source);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         if (i < index.geometry.used_materials.size() && index.geometry.used_materials[i] &&
-            is_one_sided(scene.materials[i]) != is_one_sided(edited.materials[i]))
+            (is_one_sided(scene.materials[i]) != is_one_sided(edited.materials[i]) ||
+             is_pane(scene.materials[i]) != is_pane(edited.materials[i])))
             throw Error(source.empty() ? scene.name : source + ": " + scene.name,
-                        "material {}: the pages hold whether its surfaces are seen from both sides, which edits of "
-                        "double_sided or transmission cannot change (--backfaces show shows all)",
+                        "material {}: the pages hold whether its surfaces are seen from both sides and whether light "
+                        "passes them straight on, which edits of double_sided, transmission, thickness or roughness "
+                        "cannot change (--backfaces show shows all)",
                         i);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         if (!(i < driven.size() && driven[i]) &&

@@ -124,7 +124,7 @@ void SceneRenderer::prepare() {
         options.pages = scene_.pages();
         const paging::PageIndex& index = scene_.pages()->index();
         const std::size_t reading = paging::PagePool::reading_bytes(index);
-        const std::size_t lamps = index.geometry.emitters.size() * paging::kEmitterBytes;
+        const std::size_t lamps = index.geometry.resident.size() * paging::kEmitterBytes;
         const std::size_t fixed = paging::PagePool::fixed_bytes(index);
         ledger.check(reading + lamps + fixed, scene_.choice().scene.string() + ": pages",
                      fmt::format("pages that are read {}, emissive triangles {}, their hierarchy {}",

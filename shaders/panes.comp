@@ -61,7 +61,7 @@ void main() {
         material.channel = 0;  // panes do not disperse
         vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction)) / probability;
         // Rounding may put the hit itself before its own distance.
-        bool counts = meets && !(hit.triangle == end.triangle && hit.instance == end.instance);
+        bool counts = meets && !(triangle_id(hit.triangle) == end.triangle && hit.instance == end.instance);
         panes += counts ? 1u : 0u;
         share = counts ? share * passed : share;
         if (!finished || panes > kMostPanes) {

@@ -179,6 +179,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
         pool_.emplace(pages(), options_.pool_bytes(shading.needs), buffers_->defines());
         ++pools_;
     }
+    pool_->update_panes(tables_);
     seconds_ = watch.seconds();
 }
 

@@ -73,9 +73,9 @@ struct Batch {
     std::vector<std::string> blocks;
     std::vector<std::pair<std::uint32_t, BucketTriangle>> placed;  // triangles with their buckets
     Bounds bounds;
-    std::vector<std::uint32_t> emitters;
+    std::vector<std::uint32_t> resident;
     bool slivers = false;
-    bool alpha = false, one_sided = false;
+    bool alpha = false, one_sided = false, panes = false;
 };
 constexpr std::size_t kBatchTriangles = std::size_t{16} * kTrianglesPerBlock;
 
@@ -260,7 +260,8 @@ class Converter {
     void add_moving(const Mesh& mesh, const MeshFacts& facts) {
         for (const std::uint32_t material : mesh.triangle_material) {
             const std::uint32_t word = word_of(material, facts.lowest_alpha);
-            index_.alpha = index_.alpha || (word & kTriangleAlpha) != 0;
+            index_.panes = index_.panes || shared::in_pane(word);
+            index_.alpha = index_.alpha || (word & kTriangleAlpha) != 0 || shared::in_pane(word);
             index_.one_sided = index_.one_sided || (word & kTriangleOneSided) != 0;
         }
     }
@@ -389,9 +390,10 @@ class Converter {
                 }
                 const auto& [a, b, c] = triangle.corners;
                 batch.slivers = batch.slivers || is_sliver(a, b, c);
-                if (emits_[material]) batch.emitters.push_back(id);
-                const bool alpha = (word & kTriangleAlpha) != 0;
-                batch.alpha = batch.alpha || alpha;
+                const bool pane = shared::in_pane(word);
+                if (emits_[material] || pane) batch.resident.push_back(id);
+                batch.panes = batch.panes || pane;
+                batch.alpha = batch.alpha || pane || (word & kTriangleAlpha) != 0;
                 batch.one_sided = batch.one_sided || (word & kTriangleOneSided) != 0;
                 triangle.id = id++, triangle.word = word;
                 batch.placed.emplace_back(tree.bucket_of((a + b + c) / 3.0f), triangle);
@@ -401,9 +403,9 @@ class Converter {
         batch.pieces.clear();
     }
 
-    void add_emitters(const std::vector<std::uint32_t>& triangles) {
-        std::vector<std::uint32_t>& all = index_.geometry.emitters;
-        crowded_ = crowded_ || all.size() + triangles.size() > kMostEmitters;
+    void add_resident(const std::vector<std::uint32_t>& triangles) {
+        std::vector<std::uint32_t>& all = index_.geometry.resident;
+        crowded_ = crowded_ || all.size() + triangles.size() > kMostResident;
         if (crowded_)
             all.clear();
         else
@@ -427,10 +429,11 @@ class Converter {
             for (const std::string& block : batch->blocks) writer.add_block(block);
             for (const auto& [bucket, triangle] : batch->placed) buckets.add(bucket, triangle);
             index_.bounds.add(batch->bounds);
-            add_emitters(batch->emitters);
+            add_resident(batch->resident);
             index_.slivers = index_.slivers || batch->slivers;
             index_.alpha = index_.alpha || batch->alpha;
             index_.one_sided = index_.one_sided || batch->one_sided;
+            index_.panes = (index_.panes || batch->panes) && !crowded_;  // panes without rows are opaque
             done += batch->triangles;
             report(kSurveyShare, kRowShare, done, index_.triangles);
         });
@@ -549,7 +552,7 @@ class Converter {
     std::uint32_t next_triangle_ = 0;
     Piece rest_;
     RootedPage rest_page_;  // pages of earlier slices that have room left
-    bool crowded_ = false;  // more than kMostEmitters triangles emit light
+    bool crowded_ = false;  // more than kMostResident triangles emit light or are panes
 };
 
 }  // namespace

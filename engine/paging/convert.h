@@ -18,7 +18,7 @@
 namespace halflight::paging {
 
 /// Largest number of emissive triangles that a page file lists as lights. Of scenes with more, it lists none.
-inline constexpr std::size_t kMostEmitters = std::size_t{1} << 24;
+inline constexpr std::size_t kMostResident = std::size_t{1} << 24;
 
 struct ConvertOptions {
     std::size_t memory = std::size_t{1} << 30;  // bytes that the conversion may take besides the largest mesh

@@ -10,6 +10,7 @@
 #include "engine/core/error.h"
 #include "engine/paging/partition.h"
 #include "engine/scene/geometry.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/tables/table_rows.h"
 
 namespace halflight::paging {
@@ -57,7 +58,7 @@ void MovingPages::add_rows(const Scene& scene) {
     const PageIndex& of_still = still_->index();
     index_.ranges.resize(of_still.ranges.size());
     AbsentGeometry& geometry = index_.geometry;
-    geometry.emitters.resize(of_still.geometry.emitters.size());
+    geometry.resident.resize(of_still.geometry.resident.size());
     if (geometry.used_materials.size() != scene.materials.size())
         throw Error(scene.name, "its pages were made of another scene: {} materials, not {}",
                     geometry.used_materials.size(), scene.materials.size());
@@ -99,8 +100,8 @@ void MovingPages::add_rows(const Scene& scene) {
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
             const std::uint32_t index = mesh.triangle_material[t];
             const Material& material = scene.materials[index];
-            if (!material.unlit && has_emission(material))
-                geometry.emitters.push_back(first_triangle + static_cast<std::uint32_t>(t));
+            if ((!material.unlit && has_emission(material)) || is_pane(material))
+                geometry.resident.push_back(first_triangle + static_cast<std::uint32_t>(t));
             triangles_.emplace_back(mesh.triangles[t] + first_vertex, words[index]);
         }
     }
@@ -114,6 +115,7 @@ void MovingPages::build(const PageIndex& of_still) {
     index_.slivers = of_still.slivers;
     index_.alpha = of_still.alpha;
     index_.one_sided = of_still.one_sided;
+    index_.panes = of_still.panes;
     index_.stack_entries = of_still.stack_entries;
     index_.pages.resize(of_still.pages.size());
     index_.roots.resize(of_still.roots.size());
@@ -127,7 +129,8 @@ void MovingPages::build(const PageIndex& of_still) {
         const auto& [a, b, c] = corners.emplace_back(rays::Corners{positions_[t.x], positions_[t.y], positions_[t.z]});
         for (const vec3& corner : {a, b, c}) index_.bounds.add(corner);
         index_.slivers = index_.slivers || is_sliver(a, b, c);
-        index_.alpha = index_.alpha || (t.w & kTriangleAlpha) != 0;
+        index_.panes = index_.panes || shared::in_pane(t.w);
+        index_.alpha = index_.alpha || (t.w & kTriangleAlpha) != 0 || shared::in_pane(t.w);
         index_.one_sided = index_.one_sided || (t.w & kTriangleOneSided) != 0;
         centroids.push_back((a + b + c) / 3.0f);
     }

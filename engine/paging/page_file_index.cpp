@@ -25,7 +25,7 @@ constexpr std::uint32_t kMostStackEntries = 256;
 /// MeshRange without padding.
 using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
-constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8, kOneSided = 16;
+constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8, kOneSided = 16, kPanes = 32;
 
 static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 16 && sizeof(FileContent) == 24);
 
@@ -45,11 +45,11 @@ StoredIndex read_index(ByteReader& reader) {
     read(index.triangles), read(index.vertices), read(index.vertex_texels), read(index.stack_entries);
     const auto flags = reader.value<std::uint32_t>();
     index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;
-    index.one_sided = (flags & kOneSided) != 0;
+    index.one_sided = (flags & kOneSided) != 0, index.panes = (flags & kPanes) != 0;
     const auto used = reader.list<std::uint8_t>();
     index.geometry.used_materials.assign(used.begin(), used.end());
     index.geometry.vertex_colors = (flags & kColors) != 0, index.geometry.tangents = (flags & kTangents) != 0;
-    index.geometry.emitters = reader.list<std::uint32_t>();
+    index.geometry.resident = reader.list<std::uint32_t>();
     index.pages = reader.list<PageIndex::Size>();
     index.roots = reader.list<PageRoot>();
     index.above = reader.list<std::uint32_t>();
@@ -99,10 +99,10 @@ bool parts_fit(const StoredIndex& stored, std::uint64_t end) {
                   [&](std::size_t page) { return decoded_bytes(index.pages[page]); });
 }
 
-bool emitters_ascend(const PageIndex& index) {
-    const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
-    return std::ranges::adjacent_find(emitters, std::greater_equal()) == emitters.end() &&
-           (emitters.empty() || emitters.back() < index.triangles);
+bool resident_ascend(const PageIndex& index) {
+    const std::vector<std::uint32_t>& resident = index.geometry.resident;
+    return std::ranges::adjacent_find(resident, std::greater_equal()) == resident.end() &&
+           (resident.empty() || resident.back() < index.triangles);
 }
 
 /// Returns whether bounds are finite, and have an extent of 0 or more along each axis.
@@ -169,10 +169,11 @@ std::string bytes_of(const StoredIndex& stored) {
     add(index.alpha_tests), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
-        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0));
+        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0) |
+        (index.panes ? kPanes : 0));
     append_list(std::vector<std::uint8_t>(index.geometry.used_materials.begin(), index.geometry.used_materials.end()),
                 bytes);
-    append_list(index.geometry.emitters, bytes);
+    append_list(index.geometry.resident, bytes);
     append_list(index.pages, bytes);
     append_list(index.roots, bytes);
     append_list(index.above, bytes);
@@ -191,7 +192,7 @@ std::string bytes_of(const StoredIndex& stored) {
 std::optional<StoredIndex> parse_index(std::string_view bytes, std::uint64_t end) {
     ByteReader reader(bytes);
     StoredIndex stored = read_index(reader);
-    if (!reader.at_end() || !parts_fit(stored, end) || !emitters_ascend(stored.index) ||
+    if (!reader.at_end() || !parts_fit(stored, end) || !resident_ascend(stored.index) ||
         !hierarchy_fits(stored.index) || !ranges_fit(stored.index))
         return {};
     return stored;

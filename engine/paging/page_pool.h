@@ -80,6 +80,10 @@ class PagePool {
 
     /// Sets other shading defines; scene().defines() follow.
     void set_shading(const gpu::Defines& shading) { scene_->set_shading(shading_ = shading); }
+    /// Makes TraceScene::panes() of the resident tables.
+    void update_panes(const TraceTables& resident) {
+        scene_->update_panes(resident, rays::pack_panes(resident).get(), shading_);
+    }
     /// Binds the table rows of the alpha-tested triangles in the pool, if there are any, in place of the scene's.
     void bind_rows(const gpu::Program& program) const;
     /// Returns what batches use, which decides which page leaves.

@@ -521,13 +521,14 @@ TraceTables resident_tables(const PageSource& source, const TraceTables* last) {
     tables.slivers = index.slivers;
     tables.alpha_tested = index.alpha;
     tables.one_sided = index.one_sided;
+    tables.panes = index.panes;
     tables.absent = index.geometry;
-    const std::vector<std::uint32_t>& emitters = index.geometry.emitters;
+    const std::vector<std::uint32_t>& resident = index.geometry.resident;
     std::vector<vec4>& attributes = tables.absent->attributes;
-    std::uint32_t known = 0;  // emitters whose rows `last` has
+    std::uint32_t known = 0;  // resident triangles whose rows `last` has
     if (last) {
         known =
-            static_cast<std::uint32_t>(std::ranges::lower_bound(emitters, source.still().triangles) - emitters.begin());
+            static_cast<std::uint32_t>(std::ranges::lower_bound(resident, source.still().triangles) - resident.begin());
         const auto copy = [](const auto& from, std::size_t count, auto& to) {
             to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count));
         };
@@ -536,8 +537,8 @@ TraceTables resident_tables(const PageSource& source, const TraceTables* last) {
         copy(last->absent->attributes, 3 * std::size_t{known} * index.vertex_texels, attributes);
     }
     TriangleRows rows;
-    source.read_rows(std::span(emitters).subspan(known), rows);
-    for (std::uint32_t i = known; i < emitters.size(); ++i)
+    source.read_rows(std::span(resident).subspan(known), rows);
+    for (std::uint32_t i = known; i < resident.size(); ++i)
         tables.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2, rows.triangles[i - known].w);
     tables.positions.insert(tables.positions.end(), rows.positions.begin(), rows.positions.end());
     attributes.insert(attributes.end(), rows.attributes.begin(), rows.attributes.end());

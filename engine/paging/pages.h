@@ -87,8 +87,9 @@ struct PageIndex {
     // Numbers of the instances without triangles among those that do not move, ascending. A scene in memory has none.
     std::vector<std::uint32_t> empty;
     AbsentGeometry geometry;  // facts about triangles and vertices, without AbsentGeometry::attributes
-    bool alpha = false;       // some triangle needs the alpha test
+    bool alpha = false;       // TraceTables::alpha_tested
     bool one_sided = false;   // TraceTables::one_sided
+    bool panes = false;       // TraceTables::panes
 };
 
 /// Returns the needs on which the rows of vertex attributes depend. Materials as edited may need less, but not more.

@@ -162,7 +162,9 @@ std::vector<Part> pane_parts_of(const TraceTables& tables) {
         const Block& b = tables.blocks[block];
         // Panes are few. Their tree is built anew for each pose, and its triangles are not split.
         Part part{.block = block, .cut = true};
-        for (std::uint32_t t = b.first_triangle; t < b.first_triangle + b.triangle_count; ++t) {
+        // Triangles whose geometry is not in memory have no row.
+        const std::size_t end = std::min<std::size_t>(b.first_triangle + b.triangle_count, tables.triangles.size());
+        for (std::uint32_t t = b.first_triangle; t < end; ++t) {
             if (!shared::in_pane(tables.triangles[t].w)) continue;
             if (part.spans.empty() || part.spans.back().first + part.spans.back().count != t)
                 part.spans.push_back({t, 0});

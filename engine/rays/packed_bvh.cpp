@@ -349,15 +349,6 @@ NodeFormat fitting_format(const Packer& packer) {
     return packer.looseness() <= kMaxLooseness ? NodeFormat::grid : NodeFormat::floating;
 }
 
-std::shared_ptr<PackedScene> pack_panes(const TraceTables& tables) {
-    if (!tables.panes) return nullptr;
-    const std::vector<Part> parts = pane_parts_of(tables);
-    std::vector<PartTree> trees;
-    for (const Part& part : parts) trees.push_back(build_tree(tables, part));
-    Packer packer(tables, parts, trees);
-    return std::make_shared<PackedScene>(packer.pack(fitting_format(packer), 0));
-}
-
 PackedScene packed(const TraceTables& tables, Packer packer, double seconds) {
     PackedScene scene = packer.pack(fitting_format(packer), seconds);
     scene.panes = pack_panes(tables);
@@ -369,6 +360,15 @@ PackedScene packed(const TraceTables& tables, Packer packer, double seconds) {
 std::vector<uvec4> packed_head(const Bounds& block) {
     const auto head = head_texels(grid_over(block), static_cast<float>(kSlack));
     return {head.begin(), head.end()};
+}
+
+std::shared_ptr<PackedScene> pack_panes(const TraceTables& tables) {
+    if (!tables.panes) return nullptr;
+    const std::vector<Part> parts = pane_parts_of(tables);
+    std::vector<PartTree> trees;
+    for (const Part& part : parts) trees.push_back(build_tree(tables, part));
+    Packer packer(tables, parts, trees);
+    return std::make_shared<PackedScene>(packer.pack(fitting_format(packer), 0));
 }
 
 PackedScene pack_boxes(const Bvh& bvh, const Bounds& bounds) {

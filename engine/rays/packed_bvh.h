@@ -39,6 +39,8 @@ PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies);
 /// Packs a scene with new hierarchies.
 PackedScene pack_scene(const TraceTables& tables);
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format);
+/// Packs hierarchies over the panes alone; null where TraceTables::panes is not set.
+std::shared_ptr<PackedScene> pack_panes(const TraceTables& tables);
 
 /// Packs a hierarchy over boxes in the format `grid`. Its leaves refer to places in Bvh::primitives, and there are no
 /// pairs: kernels can cull by it, but not trace.

@@ -58,7 +58,8 @@ TraceScene::TraceScene(const gpu::Buffer* instances)
       triangles_("hierarchy triangles", 0),
       heads_("heads of instances' blocks", 0),
       own_instances_("block instances", 0),
-      shared_instances_(instances) {}
+      shared_instances_(instances),
+      triangle_ids_("ids of resident triangles", 0) {}
 
 TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                        const gpu::Buffer* instances)
@@ -118,15 +119,20 @@ void TraceScene::finish_update(const TraceTables& tables, const PackedScene& pac
                    .stack_entries = std::max(statistics_.stack_entries, packed.stack_entries),
                    .bytes = nodes_.bytes() + triangles_.bytes() + heads_.bytes() + own_instances_.bytes(),
                    .build_seconds = packed.build_seconds};
-    if (packed.panes) {
-        if (!panes_) panes_ = std::unique_ptr<TraceScene>(new TraceScene(&instances()));
-        panes_->update(tables, *packed.panes, shading, nullptr);
-        statistics_.bytes += panes_->statistics_.bytes;
-    } else {
-        panes_ = nullptr;
-    }
+    if (!paged_) update_panes(tables, packed.panes.get(), shading);
     set_shading(shading);
     bind();  // bind() reports tables beyond the driver's limits
+}
+
+void TraceScene::update_panes(const TraceTables& tables, const PackedScene* packed, const gpu::Defines& shading) {
+    if (!packed) {
+        panes_ = nullptr;
+        return;
+    }
+    if (!panes_) panes_ = std::unique_ptr<TraceScene>(new TraceScene(&instances()));
+    if (tables.absent) gpu::replace(panes_->triangle_ids_, tables.absent->resident);
+    panes_->update(tables, *packed, shading, nullptr);
+    statistics_.bytes += panes_->statistics_.bytes;
 }
 
 void TraceScene::set_shading(const gpu::Defines& shading) {
@@ -143,6 +149,7 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
     constexpr std::uint32_t kStackStep = 8;
     defines_.set("HALFLIGHT_STACK", (statistics_.stack_entries + kStackStep - 1) / kStackStep * kStackStep);
     if (slivers_) defines_.set("HALFLIGHT_SLIVERS");
+    if (triangle_ids_.bytes() > 0) defines_.set("HALFLIGHT_TRIANGLE_IDS");
     if (statistics_.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
     if (statistics_.node_format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
     if (statistics_.node_format != NodeFormat::page) return;

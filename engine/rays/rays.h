@@ -128,6 +128,8 @@ class TraceScene {
     void update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                 const PackedScene* last);
 
+    /// Makes panes() of packed hierarchies over the panes of the tables; null: there are none.
+    void update_panes(const TraceTables& tables, const PackedScene* packed, const gpu::Defines& shading);
     /// Sets other shading defines; defines() follow.
     void set_shading(const gpu::Defines& shading);
 
@@ -152,6 +154,8 @@ class TraceScene {
     /// Returns the hierarchies over the panes alone, whose hits have the triangles and instances of this scene. Returns
     /// null without panes.
     const TraceScene* panes() const { return panes_.get(); }
+    /// Returns the ids of the tables' triangles (R32UI) where geometry is not in memory; else empty.
+    const gpu::Buffer& triangle_ids() const { return triangle_ids_; }
     const TraceStatistics& statistics() const { return statistics_; }
     /// Returns a serial number, unique per scene and pose within the process. Caches made for one serial must not be
     /// used with another.
@@ -178,6 +182,7 @@ class TraceScene {
     gpu::Buffer own_instances_;  // instance rows; empty where they are shared
     const gpu::Buffer* shared_instances_;
     std::unique_ptr<TraceScene> panes_;
+    gpu::Buffer triangle_ids_;
 };
 
 /// Adds the passes that find the closest hit of each ray of the batch, and returns the hits: one Hit per path. With a

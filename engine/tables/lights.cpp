@@ -130,8 +130,8 @@ class Builder {
         for (std::uint32_t t = 0; t < trace_.triangles.size(); ++t) {
             const double value = brightness(t, [&](int set) { return uvs_in_rows(t, set); });
             if (value == 0) continue;
-            tables_.light_of_triangle.push_back(trace_.absent->emitters[t]);
-            add_triangle(0, t, value, trace_.absent->emitters[t]);
+            tables_.light_of_triangle.push_back(trace_.absent->resident[t]);
+            add_triangle(0, t, value, trace_.absent->resident[t]);
         }
         tables_.triangle_count = power_.size();
         // Kernels see whole groups of 16 bytes. What follows the last triangle must not disturb their search.

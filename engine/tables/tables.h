@@ -65,13 +65,14 @@ struct TriangleSource {
     std::uint32_t triangle = 0;  // index within the mesh of the instance
 };
 
-/// Geometry that is not in memory. Only triangles that emit light have rows in the tables, with three vertices each.
+/// Geometry that is not in memory. Only resident triangles, those that emit light and panes, have rows in the tables,
+/// with three vertices each.
 struct AbsentGeometry {
     std::vector<bool> used_materials;     // per material, whether some triangle has it
     bool vertex_colors = false;           // some vertex colour is not white
     bool tangents = false;                // some mesh has tangents
-    std::vector<std::uint32_t> emitters;  // triangles of the rows: places in the tables of all geometry, ascending
-    std::vector<vec4> attributes;         // vertex attribute rows of the emitters (ShadingTables::vertices)
+    std::vector<std::uint32_t> resident;  // triangles of the rows: places in the tables of all geometry, ascending
+    std::vector<vec4> attributes;         // vertex attribute rows of these triangles (ShadingTables::vertices)
     bool operator==(const AbsentGeometry&) const = default;
 };
 

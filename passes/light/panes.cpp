@@ -22,6 +22,8 @@ void add_panes(graph::Graph& graph, const SceneView& view, rays::RayBatch batch,
     pass.kernel({"shaders/panes.comp", variant, [view, &panes, batch](graph::Resources& r, const gpu::Program& program) {
                      view.scene.bind();
                      rays::bind_batch(r, program, panes, batch);
+                     if (panes.triangle_ids().bytes() > 0)
+                         program.bind_texture("triangle_ids", panes.triangle_ids(), GL_R32UI);
                  }});
     pass.execute([batch](graph::Resources& r) {
         if (batch.list)

@@ -54,6 +54,14 @@ uint leaf_of(uint pairs, uint first) { return kBvhTag | kBvhLeaf | (pairs << kBv
 uint row_of(int place, uint triangle) { return triangle; }
 #endif
 
+// Returns the id of a triangle of the tables, by which tests of alpha decide.
+#ifdef HALFLIGHT_TRIANGLE_IDS
+uniform usamplerBuffer triangle_ids;  // R32UI
+uint triangle_id(uint triangle) { return texelFetch(triangle_ids, int(triangle)).x; }
+#else
+uint triangle_id(uint triangle) { return triangle; }
+#endif
+
 // Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t itself
 // is no earlier than the entry but for rounding, which the slack of nodes covers.
 struct EntryRay {
@@ -339,7 +347,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
         if (asks) {
             asks = false;
             uint row = asks_alpha ? row_of(asked_place, asked.triangle) : 0u;
-            bool covers = !asks_alpha || alpha_accept(asked.triangle, row, asked.instance, asked.u, asked.v, alpha_key);
+            bool covers = !asks_alpha || alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key);
             if (covers && !(asks_pane && passes_pane(asked.triangle, asked.instance, alpha_key))) {
                 found = true;
                 nearest = asked;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "engine/rays/hierarchies.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/tables/shading_tables.h"
 #include "engine/tables/table_rows.h"
 
@@ -22,6 +23,7 @@ MemoryPages::MemoryPages(const TraceTables& tables, std::size_t bucket, const pa
     index_.slivers = tables.slivers;
     index_.alpha = tables.alpha_tested;
     index_.one_sided = tables.one_sided;
+    index_.panes = tables.panes;
     index_.ranges = tables.ranges;
     index_.stack_entries = 1;
     if (tables.triangles.empty()) return;
@@ -61,7 +63,7 @@ MemoryPages::MemoryPages(const Scene& scene, const TraceTables& tables, std::siz
         const std::uint32_t index = tables.triangles[i].w & kTriangleMaterialMask;
         geometry.used_materials[index] = true;
         const Material& material = scene.materials[index];
-        if (!material.unlit && has_emission(material)) geometry.emitters.push_back(i);
+        if ((!material.unlit && has_emission(material)) || is_pane(material)) geometry.resident.push_back(i);
     }
     VertexAttributes attributes;
     for (const MeshRange& range : tables.ranges) attributes.add(scene.meshes[range.mesh]);

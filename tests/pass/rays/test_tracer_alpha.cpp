@@ -1,4 +1,4 @@
-// Tests coverage: masks and stochastic transparency, independent of the order of traversal.
+// Tests coverage, independent of the order of traversal: masks, stochastic transparency, and panes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +8,7 @@
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 #include "tests/support/memory_pages.h"
+#include "tests/support/scenes.h"
 
 namespace halflight {
 namespace {
@@ -157,6 +158,84 @@ TEST_F(TracerAlpha, SurfacesBehindAHitDoNotChangeIt) {
         const bool first = b.hits[i].triangle < 2;
         EXPECT_EQ(a.hits[i].triangle != kMiss, first) << i;
     }
+}
+
+// Instances, opaque and blended squares among panes; all tracers and a pool of few pages.
+TEST_F(TracerAlpha, AllTracersPassTheSamePanes) {
+    using rays::PassPanes;
+    for (const int copies : {1, 5}) {
+        Scene scene = test::soup(400, 0.4f, vec3(1), 3);
+        scene.name = "panes";
+        Material pane = test::glass_material(0);
+        pane.thickness = 0;
+        scene.materials.push_back(pane);
+        scene.materials.push_back(pane);
+        scene.materials.back().alpha_mode = AlphaMode::blend;
+        scene.materials.back().base_color.a = 0.5f;
+        scene.materials.push_back(covering(AlphaMode::blend, 0.5f));
+        for (std::size_t i = 0; i < 400; ++i) scene.meshes[0].triangle_material[i] = static_cast<std::uint32_t>(i % 4);
+        for (int i = 1; i < copies; ++i) {
+            scene.instances.emplace_back(scene.instances[0]);
+            scene.instances.back().object_to_world[3] = dvec4(0.3 * i, 0.1 * i, 0, 1);
+        }
+        const TraceTables tables = build_trace_tables(scene);
+        ASSERT_TRUE(tables.panes);
+        const ShadingTables shading = build_shading_tables(scene, tables);
+        const SceneBuffers buffers(tables, shading);
+        gpu::Buffer constants = test::constants_of_paths(0);
+        const std::vector<Ray> rays = test::mixed_rays(tables.bounds, 3000);
+        test::AgainstPlain pair(programs_, tables, rays::NodeFormat::grid, {}, buffers.defines());
+        rays::TraceScene scene_of(tables, buffers.defines());
+        graph::Executor executor(programs_);
+        std::size_t met[3] = {};  // rays that meet anything, by mode
+        for (const PassPanes mode : {PassPanes::none, PassPanes::chance, PassPanes::all}) {
+            buffers.bind();  // a pool binds rows of its own
+            const test::TraceRequest request{.rays = rays, .frame_constants = &constants, .panes = mode};
+            EXPECT_EQ(pair.differences(request, 2), "") << copies << ", " << int(mode);
+            const test::Answers plain = answers(executor, request, scene_of);
+            std::size_t panes = 0;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                const Hit& hit = plain.hits[i];
+                EXPECT_EQ(plain.occluded[i] == 1, hit.triangle != kMiss) << i;
+                if (hit.triangle == kMiss) continue;
+                ++met[mode == PassPanes::none ? 0 : mode == PassPanes::chance ? 1 : 2];
+                panes += shared::in_pane(tables.triangles[hit.triangle].w);
+            }
+            EXPECT_EQ(panes > 0, mode != PassPanes::all);
+            if (copies > 1) continue;
+            const test::MemoryPages pages(tables, 100, {.bytes = 1536, .alpha_tested = 64}, shading.vertices);
+            paging::PagePool pool(pages, 8 * paging::PagePool::slot_bytes(pages.index()), buffers.defines());
+            paging::PageServer server(pool);
+            rays::Tracer paged(pool.scene(), server);
+            EXPECT_EQ(different(plain, answers(executor, request, paged)), 0u) << int(mode);
+        }
+        EXPECT_GT(met[0], met[1]);
+        EXPECT_GT(met[1], met[2]);
+        EXPECT_GT(met[2], 0u);
+    }
+}
+
+TEST_F(TracerAlpha, PanesArePassedByChance) {
+    Scene scene;
+    scene.name = "pane";
+    Material pane = test::glass_material(0);
+    pane.thickness = 0;
+    add_square(scene, 1, pane);
+    const TraceTables tables = build_trace_tables(scene);
+    const SceneBuffers buffers(tables, build_shading_tables(scene, tables));
+    rays::TraceScene memory(tables, buffers.defines());
+    std::vector<Ray> rays;
+    for (std::uint32_t i = 0; i < kRays; ++i)
+        rays.push_back({vec3((static_cast<float>(i % 128) + 0.4f) / 128.0f, (static_cast<float>(i / 128) + 0.6f) / 64.0f, 9) -
+                            vec3(tables.origin),
+                        0, vec3(0, 0, -1), kInfinity});
+    gpu::Buffer constants = test::constants_of_paths(0);
+    graph::Executor executor(programs_);
+    buffers.bind();
+    const std::vector<Hit> hits =
+        test::closest_hits(executor, {.rays = rays, .frame_constants = &constants, .panes = rays::PassPanes::chance}, memory);
+    const auto missed = std::ranges::count(hits, kMiss, &Hit::triangle);
+    EXPECT_NEAR(static_cast<double>(missed) / kRays, shared::kPaneChance, 0.02);  // 5 standard errors
 }
 
 }  // namespace

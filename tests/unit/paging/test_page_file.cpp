@@ -254,9 +254,9 @@ TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
         [](Content& c) { c.index.ranges[0].merged = false; },
         [](Content& c) { c.index.ranges[0].block = 1; },
         [](Content& c) {
-            c.index.geometry.emitters = {1, 1};
+            c.index.geometry.resident = {1, 1};
         },
-        [](Content& c) { c.index.geometry.emitters = {700}; },
+        [](Content& c) { c.index.geometry.resident = {700}; },
         [](Content& c) { c.index.origin.y = kInfinity; },
         [](Content& c) { c.index.origin.y = std::nan(""); },
     };
