@@ -128,11 +128,11 @@ double albedo(const rays::ProbeHit& at) {
     return std::clamp(luminance_of(at.color), kLeastAlbedo, kMostAlbedo);
 }
 
-/// Returns whether light from a point reaches a surface.
-bool reaches(const rays::SceneProbe& probe, const dvec3& light, const rays::ProbeHit& at) {
+/// Returns whether light from a point reaches a surface. has_size: it is a point of a light that paths can meet.
+bool reaches(const rays::SceneProbe& probe, const dvec3& light, const rays::ProbeHit& at, bool has_size) {
     const dvec3 from = at.position + probe.spacing() * at.normal, to = light - from;
     const double distance = glm::length(to);
-    return !(distance > 0) || !probe.blocked(from, to / distance, (1 - 1e-4) * distance - probe.spacing());
+    return !(distance > 0) || !probe.blocked(from, to / distance, (1 - 1e-4) * distance - probe.spacing(), has_size);
 }
 
 /// Estimates the irradiance of all lights by shadow rays to candidates that are drawn in proportion to theirs.
@@ -148,8 +148,8 @@ double direct_light(const std::vector<Candidate>& lights, const rays::SceneProbe
         const auto found = std::ranges::upper_bound(sums, wanted);
         const Candidate& light = lights[std::min<std::size_t>(std::size_t(found - sums.begin()), lights.size() - 1)];
         const dvec3 from = at.position + probe.spacing() * at.normal;
-        visible += light.directional ? !probe.blocked(from, -light.direction, rays::SceneProbe::kFar)
-                                     : reaches(probe, light.position, at);
+        visible += light.directional ? !probe.blocked(from, -light.direction, rays::SceneProbe::kFar, false)
+                                     : reaches(probe, light.position, at, light.area > 0);
     }
     return sum * visible / kShadowRays;
 }
@@ -252,7 +252,7 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
         for (const dvec3& direction : sphere_directions(48))
             if (const auto hit = probe.trace(place.point, direction))
                 place.clearance = std::min(place.clearance, glm::length(hit->position - place.point));
-        for (const rays::ProbeHit& at : seen) place.reached.push_back(reaches(probe, place.point, at));
+        for (const rays::ProbeHit& at : seen) place.reached.push_back(reaches(probe, place.point, at, false));
         if (place.clearance < rays::SceneProbe::kFar && place.clearance > 0) candidates.push_back(std::move(place));
     }
     std::vector<int> lamps_at(seen.size());  // lamps that reach a point

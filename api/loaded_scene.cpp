@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/animation_choice.h"
+#include "api/blocked_light.h"
 #include "api/default_camera.h"
 #include "api/default_light.h"
 #include "api/light_groups.h"
@@ -309,6 +310,8 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     choose(&probe);
     if (!camera_.warning.empty()) log.warn("{}", camera_.warning);
     if (!camera_.options.empty()) log.note("default camera: {}", camera_.options);
+    if (!pages_)
+        for (const std::string& line : blocked_lights(probe, scene_, {camera_.camera})) log.warn("{}", line);
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents() + bytes_of(tree_)};
     choice_.packing = {};  // it may refer to what the caller drops
 }

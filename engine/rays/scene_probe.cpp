@@ -59,10 +59,12 @@ float coverage(const Scene& scene, const Material& m, const Mesh& mesh, const uv
     return m.alpha_mode == AlphaMode::mask ? float(alpha >= m.alpha_cutoff) : std::clamp(alpha, 0.0f, 1.0f);
 }
 
-/// Returns whether most light passes the surface: without being deflected much, or `scattered`, too.
-bool see_through(const Material& m, float coverage, bool scattered) {
-    const float passes = std::max(m.transmission, scattered ? m.diffuse_transmission : 0.0f) * (1 - m.metallic);
-    return passes > 0.5f || coverage < 0.5f;
+/// Returns whether most light passes the surface in one of the ways of `passing`.
+bool lets_pass(const Material& m, float coverage, unsigned passing) {
+    const bool clear = passing & kPassClear || (passing & kPassPanes && is_pane(m));
+    const float passes =
+        std::max(clear ? m.transmission : 0.0f, passing & kPassScattered ? m.diffuse_transmission : 0.0f);
+    return passes * (1 - m.metallic) > 0.5f || (passing & (kPassClear | kPassPanes) && coverage < 0.5f);
 }
 
 /// Returns whether Embree can trace an instance in object space: directions and distances stay within float's range.
@@ -194,8 +196,7 @@ std::optional<ProbeHit> SceneProbe::trace(const dvec3& origin, const dvec3& dire
         const bool outside = glm::dot(normal, direction) < 0, front = outside != mirrors;
         const float covered = coverage(scene_, material, mesh, corners, weights);
         const bool hidden = !front && is_one_sided(material);
-        if ((passing & kPassHidden && hidden) ||
-            (passing & kPassClear && see_through(material, covered, passing & kPassScattered))) {
+        if ((passing & kPassHidden && hidden) || lets_pass(material, covered, passing)) {
             from += (double(ray.ray.tfar) + spacing_) * direction;
             continue;
         }
@@ -215,8 +216,8 @@ std::optional<ProbeHit> SceneProbe::see(const dvec3& origin, const dvec3& direct
     return hit ? hit : trace(origin, direction, kFar, kPassHidden);
 }
 
-bool SceneProbe::blocked(const dvec3& from, const dvec3& direction, double distance) const {
-    return trace(from, direction, distance, kPassClear | kPassScattered).has_value();
+bool SceneProbe::blocked(const dvec3& from, const dvec3& direction, double distance, bool has_size) const {
+    return trace(from, direction, distance, (has_size ? kPassClear : kPassPanes) | kPassScattered).has_value();
 }
 
 }  // namespace halflight::rays

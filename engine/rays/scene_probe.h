@@ -25,6 +25,7 @@ enum Passing : unsigned {
     kPassHidden = 1,     // back faces that cameras do not show (is_one_sided())
     kPassClear = 2,      // surfaces that are mostly transparent there, by alpha or transmission
     kPassScattered = 4,  // surfaces that transmit most light diffusely
+    kPassPanes = 8,      // the clear surfaces that light without size passes: by alpha, and thin clear glass (is_pane())
 };
 
 /// Traces rays through a scene.
@@ -43,8 +44,8 @@ class SceneProbe {
                                   unsigned passing = kPassClear) const;
     /// Returns the first surface that a camera shows along a ray. Clear surfaces count if nothing is behind them.
     std::optional<ProbeHit> see(const dvec3& origin, const dvec3& direction) const;
-    /// Returns whether there is a surface within a distance that lets little light pass.
-    bool blocked(const dvec3& from, const dvec3& direction, double distance) const;
+    /// Returns whether there is a surface within a distance that lets little light of a light pass.
+    bool blocked(const dvec3& from, const dvec3& direction, double distance, bool has_size) const;
     /// Returns the distance to keep from surfaces, world units: float rounding on the scale of the scene.
     double spacing() const { return spacing_; }
     const WorldBounds& bounds() const { return bounds_; }

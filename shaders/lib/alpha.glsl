@@ -48,9 +48,10 @@ bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint
 #endif
 }
 
-// Returns whether a ray passes a pane by chance, independently of earlier panes and of alpha_accept().
-bool passes_pane(uint triangle, uint instance, uint key) {
-    return unit_float(hash_combine(hash_combine(hash_combine(key, instance), triangle), kPaneSalt)) < kPaneChance;
+// Returns whether a ray passes a pane at distance t by chance, independently of earlier panes and of alpha_accept().
+// Triangles at the same distance, such as both faces of a pane that files have for its two sides, are one pane.
+bool passes_pane(float t, uint key) {
+    return unit_float(hash_combine(hash_combine(key, floatBitsToUint(t)), kPaneSalt)) < kPaneChance;
 }
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.

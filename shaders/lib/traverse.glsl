@@ -348,7 +348,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             asks = false;
             uint row = asks_alpha ? row_of(asked_place, asked.triangle) : 0u;
             bool covers = !asks_alpha || alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key);
-            if (covers && !(asks_pane && passes_pane(asked.triangle, asked.instance, alpha_key))) {
+            if (covers && !(asks_pane && passes_pane(asked.t, alpha_key))) {
                 found = true;
                 nearest = asked;
                 if (any_hit) node = kStackDone;

@@ -312,7 +312,7 @@ TEST_F(ImageTest, Panes) {
     const int roof = pane(frosted, {-1, 1, -1}, {2, 0, 0}, {0, 0, 1});
     pane(coated, {-1, 1, 0}, {2, 0, 0}, {0, 0, 1});
     const int screen = pane(blended, {-0.4f, -0.9f, 0.4f}, {0.9f, 0, 0}, {0, 1.2f, 0});
-    for (const double x : {-0.2, 0.1}) {
+    for (const double x : {-0.2, 0.1}) {  // the first one overlaps in the plane of the mesh
         scene.instances.push_back(scene.instances[static_cast<std::size_t>(screen)]);
         scene.instances.back().object_to_world[3] = dvec4(x, 0.9, 0.2 + x, 1);
     }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "api/blocked_light.h"
 #include "api/facts.h"
 #include "api/halflight/camera.h"
 #include "api/halflight/loaded_scene.h"
@@ -163,6 +164,8 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
                     {.lamps = a.picture.lamps});  // the facts contain its warnings
     apply(a.picture.edits, scene, tree, a.picture.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
+    std::ranges::move(blocked_lights(rays::LazyProbe(scene), scene, scene.cameras),
+                      std::back_inserter(scene.report.warnings));
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
     facts.update(facts_of(a, scene, own, tables, !motion.at("animations").empty()));

@@ -1,0 +1,19 @@
+// Warnings about lights without size that glass hides from the surfaces that cameras see.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/rays/scene_probe.h"
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// Returns a line for each point, spot or directional light that reaches what the cameras see, but through glass that is
+/// no pane only (is_pane(): it is solid or rough). Shadow rays end there, and no path meets a light without size, so the
+/// pictures lack its light. Asks the first 64 lights and the first 4 cameras, by 144 points for each camera. Without
+/// cameras, the default camera is asked.
+std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scene& scene,
+                                        const std::vector<Camera>& cameras);
+
+}  // namespace halflight
