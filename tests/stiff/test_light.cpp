@@ -61,6 +61,32 @@ class Light : public StiffTest {
     }
 };
 
+TEST_F(Light, StacksOfPanes) {
+    // A sun shines through panes that are far above the floor, near each other, and doubled.
+    struct Case {
+        int panes;
+        double cosine;
+        float tint, gap;
+    };
+    for (const auto& [panes, cosine, tint, gap] : {Case{1, 1, 1, 1}, Case{2, 0.5, 0.3f, 1e-2f}, Case{30, 0.8, 1, 0.01f},
+                                                   Case{200, 0.9, 1, 0.1f}, Case{1, 0.05, 1, 1}}) {
+        Scene scene = floor();
+        Material glass = glass_material(0);
+        glass.thickness = 0;
+        glass.base_color = vec4(vec3(tint), 1);
+        const int pane = add_material(scene, glass);
+        for (int i = 0; i < panes; ++i)
+            for (int twice = 0; twice < (i == 0 ? 2 : 1); ++twice)
+                add_quad(scene, pane, {-500, 3 + gap * static_cast<float>(i), -500}, {0, 0, 1000}, {1000, 0, 0});
+        const int sun = add_lamp(scene, LightType::directional, dvec3(0), 1);
+        scene.lights[static_cast<std::size_t>(sun)].direction =
+            vec3(dvec3(std::sqrt(1 - cosine * cosine), -cosine, 0));
+        const double passed = tint * (1 - (0.04 + 0.96 * std::pow(1 - cosine, 5)));
+        expect_spot(fmt::format("sun through {} panes, cosine {}", panes, cosine), scene, dvec3(0), 0.1,
+                    cosine * std::pow(passed, panes));
+    }
+}
+
 TEST_F(Light, GroupsOfAllIntensities) {
     // All lights have equal chances, so intensities change no random decision. Factors that are powers of two change no
     // bits but those of the exponents.
