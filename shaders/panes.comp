@@ -1,25 +1,39 @@
 // Finds the light that the rays of a batch have passed through panes (SHADING.md, Panes), pane by pane, in the
 // hierarchies over the panes alone.
 //
-// Variants: HALFLIGHT_LIST (the listed paths), HALFLIGHT_SCATTERED (rays that pass panes by chance before their hits;
-// otherwise shadow rays, of which those that are free pass all panes).
+// Variants: HALFLIGHT_SCATTERED (rays that pass panes by chance before their hits; otherwise shadow rays, of which those
+// that are free pass all panes), HALFLIGHT_LIST (of the listed paths), HALFLIGHT_SELECT (only lists the rays that meet
+// one of the root's boxes: software drivers run the whole kernel for rays that meet nothing).
 #include "shaders/trace_scene.glsl"
+#ifdef HALFLIGHT_SELECT
+#include "shaders/lib/bvh.glsl"
+#include "shaders/lib/ray_texels.glsl"
+#else
 #include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/traverse.glsl"
 #include "shaders/lib/material.glsl"
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/occlusion.glsl"
+#endif
 #include "shaders/shared/path.h"
 #include "shaders/shared/reuse.h"
 
 layout(local_size_x = 64) in;
 
-#ifdef HALFLIGHT_LIST
+#if defined(HALFLIGHT_LIST) || !defined(HALFLIGHT_SELECT)
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
 #ifdef HALFLIGHT_SCATTERED
 #include "shaders/lib/hit_texels.glsl"
+#endif
+#ifdef HALFLIGHT_SELECT
+layout(std430) writeonly buffer Selected { uint selected[]; };
+layout(std430) buffer SelectedHeader { ListHeader selected_header; };
+#ifndef HALFLIGHT_SCATTERED
+uniform usamplerBuffer occluded;  // R32UI: answers to the rays
+#endif
+#elif defined(HALFLIGHT_SCATTERED)
 layout(std430) buffer States { PathState states[]; };
 #else
 layout(std430) buffer Occluded { uint occluded[]; };
@@ -28,12 +42,33 @@ layout(std430) buffer Occluded { uint occluded[]; };
 // Panes on a ray, at most. Rays through more count as unfinished.
 const uint kMostPanes = 255u;
 
+#ifdef HALFLIGHT_SELECT
 void main() {
     uint path = gl_GlobalInvocationID.x;
+    bool asks = true;
 #ifdef HALFLIGHT_LIST
+    asks = path < header.count;
+    path = list[asks ? path : 0u];
+#endif
+    Ray ray = load_ray(path);
+#ifdef HALFLIGHT_SCATTERED
+    ray.t_max = min(ray.t_max, load_hit(path).t);
+#else
+    asks = asks && texelFetch(occluded, int(path)).x == kFree;
+#endif
+    BvhHead head = bvh_head(0u);
+    BvhStep root = bvh_step(box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack), kBvhTag | 1u, ray.t_min,
+                            ray.t_max);
+    if (!asks || ray.t_max < ray.t_min || root.near.x == kBvhFar) return;
+    uint place = atomicAdd(selected_header.count, 1u);
+    if ((place & 63u) == 0u) atomicAdd(selected_header.groups_x, 1u);
+    selected[place] = path;
+}
+#else
+void main() {
+    uint path = gl_GlobalInvocationID.x;
     if (path >= header.count) return;
     path = list[path];
-#endif
     Ray ray = load_ray(path);
     uint key = alpha_key(path);
 #ifdef HALFLIGHT_SCATTERED
@@ -42,7 +77,6 @@ void main() {
     const float probability = kPaneChance;
 #else
     Hit end = no_hit();
-    if (occluded[path] != kFree) ray.t_max = -1.0;
     const float probability = 1.0;
 #endif
     vec3 direction = normalize(ray.direction);
@@ -85,3 +119,4 @@ void main() {
     occluded[path] = answer_of_panes(share, dither);
 #endif
 }
+#endif

@@ -7,30 +7,58 @@ namespace {
 
 using graph::Access;
 
-/// Runs shaders/panes.comp for a batch. `declare` declares what the variant changes.
-template <class Declare>
+void dispatch(graph::Resources& r, const rays::RayBatch& batch) {
+    if (batch.list)
+        r.kernel().dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
+    else
+        r.kernel().dispatch((batch.capacity + 63) / 64);
+}
+
+/// Returns the rays of a batch that may meet panes. `read` declares what tells their ends.
+template <class Read>
+rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch batch, const char* name,
+                      gpu::Defines defines, const Read& read) {
+    const rays::TraceScene& panes = *view.trace.panes();
+    PathList met = create_path_list(graph, view, name, batch.capacity);
+    graph::Pass pass = graph.add_pass("panes: select rays");
+    pass.read(batch.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    if (batch.list) {
+        defines.set("HALFLIGHT_LIST");
+        pass.read(batch.list, Access::storage_read, "List");
+        pass.read(batch.list_header, Access::storage_read, "Header");
+        pass.read(batch.list_header, Access::indirect_read);
+    }
+    read(pass);
+    met.list = pass.write(met.list, Access::storage_read_write, "Selected");
+    met.header = pass.write(met.header, Access::storage_read_write, "SelectedHeader");
+    for (const auto& [define, value] : panes.defines().values()) defines.set(define, value);
+    pass.kernel({"shaders/panes.comp", defines, [&panes](graph::Resources&, const gpu::Program&) { panes.bind(); }});
+    pass.execute([batch](graph::Resources& r) { dispatch(r, batch); });
+    batch.list = met.list, batch.list_header = met.header;
+    return batch;
+}
+
+/// Finds what the rays of a batch pass. `read` declares what tells their ends, `write` what follows.
+template <class Read, class Write>
 void add_panes(graph::Graph& graph, const SceneView& view, rays::RayBatch batch, const char* name,
-               gpu::Defines variant, const Declare& declare) {
-    batch.panes = rays::PassPanes::none;  // the kernel looks for them
+               gpu::Defines defines, const Read& read, const Write& write) {
+    batch.panes = rays::PassPanes::none;  // the kernels look for them
+    gpu::Defines selects = defines;
+    selects.set("HALFLIGHT_SELECT");
+    batch = select(graph, view, batch, name, selects, read);
     const rays::TraceScene& panes = *view.trace.panes();
     graph::Pass pass = graph.add_pass(name);
     rays::read_batch(pass, panes, batch);
-    declare(pass);
-    for (const gpu::Defines& defines : {view.path_defines(), rays::batch_defines(panes, batch)})
-        for (const auto& [define, value] : defines.values()) variant.set(define, value);
-    if (batch.list) variant.set("HALFLIGHT_LIST");
-    pass.kernel({"shaders/panes.comp", variant, [view, &panes, batch](graph::Resources& r, const gpu::Program& program) {
+    write(pass);
+    for (const gpu::Defines& others : {view.path_defines(), rays::batch_defines(panes, batch)})
+        for (const auto& [define, value] : others.values()) defines.set(define, value);
+    pass.kernel({"shaders/panes.comp", defines, [view, &panes, batch](graph::Resources& r, const gpu::Program& program) {
                      view.scene.bind();
                      rays::bind_batch(r, program, panes, batch);
                      if (panes.triangle_ids().bytes() > 0)
                          program.bind_texture("triangle_ids", panes.triangle_ids(), GL_R32UI);
                  }});
-    pass.execute([batch](graph::Resources& r) {
-        if (batch.list)
-            r.kernel().dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
-        else
-            r.kernel().dispatch((batch.capacity + 63) / 64);
-    });
+    pass.execute([batch](graph::Resources& r) { dispatch(r, batch); });
 }
 
 }  // namespace
@@ -39,19 +67,22 @@ graph::BufferHandle trace_shadow_rays(graph::Graph& graph, const SceneView& view
                                       graph::BufferHandle answers) {
     answers = rays::any_hit(graph, view.tracer, batch, answers);
     if (!view.trace.panes()) return answers;
-    add_panes(graph, view, batch, "panes: shadow rays", {}, [&](graph::Pass& pass) {
-        answers = pass.write(answers, Access::storage_read_write, "Occluded");
-    });
+    add_panes(
+        graph, view, batch, "panes: shadow rays", {},
+        [&](graph::Pass& pass) { pass.read(answers, Access::texture_read, {"occluded", GL_R32UI}); },
+        [&](graph::Pass& pass) { answers = pass.write(answers, Access::storage_read_write, "Occluded"); });
     return answers;
 }
 
 void trace_scattered_rays(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch, PathBuffers& paths) {
     paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);
     if (!view.trace.panes()) return;
-    add_panes(graph, view, batch, "panes: scattered rays", {{"HALFLIGHT_SCATTERED", "1"}}, [&](graph::Pass& pass) {
-        pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
-        paths.states = pass.write(paths.states, Access::storage_read_write, "States");
-    });
+    const auto read = [&](graph::Pass& pass) { pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI}); };
+    add_panes(graph, view, batch, "panes: scattered rays", {{"HALFLIGHT_SCATTERED", "1"}}, read,
+              [&](graph::Pass& pass) {
+                  read(pass);
+                  paths.states = pass.write(paths.states, Access::storage_read_write, "States");
+              });
 }
 
 }  // namespace halflight

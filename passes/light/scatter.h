@@ -37,8 +37,9 @@ constexpr std::size_t group_light_bytes(std::size_t groups, bool reuse) {
 }
 /// Creates the buffers without `points`, `sun_light`, `cells` and `group_light`.
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
-/// Creates an empty list with room for every path.
-PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name);
+/// Creates an empty list with room for `capacity` entries; 0: for every path.
+PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name,
+                          std::size_t capacity = 0);
 
 /// Returns the batch of the rays of a list that leave path vertex number `depth` (0: the first surface).
 rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
