@@ -15,7 +15,7 @@ constexpr double kGround = 6360e3, kTop = 6460e3;  // radii, metres (Bruneton, N
 // Scale heights, metres: air and aerosols of Bruneton, Neyret 2008.
 constexpr double kAirHeight = 8000, kAerosolHeight = 1200;
 // Ozone is a tent around 25 km, 15 km wide at half height, of 300 Dobson units (Bruneton 2017, A Qualitative and
-// Quantitative Evaluation of 8 Clear Sky Models, section 3).
+// Quantitative Evaluation of 8 Clear Sky Models).
 constexpr double kOzoneCentre = 25e3, kOzoneWidth = 15e3, kOzoneDensity = 300 * 2.687e20 / kOzoneWidth;
 constexpr double kAerosolAlbedo = 0.9, kAerosolG = 0.8;  // scattering over extinction; mean cosine (Bruneton 2017)
 
@@ -32,7 +32,7 @@ constexpr Spectrum kOzone = {0.1095f, 0.4142f, 1.2136f, 2.9925f, 6.338f,  11.908
                              38.83f,  45.35f,  48.60f,  40.225f, 29.385f, 20.45f,  13.41f,  8.439f};
 
 /// Returns the CIE 1931 colour matching functions (Wyman, Sloan, Shirley 2013, Simple Analytic Approximations to the
-/// CIE XYZ Color Matching Functions, equation 4).
+/// CIE XYZ Color Matching Functions).
 dvec3 colour_matching(double micrometres) {
     const double nm = 1000 * micrometres;
     const auto lobe = [&](double height, double centre, double left, double right) {
@@ -133,7 +133,7 @@ void Atmosphere::make_columns() {
     columns_.resize(kRadii * kCosines);
     for (int j = 0; j < kRadii; ++j) {
         const double radius = radius_of_node(double(j) / (kRadii - 1));
-        // Nodes are even in the length of the ray (Bruneton, Neyret 2008, section 4, has the same idea).
+        // Nodes are even in the length of the ray (Bruneton, Neyret 2008, has the same idea).
         const double shortest = kTop - radius, longest = exit_distance(radius, horizon_cosine(radius), kTop);
         for (int i = 0; i < kCosines; ++i) {
             const double d = shortest + (longest - shortest) * i / (kCosines - 1);
@@ -163,7 +163,7 @@ Atmosphere::Column Atmosphere::column_to_space(double radius, double cosine) con
 /// Returns the spectral irradiance of a surface facing the sun. The disc sets while its centre passes the horizon.
 Spectrum Atmosphere::sun_at(double radius, double sun_cosine) const {
     const double above = std::asin(std::clamp(sun_cosine, -1.0, 1.0)) - std::asin(horizon_cosine(radius));
-    const double s = std::clamp(above / (kSunRadius * kPi / 180), -1.0, 1.0);  // of the disc's centre, in radii
+    const double s = std::clamp(above / (kSunRadius * kPi / 180), -1.0, 1.0);  // height of the disc's centre, radii
     const double visible = 0.5 + (s * std::sqrt(1 - s * s) + std::asin(s)) / kPi;
     Spectrum light{};
     if (visible <= 0) return light;
@@ -172,7 +172,7 @@ Spectrum Atmosphere::sun_at(double radius, double sun_cosine) const {
     return light;
 }
 
-/// Fills the table of isotropic radiance by two and more scatterings (Hillaire 2020, equations 5 to 10).
+/// Fills the table of isotropic radiance by two and more scatterings (Hillaire 2020, section 5.5).
 void Atmosphere::make_multiple_scattering() {
     multiple_.resize(kHeights * kSuns);
     constexpr int kZeniths = 12, kAzimuths = 4, kSteps = 16;
@@ -250,8 +250,7 @@ Atmosphere::Atmosphere(const ClearSky& sky)
     for (int b = 0; b < kBands; ++b) {
         const double l = wavelength(b), l2 = l * l;
         const std::size_t i = std::size_t(b);
-        // Optical depth of the air at 1013 hPa (Hansen, Travis 1974, Light Scattering in Planetary Atmospheres,
-        // eq. 2.30).
+        // Optical depth of the air at 1013 hPa (Hansen, Travis 1974, Light Scattering in Planetary Atmospheres).
         const double air = 0.008569 / (l2 * l2) * (1 + 0.0113 / l2 + 0.00013 / (l2 * l2));
         // Optical depth of aerosols after Angstrom, whose coefficient follows from the turbidity as in Preetham,
         // Shirley, Smits 1999, appendix A.1.
@@ -272,7 +271,7 @@ Atmosphere::Atmosphere(const ClearSky& sky)
             sky_illuminance_ += kPi / kColumns * (to * to - from * from) * radiance(light(elevation, azimuth), to_sun);
         }
     }
-    // What the sun loses on the way from the eye to the ground, the sky mostly gains.
+    // The illuminance is that at the eye: below it, the sky gains most of what the sun loses.
     ground_ = ground_albedo_ / kPi * (sky_illuminance_ + std::max(sun_, 0.0) * sun_illuminance());
 }
 

@@ -57,7 +57,7 @@ class Atmosphere {
     dvec3 to_rgb(const Spectrum& spectrum) const;
 
     double ground_albedo_;
-    double radius_ = 0;                     // of the eye, from the centre of the earth, metres
+    double radius_ = 0;                     // distance of the eye from the centre of the earth, metres
     double sun_ = 0;                        // cosine between zenith and sun
     Spectrum air_{}, aerosol_{}, ozone_{};  // extinction at sea-level density, 1/m
     std::vector<Column> columns_;

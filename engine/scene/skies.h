@@ -16,7 +16,7 @@ struct ClearSky {
     double azimuth = 0;          // sun, degrees clockwise from north as seen from above; north is -Z, east +X
     double turbidity = 3;        // haze: 1 none, 2 clear, 6 hazy; from kLeastTurbidity to kMostTurbidity
     double ground_albedo = 0.2;  // [0, 1]
-    double altitude = 0;         // of the eye above the sea, metres, [0, kMostAltitude]
+    double altitude = 0;         // height of the eye above the sea, metres, [0, kMostAltitude]
     bool operator==(const ClearSky&) const = default;
 };
 inline constexpr double kLeastElevation = -18;  // end of the twilight

@@ -10,8 +10,8 @@ HALFLIGHT_SHARED_BEGIN
 using glm::abs, glm::clamp, glm::log2, glm::max, glm::min, glm::mix, glm::pow;
 #endif
 
-// Khronos PBR Neutral (PBR_Neutral/README.md in github.com/KhronosGroup/ToneMapping), whose names these are. It is made
-// for colours >= 0; negative channels become 0.
+// Returns Khronos PBR Neutral (PBR_Neutral/README.md in github.com/KhronosGroup/ToneMapping), whose names these are. It
+// is made for colours >= 0; negative channels become 0.
 HALFLIGHT_SHARED_FUNCTION vec3 pbr_neutral(vec3 colour) {
     float f90 = 0.04f;      // reflectance of dielectrics at normal incidence
     float ks = 0.8f - f90;  // peak where compression starts
@@ -42,9 +42,9 @@ HALFLIGHT_SHARED_FUNCTION float agx_curve(float x) {
     return pivot_y + (above ? y : -y);
 }
 
-// AgX as Filament and three.js have it, which follow Blender: primaries are moved inwards in Rec.2020, the curve is
-// applied to each channel, and the primaries are moved back out. Matrices: AgXToneMapping() of three.js r160
-// (tonemapping_pars_fragment.glsl.js). Instead of its polynomial, which is off by 6e-3, this is the curve itself.
+// Returns AgX as Filament and three.js have it, which follow Blender: primaries are moved inwards in Rec.2020, the
+// curve is applied to each channel, and the primaries are moved back out. Matrices: AgXToneMapping() of three.js
+// (tonemapping_pars_fragment.glsl.js). Its polynomial for the curve is off by 6e-3; this is the curve itself.
 HALFLIGHT_SHARED_FUNCTION vec3 agx(vec3 colour) {
     mat3 to_rec2020 = mat3(0.6274039f, 0.0690973f, 0.0163914f, 0.3292830f, 0.9195404f, 0.0880133f, 0.0433131f,
                            0.0113623f, 0.8955953f);  // ITU-R BT.2087

@@ -131,7 +131,7 @@ dvec3 pbr_neutral(dvec3 in) {
 }
 
 /// Returns the result of AgX, cut off at the edges of Rec.709. The curve is written as in sigmoid.py; `a` and `b` are
-/// the columns of the matrices that three.js r160 has.
+/// the columns of the matrices that three.js has.
 dvec3 agx(const dvec3& in) {
     const dmat3 a(0.856627153315983, 0.137318972929847, 0.11189821299995, 0.0951212405381588, 0.761241990602591,
                   0.0767994186031903, 0.0482516061458583, 0.101439036467562, 0.811302368396859);
