@@ -275,33 +275,41 @@ Atmosphere::Atmosphere(const ClearSky& sky)
     ground_ = ground_albedo_ / kPi * (sky_illuminance_ + std::max(sun_, 0.0) * sun_illuminance());
 }
 
-Atmosphere::Light Atmosphere::light(double elevation, double azimuth) const {
-    const double cosine = std::sin(elevation);
-    const double to_sun = cosine * sun_ + std::cos(elevation) * std::sqrt(1 - sun_ * sun_) * std::cos(azimuth);
-    const double length = length_of(radius_, cosine);
+std::vector<Atmosphere::Light> Atmosphere::lights(double elevation, std::span<const double> azimuths) const {
+    struct Sums {
+        double to_sun;  // cosine between ray and sun
+        Spectrum rayleigh{}, aerosols{}, rest{};
+    };
+    std::vector<Sums> sums;
+    const double cosine = std::sin(elevation), across = std::cos(elevation) * std::sqrt(1 - sun_ * sun_);
+    for (const double azimuth : azimuths) sums.push_back({cosine * sun_ + across * std::cos(azimuth)});
     const bool ground = cosine < horizon_cosine(radius_);
-    Spectrum seen, rayleigh{}, aerosols{}, rest{};
+    Spectrum seen;
     seen.fill(1);
-    march(radius_, cosine, length, ground ? 16 : 40, [&](double r, double t, double step, const Column& d) {
-        const double sun_cosine = (radius_ * sun_ + t * to_sun) / r;
-        const Spectrum sun = sun_at(r, sun_cosine), multiple = scattered(r, sun_cosine);
-        const float width = float(step);
-        for (std::size_t b = 0; b < kBands; ++b) {
-            const float air = air_[b] * d.air, aerosol = aerosol_[b] * d.aerosol;
-            const float extinction = air + aerosol + ozone_[b] * d.ozone, left = std::exp(-extinction * width);
-            const float share = seen[b] * (extinction > 0 ? (1 - left) / extinction : width);
-            const float by_air = share * air, by_aerosol = share * float(kAerosolAlbedo) * aerosol;
-            rayleigh[b] += by_air * sun[b], aerosols[b] += by_aerosol * sun[b];
-            rest[b] += (by_air + by_aerosol) * multiple[b];
-            seen[b] *= left;
-        }
-    });
-    Light result{to_rgb(rayleigh), to_rgb(aerosols), to_rgb(rest)};
-    if (ground) {
-        Spectrum white = seen;
-        for (std::size_t b = 0; b < kBands; ++b) white[b] *= kSun[b];
-        result.rest += ground_ * (to_rgb(white) / to_rgb(kSun));
-    }
+    march(radius_, cosine, length_of(radius_, cosine), ground ? 16 : 40,
+          [&](double r, double t, double step, const Column& d) {
+              Spectrum by_air, by_aerosols;
+              for (std::size_t b = 0; b < kBands; ++b) {
+                  const float air = air_[b] * d.air, aerosol = aerosol_[b] * d.aerosol, width = float(step);
+                  const float extinction = air + aerosol + ozone_[b] * d.ozone, left = std::exp(-extinction * width);
+                  const float share = seen[b] * (extinction > 0 ? (1 - left) / extinction : width);
+                  by_air[b] = share * air, by_aerosols[b] = share * float(kAerosolAlbedo) * aerosol;
+                  seen[b] *= left;
+              }
+              for (Sums& s : sums) {
+                  const double sun_cosine = (radius_ * sun_ + t * s.to_sun) / r;
+                  const Spectrum sun = sun_at(r, sun_cosine), multiple = scattered(r, sun_cosine);
+                  for (std::size_t b = 0; b < kBands; ++b) {
+                      s.rayleigh[b] += by_air[b] * sun[b], s.aerosols[b] += by_aerosols[b] * sun[b];
+                      s.rest[b] += (by_air[b] + by_aerosols[b]) * multiple[b];
+                  }
+              }
+          });
+    Spectrum white = seen;
+    for (std::size_t b = 0; b < kBands; ++b) white[b] *= kSun[b];
+    const dvec3 by_ground = ground ? ground_ * (to_rgb(white) / to_rgb(kSun)) : dvec3(0);
+    std::vector<Light> result;
+    for (const Sums& s : sums) result.push_back({to_rgb(s.rayleigh), to_rgb(s.aerosols), to_rgb(s.rest) + by_ground});
     return result;
 }
 

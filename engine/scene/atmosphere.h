@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "engine/core/math.h"
@@ -26,9 +27,10 @@ class Atmosphere {
     struct Light {
         dvec3 rayleigh{0}, aerosol{0}, rest{0};
     };
-    /// Returns the light of a direction at an azimuth from the sun, both in radians. Below the horizon, `rest` contains
-    /// the light of the ground.
-    Light light(double elevation, double azimuth) const;
+    /// Returns the light of directions at azimuths from the sun, in radians. Below the horizon, `rest` contains the
+    /// light of the ground.
+    std::vector<Light> lights(double elevation, std::span<const double> azimuths) const;
+    Light light(double elevation, double azimuth) const { return lights(elevation, {&azimuth, 1}).front(); }
     /// Returns the radiance for the cosine of the angle between direction and sun.
     static dvec3 radiance(const Light& light, double cos_to_sun);
 

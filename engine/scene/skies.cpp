@@ -132,10 +132,11 @@ Sky clear_sky(const ClearSky& s) {
     Sky sky;
     sky.environment = {"clear sky", vec3(1), Image(512, 256, 3)};
     Image& map = sky.environment.map;
-    std::vector<Atmosphere::Light> nodes(kNodes);
+    std::array<double, kNodes> azimuths;
+    for (int i = 0; i < kNodes; ++i) azimuths[std::size_t(i)] = kPi * i / (kNodes - 1);
     for (int y = 0; y < map.height; ++y) {
         const double height = kPi * (0.5 - (y + 0.5) / map.height);
-        for (int i = 0; i < kNodes; ++i) nodes[std::size_t(i)] = air.light(height, kPi * i / (kNodes - 1));
+        const std::vector<Atmosphere::Light> nodes = air.lights(height, azimuths);
         for (int x = 0; x < map.width; ++x) {
             const dvec3 direction = direction_of(map, x, y);
             const double apart = std::abs(std::remainder(std::atan2(direction.x, -direction.z) - azimuth, 2 * kPi));
