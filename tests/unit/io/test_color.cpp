@@ -184,6 +184,8 @@ TEST(Color, ToneMapsAreTheirFormulas) {
     const std::pair<int, float> table[] = {
         {1, 0.0000142f}, {1024, 0.0390305f}, {2048, 0.2928964f}, {3072, 0.7776929f}, {4094, 0.9999292f}};
     for (const auto& [entry, signal] : table) EXPECT_NEAR(shared::agx_curve(float(entry) / 4095), signal, 3e-7);
+    const ColorConfig copy = ColorConfig::load(fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio");
+    EXPECT_EQ(shown(copy.view({"", "AgX", "", 0}), vec3(0.3f, 2, 0.1f)), shown(soft, vec3(0.3f, 2, 0.1f)));
     EXPECT_NE(neutral.cache_id(), soft.cache_id());
     EXPECT_NE(neutral.cache_id(), built_in().view({"", "Un-tone-mapped", "", 0}).cache_id());
     EXPECT_NE(neutral.gpu_shader().cache_id, soft.gpu_shader().cache_id);
