@@ -91,22 +91,25 @@ EnvironmentChoice parse_environment(const std::string& subject, const std::strin
 
 ClearSky parse_clear_sky(const std::string& subject, const std::string& text) {
     const auto values = numbers(text);
-    if (!values || values->size() < 2 || values->size() > 3)
-        throw Error(subject, "expects ELEVATION,AZIMUTH or ELEVATION,AZIMUTH,TURBIDITY, not '{}'", text);
-    ClearSky sky{.elevation = (*values)[0], .azimuth = (*values)[1]};
-    if (values->size() == 3) sky.turbidity = (*values)[2];
+    if (!values || values->size() < 2 || values->size() > 5)
+        throw Error(subject, "expects ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]], not '{}'", text);
+    ClearSky sky;
+    double* const members[] = {&sky.elevation, &sky.azimuth, &sky.turbidity, &sky.ground_albedo, &sky.altitude};
+    for (std::size_t i = 0; i < values->size(); ++i) *members[i] = (*values)[i];
     const auto check = [&](const char* what, double value, double lower, double upper) {
         if (!(value >= lower && value <= upper))
             throw Error(subject, "expects {} from {} to {}, not '{}'", what, lower, upper, text);
     };
-    check("an elevation", sky.elevation, 0, 90);
+    check("an elevation", sky.elevation, kLeastElevation, 90);
     check("an azimuth", sky.azimuth, -360, 360);
     check("a turbidity", sky.turbidity, kLeastTurbidity, kMostTurbidity);
+    check("a ground albedo", sky.ground_albedo, 0, 1);
+    check("an altitude", sky.altitude, 0, kMostAltitude);
     return sky;
 }
 
 std::string text(const ClearSky& sky) {
-    return fmt::format("{},{},{}", sky.elevation, sky.azimuth, sky.turbidity);
+    return fmt::format("{},{},{},{},{}", sky.elevation, sky.azimuth, sky.turbidity, sky.ground_albedo, sky.altitude);
 }
 
 }  // namespace halflight

@@ -137,11 +137,13 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
         s.environment = *preset;
     });
     with(e, "sky", [&](const Element& v) {
-        v.check_keys({"elevation", "azimuth", "turbidity"});
+        v.check_keys({"elevation", "azimuth", "turbidity", "albedo", "altitude"});
         ClearSky sky;
-        with(v, "elevation", [&](const Element& n) { sky.elevation = n.number(0, 90); });
+        with(v, "elevation", [&](const Element& n) { sky.elevation = n.number(kLeastElevation, 90); });
         with(v, "azimuth", [&](const Element& n) { sky.azimuth = n.number(-360, 360); });
         with(v, "turbidity", [&](const Element& n) { sky.turbidity = n.number(kLeastTurbidity, kMostTurbidity); });
+        with(v, "albedo", [&](const Element& n) { sky.ground_albedo = n.number(0, 1); });
+        with(v, "altitude", [&](const Element& n) { sky.altitude = n.number(0, kMostAltitude); });
         s.environment = sky;
     });
     with(e, "azimuth", [&](const Element& v) { s.light_azimuth = v.number(kEditRotation); });
@@ -166,7 +168,11 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
     if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(*color);
     if (const auto* preset = std::get_if<SkyPreset>(&s.environment)) json["preset"] = name(*preset);
     if (const auto* sky = std::get_if<ClearSky>(&s.environment))
-        json["sky"] = {{"elevation", sky->elevation}, {"azimuth", sky->azimuth}, {"turbidity", sky->turbidity}};
+        json["sky"] = {{"elevation", sky->elevation},
+                       {"azimuth", sky->azimuth},
+                       {"turbidity", sky->turbidity},
+                       {"albedo", sky->ground_albedo},
+                       {"altitude", sky->altitude}};
     if (s.light_azimuth) json["azimuth"] = *s.light_azimuth;
     json["rotation"] = s.edits.environment_rotation;
     json["intensity"] = short_number(s.edits.environment_intensity);

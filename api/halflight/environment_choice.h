@@ -26,9 +26,9 @@ EnvironmentChoice parse_environment(const std::string& subject, const std::strin
 /// Returns the linear radiance of "#rgb", "#rrggbb" or the name of a colour; none for other texts.
 std::optional<vec3> color_of_text(std::string_view text);
 
-/// Parses "ELEVATION,AZIMUTH[,TURBIDITY]". Throws Error about `subject`.
+/// Parses "ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]]". Throws Error about `subject`.
 ClearSky parse_clear_sky(const std::string& subject, const std::string& text);
-/// Returns "ELEVATION,AZIMUTH,TURBIDITY", from which parse_clear_sky() restores the value exactly.
+/// Returns "ELEVATION,AZIMUTH,TURBIDITY,ALBEDO,ALTITUDE", from which parse_clear_sky() restores the value exactly.
 std::string text(const ClearSky& sky);
 
 }  // namespace halflight

@@ -28,7 +28,7 @@ struct GpuLut {
     std::vector<float> values;  // width * height * depth * channels, x fastest
 };
 
-/// GLSL 4.5 text without #version. It declares its samplers and defines
+/// GLSL 4.5 text without #version, which may include files of shaders/shared. It declares its samplers and defines
 ///     vec4 ocio_view(vec4 pixel)
 /// which converts linear Rec.709, already multiplied by the exposure, to display-encoded values in [0,1]. Alpha passes
 /// through.
@@ -41,7 +41,8 @@ struct GpuShader {
 /// Transform of one display, view and look. It is cheap to copy; its const members may be called from many threads.
 ///
 /// CPU and GPU apply the same steps. First NaN becomes 0 and values are clamped to +-65504, so that an infinity shows
-/// as white. Then OCIO is applied, and its result is clamped to [0,1].
+/// as white. Then OCIO is applied, and its result is clamped to [0,1]. Before it, views whose view transform has the
+/// family "halflight:pbr_neutral" or "halflight:agx", in any config, apply that formula (shaders/shared/tone_map.h).
 class ViewProcessor {
   public:
     /// Returns a display-encoded copy of a linear Rec.709 image of 3 or 4 channels. Applies the exposure; keeps alpha.

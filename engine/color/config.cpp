@@ -8,6 +8,7 @@
 #include "engine/color/ocio.h"
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
+#include "shaders/shared/tone_map.h"
 
 namespace halflight {
 
@@ -86,6 +87,17 @@ std::string without_preamble(std::string message) {
 /// Names of linear Rec.709 in well-known configs without an aces_interchange role.
 constexpr const char* kRec709Names[] = {"Linear Rec.709 (sRGB)",   "lin_rec709",  "lin_srgb",     "Linear Rec.709",
                                         "Utility - Linear - sRGB", "Linear sRGB", "Linear BT.709"};
+
+constexpr ToneMap kToneMaps[] = {{"halflight:pbr_neutral", "pbr_neutral", shared::pbr_neutral},
+                                 {"halflight:agx", "agx", shared::agx}};
+
+/// Returns the tone map that the view transform of a view asks for, or null.
+const ToneMap* tone_map_of(const ocio::Config& config, const std::string& display, const std::string& view) {
+    const auto transform = config.getViewTransform(config.getDisplayViewTransformName(display.c_str(), view.c_str()));
+    for (const ToneMap& map : kToneMaps)
+        if (transform && std::string_view(transform->getFamily()) == map.family) return &map;
+    return nullptr;
+}
 
 }  // namespace
 
@@ -198,18 +210,32 @@ ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
     const ocio::Config& config = *data_->config;
     const char* const src = data_->rendering_space.c_str();
     try {
-        const auto group = ocio::GroupTransform::Create();
         // A view of raw data must show the numbers of the rendering, not those of the interchange space.
         const auto end =
             config.getColorSpace(config.getDisplayViewColorSpaceName(data->display.c_str(), data->view.c_str()));
         const bool is_data = end && end->isData();
-        if (data_->from_rec709 && !is_data) group->appendTransform(data_->from_rec709->createEditableCopy());
+        data->tone_map = tone_map_of(config, data->display, data->view);
+        const auto append_conversion = [&](ocio::GroupTransformRcPtr& to, ocio::TransformDirection direction) {
+            if (!data_->from_rec709 || is_data) return;
+            const ocio::TransformRcPtr conversion = data_->from_rec709->createEditableCopy();
+            conversion->setDirection(direction);
+            to->appendTransform(conversion);
+        };
+        ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
+        append_conversion(group, ocio::TRANSFORM_DIR_FORWARD);
         if (!data->look.empty() && !is_data) {
             const auto look = ocio::LookTransform::Create();
             look->setSrc(src);
             look->setDst(src);
             look->setLooks(data->look.c_str());
             group->appendTransform(look);
+            if (data->tone_map) {
+                append_conversion(group, ocio::TRANSFORM_DIR_INVERSE);
+                data->looks = config.getProcessor(group);
+                data->looks_cpu = data->looks->getOptimizedCPUProcessor(kOptimization);
+                group = ocio::GroupTransform::Create();
+                append_conversion(group, ocio::TRANSFORM_DIR_FORWARD);
+            }
         }
         const auto view = ocio::DisplayViewTransform::Create();
         view->setSrc(src);

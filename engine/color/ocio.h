@@ -41,11 +41,23 @@ struct ColorConfig::Data {
     ocio::TransformRcPtr from_rec709;  // conversion; null where rendering_space is linear Rec.709
 };
 
+/// A tone map that OpenColorIO cannot express exactly, because a channel of its result depends on all channels in a way
+/// that neither matrices nor curves give. A view transform asks for it by its family.
+struct ToneMap {
+    const char* family;          // family of the view transform
+    const char* function;        // name in shaders/shared/tone_map.h
+    vec3 (*apply)(vec3 colour);  // linear Rec.709 to linear Rec.709
+};
+
+/// The steps of a view: looks, then the tone map, then the processor. Views without a tone map have the looks in the
+/// processor.
 struct ViewProcessor::Data {
     std::string display, view, look;
     float exposure_scale = 1;
-    ocio::ConstProcessorRcPtr processor;
-    ocio::ConstCPUProcessorRcPtr cpu;
+    ocio::ConstProcessorRcPtr looks;      // linear Rec.709 to linear Rec.709; null: no step
+    const ToneMap* tone_map = nullptr;    // null: no step
+    ocio::ConstProcessorRcPtr processor;  // linear Rec.709 to the display
+    ocio::ConstCPUProcessorRcPtr looks_cpu, cpu;
 };
 
 }  // namespace halflight

@@ -36,6 +36,13 @@ Image ViewProcessor::apply(const Image& image) const {
         for (std::size_t i = 3; i < result.pixels.size(); i += 4) alpha.push_back(result.pixels[i]);
     try {
         ocio::PackedImageDesc pixels(result.pixels.data(), result.width, result.height, result.channels);
+        if (data_->looks) data_->looks_cpu->apply(pixels);
+        if (data_->tone_map)
+            for (std::size_t i = 0; i < result.pixels.size(); i += stride) {
+                float* const p = &result.pixels[i];
+                const vec3 mapped = data_->tone_map->apply({p[0], p[1], p[2]});
+                for (int c = 0; c < 3; ++c) p[c] = mapped[c];
+            }
         data_->cpu->apply(pixels);
     } catch (const ocio::Exception& e) {
         throw Error("view transform", e.what());
@@ -58,7 +65,10 @@ const std::string& ViewProcessor::view() const {
 }
 
 std::string ViewProcessor::cache_id() const {
-    return data_->processor->getCacheID();
+    std::string id = data_->processor->getCacheID();
+    if (data_->tone_map) id += fmt::format(" {}", data_->tone_map->function);
+    if (data_->looks) id += fmt::format(" {}", data_->looks->getCacheID());
+    return id;
 }
 
 const std::string& ViewProcessor::look() const {

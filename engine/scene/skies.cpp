@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include "engine/scene/atmosphere.h"
 
 namespace halflight {
 namespace {
@@ -41,36 +44,9 @@ dvec3 horizontal_irradiance(const Image& map) {
     return sum;
 }
 
-/// Perez et al. 1993, as equation 3 of Preetham et al. has it.
-struct Perez {
-    double a, b, c, d, e;
-    double operator()(double cos_theta, double gamma) const {
-        return (1 + a * std::exp(b / cos_theta)) * (1 + c * std::exp(d * gamma) + e * std::pow(std::cos(gamma), 2));
-    }
-};
-
-dvec3 rgb_of_xyY(double x, double y, double luminance) {
-    const double big_x = luminance * x / y, big_z = luminance * (1 - x - y) / y;
-    // XYZ to linear Rec.709 (IEC 61966-2-1).
-    return {3.2406 * big_x - 1.5372 * luminance - 0.4986 * big_z, -0.9689 * big_x + 1.8758 * luminance + 0.0415 * big_z,
-            0.0557 * big_x - 0.2040 * luminance + 1.0570 * big_z};
-}
-
-/// Returns the illuminance of a surface that faces the sun, lux by channel.
-dvec3 sun_illuminance(double zenith_angle, double turbidity) {
-    constexpr double kOutside = 128000;                      // lux, outside the atmosphere
-    constexpr std::array kWavelengths = {0.65, 0.55, 0.45};  // micrometres
-    // Relative optical mass (Kasten 1966, as in the appendix A.1).
-    const double degrees = zenith_angle * 180 / kPi;
-    const double mass = 1 / (std::max(std::cos(zenith_angle), 0.0) + 0.15 * std::pow(93.885 - degrees, -1.253));
-    const double beta = 0.04608 * turbidity - 0.04586;
-    dvec3 illuminance;
-    for (int c = 0; c < 3; ++c) {
-        const double wavelength = kWavelengths[static_cast<std::size_t>(c)];
-        const double rayleigh = 0.008735 * std::pow(wavelength, -4.08), aerosol = beta * std::pow(wavelength, -1.3);
-        illuminance[c] = kOutside * std::exp(-(rayleigh + aerosol) * mass);
-    }
-    return illuminance;
+/// Returns light between that of two directions.
+Atmosphere::Light between(const Atmosphere::Light& a, const Atmosphere::Light& b, double t) {
+    return {glm::mix(a.rayleigh, b.rayleigh, t), glm::mix(a.aerosol, b.aerosol, t), glm::mix(a.rest, b.rest, t)};
 }
 
 double smooth_step(double from, double to, double x) {
@@ -144,45 +120,35 @@ Sky neutral(double azimuth) {
 }  // namespace
 
 Sky clear_sky(const ClearSky& s) {
-    const double t = s.turbidity, elevation = radians(s.elevation), zenith = kPi / 2 - elevation;
-    const double azimuth = radians(std::remainder(s.azimuth, 360));
+    const Atmosphere air(s);
+    const double elevation = radians(s.elevation), azimuth = radians(std::remainder(s.azimuth, 360));
     const dvec3 sun(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                     -std::cos(azimuth) * std::cos(elevation));
-    const Perez luminance{0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771,
-                          -0.0670 * t + 0.3703};
-    const Perez chroma_x{-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989,
-                         -0.0033 * t + 0.0452};
-    const Perez chroma_y{-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537,
-                         -0.0109 * t + 0.0529};
-    const double z1 = zenith, z2 = z1 * z1, z3 = z2 * z1;
-    const double zenith_luminance =
-        1000 * ((4.0453 * t - 4.9710) * std::tan((4.0 / 9 - t / 120) * (kPi - 2 * zenith)) - 0.2155 * t + 2.4192);
-    const double zenith_x = (0.00166 * z3 - 0.00375 * z2 + 0.00209 * z1) * t * t +
-                            (-0.02903 * z3 + 0.06377 * z2 - 0.03202 * z1 + 0.00394) * t +
-                            (0.11693 * z3 - 0.21196 * z2 + 0.06052 * z1 + 0.25886);
-    const double zenith_y = (0.00275 * z3 - 0.00610 * z2 + 0.00317 * z1) * t * t +
-                            (-0.04214 * z3 + 0.08970 * z2 - 0.04153 * z1 + 0.00516) * t +
-                            (0.15346 * z3 - 0.26756 * z2 + 0.06670 * z1 + 0.26688);
-    const auto relative = [&](const Perez& perez, double cos_theta, double gamma) {
-        return perez(cos_theta, gamma) / perez(1, zenith);
-    };
+    // Phase functions apart, the light of a row changes slowly with the azimuth from the sun: nodes, linear in between.
+    constexpr int kNodes = 65;
+    // Mean luminance of the zenith without moon, 21.6 mag per square arcsecond (Patat 2003, UBVRI Night Sky Brightness
+    // during Sunspot Maximum at ESO-Paranal).
+    constexpr double kNight = 2.5e-4;
     Sky sky;
-    sky.environment = {"clear sky", vec3(1), make_map(512, [&](const dvec3& direction) {
-                           if (direction.y <= 0) return dvec3(0);
-                           const double gamma = std::acos(std::clamp(glm::dot(direction, sun), -1.0, 1.0));
-                           const dvec3 rgb =
-                               rgb_of_xyY(zenith_x * relative(chroma_x, direction.y, gamma),
-                                          zenith_y * relative(chroma_y, direction.y, gamma),
-                                          std::max(zenith_luminance, 0.0) * relative(luminance, direction.y, gamma));
-                           return glm::max(rgb, dvec3(0));
-                       })};
-    const dvec3 illuminance = sun_illuminance(zenith, t);
+    sky.environment = {"clear sky", vec3(1), Image(512, 256, 3)};
     Image& map = sky.environment.map;
-    constexpr double kGround = 0.2;
-    const vec3 ground(kGround / kPi * (horizontal_irradiance(map) + std::max(sun.y, 0.0) * illuminance));
-    for (int y = map.height / 2; y < map.height; ++y)
-        for (int x = 0; x < map.width; ++x)
-            for (int c = 0; c < 3; ++c) map.at(x, y)[c] = ground[c];
+    std::array<double, kNodes> azimuths;
+    for (int i = 0; i < kNodes; ++i) azimuths[std::size_t(i)] = kPi * i / (kNodes - 1);
+    for (int y = 0; y < map.height; ++y) {
+        const double height = kPi * (0.5 - (y + 0.5) / map.height);
+        const std::vector<Atmosphere::Light> nodes = air.lights(height, azimuths);
+        for (int x = 0; x < map.width; ++x) {
+            const dvec3 direction = direction_of(map, x, y);
+            const double apart = std::abs(std::remainder(std::atan2(direction.x, -direction.z) - azimuth, 2 * kPi));
+            const double node = apart / kPi * (kNodes - 1);
+            const std::size_t i = std::min(std::size_t(node), std::size_t(kNodes - 2));
+            const Atmosphere::Light light = between(nodes[i], nodes[i + 1], node - double(i));
+            const dvec3 radiance = Atmosphere::radiance(light, glm::dot(direction, sun)) + (height > 0 ? kNight : 0.0);
+            for (int c = 0; c < 3; ++c) map.at(x, y)[c] = float(std::max(radiance[c], 0.0));
+        }
+    }
+    const dvec3 illuminance = glm::max(air.sun_illuminance(), dvec3(0));
+    if (illuminance == dvec3(0)) return sky;
     PunctualLight light;
     light.name = "sun";
     light.type = LightType::directional;

@@ -10,14 +10,17 @@
 
 namespace halflight {
 
-/// A clear sky by Preetham, Shirley, Smits 1999 (A Practical Analytic Model for Daylight).
+/// A clear sky, computed by Atmosphere.
 struct ClearSky {
-    double elevation = 45;  // sun above the horizon, degrees, [0, 90]
-    double azimuth = 0;     // sun, degrees clockwise from north as seen from above; north is -Z, east +X
-    double turbidity = 3;   // haze: 2 clear, 6 hazy; from kLeastTurbidity to kMostTurbidity
+    double elevation = 45;       // sun above the horizon, degrees, [kLeastElevation, 90]
+    double azimuth = 0;          // sun, degrees clockwise from north as seen from above; north is -Z, east +X
+    double turbidity = 3;        // haze: 1 none, 2 clear, 6 hazy; from kLeastTurbidity to kMostTurbidity
+    double ground_albedo = 0.2;  // [0, 1]
+    double altitude = 0;         // height of the eye above the sea, metres, [0, kMostAltitude]
     bool operator==(const ClearSky&) const = default;
 };
-inline constexpr double kLeastTurbidity = 2, kMostTurbidity = 10;
+inline constexpr double kLeastElevation = -18;  // end of the twilight
+inline constexpr double kLeastTurbidity = 1, kMostTurbidity = 10, kMostAltitude = 10000;
 
 /// A generated environment, and its sun where it has one.
 struct Sky {
@@ -25,10 +28,9 @@ struct Sky {
     std::optional<PunctualLight> sun{};  // a directional light with PunctualLight::of_environment
 };
 
-/// Returns the sky of the model's appendix A.2 in nits and its sun in lux. The sun's extinction is that of section 3.1
-/// by Rayleigh scattering and aerosols, at one wavelength per channel; ozone, mixed gases and water vapour are left
-/// out. The sun is a directional light, so its shadows have sharp edges. Below the horizon, grey ground of albedo 0.2
-/// reflects the light of both. The model is made for turbidities of 2 to 6 and for a sun above 5 degrees.
+/// Returns the sky in nits and its sun in lux. The sun is a directional light, so its shadows have sharp edges and the
+/// map does not contain its disc; below the horizon there is none. Below the horizon, the map shows the ground through
+/// the air before it. A clear night without moon adds 2.5e-4 nits.
 Sky clear_sky(const ClearSky& sky);
 
 enum class SkyPreset { neutral, studio, sky, overcast };

@@ -125,10 +125,13 @@ void environment_properties(PanelContext& c) {
         faint_text("The scene's own light reaches little or nothing, so a neutral sky was added. \"none\" removes it.");
     if (const auto* sky = std::get_if<ClearSky>(&now)) {
         ClearSky edited = *sky;
-        bool changed = slider("Sun elevation", edited.elevation, 0, 90, "%.1f deg", "above the horizon");
+        bool changed = slider("Sun elevation", edited.elevation, kLeastElevation, 90, "%.1f deg", "above the horizon");
         changed |= slider("Sun azimuth", edited.azimuth, -180, 360, "%.1f deg", "clockwise from north (-Z)");
         changed |=
             slider("Turbidity", edited.turbidity, kLeastTurbidity, kMostTurbidity, "%.1f", "haze: 2 is clear, 6 hazy");
+        changed |=
+            slider("Ground albedo", edited.ground_albedo, 0, 1, "%.2f", "share of light that the ground reflects");
+        changed |= slider("Altitude", edited.altitude, 0, kMostAltitude, "%.0f m", "of the eye above the sea");
         if (changed) c.requests.environment = edited;
     }
     if (const auto* color = std::get_if<vec3>(&now); color && *color != vec3(0)) {

@@ -109,7 +109,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
 
       environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
                      --env: "none", "white", "#8899cc", "neutral", "studio", "sky", "overcast"
-      sky            "ELEVATION,AZIMUTH[,TURBIDITY]" of a clear sky, in place of an environment
+      sky            "ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]]" of a clear sky, in place of an environment
       animation      name or number of the animation that plays, "all", or None: the scene at rest
       fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
       allow_outside  lets the scene name files outside its folder

@@ -377,8 +377,11 @@ TEST_F(CompositeTest, EveryViewAgreesWithOpenColorIO) {
     for (const std::string& display : config.displays()) {
         for (const std::string& view : config.views(display)) {
             for (const float exposure : {0.0f, -1.5f}) {
+                // Looks of these views have a function of their own.
+                const bool tone_mapped = view == "Khronos PBR Neutral" || view == "AgX";
+                const std::string look = tone_mapped && exposure != 0 ? config.looks().at(0) : "";
                 SCOPED_TRACE(display + ", " + view + ", exposure " + std::to_string(exposure));
-                const ViewProcessor processor = config.view({display, view, "", exposure});
+                const ViewProcessor processor = config.view({display, view, look, exposure});
                 const ViewKernel kernel(processor);
                 const Pictures p = composite(band, d, 1, false, &kernel);
                 Image beauty(96, 32, 4);

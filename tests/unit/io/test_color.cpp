@@ -11,6 +11,7 @@
 #include "engine/color/color.h"
 #include "engine/color/ocio.h"
 #include "engine/core/error.h"
+#include "shaders/shared/tone_map.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/core/environment_variable.h"
 #include "tools/common/temporary_folder.h"
@@ -50,7 +51,8 @@ TEST(Color, BuiltInConfigIsValid) {
     EXPECT_EQ(config.source(), "built-in");
     EXPECT_EQ(config.displays().size(), 3u);
     for (const std::string& display : config.displays()) {
-        EXPECT_EQ(config.views(display), (std::vector<std::string>{"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}));
+        EXPECT_EQ(config.views(display), (std::vector<std::string>{"ACES 1.0 - SDR Video", "Khronos PBR Neutral", "AgX",
+                                                                   "Un-tone-mapped", "Raw"}));
         EXPECT_EQ(config.default_view(display), "ACES 1.0 - SDR Video");
     }
     EXPECT_EQ(config.default_display(), "sRGB - Display");
@@ -118,11 +120,142 @@ TEST(Color, AgreesWithTheAcesConfig) {
     }
 }
 
+/// Returns the result of Khronos PBR Neutral by its specification, which divides cases as written there.
+dvec3 pbr_neutral(dvec3 in) {
+    in = glm::max(in, dvec3(0));
+    const double x = std::min({in.r, in.g, in.b}), f = x <= 0.08 ? x - x * x / 0.16 : 0.04;
+    const double p = std::max({in.r - f, in.g - f, in.b - f});
+    if (p <= 0.76) return in - f;
+    const double pn = 1 - 0.24 * 0.24 / (p + 1 - 1.52), g = 1 / (0.15 * (p - pn) + 1);
+    return (in - f) * (pn / p) * g + dvec3(pn) * (1 - g);
+}
+
+/// Returns the result of AgX, cut off at the edges of Rec.709. The curve is written as in sigmoid.py; `a` and `b` are
+/// the columns of the matrices that three.js has.
+dvec3 agx(const dvec3& in) {
+    const dmat3 a(0.856627153315983, 0.137318972929847, 0.11189821299995, 0.0951212405381588, 0.761241990602591,
+                  0.0767994186031903, 0.0482516061458583, 0.101439036467562, 0.811302368396859);
+    const dmat3 b(1.1271005818144368, -0.1413297634984383, -0.14132976349843826, -0.11060664309660323,
+                  1.157823702216272, -0.11060664309660294, -0.016493938717834573, -0.016493938717834257,
+                  1.2519364065950405);
+    const Chromaticities rec2020{{0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, kRec709.white};  // ITU-R BT.2020-2
+    dvec3 c = a * (rgb_conversion(kRec709, rec2020) * in);
+    for (int i = 0; i < 3; ++i) {
+        const double x = std::clamp((std::log2(std::max(c[i], 1e-10)) + 12.47393) / (4.026069 + 12.47393), 0.0, 1.0);
+        const double pivot = 10 / 16.5, to_end = x >= pivot ? 1 - pivot : pivot, power = x >= pivot ? 3.25 : 3;
+        const double scale =
+            (x >= pivot ? 1 : -1) *
+            std::pow(std::pow(2 * to_end, -power) * (std::pow(2 * (to_end / 0.5), power) - 1), -1 / power);
+        const double t = 2 * (x - pivot) / scale;
+        c[i] = scale * t / std::pow(1 + std::pow(t, power), 1 / power) + 0.5;
+    }
+    return glm::clamp(rgb_conversion(rec2020, kRec709) * glm::pow(glm::max(b * c, dvec3(0)), dvec3(2.2)), 0.0, 1.0);
+}
+
+/// Returns greys, primaries and mixed colours of 2^-14 to 2^16, some with negative channels.
+std::vector<vec3> patches() {
+    std::vector<vec3> colours{vec3(0), vec3(-1), vec3(65504), {65504, -65504, 0}, {0.08f, 0.08f, 0.8f}};
+    for (int stop = -14; stop <= 16; ++stop)
+        for (int mix = 1; mix < 64; ++mix) {
+            constexpr float kParts[] = {0, 0.07f, 0.6f, 1};
+            colours.push_back(std::exp2f(float(stop)) * vec3(kParts[mix & 3], kParts[mix / 4 & 3], kParts[mix / 16]));
+            if (mix % 4 == 0) colours.back().r = -0.05f * colours.back().b;
+        }
+    return colours;
+}
+
+TEST(Color, ToneMapsAreTheirFormulas) {
+    const ViewProcessor neutral = built_in().view({"", "khronos pbr neutral", "", 0}),
+                        soft = built_in().view({"", "AgX", "", 0});
+    for (const vec3& colour : patches()) {
+        const dvec3 in(colour), by_spec = pbr_neutral(in), by_agx = agx(in);
+        const vec3 n = shown(neutral, colour), a = shown(soft, colour);
+        for (int c = 0; c < 3; ++c) {
+            ASSERT_NEAR(n[c], srgb_curve(by_spec[c]), 1e-4) << colour.r << ' ' << colour.g << ' ' << colour.b;
+            ASSERT_NEAR(a[c], srgb_curve(by_agx[c]), 1e-4) << colour.r << ' ' << colour.g << ' ' << colour.b;
+        }
+        // PBR Neutral keeps the order of channels and hence the hue.
+        for (int c = 0; c < 3; ++c) {
+            const int next = (c + 1) % 3;
+            EXPECT_TRUE(colour[c] >= colour[next] || n[c] <= n[next]);
+        }
+    }
+    // Entries of AgX_Default_Contrast.spi1d, of 4096 (github.com/sobotka/AgX, commit 1ba3230).
+    const std::pair<int, float> table[] = {
+        {1, 0.0000142f}, {1024, 0.0390305f}, {2048, 0.2928964f}, {3072, 0.7776929f}, {4094, 0.9999292f}};
+    for (const auto& [entry, signal] : table) EXPECT_NEAR(shared::agx_curve(float(entry) / 4095), signal, 3e-7);
+    const ColorConfig copy = ColorConfig::load(fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio");
+    EXPECT_EQ(shown(copy.view({"", "AgX", "", 0}), vec3(0.3f, 2, 0.1f)), shown(soft, vec3(0.3f, 2, 0.1f)));
+    EXPECT_NE(neutral.cache_id(), soft.cache_id());
+    EXPECT_NE(neutral.cache_id(), built_in().view({"", "Un-tone-mapped", "", 0}).cache_id());
+    EXPECT_NE(neutral.gpu_shader().cache_id, soft.gpu_shader().cache_id);
+}
+
+/// Returns CIE L*a*b* of a linear Rec.709 colour, relative to its white (CIE 15).
+dvec3 lab(const dvec3& colour) {
+    const dmat3 to_xyz = rgb_to_xyz(kRec709);
+    const dvec3 ratio = to_xyz * colour / (to_xyz * dvec3(1));
+    const auto f = [](double t) { return t > 216.0 / 24389 ? std::cbrt(t) : t * 841 / 108 + 4.0 / 29; };
+    return {116 * f(ratio.y) - 16, 500 * (f(ratio.x) - f(ratio.y)), 200 * (f(ratio.y) - f(ratio.z))};
+}
+
+// The table of docs/colour-and-layers.md, Views. A base colour b of glossy paint under white light of radiance 1 has
+// the radiance b + 0.04 (specification of PBR Neutral, notes).
+TEST(Color, ViewsDifferInBaseColoursAndHighlights) {
+    struct Row {
+        const char* view;
+        double colours;     // mean difference between shown and base colour, CIE 1976 L*a*b*
+        double highlights;  // L* between greys of radiance 1 and 8
+        double hue;         // largest change of the hue of saturated colours of radiance 4, degrees
+    };
+    for (const Row& row : {Row{"ACES 1.0 - SDR Video", 9.59, 15.49, 5.99}, Row{"Khronos PBR Neutral", 0, 5, 3.92},
+                           Row{"AgX", 21.96, 16.62, 13.52}, Row{"Un-tone-mapped", 4.63, 0, 6.76}}) {
+        const ViewProcessor view = built_in().view({"", row.view, "", 0});
+        const auto seen = [&](const vec3& colour) {
+            dvec3 v(shown(view, colour));
+            for (int c = 0; c < 3; ++c) v[c] = v[c] <= 0.04045 ? v[c] / 12.92 : std::pow((v[c] + 0.055) / 1.055, 2.4);
+            return lab(v);
+        };
+        const float steps[] = {0.1f, 0.25f, 0.45f, 0.7f};
+        double colours = 0, hue = 0;
+        for (const float r : steps)
+            for (const float g : steps)
+                for (const float b : steps) {
+                    const vec3 base(r, g, b);
+                    colours += glm::distance(seen(base + 0.04f), lab(dvec3(base))) / 64;
+                }
+        for (int mix = 1; mix < 7; ++mix) {
+            const vec3 colour = 0.2f + 0.8f * vec3(mix & 1, mix / 2 & 1, mix / 4);
+            const auto angle = [](const dvec3& c) { return std::atan2(c.z, c.y) * 180 / kPi; };
+            hue = std::max(hue, std::abs(std::remainder(angle(seen(4.0f * colour)) - angle(lab(dvec3(colour))), 360)));
+        }
+        const double highlights = seen(vec3(8)).x - seen(vec3(1)).x;
+        EXPECT_NEAR(colours, row.colours, 0.1) << row.view;
+        EXPECT_NEAR(highlights, row.highlights, 0.1) << row.view;
+        EXPECT_NEAR(hue, row.hue, 0.5) << row.view;
+    }
+}
+
+TEST(Color, LooksComeBeforeToneMaps) {
+    const ColorConfig& config = built_in();
+    const std::string look = config.looks().at(0);
+    const vec3 blue(-0.1f, 0.1f, 0.9f);
+    for (const char* name : {"Khronos PBR Neutral", "AgX"}) {
+        const ViewProcessor plain = config.view({"", name, "", 0}), with = config.view({"", name, look, 0}),
+                            undone = config.view({"", name, look + ", -" + look, 0});
+        EXPECT_GT(glm::length(shown(plain, blue) - shown(with, blue)), 5e-3f) << name;
+        EXPECT_LT(glm::length(shown(plain, vec3(0.02f, 0.9f, 0.02f)) - shown(undone, vec3(0.02f, 0.9f, 0.02f))), 1e-3f);
+        EXPECT_NE(plain.cache_id(), with.cache_id());
+        const std::string glsl = with.gpu_shader().glsl;
+        EXPECT_LT(glsl.find("colour = ocio_looks("), glsl.find("colour = ocio_transform("));
+    }
+}
+
 TEST(Color, NonFiniteNumbersAreDefined) {
     const float inf = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const ColorConfig& config = built_in();
-    for (const char* name : {"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}) {
+    for (const std::string& name : config.views(config.default_display())) {
         const ViewProcessor view = config.view({"", name, "", 0});
         EXPECT_EQ(shown(view, vec3(nan)), shown(view, vec3(0)));
         EXPECT_GT(shown(view, vec3(inf)).y, 0.99f) << name;

@@ -392,13 +392,14 @@ TEST(Environment, Texts) {
     EXPECT_NEAR(std::get<vec3>(choice("#808080")).g, 0.2158605f, 1e-6) << "sRGB-encoded (IEC 61966-2-1)";
     EXPECT_EQ(choice("#880000"), choice("#800"));
     EXPECT_EQ(color_of_text("grey"), color_of_text("#808080")) << "lights may have the colour";
-    const ClearSky sky = parse_clear_sky("--sky", "12.5,-90,4");
-    EXPECT_EQ(sky, (ClearSky{12.5, -90, 4}));
+    const ClearSky sky = parse_clear_sky("--sky", "-12.5,-90,4,0.5,2000");
+    EXPECT_EQ(sky, (ClearSky{-12.5, -90, 4, 0.5, 2000}));
     EXPECT_EQ(parse_clear_sky("--sky", text(sky)), sky);
     EXPECT_EQ(parse_clear_sky("--sky", "12.5,-90").turbidity, ClearSky().turbidity);
     for (const char* text : {"", "#12345", "#ggg", "1,2,1e99"})
         EXPECT_TRUE(error_message([&] { choice(text); }).starts_with("--env: expects ")) << text;
-    for (const char* text : {"", "45", "45,0,3,1", "a,b", "45,0,", "nan,0", "-1,0", "1,1e9", "1,0,1.9"})
+    for (const char* text :
+         {"", "45", "45,0,3,2", "a,b", "45,0,", "nan,0", "-19,0", "1,1e9", "1,0,0.9", "1,0,2,0,-1", "1,0,2,0,1,1"})
         EXPECT_TRUE(error_message([&] { parse_clear_sky("--sky", text); }).starts_with("--sky: expects ")) << text;
 }
 

@@ -64,7 +64,7 @@ TEST(SettingsFile, RoundTrips) {
     for (const EnvironmentChoice& environment :
          {EnvironmentChoice(), EnvironmentChoice(vec3(0.1f, 2, 3)), EnvironmentChoice(folder / "sky.hdr"),
           EnvironmentChoice(SkyPreset::studio), EnvironmentChoice(SkyPreset::neutral),
-          EnvironmentChoice(ClearSky{12.5, -100, 1.0 / 3 + 2})}) {
+          EnvironmentChoice(ClearSky{-12.5, -100, 1.0 / 3 + 2, 1.0 / 3, 1234.5})}) {
         s.environment = environment;
         write_settings(folder / "a.json", s);
         const SavedSettings r = read_settings(folder / "a.json");
@@ -194,7 +194,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
         {R"("environment": {"map": "a", "color": [1, 1, 1]})", "environment: has both"},
         {R"("environment": {"preset": "night"})", "environment.preset: "},
         {R"("environment": {"sky": {"sun": 1}})", "environment.sky: there is no setting 'sun'"},
-        {R"("environment": {"sky": {"turbidity": 1}})", "environment.sky.turbidity: "},
+        {R"("environment": {"sky": {"turbidity": 0.5}})", "environment.sky.turbidity: "},
         {R"("environment": {"map": ""})", "environment.map: "},
         {R"("environment": {"map": "\u0000"})", "environment.map: "},
         {R"("environment": {"map": "/\u0000sky.hdr"})", "environment.map: "},
