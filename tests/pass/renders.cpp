@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "engine/core/statistics.h"
 
@@ -33,10 +34,10 @@ RenderResult render(gpu::Context& context, const Scene& scene, const RenderSetti
     return Renderer(context, scene, ColorConfig::load(), settings).render();
 }
 
-const Image& layer(const RenderResult& result, const std::string& channel) {
+const Image& layer(const RenderResult& result, std::string_view channel) {
     for (const ExrLayer& l : result.aovs)
         if (std::find(l.channels.begin(), l.channels.end(), channel) != l.channels.end()) return l.image;
-    throw std::out_of_range(channel);
+    throw std::out_of_range(std::string(channel));
 }
 
 void expect_same(const RenderResult& a, const RenderResult& b) {

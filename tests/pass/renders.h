@@ -1,7 +1,7 @@
 // Runs the whole renderer in tests: pictures, components, and means with their errors.
 #pragma once
 
-#include <string>
+#include <string_view>
 
 #include "engine/core/image_tools.h"
 #include "renderer/render.h"
@@ -17,7 +17,7 @@ RenderSettings all_settings(const Scene& scene, int width, int height, int sampl
 RenderResult render(gpu::Context& context, const Scene& scene, const RenderSettings& settings);
 
 /// Returns the layer that holds a channel ("albedo.R", "Z"). Throws std::out_of_range where there is none.
-const Image& layer(const RenderResult& result, const std::string& channel);
+const Image& layer(const RenderResult& result, std::string_view channel);
 /// Compares beauty, view and AOVs bit by bit.
 void expect_same(const RenderResult& a, const RenderResult& b);
 /// Compares beauty, view and all layers of `b` bit by bit. `a` may have further layers.

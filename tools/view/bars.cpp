@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tools/view/clock.h"
+#include "tools/view/keys.h"
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
@@ -131,7 +132,7 @@ void shortcut_sheet(bool& open) {
         for (const ActionRow& action : actions()) row(action.keys, action.help);
         ImGui::EndTable();
     }
-    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) open = false;
+    if (key_pressed(ImGuiKey_Escape)) open = false;
     ImGui::End();
 }
 

@@ -9,6 +9,7 @@
 
 #include "api/halflight/picture_file.h"
 #include "engine/core/error.h"
+#include "tools/view/keys.h"
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
@@ -31,10 +32,6 @@ const PurposeRow& row_of(FilePrompt::Purpose purpose) {
         {"Compare with a picture", "pictures .exr, .png", "Open", kPictures},
         {"Save settings as", "settings .json", "Save", kSettings}};
     return kRows[static_cast<std::size_t>(purpose)];
-}
-
-bool pressed(ImGuiKey key) {
-    return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
 }
 
 }  // namespace
@@ -145,7 +142,7 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
         error_text(problem_);
     ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), lines + 2 * ImGui::GetTextLineHeightWithSpacing()));
     if (button(row.verb, "takes the file, or shows the folder (Enter)")) taken = name_.data();
-    const bool cancelled = button("Cancel", "takes no file (Escape)", true) || pressed(ImGuiKey_Escape);
+    const bool cancelled = button("Cancel", "takes no file (Escape)", true) || key_pressed(ImGuiKey_Escape);
     const auto file = take(taken);
     if (file || cancelled) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();

@@ -15,6 +15,7 @@
 #include "engine/core/error.h"
 #include "tools/view/clock.h"
 #include "tools/view/fonts.h"
+#include "tools/view/keys.h"
 
 namespace halflight::view {
 namespace {
@@ -31,34 +32,6 @@ const char* clipboard(void* window) {
 }
 void set_clipboard(void* window, const char* text) {
     glfwSetClipboardString(static_cast<GLFWwindow*>(window), text);
-}
-
-void map_keys(ImGuiIO& io) {
-    constexpr std::pair<int, int> kKeys[] = {
-        {ImGuiKey_Tab, GLFW_KEY_TAB},
-        {ImGuiKey_LeftArrow, GLFW_KEY_LEFT},
-        {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},
-        {ImGuiKey_UpArrow, GLFW_KEY_UP},
-        {ImGuiKey_DownArrow, GLFW_KEY_DOWN},
-        {ImGuiKey_PageUp, GLFW_KEY_PAGE_UP},
-        {ImGuiKey_PageDown, GLFW_KEY_PAGE_DOWN},
-        {ImGuiKey_Home, GLFW_KEY_HOME},
-        {ImGuiKey_End, GLFW_KEY_END},
-        {ImGuiKey_Insert, GLFW_KEY_INSERT},
-        {ImGuiKey_Delete, GLFW_KEY_DELETE},
-        {ImGuiKey_Backspace, GLFW_KEY_BACKSPACE},
-        {ImGuiKey_Space, GLFW_KEY_SPACE},
-        {ImGuiKey_Enter, GLFW_KEY_ENTER},
-        {ImGuiKey_KeyPadEnter, GLFW_KEY_KP_ENTER},
-        {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
-        {ImGuiKey_A, GLFW_KEY_A},
-        {ImGuiKey_C, GLFW_KEY_C},
-        {ImGuiKey_V, GLFW_KEY_V},
-        {ImGuiKey_X, GLFW_KEY_X},
-        {ImGuiKey_Y, GLFW_KEY_Y},
-        {ImGuiKey_Z, GLFW_KEY_Z},
-    };
-    for (const auto& [ours, glfw] : kKeys) io.KeyMap[ours] = glfw;
 }
 
 /// Returns the name of a key for KeyPress; empty for keys that actions do not use. signs: names keys by their signs.
@@ -88,7 +61,7 @@ Gui::Gui(Window& window, std::optional<double> scale) : window_(window), clock_(
     io.GetClipboardTextFn = clipboard;
     io.SetClipboardTextFn = set_clipboard;
     io.ClipboardUserData = window.handle();
-    map_keys(io);
+    use_glfw_keys();
     cursors_.resize(ImGuiMouseCursor_COUNT);
     for (const auto& [ours, glfw] : {std::pair{ImGuiMouseCursor_TextInput, GLFW_IBEAM_CURSOR},
                                      {ImGuiMouseCursor_ResizeNS, GLFW_VRESIZE_CURSOR},
@@ -154,15 +127,15 @@ void Gui::take(const InputEvent& e) {
     ImGuiIO& io = ImGui::GetIO();
     switch (e.kind) {
         case InputEvent::Kind::key:
-            if (e.code >= 0 && e.code < 512) {
-                io.KeysDown[e.code] = e.down;
-                if (e.down) with_ctrl_.set(static_cast<std::size_t>(e.code), (e.modifiers & GLFW_MOD_CONTROL) != 0);
-            }
+            if (e.code < 0 || e.code >= static_cast<int>(held_.size())) break;
+            held_.set(static_cast<std::size_t>(e.code), e.down);
+            if (e.down) with_ctrl_.set(static_cast<std::size_t>(e.code), (e.modifiers & GLFW_MOD_CONTROL) != 0);
             // The event tells which modifiers were held before it.
-            io.KeyCtrl = io.KeysDown[GLFW_KEY_LEFT_CONTROL] || io.KeysDown[GLFW_KEY_RIGHT_CONTROL];
-            io.KeyShift = io.KeysDown[GLFW_KEY_LEFT_SHIFT] || io.KeysDown[GLFW_KEY_RIGHT_SHIFT];
-            io.KeyAlt = io.KeysDown[GLFW_KEY_LEFT_ALT] || io.KeysDown[GLFW_KEY_RIGHT_ALT];
-            io.KeySuper = io.KeysDown[GLFW_KEY_LEFT_SUPER] || io.KeysDown[GLFW_KEY_RIGHT_SUPER];
+            tell_key(e.code, e.down,
+                     {.ctrl = held_[GLFW_KEY_LEFT_CONTROL] || held_[GLFW_KEY_RIGHT_CONTROL],
+                      .shift = held_[GLFW_KEY_LEFT_SHIFT] || held_[GLFW_KEY_RIGHT_SHIFT],
+                      .alt = held_[GLFW_KEY_LEFT_ALT] || held_[GLFW_KEY_RIGHT_ALT],
+                      .super = held_[GLFW_KEY_LEFT_SUPER] || held_[GLFW_KEY_RIGHT_SUPER]});
             break;
         case InputEvent::Kind::letter:
             io.AddInputCharacter(e.letter);
@@ -181,6 +154,7 @@ void Gui::take(const InputEvent& e) {
             io.AddFocusEvent(e.down);
             if (e.down) break;
             io.ClearInputKeys();
+            held_.reset();
             std::ranges::fill(io.MouseDown, false);
             break;
     }
@@ -240,7 +214,7 @@ Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
         // A key that was tapped between two frames counts, too.
         const auto held = [&](int key) {
             if (with_ctrl_.test(static_cast<std::size_t>(key))) return false;  // Ctrl may be released first
-            return ImGui::IsKeyDown(key) || std::ranges::any_of(events_, [&](const InputEvent& e) {
+            return held_.test(static_cast<std::size_t>(key)) || std::ranges::any_of(events_, [&](const InputEvent& e) {
                        return e.kind == InputEvent::Kind::key && e.code == key && !e.down;
                    });
         };

@@ -1,5 +1,5 @@
-// Dear ImGui in a window: its context, its font and its frames. Dear ImGui 1.86 samples the state of keys and buttons
-// once a frame; this class feeds it from the window's queue of events instead, so that no press is lost.
+// Dear ImGui in a window: its context, its font and its frames. Dear ImGui samples the state of buttons, and up to 1.88
+// of keys, once a frame; this class feeds it from the window's queue of events, so that no press is lost.
 #pragma once
 
 #include <bitset>
@@ -61,6 +61,7 @@ class Gui {
     bool scale_changed_ = true;
     bool has_font_ = false;
     std::size_t clicks_ = 0;
+    std::bitset<512> held_;             // keys that are down, by their numbers in GLFW
     std::bitset<512> with_ctrl_;        // keys whose last press was one with Ctrl: they move no camera
     double clock_;                      // time of the last frame, seconds
     std::vector<InputEvent> events_;    // events of the current frame

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <string_view>
 
 #include "engine/core/hash.h"
 #include "engine/core/math.h"
@@ -140,7 +141,7 @@ DisplayImage data_picture(const std::string& view, const Image& image) {
                     });
 }
 
-const Image& layer(const std::string& aov, const std::vector<std::string>& aovs, const RenderResult& result) {
+const Image& layer(std::string_view aov, const std::vector<std::string>& aovs, const RenderResult& result) {
     return result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())).image;
 }
 
@@ -159,7 +160,7 @@ Image sum_of(const LayerView& layer_view, const std::vector<std::string>& aovs, 
     Image sum(result.beauty.width, result.beauty.height, 3);
     for (std::size_t i = 0; i < kComponents.size(); ++i) {
         if (!layer_view.components[i]) continue;
-        const Image& part = layer(std::string(kComponents[i]), aovs, result);
+        const Image& part = layer(kComponents[i], aovs, result);
         std::ranges::transform(sum.pixels, part.pixels, sum.pixels.begin(), std::plus());
     }
     return sum;

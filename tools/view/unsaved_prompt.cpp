@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tools/view/keys.h"
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
@@ -35,9 +36,8 @@ UnsavedPrompt::Answer UnsavedPrompt::declare() {
     if (button("Save", "writes the settings file (Enter)")) answer = Answer::save;
     if (button("Discard", "loses the edits", true)) answer = Answer::discard;
     if (button("Cancel", "keeps the edits and goes on (Escape)", true)) answer = Answer::cancel;
-    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false); };
-    if (pressed(ImGuiKey_Enter) || pressed(ImGuiKey_KeyPadEnter)) answer = Answer::save;
-    if (pressed(ImGuiKey_Escape)) answer = Answer::cancel;
+    if (key_pressed(ImGuiKey_Enter) || key_pressed(kKeypadEnter)) answer = Answer::save;
+    if (key_pressed(ImGuiKey_Escape)) answer = Answer::cancel;
     if (answer != Answer::none) ImGui::CloseCurrentPopup();
     if (answer == Answer::cancel) then_ = {};
     ImGui::EndPopup();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/core/short_number.h"
+#include "tools/view/keys.h"
 
 namespace halflight::view {
 namespace {
@@ -129,7 +130,7 @@ void tooltip(const char* help) {
 }
 
 void close_by_escape() {
-    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) ImGui::CloseCurrentPopup();
+    if (key_pressed(ImGuiKey_Escape)) ImGui::CloseCurrentPopup();
 }
 
 void value(const char* name, const std::string& text, const char* help) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <string_view>
 
 #include "engine/core/statistics.h"
 #include "shaders/shared/pixel_order.h"
@@ -59,10 +60,10 @@ std::vector<Band> bands() {
     return {{{37, 40}, 0, 32}, {{37, 40}, 32, 32}};
 }
 
-const ExrLayer& layer(const RenderResult& result, const std::string& channel) {
+const ExrLayer& layer(const RenderResult& result, std::string_view channel) {
     for (const ExrLayer& l : result.aovs)
         if (std::ranges::count(l.channels, channel) > 0) return l;
-    throw std::out_of_range(channel);
+    throw std::out_of_range(std::string(channel));
 }
 
 float tag(int x, int y, int what) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <string_view>
 
 #include "engine/io/gltf/gltf.h"
 #include "tests/support/gpu_test.h"
@@ -43,7 +44,7 @@ class BenchRays : public GpuTest {
     float diagonal = 0;
 };
 
-const RaySet& find(const std::vector<RaySet>& sets, const std::string& kind) {
+const RaySet& find(const std::vector<RaySet>& sets, std::string_view kind) {
     return *std::ranges::find(sets, kind, &RaySet::kind);
 }
 

@@ -25,7 +25,8 @@ void expect_xml(const std::string& text) {
     const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate("UTF-8"),
                                                                               XML_ParserFree);
     EXPECT_EQ(XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), 1), XML_STATUS_OK)
-        << XML_ErrorString(XML_GetErrorCode(parser.get())) << " in line " << XML_GetCurrentLineNumber(parser.get());
+        << XML_ErrorString(XML_GetErrorCode(parser.get())) << " in\n"
+        << text;
 }
 
 class ConvergeReport : public testing::Test {
