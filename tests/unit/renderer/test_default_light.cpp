@@ -220,7 +220,9 @@ TEST(NeutralSky, AddedToLampsThatAreShut) {
     add_box(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-0.2f, 2.8f, 2.8f}, {0.2f, 3.2f, 3.2f});
     const auto shade = [&](auto&& change) { return needs_sky(with_material(scene, 1, change)); };
     EXPECT_TRUE(needs_sky(scene));
-    EXPECT_FALSE(shade([](Material& m) { m.transmission = 1; })) << "light passes a shade of glass";
+    EXPECT_FALSE(shade([](Material& m) { m.transmission = 1, m.roughness = 0; })) << "light passes a shade of glass";
+    EXPECT_TRUE(shade([](Material& m) { m.transmission = 1; })) << "light without size does not pass frosted glass";
+    EXPECT_TRUE(shade([](Material& m) { m.transmission = m.thickness = 1, m.roughness = 0; })) << "nor solid glass";
     EXPECT_TRUE(shade([](Material& m) { m.transmission = m.metallic = 1; })) << "metal transmits no light";
     EXPECT_FALSE(shade([](Material& m) { m.diffuse_transmission = 0.6f; })) << "light passes a shade of paper";
     EXPECT_FALSE(shade([](Material& m) { m.alpha_mode = AlphaMode::blend, m.base_color.a = 0.1f; })) << "a thin shade";
