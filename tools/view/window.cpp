@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
+#include <cstdlib>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -37,11 +38,21 @@ GLFWwindow* create(const std::string& title, int creation_api) {
     return glfwCreateWindow(kFirstSize.x, kFirstSize.y, title.c_str(), nullptr, nullptr);
 }
 
+/// Starts GLFW. Since 3.4 it tries Wayland before X11. Without XDG_RUNTIME_DIR, Wayland's library finds no display, and
+/// prints that.
+bool start_glfw() {
+#ifdef GLFW_PLATFORM_X11
+    if (!std::getenv("XDG_RUNTIME_DIR") && glfwPlatformSupported(GLFW_PLATFORM_X11))
+        glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
+    return glfwInit() == GLFW_TRUE;
+}
+
 }  // namespace
 
 Window::Window(const std::string& title) : title_(title) {
     gpu::check_process(2);  // the window, and the thread that renders
-    if (!glfwInit()) throw Error("window", "there is no display: {}", reason());
+    if (!start_glfw()) throw Error("window", "there is no display: {}", reason());
     window_ = create(title, GLFW_EGL_CONTEXT_API);
     if (!window_) window_ = create(title, GLFW_NATIVE_CONTEXT_API);
     if (!window_) {
