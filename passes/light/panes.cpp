@@ -1,5 +1,7 @@
 #include "passes/light/panes.h"
 
+#include <functional>
+
 #include "engine/rays/batch_server.h"
 
 namespace halflight {
@@ -7,23 +9,31 @@ namespace {
 
 using graph::Access;
 
-void dispatch(graph::Resources& r, const rays::RayBatch& batch) {
-    if (batch.list)
-        r.kernel().dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
-    else
-        r.kernel().dispatch((batch.capacity + 63) / 64);
+/// Sets the kernel of a pass over the rays of a batch. `kernel` makes it anew for each run, because the hierarchies over
+/// the panes may change their format with the pose.
+void run(graph::Pass& pass, const rays::RayBatch& batch, const std::function<graph::Kernel()>& kernel) {
+    pass.kernel(kernel());  // compiled ahead
+    pass.execute([batch, kernel](graph::Resources& r) {
+        const graph::Kernel now = kernel();
+        const gpu::Program& program = r.compute(now.source, now.defines);
+        now.bind(r, program);
+        if (batch.list)
+            program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
+        else
+            program.dispatch((batch.capacity + 63) / 64);
+    });
 }
 
 /// Returns the rays of a batch that may meet panes. `read` declares what tells their ends.
 template <class Read>
 rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch batch, const char* name,
-                      gpu::Defines defines, const Read& read) {
+                      gpu::Defines variant, const Read& read) {
     const rays::TraceScene& panes = *view.trace.panes();
     PathList met = create_path_list(graph, view, name, batch.capacity);
     graph::Pass pass = graph.add_pass("panes: select rays");
     pass.read(batch.rays, Access::texture_read, {"rays", GL_RGBA32F});
     if (batch.list) {
-        defines.set("HALFLIGHT_LIST");
+        variant.set("HALFLIGHT_LIST");
         pass.read(batch.list, Access::storage_read, "List");
         pass.read(batch.list_header, Access::storage_read, "Header");
         pass.read(batch.list_header, Access::indirect_read);
@@ -31,9 +41,13 @@ rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch
     read(pass);
     met.list = pass.write(met.list, Access::storage_read_write, "Selected");
     met.header = pass.write(met.header, Access::storage_read_write, "SelectedHeader");
-    for (const auto& [define, value] : panes.defines().values()) defines.set(define, value);
-    pass.kernel({"shaders/panes.comp", defines, [&panes](graph::Resources&, const gpu::Program&) { panes.bind(); }});
-    pass.execute([batch](graph::Resources& r) { dispatch(r, batch); });
+    variant.set("HALFLIGHT_SELECT");
+    run(pass, batch, [variant, &panes] {
+        gpu::Defines defines = variant;
+        for (const auto& [define, value] : panes.defines().values()) defines.set(define, value);
+        return graph::Kernel{"shaders/panes.comp", defines,
+                             [&panes](graph::Resources&, const gpu::Program&) { panes.bind(); }};
+    });
     batch.list = met.list, batch.list_header = met.header;
     return batch;
 }
@@ -41,24 +55,25 @@ rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch
 /// Finds what the rays of a batch pass. `read` declares what tells their ends, `write` what follows.
 template <class Read, class Write>
 void add_panes(graph::Graph& graph, const SceneView& view, rays::RayBatch batch, const char* name,
-               gpu::Defines defines, const Read& read, const Write& write) {
+               const gpu::Defines& variant, const Read& read, const Write& write) {
     batch.panes = rays::PassPanes::none;  // the kernels look for them
-    gpu::Defines selects = defines;
-    selects.set("HALFLIGHT_SELECT");
-    batch = select(graph, view, batch, name, selects, read);
+    batch = select(graph, view, batch, name, variant, read);
     const rays::TraceScene& panes = *view.trace.panes();
     graph::Pass pass = graph.add_pass(name);
     rays::read_batch(pass, panes, batch);
     write(pass);
-    for (const gpu::Defines& others : {view.path_defines(), rays::batch_defines(panes, batch)})
-        for (const auto& [define, value] : others.values()) defines.set(define, value);
-    pass.kernel({"shaders/panes.comp", defines, [view, &panes, batch](graph::Resources& r, const gpu::Program& program) {
-                     view.scene.bind();
-                     rays::bind_batch(r, program, panes, batch);
-                     if (panes.triangle_ids().bytes() > 0)
-                         program.bind_texture("triangle_ids", panes.triangle_ids(), GL_R32UI);
-                 }});
-    pass.execute([batch](graph::Resources& r) { dispatch(r, batch); });
+    run(pass, batch, [view, variant, batch, &panes] {
+        gpu::Defines all = variant;
+        for (const gpu::Defines& defines : {view.path_defines(), rays::batch_defines(panes, batch)})
+            for (const auto& [define, value] : defines.values()) all.set(define, value);
+        return graph::Kernel{"shaders/panes.comp", all,
+                             [view, batch, &panes](graph::Resources& r, const gpu::Program& program) {
+                                 view.scene.bind();
+                                 rays::bind_batch(r, program, panes, batch);
+                                 if (panes.triangle_ids().bytes() > 0)
+                                     program.bind_texture("triangle_ids", panes.triangle_ids(), GL_R32UI);
+                             }};
+    });
 }
 
 }  // namespace
