@@ -310,7 +310,10 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     choose(&probe);
     if (!camera_.warning.empty()) log.warn("{}", camera_.warning);
     if (!camera_.options.empty()) log.note("default camera: {}", camera_.options);
-    if (!pages_)
+    constexpr std::size_t kMostAsked = 1000000;  // triangles of meshes for which a probe is made
+    std::size_t triangles = 0;
+    for (const Mesh& mesh : scene_.meshes) triangles += mesh.triangles.size();
+    if (!pages_ && (probe.made() || triangles <= kMostAsked))
         for (const std::string& line : blocked_lights(probe, scene_, {camera_.camera})) log.warn("{}", line);
     memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents() + bytes_of(tree_)};
     choice_.packing = {};  // it may refer to what the caller drops

@@ -127,7 +127,7 @@ void SceneRenderer::prepare() {
         const std::size_t lamps = index.geometry.resident.size() * paging::kEmitterBytes;
         const std::size_t fixed = paging::PagePool::fixed_bytes(index);
         ledger.check(reading + lamps + fixed, scene_.choice().scene.string() + ": pages",
-                     fmt::format("pages that are read {}, emissive triangles {}, their hierarchy {}",
+                     fmt::format("pages that are read {}, emissive triangles and panes {}, their hierarchy {}",
                                  text_of_bytes(reading), text_of_bytes(lamps), text_of_bytes(fixed)));
         pages_memory_ = {ledger, MemoryPart::pages, reading + lamps + fixed};
         options.pool_bytes = [&](const SceneNeeds& needs) { return choose_pool(index, needs); };

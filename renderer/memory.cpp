@@ -83,8 +83,8 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     if (scene.texture_levels) bytes += sizeof(vec2);
     if (scene.volume) bytes += sizeof(vec4);
     if (scene.catchers) bytes += kCatcherSums * sizeof(double) + std::size_t(s.estimator.shadow) * sizeof(shared::uint);
-    // Lists of rays that may meet panes share memory. That of the first shadow rays is the longest.
-    if (scene.panes) bytes += std::size_t(s.estimator.shadow) * sizeof(shared::uint);
+    // Lists of rays that may meet panes: of shadow rays, of rays to the sun, and of scattered rays.
+    if (scene.panes) bytes += (std::size_t(s.estimator.shadow) + 2) * sizeof(shared::uint);
     // Later vertices have records, which path reuse keeps in the memory of its rays.
     if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
     // Runs of listed blocks trace camera rays.

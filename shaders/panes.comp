@@ -1,9 +1,10 @@
 // Finds the light that the rays of a batch have passed through panes (SHADING.md, Panes), pane by pane, in the
 // hierarchies over the panes alone.
 //
-// Variants: HALFLIGHT_SCATTERED (rays that pass panes by chance before their hits; otherwise shadow rays, of which those
-// that are free pass all panes), HALFLIGHT_LIST (of the listed paths), HALFLIGHT_SELECT (only lists the rays that meet
-// one of the root's boxes: software drivers run the whole kernel for rays that meet nothing).
+// Variants: HALFLIGHT_SCATTERED (rays that pass panes by chance before their hits, which become the panes where they do
+// not; otherwise shadow rays, of which those that are free pass all panes), HALFLIGHT_LIST (of the listed paths),
+// HALFLIGHT_SELECT (only lists the rays that meet one of the root's boxes: software drivers run the whole kernel for rays
+// that meet nothing).
 #include "shaders/trace_scene.glsl"
 #ifdef HALFLIGHT_SELECT
 #include "shaders/lib/bvh.glsl"
@@ -24,16 +25,17 @@ layout(local_size_x = 64) in;
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
+#ifdef HALFLIGHT_SELECT
 #ifdef HALFLIGHT_SCATTERED
 #include "shaders/lib/hit_texels.glsl"
 #endif
-#ifdef HALFLIGHT_SELECT
 layout(std430) writeonly buffer Selected { uint selected[]; };
 layout(std430) buffer SelectedHeader { ListHeader selected_header; };
 #ifndef HALFLIGHT_SCATTERED
 uniform usamplerBuffer occluded;  // R32UI: answers to the rays
 #endif
 #elif defined(HALFLIGHT_SCATTERED)
+layout(std430) buffer Hits { Hit hits[]; };
 layout(std430) buffer States { PathState states[]; };
 #else
 layout(std430) buffer Occluded { uint occluded[]; };
@@ -72,38 +74,45 @@ void main() {
     Ray ray = load_ray(path);
     uint key = alpha_key(path);
 #ifdef HALFLIGHT_SCATTERED
-    Hit end = load_hit(path);
-    ray.t_max = min(ray.t_max, end.t);
-    const float probability = kPaneChance;
-#else
-    Hit end = no_hit();
-    const float probability = 1.0;
+    ray.t_max = min(ray.t_max, hits[path].t);
+    bool stops = false;
 #endif
     vec3 direction = normalize(ray.direction);
     vec3 share = vec3(1.0);
-    uint panes = 0u;
-    bool meets = false;
+    uint panes = 0u;  // panes passed
+    bool goes_on = false;
     do {
         Hit hit = traverse(ray, key, false);
-        meets = hit.triangle != kMiss;
-        bool finished = finite(hit.t) || !meets;
+        goes_on = hit.triangle != kMiss;
+        bool finished = finite(hit.t) || !goes_on;
         // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
-        hit.triangle = meets ? hit.triangle : 0u;
-        hit.instance = meets ? hit.instance : 0u;
+        hit.triangle = goes_on ? hit.triangle : 0u;
+        hit.instance = goes_on ? hit.instance : 0u;
         Surface surface = surface_at(hit, ray.direction);
         Material material = evaluate_material(surface, -direction);
         material.channel = 0;  // panes do not disperse
-        vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction)) / probability;
-        // Rounding may put the hit itself before its own distance.
-        bool counts = meets && !(triangle_id(hit.triangle) == end.triangle && hit.instance == end.instance);
-        panes += counts ? 1u : 0u;
-        share = counts ? share * passed : share;
+        vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction));
+#ifdef HALFLIGHT_SCATTERED
+        float chance = pane_chance(passed);
+        stops = goes_on && finished && unit_float(hash_combine(key, panes + 1u)) >= chance;
+        if (stops) {
+            hit.triangle = triangle_id(hit.triangle);
+            hits[path] = hit;
+        }
+        goes_on = goes_on && !stops;
+        passed /= max(chance, 1e-30);
+#endif
+        share = goes_on ? share * passed : share;
+        panes += goes_on ? 1u : 0u;
         if (!finished || panes > kMostPanes) {
             share = vec3(not_a_number());
-            meets = false;
+            goes_on = false;
         }
-        ray.t_min = meets ? hit.t : ray.t_min;
-    } while (meets && share != vec3(0.0));
+        // A ray that leaves the pane starts behind its error bound. What is nearer is the same pane: files have faces
+        // for both of its sides.
+        float along = max(abs(dot(surface.geometric_normal, ray.direction)), 1e-6 * length(ray.direction));
+        ray.t_min = goes_on ? hit.t + surface.offset / along : ray.t_min;
+    } while (goes_on && share != vec3(0.0));
 
     if (panes == 0u && share == vec3(1.0)) return;
 #ifdef HALFLIGHT_SCATTERED

@@ -13,7 +13,7 @@
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean, and to that of its light group
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
-//   HALFLIGHT_BY_CHANCE      rays have met panes by chance (kPaneChance)
+//   HALFLIGHT_BY_CHANCE      rays have met panes by chance (shaders/panes.comp)
 //   HALFLIGHT_REUSE_POINTS   the point for path reuse is stored, too, without its light
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
@@ -210,6 +210,9 @@ void main() {
 #endif
     float width = cone_width(cone, hit.t * length(ray.direction));
     uv_footprint = footprint_at(hit, width, -dot(surface.geometric_normal, direction));
+#ifdef HALFLIGHT_BY_CHANCE
+    if (in_pane(triangle_row(hit.triangle).w)) uv_footprint = vec2(0.0);  // the chance was that of level 0
+#endif
 #endif
 #ifdef HALFLIGHT_TILE_REQUESTS
     tiles_wanted = listed && is_hit;
@@ -232,7 +235,11 @@ void main() {
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
 #ifdef HALFLIGHT_BY_CHANCE
     bool met_pane = is_hit && in_pane(triangle_row(hit.triangle).w);
-    if (met_pane) emission *= 1.0 / (1.0 - kPaneChance);
+#ifdef HALFLIGHT_LAST_VERTEX
+    material.channel = 0;  // panes do not disperse
+    Bsdf of_pane = make_bsdf(material, surface.geometric_normal, -direction);
+    if (met_pane) emission *= make_met_pane(of_pane);
+#endif
 #endif
 #if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
     // The ray's medium is that of its origin for emitted light, like that of light samples.
@@ -283,13 +290,16 @@ void main() {
     scale_lobes(b, light * transmittance(medium, way));
 #endif
 #ifdef HALFLIGHT_BY_CHANCE
-    if (met_pane) make_met_pane(b);
+    if (met_pane) emission *= make_met_pane(b);
 #endif
     if (catches) make_catcher(b);
     if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
 #ifdef HALFLIGHT_REUSE_POINTS
     if (lifted && dot(surface.smooth_normal, direction) >= 0.0) material.bent = true;  // the horizon depends on wo
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
+#ifdef HALFLIGHT_BY_CHANCE
+    if (met_pane) point.share = 0.0;  // other receivers would have met it by another chance
+#endif
 #ifdef HALFLIGHT_VOLUME
     if (medium.w > 0.0 || one_channel) point.share = 0.0;  // neither is light inside of solids shared, nor one channel
 #endif

@@ -200,7 +200,7 @@ void main() {
                     nearest = h.hit;
                     found = true;
 #ifdef HALFLIGHT_ALPHA
-                    again = h.alpha_tested || h.pane;
+                    again = h.alpha_tested;
 #endif
                     blocker = TileBlockers(first_word(entry_bit(i)), reference);
                     if (kAnyHit || again) {

@@ -96,6 +96,11 @@ std::uint64_t PreparedScene::drawn_triangles() const {
     return triangles;
 }
 
+std::size_t PreparedScene::bytes() const {
+    const rays::TraceScene* panes = trace().panes();
+    return buffers_->bytes() + trace().statistics().bytes + (panes ? panes->statistics().bytes : 0);
+}
+
 bool PreparedScene::update(const Scene& scene) {
     check_usable();
     if (options_.single_pose) throw Error("prepared scene", "it was made for one pose only");
@@ -151,7 +156,8 @@ bool PreparedScene::pose_pages(const Scene& scene) {
 void PreparedScene::prepare_pages(const Scene& scene) {
     const Stopwatch watch;
     take_names(scene);
-    if (pose_pages(scene)) tables_ = paging::resident_tables(pages(), tables_.absent ? &tables_ : nullptr);
+    const bool posed = pose_pages(scene);
+    if (posed) tables_ = paging::resident_tables(pages(), tables_.absent ? &tables_ : nullptr);
     const auto shown = static_cast<std::size_t>(std::ranges::count_if(
         scene.instances, [&](const Instance& i) { return !paging::is_moving(scene, i) || has_surface(scene, i); }));
     if (tables_.absent->used_materials.size() != scene.materials.size() || tables_.ranges.size() != shown) {
@@ -179,7 +185,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
         pool_.emplace(pages(), options_.pool_bytes(shading.needs), buffers_->defines());
         ++pools_;
     }
-    pool_->update_panes(tables_);
+    if (posed) pool_->update_panes(tables_);
     seconds_ = watch.seconds();
 }
 

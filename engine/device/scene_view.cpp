@@ -20,18 +20,16 @@ rays::PassBacks SceneView::pass_backs(rays::RayKind kind) const {
     }
 }
 
-rays::PassPanes SceneView::pass_panes(rays::RayKind kind) const {
-    if (!scene.needs().panes) return rays::PassPanes::none;
+bool SceneView::passes_panes(rays::RayKind kind) const {
     switch (kind) {
         case rays::RayKind::shadow:
         case rays::RayKind::sun:
-            return rays::PassPanes::all;
         case rays::RayKind::diffuse:
         case rays::RayKind::glossy:
         case rays::RayKind::continuation:
-            return rays::PassPanes::chance;
+            return scene.needs().panes;
         default:
-            return rays::PassPanes::none;
+            return false;
     }
 }
 

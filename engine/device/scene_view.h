@@ -56,8 +56,8 @@ struct SceneView {
 
     /// Returns which rays of a batch pass back faces.
     rays::PassBacks pass_backs(rays::RayKind kind) const;
-    /// Returns how the rays of a batch treat panes: shadow rays pass them, scattered rays do so by chance.
-    rays::PassPanes pass_panes(rays::RayKind kind) const;
+    /// Returns whether the rays of a batch pass panes: shadow rays and scattered rays do (passes/light/panes.h).
+    bool passes_panes(rays::RayKind kind) const;
     /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
     /// where geometry is loaded in pages.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;

@@ -142,7 +142,7 @@ struct NativeServer::Parts {
                             .alpha_tested = alpha_tested,
                             .slivers = slivers,
                             .backfaces = scene.one_sided() ? static_cast<int>(batch.backfaces) : 0,
-                            .panes = static_cast<int>(batch.panes),
+                            .passes_panes = batch.passes_panes,
                             .any_hit = any_hit,
                             .rays = rays.as<shared::Ray>(),
                             .list = list ? list->as<std::uint32_t>() : nullptr,

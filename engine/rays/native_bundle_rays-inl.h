@@ -143,9 +143,8 @@ HWY_INLINE void take_lanes(const NativeJob& job, Bundle& b, std::size_t k, Trian
     PairWords words;
     std::memcpy(&words, &pair[3], sizeof(words));
     const std::uint32_t flags = second ? words.orders >> shared::kBvhFlagShift : words.orders;
-    const bool pane = job.panes != 0 && is_pane(flags);
-    if (pane && job.panes == shared::kPanesPass) return;
-    const bool asks = pane || (job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0);
+    if (job.passes_panes && is_pane(flags)) return;
+    const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
     const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
     if (job.backfaces != 0 && (flags & shared::kBvhOneSided) != 0) {
         const MN up = hn::Gt(edges.v, zero.v), away = hn::Gt(inverse_z.v, zero.v);

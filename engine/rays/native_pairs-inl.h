@@ -82,7 +82,7 @@ struct Search {
     Hit nearest;  // closest hit; t: end of the search
     bool found = false;
     bool out_of_range = false;  // the plain kernel must trace the ray
-    // t of the nearest alpha-tested triangle, or pane to be passed by chance, that was met; 0 for any hits; +inf: none
+    // t of the nearest alpha-tested triangle that was met; 0 for any hits; +inf: none
     float asked = kInfinity;
 
     /// Returns whether the plain kernel must trace the ray.
@@ -133,9 +133,8 @@ HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, Tr
     PairWords words;
     std::memcpy(&words, &pair[3], sizeof(words));
     const std::uint32_t flags = second ? words.orders >> shared::kBvhFlagShift : words.orders;
-    const bool pane = job.panes != 0 && is_pane(flags);
-    if (pane && job.panes == shared::kPanesPass) return false;
-    const bool asks = pane || (job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0);
+    if (job.passes_panes && is_pane(flags)) return false;
+    const bool asks = job.alpha_tested && (flags & shared::kBvhAlphaTested) != 0;
     const std::uint32_t order = second ? words.orders >> shared::kBvhOrderShift : words.orders;
     if ((flags & shared::kBvhOneSided) != 0 && job.passes_backs(ray.at.t_min) && edges != 0 &&
         ((edges > 0) == (inverse_z > 0)) != turned(second, order, flags))

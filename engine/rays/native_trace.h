@@ -17,7 +17,7 @@ struct NativeJob {
     bool alpha_tested = false;    // TraceTables::alpha_tested
     bool slivers = false;         // TraceTables::slivers
     int backfaces = 0;            // HALFLIGHT_BACKFACES; 0: all rays meet back faces
-    int panes = 0;                // HALFLIGHT_PASS_PANES; 0: all rays meet panes
+    bool passes_panes = false;    // RayBatch::passes_panes
     bool any_hit = false;
     bool bundles = false;                 // traces 64 consecutive rays together; affects time only
     const shared::Ray* rays = nullptr;    // rays by path
@@ -33,8 +33,7 @@ struct NativeJob {
 /// Returns whether the processor has the vectors that trace_native() needs.
 bool can_trace_natively();
 /// Traces the entries [begin, end) of the list, or the paths. Appends to `delegated` the paths whose results have not
-/// been written: their rays need an alpha test or pass panes by chance, or are
-/// out of range. Threads may call it for disjoint entries.
+/// been written: their rays need an alpha test, or are out of range. Threads may call it for disjoint entries.
 void trace_native(const NativeJob& job, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& delegated);
 
 }  // namespace halflight::rays

@@ -1,5 +1,7 @@
 #include "engine/rays/packed_bvh.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -155,8 +157,8 @@ class Packer {
   public:
     /// The contents of `spent`, which is null or `trees`, are freed as soon as they are packed.
     Packer(const TraceTables& tables, const std::vector<Part>& parts, const std::vector<PartTree>& trees,
-           std::vector<PartTree>* spent = nullptr)
-        : tables_(tables), parts_(parts), trees_(trees), spent_(spent) {
+           std::vector<PartTree>* spent = nullptr, bool only_panes = false)
+        : tables_(tables), parts_(parts), trees_(trees), spent_(spent), only_panes_(only_panes) {
         packed_.two_level = !parts.empty() &&
                             (tables.instances.size() > 1 ||
                              (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity)));
@@ -198,14 +200,18 @@ class Packer {
         std::vector<Bounds> boxes;
         Bounds all;
         double condition = 1;
-        std::vector<char> has_parts(tables_.blocks.size(), 0);
-        for (const Part& part : parts_) has_parts[part.block] = 1;
+        // Parts need not have all triangles of their block.
+        std::vector<Bounds> block_boxes(tables_.blocks.size());
+        for (std::size_t i = 0; i < parts_.size(); ++i) {
+            Bounds& box = block_boxes[parts_[i].block];
+            box.add(only_panes_ ? box_of(trees_[i].bvh) : tables_.blocks[parts_[i].block].bounds);
+        }
         std::vector<std::uint32_t> present;
         for (std::uint32_t i = 0; i < tables_.instances.size(); ++i) {
             const BlockInstance& instance = tables_.instances[i];
-            if (!has_parts[instance.block]) continue;
+            if (block_boxes[instance.block].empty()) continue;
             present.push_back(i);
-            boxes.push_back(world_box(instance, tables_.blocks[instance.block].bounds));
+            boxes.push_back(world_box(instance, block_boxes[instance.block]));
             all.add(boxes.back());
             condition = std::max(condition, condition_of(instance));
         }
@@ -340,6 +346,7 @@ class Packer {
     const std::vector<Part>& parts_;
     const std::vector<PartTree>& trees_;
     std::vector<PartTree>* spent_;
+    bool only_panes_;
     PackedScene packed_;
     std::deque<Bvh> made_;       // hierarchies over parts and instances
     std::vector<Space> spaces_;  // the space of instances first, if there is one, then the blocks
@@ -365,9 +372,9 @@ std::vector<uvec4> packed_head(const Bounds& block) {
 std::shared_ptr<PackedScene> pack_panes(const TraceTables& tables) {
     if (!tables.panes) return nullptr;
     const std::vector<Part> parts = pane_parts_of(tables);
-    std::vector<PartTree> trees;
-    for (const Part& part : parts) trees.push_back(build_tree(tables, part));
-    Packer packer(tables, parts, trees);
+    std::vector<PartTree> trees(parts.size());
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) { trees[i] = build_tree(tables, parts[i]); });
+    Packer packer(tables, parts, trees, nullptr, true);
     return std::make_shared<PackedScene>(packer.pack(fitting_format(packer), 0));
 }
 

@@ -132,7 +132,6 @@ void TraceScene::update_panes(const TraceTables& tables, const PackedScene* pack
     if (!panes_) panes_ = std::unique_ptr<TraceScene>(new TraceScene(&instances()));
     if (tables.absent) gpu::replace(panes_->triangle_ids_, tables.absent->resident);
     panes_->update(tables, *packed, shading, nullptr);
-    statistics_.bytes += panes_->statistics_.bytes;
 }
 
 void TraceScene::set_shading(const gpu::Defines& shading) {
@@ -186,7 +185,7 @@ gpu::Defines batch_defines(const TraceScene& scene, const RayBatch& batch) {
     if (scene.alpha_tested() && batch.sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
     if (scene.one_sided() && batch.backfaces != PassBacks::none)
         defines.set("HALFLIGHT_BACKFACES", static_cast<int>(batch.backfaces));
-    if (batch.panes != PassPanes::none) defines.set("HALFLIGHT_PASS_PANES", static_cast<int>(batch.panes));
+    if (batch.passes_panes) defines.set("HALFLIGHT_PASS_PANES");
     return defines;
 }
 

@@ -22,13 +22,6 @@ enum class PassBacks : std::uint8_t {
     all = shared::kEveryRay,
 };
 
-/// Treatment of panes (kTrianglePane, SHADING.md, Panes) by the rays of a batch (values of HALFLIGHT_PASS_PANES).
-enum class PassPanes : std::uint8_t {
-    none,                          // they meet panes like other surfaces
-    all = shared::kPanesPass,      // they pass all panes
-    chance = shared::kPanesChance  // they pass each pane with probability kPaneChance
-};
-
 /// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/rays.h) lie at the index
 /// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
 ///
@@ -58,7 +51,7 @@ struct RayBatch {
     // memory; the table of triangles must be bound when the graph runs.
     bool catchers_only = false;
     PassBacks backfaces = PassBacks::none;  // rays that pass back faces
-    PassPanes panes = PassPanes::none;
+    bool passes_panes = false;  // rays pass panes (kTrianglePane; SHADING.md, Panes)
 };
 
 /// Identity of similar batches across runs. State that one of them leaves speeds up the next.

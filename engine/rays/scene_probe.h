@@ -69,6 +69,7 @@ class LazyProbe {
         if (!probe_) probe_.emplace(scene_);
         return *probe_;
     }
+    bool made() const { return probe_.has_value(); }  ///< Returns whether there is a probe already.
     /// Drops the probe, since surfaces have changed.
     void reset() { probe_.reset(); }
 

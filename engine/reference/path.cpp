@@ -192,21 +192,23 @@ dvec3 Path::share_that_arrives(const Surface& surface, const LightSample& light)
 /// Traces a ray from a surface to the next one, through panes by chance. Returns false where it meets nothing.
 bool Path::follow(ReferenceRay ray, Surface& surface) {
     met_pane_ = false;
+    double way = 0;  // from the surface to the last pane
     while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
         surface = make_surface(scene_.tracer, *hit, -ray.direction);
         const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
         const dvec3 share = surface.unlit ? dvec3(0) : bsdf.straight();
         const double probability = max_component(share);
-        const bool passes = random_.uniform() < probability;
+        const bool passes = probability > 0 && random_.uniform() < probability;
         if (!passes) {
             met_pane_ = probability > 0;
             const dvec3 before = throughput_;
-            arrive(surface, hit->t);
+            arrive(surface, way + hit->t);
             surface.emitted *= before / (1 - probability);
             throughput_ /= 1 - probability;
             return true;
         }
-        throughput_ *= share / probability * medium_.transmittance(hit->t);
+        throughput_ *= share / probability;
+        way += hit->t;
         ray.origin = surface.leave(ray.direction);
     }
     return false;

@@ -83,9 +83,10 @@ double length_of(double radius, double cosine) {
 
 // Nodes of the tables of columns and of multiple scattering.
 constexpr int kRadii = 48, kCosines = 128;
-constexpr int kHeights = 16, kSuns = 16;
-// Largest change of the sun's elevation along a ray: the longest one spans acos(kGround / kTop).
-constexpr double kSunRange = 0.18;  // radians
+constexpr int kHeights = 16, kSuns = 22;
+// Largest change of the sun's elevation along a ray. The longest one, from the highest camera past the ground, spans
+// acos(kGround / kTop) and the dip of that camera's horizon.
+constexpr double kSunRange = 0.24;  // radians
 
 double radius_of_node(double node) {  // dense at the ground
     return kGround + (kTop - kGround) * node * node;

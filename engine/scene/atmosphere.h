@@ -34,7 +34,8 @@ class Atmosphere {
     /// Returns the radiance for the cosine of the angle between direction and sun.
     static dvec3 radiance(const Light& light, double cos_to_sun);
 
-    /// Returns the illuminance that the sun gives a surface facing it, that of the part above the horizon at sunset.
+    /// Returns the illuminance that the sun gives a surface facing it. At sunset, only the part of the disc above the
+    /// horizon counts.
     dvec3 sun_illuminance() const;
     /// Returns the radiance of the sun's disc at a distance from its centre, [0, 1] in radii. Its mean over the disc is
     /// that of sun_illuminance() with the whole disc above the horizon.

@@ -56,7 +56,7 @@ rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch
 template <class Read, class Write>
 void add_panes(graph::Graph& graph, const SceneView& view, rays::RayBatch batch, const char* name,
                const gpu::Defines& variant, const Read& read, const Write& write) {
-    batch.panes = rays::PassPanes::none;  // the kernels look for them
+    batch.passes_panes = false;  // the kernels look for panes
     batch = select(graph, view, batch, name, variant, read);
     const rays::TraceScene& panes = *view.trace.panes();
     graph::Pass pass = graph.add_pass(name);
@@ -95,7 +95,7 @@ void trace_scattered_rays(graph::Graph& graph, const SceneView& view, const rays
     const auto read = [&](graph::Pass& pass) { pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI}); };
     add_panes(graph, view, batch, "panes: scattered rays", {{"HALFLIGHT_SCATTERED", "1"}}, read,
               [&](graph::Pass& pass) {
-                  read(pass);
+                  paths.hits = pass.write(paths.hits, Access::storage_read_write, "Hits");
                   paths.states = pass.write(paths.states, Access::storage_read_write, "States");
               });
 }

@@ -59,7 +59,7 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
             .sampled_blocks = view.sampled_blocks,
             .alpha_salt = salt,
             .backfaces = view.pass_backs(kind),
-            .panes = view.pass_panes(kind)};
+            .passes_panes = view.passes_panes(kind)};
 }
 
 graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,

@@ -54,7 +54,7 @@ graph::Access partial_write(const H& handle) {
 
 struct ResolveOptions {
     bool last = false;          // makes only emission and geometric normal
-    bool by_chance = false;     // rays pass panes by chance (SceneView::pass_panes)
+    bool by_chance = false;     // rays have met or passed panes by chance (passes/light/panes.h)
     bool reuse_points = false;  // also makes PathBuffers::points, for path reuse
 };
 /// Makes the surface records of the hits of the paths in `list`. name: the pass.

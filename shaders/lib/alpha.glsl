@@ -4,9 +4,6 @@
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/vertex.glsl"
 #include "shaders/shared/material.h"
-#include "shaders/shared/rays.h"
-
-const uint kPaneSalt = 0x9e3779b9u;  // any constant
 
 struct Coverage {
     float alpha;
@@ -46,12 +43,6 @@ bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint
 #else
     return true;
 #endif
-}
-
-// Returns whether a ray passes a pane at distance t by chance, independently of earlier panes and of alpha_accept().
-// Triangles at the same distance, such as both faces of a pane that files have for its two sides, are one pane.
-bool passes_pane(float t, uint key) {
-    return unit_float(hash_combine(hash_combine(key, floatBitsToUint(t)), kPaneSalt)) < kPaneChance;
 }
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.

@@ -11,7 +11,7 @@
 // HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows),
 // HALFLIGHT_BACKFACES (back faces of one-sided triangles are no hits of rays with t_min > 0, or with kEveryRay of all
 // rays),
-// HALFLIGHT_PASS_PANES (panes are no hits: all of them, or with kPanesChance each one by chance; needs HALFLIGHT_ALPHA),
+// HALFLIGHT_PASS_PANES (panes are no hits),
 // HALFLIGHT_CATCHERS_ONLY (rays pass through all but shadow catchers; not in scenes that are loaded in pages).
 // HALFLIGHT_SLOT_TEXELS is the size of a slot with HALFLIGHT_NODES_PAGE.
 // Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
@@ -92,7 +92,6 @@ float triangle_near(EntryRay entry, vec3 origin, vec4 row_x, vec4 row_y, bool se
 struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
-    bool pane;          // a pane that the ray passes by chance
     int next;           // next place: few rays hit both triangles of a pair
     Hit hit;            // hit on the triangle; for any_hit, valid only with HALFLIGHT_ALPHA
 };
@@ -123,10 +122,9 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     h.next = (place | 1) + (second || !pair.met.y ? 1 : 0);
     h.nearer = !second || pair.met.y;
     h.alpha_tested = false;
-    h.pane = false;
     h.hit = nearest;
     float near = triangle_near(entry, ray.origin, row_x, row_y, second);
-#if !defined(HALFLIGHT_ALPHA) && !defined(HALFLIGHT_BACKFACES)
+#if !defined(HALFLIGHT_ALPHA) && !defined(HALFLIGHT_BACKFACES) && !defined(HALFLIGHT_PASS_PANES)
     if (any_hit) {
         float t = pair_t(ray, pair, second);
         h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
@@ -150,8 +148,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     bool one_sided = (flags & kBvhOneSided) != 0u, mirrored = (flags & kBvhMirrored) != 0u;
 #endif
 #ifdef HALFLIGHT_PASS_PANES
-    h.pane = mirrored && !one_sided;
-    h.nearer = h.nearer && !(h.pane && HALFLIGHT_PASS_PANES == kPanesPass);
+    h.nearer = h.nearer && !(mirrored && !one_sided);
 #endif
 #ifdef HALFLIGHT_BACKFACES
     // The places of a pair's second triangle follow its edge functions; those of the first one are the other way round.
@@ -256,7 +253,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #ifdef HALFLIGHT_ALPHA
     Hit asked = nearest;  // candidate, which becomes the nearest hit if its triangle covers it
     int asked_place = 0;
-    bool asks = false, asks_alpha = false, asks_pane = false;
+    bool asks = false;
     int done = 0;  // 1: the rest of a leaf starts with the second triangle of a pair
 #else
     const bool asks = false;
@@ -302,12 +299,10 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #endif
                     place = hit.next;
 #ifdef HALFLIGHT_ALPHA
-                    if (hit.nearer && (hit.alpha_tested || hit.pane)) {
+                    if (hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
                         asked_place = tested;
                         asks = true;
-                        asks_alpha = hit.alpha_tested;
-                        asks_pane = hit.pane;
                         done = place & 1;
                         uint left = uint(end - (place - done)) >> 1;
                         // The rest of the leaf. A leaf without pairs must not look like a missing page.
@@ -346,9 +341,8 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #ifdef HALFLIGHT_ALPHA
         if (asks) {
             asks = false;
-            uint row = asks_alpha ? row_of(asked_place, asked.triangle) : 0u;
-            bool covers = !asks_alpha || alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key);
-            if (covers && !(asks_pane && passes_pane(asked.t, alpha_key))) {
+            uint row = row_of(asked_place, asked.triangle);
+            if (alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key)) {
                 found = true;
                 nearest = asked;
                 if (any_hit) node = kStackDone;

@@ -39,11 +39,8 @@ HALFLIGHT_SHARED_CONST int kEveryRay = 2;
 // Marks a ray from a surface: t_min, the least normal float.
 HALFLIGHT_SHARED_CONST float kMarkedStart = 1.17549435e-38f;
 
-// Rays that pass panes: values of HALFLIGHT_PASS_PANES (RayBatch::panes).
-HALFLIGHT_SHARED_CONST int kPanesPass = 1;    // all panes are passed
-HALFLIGHT_SHARED_CONST int kPanesChance = 2;  // a pane is passed with probability kPaneChance
-// Thin clear glass passes more light than this. Larger values would make noise where a texture has opaque parts.
-HALFLIGHT_SHARED_CONST float kPaneChance = 0.875f;
+// Greatest probability with which a scattered ray passes a pane (SHADING.md, Panes).
+HALFLIGHT_SHARED_CONST float kMostPaneChance = 0.9375f;
 
 // Results of any_hit().
 HALFLIGHT_SHARED_CONST uint kFree = 0u;

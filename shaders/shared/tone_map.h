@@ -16,7 +16,7 @@ HALFLIGHT_SHARED_FUNCTION vec3 pbr_neutral(vec3 colour) {
     float f90 = 0.04f;      // reflectance of dielectrics at normal incidence
     float ks = 0.8f - f90;  // peak where compression starts
     float kd = 0.15f;       // speed of desaturation
-    colour = max(colour, vec3(0.0f));
+    colour = clamp(colour, vec3(0.0f), vec3(65504.0f));  // a look may give infinities
     float x = min(min(colour.x, colour.y), colour.z);
     colour -= x <= 2.0f * f90 ? x - x * x / (4.0f * f90) : f90;
     float p = max(max(colour.x, colour.y), colour.z);
@@ -46,6 +46,7 @@ HALFLIGHT_SHARED_FUNCTION float agx_curve(float x) {
 // curve is applied to each channel, and the primaries are moved back out. Matrices: AgXToneMapping() of three.js
 // (tonemapping_pars_fragment.glsl.js). Its polynomial for the curve is off by 6e-3; this is the curve itself.
 HALFLIGHT_SHARED_FUNCTION vec3 agx(vec3 colour) {
+    colour = clamp(colour, vec3(-65504.0f), vec3(65504.0f));
     mat3 to_rec2020 = mat3(0.6274039f, 0.0690973f, 0.0163914f, 0.3292830f, 0.9195404f, 0.0880133f, 0.0433131f,
                            0.0113623f, 0.8955953f);  // ITU-R BT.2087
     mat3 to_rec709 = mat3(1.6604910f, -0.1245505f, -0.0181508f, -0.5876411f, 1.1328999f, -0.1005789f, -0.0728499f,

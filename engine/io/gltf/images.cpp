@@ -13,6 +13,7 @@
 #include "engine/io/png.h"
 #include "engine/io/texture_store.h"
 #include "engine/io/webp.h"
+#include "engine/scene/material_lobes.h"
 #include "engine/scene/texture_levels.h"
 
 namespace halflight {
@@ -299,6 +300,7 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
     for (const GltfMaterial& m : materials) {
         for_each_texture(m.material, [&](const TextureRef& t) {
             if (t) measure(t.image);
+            if (t && is_pane(m.material)) pinned.insert(t.image);
         });
         const TextureRef& coverage = m.material.base_color_texture;
         if (coverage && m.material.alpha_mode != AlphaMode::opaque) pinned.insert(coverage.image);

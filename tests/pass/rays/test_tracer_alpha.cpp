@@ -162,7 +162,6 @@ TEST_F(TracerAlpha, SurfacesBehindAHitDoNotChangeIt) {
 
 // Instances, opaque and blended squares among panes; all tracers and a pool of few pages.
 TEST_F(TracerAlpha, AllTracersPassTheSamePanes) {
-    using rays::PassPanes;
     for (const int copies : {1, 5}) {
         Scene scene = test::soup(400, 0.4f, vec3(1), 3);
         scene.name = "panes";
@@ -189,55 +188,31 @@ TEST_F(TracerAlpha, AllTracersPassTheSamePanes) {
         const rays::Hierarchies unsplit(tables, tables.triangles.size() / 2);
         rays::TraceScene scene_of(tables, rays::pack_scene(tables, unsplit), buffers.defines());
         graph::Executor executor(programs_);
-        std::size_t met[3] = {};  // rays that meet anything, by mode
-        for (const PassPanes mode : {PassPanes::none, PassPanes::chance, PassPanes::all}) {
+        std::size_t met[2] = {};  // rays that meet anything, by mode
+        for (const bool passes : {false, true}) {
             buffers.bind();  // a pool binds rows of its own
-            const test::TraceRequest request{.rays = rays, .frame_constants = &constants, .panes = mode};
-            EXPECT_EQ(pair.differences(request, 2), "") << copies << ", " << int(mode);
+            const test::TraceRequest request{.rays = rays, .frame_constants = &constants, .passes_panes = passes};
+            EXPECT_EQ(pair.differences(request, 2), "") << copies << ", " << passes;
             const test::Answers plain = answers(executor, request, scene_of);
             std::size_t panes = 0;
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 const Hit& hit = plain.hits[i];
                 EXPECT_EQ(plain.occluded[i] == 1, hit.triangle != kMiss) << i;
                 if (hit.triangle == kMiss) continue;
-                ++met[mode == PassPanes::none ? 0 : mode == PassPanes::chance ? 1 : 2];
+                ++met[passes ? 1 : 0];
                 panes += shared::in_pane(tables.triangles[hit.triangle].w);
             }
-            EXPECT_EQ(panes > 0, mode != PassPanes::all);
+            EXPECT_EQ(panes > 0, !passes);
             if (copies > 1) continue;
             const test::MemoryPages pages(tables, 100, {.bytes = 1536, .alpha_tested = 64}, shading.vertices);
             paging::PagePool pool(pages, 8 * paging::PagePool::slot_bytes(pages.index()), buffers.defines());
             paging::PageServer server(pool);
             rays::Tracer paged(pool.scene(), server);
-            EXPECT_EQ(different(plain, answers(executor, request, paged)), 0u) << int(mode);
+            EXPECT_EQ(different(plain, answers(executor, request, paged)), 0u) << passes;
         }
         EXPECT_GT(met[0], met[1]);
-        EXPECT_GT(met[1], met[2]);
-        EXPECT_GT(met[2], 0u);
+        EXPECT_GT(met[1], 0u);
     }
-}
-
-TEST_F(TracerAlpha, PanesArePassedByChance) {
-    Scene scene;
-    scene.name = "pane";
-    Material pane = test::glass_material(0);
-    pane.thickness = 0;
-    add_square(scene, 1, pane);
-    const TraceTables tables = build_trace_tables(scene);
-    const SceneBuffers buffers(tables, build_shading_tables(scene, tables));
-    rays::TraceScene memory(tables, buffers.defines());
-    std::vector<Ray> rays;
-    for (std::uint32_t i = 0; i < kRays; ++i)
-        rays.push_back({vec3((static_cast<float>(i % 128) + 0.4f) / 128.0f, (static_cast<float>(i / 128) + 0.6f) / 64.0f, 9) -
-                            vec3(tables.origin),
-                        0, vec3(0, 0, -1), kInfinity});
-    gpu::Buffer constants = test::constants_of_paths(0);
-    graph::Executor executor(programs_);
-    buffers.bind();
-    const std::vector<Hit> hits =
-        test::closest_hits(executor, {.rays = rays, .frame_constants = &constants, .panes = rays::PassPanes::chance}, memory);
-    const auto missed = std::ranges::count(hits, kMiss, &Hit::triangle);
-    EXPECT_NEAR(static_cast<double>(missed) / kRays, shared::kPaneChance, 0.02);  // 5 standard errors
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ std::vector<Result> run_trace(graph::Executor& executor, const TraceRequest& req
     batch.rays_of_path = request.rays_of_path;
     batch.alpha_salt = request.alpha_salt;
     batch.backfaces = request.backfaces;
-    batch.panes = request.panes;
+    batch.passes_panes = request.passes_panes;
     batch.capacity = static_cast<std::uint32_t>(padded.size());
     batch.rays = graph.import_buffer("rays", ray_buffer);
     if (request.list) {

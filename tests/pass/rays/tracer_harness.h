@@ -37,7 +37,7 @@ struct TraceRequest {
     std::uint32_t rays_of_path = 1;  // number of consecutive rays per path; not with a list
     std::uint32_t alpha_salt = 0;
     rays::PassBacks backfaces = rays::PassBacks::none;
-    rays::PassPanes panes = rays::PassPanes::none;
+    bool passes_panes = false;
 };
 /// Adds the passes that fill the results.
 using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results)>;
