@@ -6,7 +6,6 @@
 #include <map>
 
 #include "api/default_camera.h"
-#include "engine/scene/material_lobes.h"
 
 namespace halflight {
 namespace {
@@ -15,10 +14,6 @@ constexpr std::size_t kMostLights = 64, kMostCameras = 4;
 constexpr int kSide = 12;               // points along each side of a picture
 constexpr double kMostOpen = 0.02;      // share of points up to which a light counts as hidden
 constexpr std::size_t kLeastHidden = 2;  // points that glass hides from a light
-
-bool is_glass_but_no_pane(const Material& m) {
-    return transmits(m) && !is_pane(m);
-}
 
 std::string called(const char* what, const std::string& name, std::size_t index) {
     return name.empty() ? fmt::format("{} {}", what, index) : fmt::format("{} '{}'", what, name);
@@ -55,7 +50,7 @@ const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight&
     const double most = (1 - 1e-4) * distance - 2 * probe.spacing();
     const auto hit = probe.trace(from, direction, most, rays::kPassPanes | rays::kPassScattered);
     open = !hit;
-    if (!hit || !is_glass_but_no_pane(*hit->material)) return nullptr;
+    if (!hit || !rays::hides_points(*hit->material)) return nullptr;
     return probe.trace(from, direction, most, rays::kPassClear | rays::kPassScattered) ? nullptr : hit->material;
 }
 
@@ -64,7 +59,7 @@ const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight&
 std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scene& scene,
                                         const std::vector<Camera>& cameras) {
     std::vector<std::string> lines;
-    if (scene.lights.empty() || std::ranges::none_of(scene.materials, is_glass_but_no_pane)) return lines;
+    if (scene.lights.empty() || std::ranges::none_of(scene.materials, rays::hides_points)) return lines;
     const std::vector<rays::ProbeHit> seen = seen_by(
         probe.get(), cameras.empty() ? std::vector{default_camera(probe.get(), kUsualAspect).camera} : cameras);
     for (std::size_t i = 0; i < std::min(scene.lights.size(), kMostLights); ++i) {
@@ -82,8 +77,8 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         const auto material = static_cast<std::size_t>(&glass - scene.materials.data());
         const std::string kind = is_solid(glass) ? "solid" : fmt::format("of roughness {:g}", glass.roughness);
         lines.push_back(fmt::format(
-            "{} reaches what the cameras see only through glass, {}, which is {}: its light is missing there, because "
-            "light without size passes thin clear glass alone (thickness 0, roughness below 0.01)",
+            "{} reaches what the cameras see only through glass, {}, which is {}: hardly any of its light is found there, "
+            "because light without size passes thin clear glass alone (thickness 0, roughness below 0.01)",
             called("light", light.name, i), called("material", glass.name, material), kind));
     }
     return lines;

@@ -61,7 +61,7 @@ float coverage(const Scene& scene, const Material& m, const Mesh& mesh, const uv
 
 /// Returns whether most light passes the surface in one of the ways of `passing`.
 bool lets_pass(const Material& m, float coverage, unsigned passing) {
-    const bool clear = passing & kPassClear || (passing & kPassPanes && is_pane(m));
+    const bool clear = passing & kPassClear || (passing & kPassPanes && !hides_points(m));
     const float passes =
         std::max(clear ? m.transmission : 0.0f, passing & kPassScattered ? m.diffuse_transmission : 0.0f);
     return passes * (1 - m.metallic) > 0.5f || (passing & (kPassClear | kPassPanes) && coverage < 0.5f);

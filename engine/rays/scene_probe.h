@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "engine/scene/material_lobes.h"
 #include "engine/scene/scene.h"
 
 namespace halflight::rays {
@@ -25,8 +26,14 @@ enum Passing : unsigned {
     kPassHidden = 1,     // back faces that cameras do not show (is_one_sided())
     kPassClear = 2,      // surfaces that are mostly transparent there, by alpha or transmission
     kPassScattered = 4,  // surfaces that transmit most light diffusely
-    kPassPanes = 8,      // the clear surfaces that light without size passes: by alpha, and thin clear glass (is_pane())
+    kPassPanes = 8,      // the clear surfaces that light without size passes: all but hides_points()
 };
+
+/// Returns whether light without size is not found, or hardly ever, through the surface: clear glass that bends it. Rough
+/// glass scatters it, so that light samples at the glass find it.
+inline bool hides_points(const Material& m) {
+    return transmits(m) && !is_pane(m) && m.roughness < 0.05f && !m.metallic_roughness_texture;
+}
 
 /// Traces rays through a scene.
 class SceneProbe {

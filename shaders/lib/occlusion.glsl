@@ -15,21 +15,16 @@ uint answer_of_panes(vec3 share, vec3 random) {
     return kPassedPanes | uint(exponent) << 27 | steps.r << 18 | steps.g << 9 | steps.b;
 }
 
-// Returns the share of light that an answer stands for.
+// Returns the share of light that an answer stands for which is neither kFree nor kOccluded.
 vec3 share_of_answer(uint answer) {
     uvec3 steps = (uvec3(answer) >> uvec3(18u, 9u, 0u)) & 511u;
     vec3 passed = vec3(steps) * (exp2(-float((answer >> 27) & 15u)) / kPassedSteps);
-    return answer == kFree ? vec3(1.0) : (answer & kPassedPanes) != 0u ? passed
-           : answer == kOccluded ? vec3(0.0) : vec3(not_a_number());
+    return (answer & kPassedPanes) != 0u ? passed : vec3(not_a_number());
 }
 
 // Returns the light that arrives. Light without contribution needs no result. An unfinished result (kUnfinished) must
 // count neither as lit nor as shadowed: it becomes NaN, which the accumulation counts.
 vec3 answered_light(vec3 light, uint occluded) {
-#ifdef HALFLIGHT_PANES
-    vec3 answered = occluded == kFree ? light : light * share_of_answer(occluded);
-#else
-    vec3 answered = occluded == kFree ? light : occluded == kOccluded ? vec3(0.0) : vec3(not_a_number());
-#endif
+    vec3 answered = occluded == kFree ? light : occluded == kOccluded ? vec3(0.0) : light * share_of_answer(occluded);
     return light == vec3(0.0) ? light : answered;
 }

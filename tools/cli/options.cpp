@@ -163,7 +163,7 @@ void add_environment_options(Options& options, SceneChoice& choice) {
     options.value(
         "--sky", "ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]]",
         "clear sky in nits with its sun: degrees above the horizon, from -18 to 90; degrees clockwise from north (-Z); "
-        "haze from 1 to 10 (default 3); albedo of the ground (0.2); metres above the sea (0)",
+        "haze from 1 to 10 (default 3); albedo of the ground, 0 to 1 (0.2); metres above the sea, 0 to 10000 (0)",
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_clear_sky, name, text); });
     options.flag(
         "--no-lamps", [&] { choice.lamps = false; },

@@ -221,7 +221,7 @@ TEST(NeutralSky, AddedToLampsThatAreShut) {
     const auto shade = [&](auto&& change) { return needs_sky(with_material(scene, 1, change)); };
     EXPECT_TRUE(needs_sky(scene));
     EXPECT_FALSE(shade([](Material& m) { m.transmission = 1, m.roughness = 0; })) << "light passes a shade of glass";
-    EXPECT_TRUE(shade([](Material& m) { m.transmission = 1; })) << "light without size does not pass frosted glass";
+    EXPECT_FALSE(shade([](Material& m) { m.transmission = 1; })) << "frosted glass scatters light";
     EXPECT_TRUE(shade([](Material& m) { m.transmission = m.thickness = 1, m.roughness = 0; })) << "nor solid glass";
     EXPECT_TRUE(shade([](Material& m) { m.transmission = m.metallic = 1; })) << "metal transmits no light";
     EXPECT_FALSE(shade([](Material& m) { m.diffuse_transmission = 0.6f; })) << "light passes a shade of paper";
