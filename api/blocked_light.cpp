@@ -11,8 +11,8 @@ namespace halflight {
 namespace {
 
 constexpr std::size_t kMostLights = 64, kMostCameras = 4;
-constexpr int kSide = 12;               // points along each side of a picture
-constexpr double kMostOpen = 0.02;      // share of points up to which a light counts as hidden
+constexpr int kSide = 12;                // points along each side of a picture
+constexpr double kMostOpen = 0.02;       // share of points up to which a light counts as hidden
 constexpr std::size_t kLeastHidden = 2;  // points that glass hides from a light
 
 std::string called(const char* what, const std::string& name, std::size_t index) {
@@ -32,8 +32,8 @@ std::vector<rays::ProbeHit> seen_by(const rays::SceneProbe& probe, const std::ve
     return seen;
 }
 
-/// Returns the first glass between a surface and a light on its side. Sets `open` if there is nothing. Returns null there,
-/// and where something opaque is in between.
+/// Returns the first glass between a surface and a light on its side. Sets `open` if there is nothing. Returns null
+/// there, and where something opaque is in between.
 const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight& light, const rays::ProbeHit& at,
                              bool& open) {
     dvec3 direction = -dvec3(light.direction);
@@ -43,7 +43,8 @@ const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight&
         distance = glm::length(to);
         direction = to / std::max(distance, 1e-30);
     }
-    if (light.type == LightType::spot && -glm::dot(direction, dvec3(light.direction)) < std::cos(double(light.outer_cone)))
+    if (light.type == LightType::spot &&
+        -glm::dot(direction, dvec3(light.direction)) < std::cos(double(light.outer_cone)))
         return nullptr;
     if (glm::dot(at.normal, direction) <= 0) return nullptr;
     const dvec3 from = at.position + probe.spacing() * at.normal;
@@ -60,8 +61,8 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
                                         const std::vector<Camera>& cameras) {
     std::vector<std::string> lines;
     if (scene.lights.empty() || std::ranges::none_of(scene.materials, rays::hides_points)) return lines;
-    const std::vector<rays::ProbeHit> seen = seen_by(
-        probe.get(), cameras.empty() ? std::vector{default_camera(probe.get(), kUsualAspect).camera} : cameras);
+    const std::vector<rays::ProbeHit> seen =
+        seen_by(probe.get(), cameras.empty() ? std::vector{default_camera(probe.get(), kUsualAspect).camera} : cameras);
     for (std::size_t i = 0; i < std::min(scene.lights.size(), kMostLights); ++i) {
         const PunctualLight& light = scene.lights[i];
         if (light.intensity == vec3(0)) continue;
@@ -76,10 +77,11 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         const Material& glass = *std::ranges::max_element(hidden, {}, [](const auto& h) { return h.second; })->first;
         const auto material = static_cast<std::size_t>(&glass - scene.materials.data());
         const std::string kind = is_solid(glass) ? "solid" : fmt::format("of roughness {:g}", glass.roughness);
-        lines.push_back(fmt::format(
-            "{} reaches what the cameras see only through glass, {}, which is {}: hardly any of its light is found there, "
-            "because light without size passes thin clear glass alone (thickness 0, roughness below 0.01)",
-            called("light", light.name, i), called("material", glass.name, material), kind));
+        lines.push_back(
+            fmt::format("{} reaches what the cameras see only through glass, {}, which is {}: hardly any of its light "
+                        "is found there, "
+                        "because light without size passes thin clear glass alone (thickness 0, roughness below 0.01)",
+                        called("light", light.name, i), called("material", glass.name, material), kind));
     }
     return lines;
 }

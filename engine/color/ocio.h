@@ -41,8 +41,8 @@ struct ColorConfig::Data {
     ocio::TransformRcPtr from_rec709;  // conversion; null where rendering_space is linear Rec.709
 };
 
-/// A tone map for which OpenColorIO 2.1 has no exact transform: the minimum and maximum over channels of PBR Neutral, the
-/// analytic curve of AgX. A view transform asks for it by its family.
+/// A tone map for which OpenColorIO 2.1 has no exact transform: the minimum and maximum over channels of PBR Neutral,
+/// the analytic curve of AgX. A view transform asks for it by its family.
 struct ToneMap {
     const char* family;          // family of the view transform
     const char* function;        // name in shaders/shared/tone_map.h

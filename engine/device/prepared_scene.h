@@ -76,7 +76,7 @@ class PreparedScene {
     /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
-    std::size_t bytes() const;  ///< Returns bytes on the device.
+    std::size_t bytes() const;                   ///< Returns bytes on the device.
     double seconds() const { return seconds_; }  ///< Returns seconds of construction or last update, with pilots.
     const rays::HierarchyCounts& hierarchies() const {
         return hierarchies_;

@@ -17,8 +17,8 @@
 
 namespace halflight::paging {
 
-/// Largest number of emissive triangles and panes that a page file lists. Of scenes with more, it lists none: these lights
-/// are then found by chance, and panes are opaque to shadow rays.
+/// Largest number of emissive triangles and panes that a page file lists. Of scenes with more, it lists none: these
+/// lights are then found by chance, and panes are opaque to shadow rays.
 inline constexpr std::size_t kMostResident = std::size_t{1} << 24;
 
 struct ConvertOptions {

@@ -169,8 +169,7 @@ std::string bytes_of(const StoredIndex& stored) {
     add(index.alpha_tests), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
-        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0) |
-        (index.panes ? kPanes : 0));
+        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0) | (index.panes ? kPanes : 0));
     append_list(std::vector<std::uint8_t>(index.geometry.used_materials.begin(), index.geometry.used_materials.end()),
                 bytes);
     append_list(index.geometry.resident, bytes);

@@ -159,9 +159,9 @@ class Packer {
     Packer(const TraceTables& tables, const std::vector<Part>& parts, const std::vector<PartTree>& trees,
            std::vector<PartTree>* spent = nullptr, bool only_panes = false)
         : tables_(tables), parts_(parts), trees_(trees), spent_(spent), only_panes_(only_panes) {
-        packed_.two_level = !parts.empty() &&
-                            (tables.instances.size() > 1 ||
-                             (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity)));
+        packed_.two_level =
+            !parts.empty() && (tables.instances.size() > 1 ||
+                               (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity)));
         if (packed_.two_level) add_top_level();
         std::size_t pairs = 0;
         for (const PartTree& tree : trees_) pairs += tree.bvh.primitives.size();
@@ -403,8 +403,7 @@ PackedScene pack_scene(const TraceTables& tables) {
 
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format) {
     const Hierarchies hierarchies(tables);
-    PackedScene scene =
-        Packer(tables, hierarchies.parts(), hierarchies.trees()).pack(format, hierarchies.seconds());
+    PackedScene scene = Packer(tables, hierarchies.parts(), hierarchies.trees()).pack(format, hierarchies.seconds());
     scene.panes = pack_panes(tables);
     return scene;
 }

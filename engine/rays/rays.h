@@ -51,7 +51,7 @@ struct RayBatch {
     // memory; the table of triangles must be bound when the graph runs.
     bool catchers_only = false;
     PassBacks backfaces = PassBacks::none;  // rays that pass back faces
-    bool passes_panes = false;  // rays pass panes (kTrianglePane; SHADING.md, Panes)
+    bool passes_panes = false;              // rays pass panes (kTrianglePane; SHADING.md, Panes)
 };
 
 /// Identity of similar batches across runs. State that one of them leaves speeds up the next.

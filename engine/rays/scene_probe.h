@@ -29,8 +29,8 @@ enum Passing : unsigned {
     kPassPanes = 8,      // the clear surfaces that light without size passes: all but hides_points()
 };
 
-/// Returns whether light without size is not found, or hardly ever, through the surface: clear glass that bends it. Rough
-/// glass scatters it, so that light samples at the glass find it.
+/// Returns whether light without size is not found, or hardly ever, through the surface: clear glass that bends it.
+/// Rough glass scatters it, so that light samples at the glass find it.
 inline bool hides_points(const Material& m) {
     return transmits(m) && !is_pane(m) && m.roughness < 0.05f && !m.metallic_roughness_texture;
 }

@@ -20,7 +20,7 @@ namespace halflight {
 struct PooledImage {
     int image = 0;          // index into Scene::images
     bool is_color = false;  // true: in color_texels, decoded from sRGB; false: in data_texels
-    bool pinned = false;    // kernels other than shaders/resolve.comp look it up: for tests of alpha, at lights, at panes
+    bool pinned = false;  // kernels other than shaders/resolve.comp look it up: for tests of alpha, at lights, at panes
     bool operator==(const PooledImage&) const = default;
 };
 

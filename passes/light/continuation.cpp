@@ -117,9 +117,9 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
             shadowing.occluded = trace_shadow_rays(
                 graph, view, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth), shadowing.occluded);
             if (sun)
-                shadowing.sun_occluded = trace_shadow_rays(
-                    graph, view, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
-                    shadowing.sun_occluded);
+                shadowing.sun_occluded =
+                    trace_shadow_rays(graph, view, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
+                                      shadowing.sun_occluded);
         } else {
             for (const PathList& batch : arriving)
                 add_vertex(graph, view, depth, batch, paths, shadowing, nullptr, &leaving);

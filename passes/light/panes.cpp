@@ -9,8 +9,8 @@ namespace {
 
 using graph::Access;
 
-/// Sets the kernel of a pass over the rays of a batch. `kernel` makes it anew for each run, because the hierarchies over
-/// the panes may change their format with the pose.
+/// Sets the kernel of a pass over the rays of a batch. `kernel` makes it anew for each run, because the hierarchies
+/// over the panes may change their format with the pose.
 void run(graph::Pass& pass, const rays::RayBatch& batch, const std::function<graph::Kernel()>& kernel) {
     pass.kernel(kernel());  // compiled ahead
     pass.execute([batch, kernel](graph::Resources& r) {
@@ -84,7 +84,9 @@ graph::BufferHandle trace_shadow_rays(graph::Graph& graph, const SceneView& view
     if (!view.trace.panes()) return answers;
     add_panes(
         graph, view, batch, "panes: shadow rays", {},
-        [&](graph::Pass& pass) { pass.read(answers, Access::texture_read, {"occluded", GL_R32UI}); },
+        [&](graph::Pass& pass) {
+            pass.read(answers, Access::texture_read, {"occluded", GL_R32UI});
+        },
         [&](graph::Pass& pass) { answers = pass.write(answers, Access::storage_read_write, "Occluded"); });
     return answers;
 }

@@ -33,7 +33,8 @@ PathList create_path_list(graph::Graph& graph, const SceneView& view, const std:
     if (capacity == 0) capacity = view.band.paths();
     PathList list;
     graph::Pass pass = graph.add_pass(name + ": clear list");
-    list.list = pass.write(graph.create_buffer(name + " list", {capacity * sizeof(shared::uint)}), Access::transfer_write);
+    list.list =
+        pass.write(graph.create_buffer(name + " list", {capacity * sizeof(shared::uint)}), Access::transfer_write);
     list.header =
         pass.write(graph.create_buffer(name + " list header", {sizeof(shared::ListHeader)}), Access::transfer_write);
     pass.execute([list](graph::Resources& r) {

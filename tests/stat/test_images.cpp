@@ -280,8 +280,8 @@ TEST_F(ImageTest, BackFaces) {
 }
 
 TEST_F(ImageTest, Panes) {
-    // Clear, tinted, stacked, coated, blended, emissive, partly frosted and instanced panes between a sun, a lamp, a sky
-    // and an emitter on one side, and diffuse, glossy and mirroring surfaces on the other.
+    // Clear, tinted, stacked, coated, blended, emissive, partly frosted and instanced panes between a sun, a lamp, a
+    // sky and an emitter on one side, and diffuse, glossy and mirroring surfaces on the other.
     Scene scene;
     scene.environment.color = vec3(0.3f, 0.4f, 0.5f);
     scene.images.push_back({"frost", 2, 1, {255, 0, 0, 255, 255, 255, 0, 255}});  // roughness 0 and 1
@@ -289,7 +289,8 @@ TEST_F(ImageTest, Panes) {
     add_quad(scene, add_material(scene, metal_material({0.8f, 0.8f, 0.8f}, 0.3f)), {-1, -1, -1}, {0, 0, 2}, {2, 0, 0});
     add_quad(scene, walls, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});
     add_quad(scene, walls, {1, -1, -1}, {0, 0, 2}, {0, 2, 0});
-    add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {0.1f, -0.9f, -0.9f}, {0.7f, 0, 0}, {0, 0.8f, 0});
+    add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {0.1f, -0.9f, -0.9f}, {0.7f, 0, 0},
+             {0, 0.8f, 0});
     add_box(scene, walls, {-0.5f, -0.98f, -0.4f}, {0, -0.5f, 0.1f});
     add_quad(scene, add_material(scene, light_material({4, 3, 2})), {-1.6f, -0.6f, -0.5f}, {0, 0, 0.8f}, {0, 0.7f, 0});
     Material clear = glass_material(0);

@@ -79,8 +79,7 @@ TEST_F(Light, StacksOfPanes) {
             add_quad(scene, pane, {-500, 3 + gap * static_cast<float>(i), -500}, {0, 0, 1000}, {1000, 0, 0});
         add_quad(scene, pane, {500, 3, -500}, {-1000, 0, 0}, {0, 0, 1000});  // the back of the first pane
         const int sun = add_lamp(scene, LightType::directional, dvec3(0), 1);
-        scene.lights[static_cast<std::size_t>(sun)].direction =
-            vec3(dvec3(std::sqrt(1 - cosine * cosine), -cosine, 0));
+        scene.lights[static_cast<std::size_t>(sun)].direction = vec3(dvec3(std::sqrt(1 - cosine * cosine), -cosine, 0));
         const double passed = tint * (1 - (0.04 + 0.96 * std::pow(1 - cosine, 5)));
         expect_spot(fmt::format("sun through {} panes, cosine {}", panes, cosine), scene, dvec3(0), 0.1,
                     cosine * std::pow(passed, panes));

@@ -160,8 +160,7 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
     scene = file.at_rest();
     const SceneTree tree = file.tree_at(0, {});
     const Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Log(),
-                    {.lamps = a.picture.lamps});  // the facts contain its warnings
+    set_environment(scene, a.picture.environment, Log(), {.lamps = a.picture.lamps});  // the facts contain its warnings
     apply(a.picture.edits, scene, tree, a.picture.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
     std::ranges::move(blocked_lights(rays::LazyProbe(scene), scene, scene.cameras),
