@@ -115,6 +115,12 @@ constexpr std::array kLightKeys = {
                    if (!e.direction) throw Error(s, "'{}' is no direction", t);
                },
                [](const L& e) { return e.direction ? joined(*e.direction) : ""; }},
+    EditKey<L>{"radius", "X", "radius of a point or spot, metres: light comes from a ball, and shadows are soft",
+               [](L& e, const std::string& s, const std::string& t) { e.radius = number<float>(s, t, kEditRadius); },
+               [](const L& e) { return e.radius ? fmt::format("{}", *e.radius) : ""; }},
+    EditKey<L>{"angle", "X", "diameter of a directional light in the sky, degrees: 0.53 is the sun",
+               [](L& e, const std::string& s, const std::string& t) { e.angle = number<float>(s, t, kEditAngle); },
+               [](const L& e) { return e.angle ? fmt::format("{}", *e.angle) : ""; }},
     EditKey<L>{"off", "", "switches the light off", [](L& e, const std::string&, const std::string&) { e.off = true; },
                [](const L& e) { return e.off ? std::string("true") : ""; }},
     EditKey<L>{"on", "", "switches it on again", [](L& e, const std::string&, const std::string&) { e.off = false; },

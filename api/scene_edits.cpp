@@ -75,6 +75,8 @@ void check(const LightEdit& edit, const std::string& light) {
     check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
     check(light, "intensity", edit.intensity.value_or(0), kEditIntensity);
     if (edit.temperature) check(light, "temperature", *edit.temperature, kEditTemperature);
+    check(light, "radius", edit.radius.value_or(0), kEditRadius);
+    check(light, "angle", edit.angle.value_or(0), kEditAngle);
     if (edit.temperature && edit.color) throw Error(light, "has both a color and a temperature");
     if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
         throw Error(light, "direction: is not of unit length");
@@ -91,6 +93,8 @@ void apply(const LightEdit& edit, PunctualLight& light) {
         light.intensity = intensity * own.color;
     light.intensity *= edit.off ? 0 : edit.factor;
     light.position = edit.position.value_or(light.position);
+    light.radius = edit.radius.value_or(light.radius);
+    if (edit.angle) light.angle = glm::radians(*edit.angle);
     if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
 }
 

@@ -15,13 +15,15 @@ LightEdit read_light(const Element& e) {
         light.factor = static_cast<float>(e.number(kEditFactor));
         return light;
     }
-    e.check_keys({"factor", "intensity", "color", "temperature", "position", "direction", "off"});
+    e.check_keys({"factor", "intensity", "color", "temperature", "position", "direction", "radius", "angle", "off"});
     const auto single = [](const EditRange& range, auto& target) {
         return [&](const Element& v) { target = static_cast<float>(v.number(range)); };
     };
     with(e, "factor", single(kEditFactor, light.factor));
     with(e, "intensity", single(kEditIntensity, light.intensity));
     with(e, "temperature", single(kEditTemperature, light.temperature));
+    with(e, "radius", single(kEditRadius, light.radius));
+    with(e, "angle", single(kEditAngle, light.angle));
     with(e, "off", [&](const Element& v) { light.off = v.truth(); });
     with(e, "color", [&](const Element& v) {
         if (light.temperature) e.fail("has both 'color' and 'temperature'");
@@ -42,6 +44,8 @@ Json light_json(const LightEdit& light) {
     if (light.factor != 1) json["factor"] = short_number(light.factor);
     if (light.intensity) json["intensity"] = short_number(*light.intensity);
     if (light.temperature) json["temperature"] = short_number(*light.temperature);
+    if (light.radius) json["radius"] = short_number(*light.radius);
+    if (light.angle) json["angle"] = short_number(*light.angle);
     if (light.off) json["off"] = true;
     if (light.color) json["color"] = list(*light.color);
     if (light.position) json["position"] = list(*light.position);

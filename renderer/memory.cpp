@@ -80,6 +80,7 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     // Rays to the sun and their light exist for the first surface and for later vertices of paths.
     if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
     if (scene.receivers()) bytes += sizeof(shared::Receiver);
+    if (scene.sized_lights()) bytes += sizeof(shared::MetLamp);
     if (scene.texture_levels) bytes += sizeof(vec2);
     if (scene.volume) bytes += sizeof(vec4);
     if (scene.catchers) bytes += kCatcherSums * sizeof(double) + std::size_t(s.estimator.shadow) * sizeof(shared::uint);

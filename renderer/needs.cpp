@@ -110,6 +110,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
         {&N::light_tree, size.paths * sizeof(shared::Receiver)},  // an environment map alone needs receivers, too
+        {&N::sized_lamps, size.paths * sizeof(shared::MetLamp)},  // suns alone need them, too
         {&N::texture_levels, size.paths * sizeof(vec2)},
         {&N::catchers, size.paths * (kCatcherSums * sizeof(double) + kListEntry)},  // with an answer for each path
         {&N::volume, size.paths * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kSolidTableRows},

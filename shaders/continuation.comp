@@ -44,6 +44,9 @@ layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #ifdef HALFLIGHT_RECEIVERS
 layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 #endif
+#ifdef HALFLIGHT_SIZED_LIGHTS
+uniform samplerBuffer met_lamps;  // RGBA32F: MetLamp, two texels each
+#endif
 #if defined(HALFLIGHT_TEXTURE_LEVELS) && !defined(HALFLIGHT_LAST_VERTEX)
 #include "shaders/lib/ray_cone.glsl"
 layout(std430) buffer Cones { RayCone cones[]; };
@@ -99,6 +102,10 @@ DEFINE_APPEND(append_leaving, leaving_header)
 void add_to_group(uint path, uint first, uint group, vec3 light) {
     if (contributes(light)) group_light[path * kGroupRows + first + group].rgb += light;
 }
+#endif
+
+#ifdef HALFLIGHT_SIZED_LIGHTS
+float largest(vec3 light) { return max(light.r, max(light.g, light.b)); }
 #endif
 
 // Stores what this vertex may have changed: stores cost more than anything else here.
@@ -191,6 +198,20 @@ void main() {
     vec3 met = at.emission * (state.throughput * met_light_weight(state.pdf, density));
 #ifdef HALFLIGHT_LIGHT_GROUPS
     uint met_group = group_of_met(hit, is_hit);
+#endif
+#ifdef HALFLIGHT_SIZED_LIGHTS
+    vec3 of_lamp = texelFetch(met_lamps, 2 * int(path)).rgb;
+    // A lamp in front of light keeps one of both in proportion, because the light met at a vertex has one group.
+    float of_both = largest(met) + largest(of_lamp);
+    bool keeps_lamp = contributes(of_lamp) && !(sample_1d(path_sampler(frame, path), vertex_dimension(depth, kDimensionLobe) +
+                                                kDimensionsOfSizes) * of_both < largest(met));
+    float of_kept = keeps_lamp ? largest(of_lamp) : largest(met);
+    met = (keeps_lamp ? of_lamp : met) * (of_kept > 0.0 && of_kept < of_both ? of_both / of_kept : 1.0);
+#ifdef HALFLIGHT_LIGHT_GROUPS
+    met_group = keeps_lamp ? word_of_float(texelFetch(met_lamps, 2 * int(path) + 1).x) : met_group;
+#endif
+#endif
+#ifdef HALFLIGHT_LIGHT_GROUPS
 #ifdef HALFLIGHT_FIRST_HIT
     if (active_path) group_light[groups].x = float_of_word(met_group);
 #else
@@ -274,7 +295,8 @@ void main() {
 #endif
 #endif
 #ifdef HALFLIGHT_SUN
-    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo, before);
+    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo, before, random,
+                                     vertex_dimension(depth, kDimensionLight));
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_sun = has_point ? sun.diffuse : vec3(0.0);
     sun.diffuse = is_apart ? vec3(0.0) : sun.diffuse;

@@ -37,6 +37,9 @@ uniform usamplerBuffer occluded;  // R32UI: answers to the rays
 #elif defined(HALFLIGHT_SCATTERED)
 layout(std430) buffer Hits { Hit hits[]; };
 layout(std430) buffer States { PathState states[]; };
+#ifdef HALFLIGHT_SIZED_LIGHTS
+layout(std430) buffer MetLamps { MetLamp met_lamps[]; };
+#endif
 #else
 layout(std430) buffer Occluded { uint occluded[]; };
 #endif
@@ -101,6 +104,10 @@ void main() {
         }
         goes_on = goes_on && !stops;
         passed /= max(chance, 1e-30);
+#ifdef HALFLIGHT_SIZED_LIGHTS
+        if ((stops || goes_on) && hit.t * length(ray.direction) < met_lamps[path].distance)
+            met_lamps[path].light *= stops ? vec3(0.0) : passed;
+#endif
 #endif
         share = goes_on ? share * passed : share;
         panes += goes_on ? 1u : 0u;

@@ -31,10 +31,11 @@ void main() {
     SurfacePoint point = load_surface_point(path);
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
-#ifdef HALFLIGHT_SUN_SAMPLES
-    NextEvent e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0));
-#else
     Sampler random = path_sampler(frame, path);
+#ifdef HALFLIGHT_SUN_SAMPLES
+    NextEvent e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0), random,
+                                   vertex_dimension(0u, kDimensionLight));
+#else
     random.index = random.index * rays + ray / paths;
     NextEvent e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0), random,
                                     vertex_dimension(0u, kDimensionLight), rays);

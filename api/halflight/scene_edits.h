@@ -24,6 +24,8 @@ inline constexpr EditRange kEditRotation{-1e6, 1e6};       ///< degrees
 inline constexpr EditRange kEditIntensity{0, 1e12};        ///< candela or lux
 inline constexpr EditRange kEditTemperature{1000, 40000};  ///< kelvin
 inline constexpr EditRange kEditScale{-1e6, 1e6};          ///< factors of lengths, not 0
+inline constexpr EditRange kEditRadius{0, 1e9};            ///< metres
+inline constexpr EditRange kEditAngle{0, 179};             ///< degrees
 
 /// Edit of one punctual light. Optional members replace the light's own value.
 struct LightEdit {
@@ -35,6 +37,8 @@ struct LightEdit {
     // Temperature of a black body, kelvin, kEditTemperature. Its colour (black_body_color()) replaces the light's own;
     // not together with `color`.
     std::optional<float> temperature{};
+    std::optional<float> radius{};  // metres, kEditRadius: the ball that emits the light; not for directional lights
+    std::optional<float> angle{};   // degrees, kEditAngle: diameter of the disc in the sky, of directional lights alone
     bool off = false;
     bool operator==(const LightEdit&) const = default;
 };

@@ -50,8 +50,71 @@ double punctual_power(const PunctualLight& light) {
     return strength;
 }
 
+/// Returns the share of the intensity that leaves a light in a direction.
+double falloff(const PunctualLight& light, const dvec3& leaving) {
+    if (light.type != LightType::spot) return 1;
+    const double inner = std::cos(double(light.inner_cone)), outer = std::cos(double(light.outer_cone));
+    const double cosine = dot(leaving, normalize(dvec3(light.direction)));
+    const double fade = std::clamp((cosine - outer) / std::max(inner - outer, 0.001), 0.0, 1.0);
+    return fade * fade;
+}
+
+/// The cone of directions in which a light with a size is seen.
+struct Cone {
+    dvec3 axis;
+    double cosine;    // of half the angle; -1 from inside of a ball
+    double radiance;  // over the intensity
+    dvec3 to_centre;  // of a ball
+    double pdf() const { return 1 / (2 * kPi * (1 - cosine)); }
+};
+
+/// Returns how a light is seen from a point, or none if it has no size there; `origin` is Tracer::origin().
+std::optional<Cone> cone_of(const PunctualLight& light, const dvec3& origin, const dvec3& from) {
+    constexpr double kLeastSine = 1e-6;  // the engine takes smaller lights as points
+    if (light.type == LightType::directional) {
+        const double sine = std::sin(0.5 * double(light.angle));
+        if (sine < kLeastSine) return std::nullopt;
+        return Cone{-normalize(dvec3(light.direction)), std::cos(0.5 * double(light.angle)), 1 / (kPi * sine * sine), {}};
+    }
+    const dvec3 to_centre = light.position - origin - from;
+    const double distance = length(to_centre), radius = light.radius;
+    if (!(radius > 0) || radius < kLeastSine * distance) return std::nullopt;
+    const double sine = radius / distance;
+    return Cone{distance > 0 ? to_centre / distance : dvec3(0, 0, 1),
+                distance <= radius ? -1 : std::sqrt((1 - sine) * (1 + sine)), 1 / (kPi * radius * radius), to_centre};
+}
+
+/// Returns the distance at which a ray enters a ball, or leaves it from inside; none if it misses the ball.
+std::optional<double> distance_to_ball(const Cone& cone, double radius, const dvec3& wi) {
+    const double along = dot(cone.to_centre, wi);
+    const dvec3 across = cone.to_centre - along * wi;
+    const double square = radius * radius - dot(across, across);
+    if (square < 0) return std::nullopt;
+    const double distance = cone.cosine == -1 ? along + std::sqrt(square) : along - std::sqrt(square);
+    return distance >= 0 ? std::optional(distance) : std::nullopt;
+}
+
+/// Samples a light as a cone of directions.
+std::optional<LightSample> sample_cone(const PunctualLight& light, const Cone& cone, const Surface& surface,
+                                       Random& random) {
+    const double cosine = 1 - random.uniform() * (1 - cone.cosine), turn = 2 * kPi * random.uniform();
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    const dvec3 across = normalize(std::abs(cone.axis.x) < 0.5 ? cross(cone.axis, dvec3(1, 0, 0))
+                                                               : cross(cone.axis, dvec3(0, 1, 0)));
+    LightSample s;
+    s.wi = normalize(cosine * cone.axis + sine * (std::cos(turn) * across + std::sin(turn) * cross(cone.axis, across)));
+    s.pdf = cone.pdf();
+    s.radiance = dvec3(light.intensity) * cone.radiance * falloff(light, -s.wi);
+    s.infinite = light.type == LightType::directional;
+    if (!s.infinite) s.end = surface.position + distance_to_ball(cone, light.radius, s.wi).value_or(0) * s.wi;
+    return s;
+}
+
 /// Samples a punctual light; `origin` is Tracer::origin().
-std::optional<LightSample> sample_punctual(const PunctualLight& light, const dvec3& origin, const Surface& surface) {
+std::optional<LightSample> sample_punctual(const PunctualLight& light, const dvec3& origin, const Surface& surface,
+                                           Random& random) {
+    if (const std::optional<Cone> cone = cone_of(light, origin, surface.position))
+        return sample_cone(light, *cone, surface, random);
     LightSample s;
     s.pdf = 1;
     s.punctual = true;
@@ -66,13 +129,7 @@ std::optional<LightSample> sample_punctual(const PunctualLight& light, const dve
     const double distance2 = dot(to_light, to_light);
     if (!(distance2 > 0)) return std::nullopt;
     s.wi = to_light / std::sqrt(distance2);
-    s.radiance /= distance2;
-    if (light.type == LightType::spot) {
-        const double inner = std::cos(double(light.inner_cone)), outer = std::cos(double(light.outer_cone));
-        const double cosine = -dot(s.wi, normalize(dvec3(light.direction)));
-        const double fade = std::clamp((cosine - outer) / std::max(inner - outer, 0.001), 0.0, 1.0);
-        s.radiance *= fade * fade;
-    }
+    s.radiance *= falloff(light, -s.wi) / distance2;
     return s;
 }
 
@@ -127,7 +184,7 @@ std::optional<LightSample> Lights::sample(const Surface& surface, Random& random
     if (chosen < emitters_.size()) {
         sample = sample_triangle(emitters_[chosen], surface, random);
     } else if (chosen < emitters_.size() + punctual.size()) {
-        sample = sample_punctual(punctual[chosen - emitters_.size()], tracer_.origin(), surface);
+        sample = sample_punctual(punctual[chosen - emitters_.size()], tracer_.origin(), surface, random);
     } else {
         sample.emplace();
         const double u1 = random.uniform(), u2 = random.uniform();
@@ -179,6 +236,24 @@ double Lights::pdf(const dvec3& from, const Surface& on_light) const {
     if (!(cosine > 0)) return 0;
     const double area = emitters_[static_cast<std::size_t>(emitter)].area;
     return table_.probability(static_cast<std::size_t>(emitter)) * dot(between, between) / (cosine * area);
+}
+
+std::vector<MetLight> Lights::met(const dvec3& from, const dvec3& wi, double begin, double end) const {
+    std::vector<MetLight> all;
+    const std::vector<PunctualLight>& punctual = tracer_.scene().lights;
+    for (std::size_t i = 0; i < punctual.size(); ++i) {
+        const std::optional<Cone> cone = cone_of(punctual[i], tracer_.origin(), from);
+        if (!cone) continue;
+        std::optional<double> distance;
+        if (punctual[i].type != LightType::directional)
+            distance = distance_to_ball(*cone, punctual[i].radius, wi);
+        else if (dot(wi, cone->axis) > cone->cosine)
+            distance = std::numeric_limits<double>::infinity();
+        if (!distance || *distance < begin || (*distance >= end && !(std::isinf(*distance) && std::isinf(end)))) continue;
+        all.push_back({dvec3(punctual[i].intensity) * cone->radiance * falloff(punctual[i], -wi),
+                       table_.probability(emitters_.size() + i) * cone->pdf(), *distance});
+    }
+    return all;
 }
 
 double Lights::pdf_environment(const dvec3& direction) const {

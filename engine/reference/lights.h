@@ -21,6 +21,13 @@ struct LightSample {
     dvec3 end{0};           // end of the shadow ray unless infinite, relative to Tracer::origin()
 };
 
+/// A light with a size that a ray meets.
+struct MetLight {
+    dvec3 radiance{0};
+    double pdf = 0;       // solid angle density of sample() there, with the selection probability
+    double distance = 0;  // infinite for directional lights
+};
+
 class Lights {
   public:
     explicit Lights(const Tracer& tracer);  ///< Keeps a reference to the tracer.
@@ -31,6 +38,8 @@ class Lights {
 
     /// Returns the density with which sample() selects, from `from`, this point of a triangle or direction to the sky.
     double pdf(const dvec3& from, const Surface& on_light) const;
+    /// Returns the lights with a size that a ray from a surface meets at distances in [begin, end). They hide nothing.
+    std::vector<MetLight> met(const dvec3& from, const dvec3& wi, double begin, double end) const;
     double pdf_environment(const dvec3& direction) const;
 
     const EnvironmentLight& environment() const { return environment_; }

@@ -147,7 +147,8 @@ class Path {
     void sample_light(const Surface& surface, const Bsdf& bsdf);
     void arrive(Surface& surface, double distance);
     dvec3 share_that_arrives(const Surface& surface, const LightSample& light);
-    bool follow(ReferenceRay ray, Surface& surface);
+    bool follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample);
+    void add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin, double end);
     double surface_weight(const Bsdf::Sample& sample, double light_pdf) const;
     AlphaTest alpha() { return {random_.bits()}; }
 
@@ -189,11 +190,21 @@ dvec3 Path::share_that_arrives(const Surface& surface, const LightSample& light)
     return share;
 }
 
-/// Traces a ray from a surface to the next one, through panes by chance. Returns false where it meets nothing.
-bool Path::follow(ReferenceRay ray, Surface& surface) {
+/// Adds the lights with a size that a ray meets between two distances.
+void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin, double end) {
+    for (const MetLight& light : scene_.lights.met(from, sample.wi, begin, end)) {
+        const dvec3 passed = medium_.transmittance(std::isinf(light.distance) ? medium_.thickness : light.distance);
+        add(first_, throughput_ * passed * light.radiance * surface_weight(sample, light.pdf));
+    }
+}
+
+/// Traces a sampled ray from a surface to the next one, through panes by chance. Returns false where it meets nothing.
+bool Path::follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample) {
     met_pane_ = false;
+    const dvec3 from = surface.position;
     double way = 0;  // from the surface to the last pane
     while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
+        add_lamps(from, sample, way, way + hit->t);
         surface = make_surface(scene_.tracer, *hit, -ray.direction);
         const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
         const dvec3 share = surface.unlit ? dvec3(0) : bsdf.straight();
@@ -211,6 +222,7 @@ bool Path::follow(ReferenceRay ray, Surface& surface) {
         way += hit->t;
         ray.origin = surface.leave(ray.direction);
     }
+    add_lamps(from, sample, way, std::numeric_limits<double>::infinity());
     return false;
 }
 
@@ -292,7 +304,7 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
         ray.passes_backs =
             settings_.backfaces == Backfaces::cull || (settings_.backfaces == Backfaces::automatic && sees_);
         const dvec3 from = surface.position;
-        if (!follow(ray, surface)) {
+        if (!follow(ray, surface, *sample)) {
             const dvec3 sky = environment.radiance(sample->wi) * medium_.transmittance(medium_.thickness);
             add(first_, throughput_ * sky * surface_weight(*sample, scene_.lights.pdf_environment(sample->wi)));
             break;

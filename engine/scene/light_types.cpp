@@ -36,6 +36,8 @@ constexpr PropertyRange kCone{0, float(kPi / 2)};  // float32 rounds pi/2 upward
 constexpr std::array kProperties = {
     LightProperty{"inner_cone", &L::inner_cone, "/spot/innerConeAngle", kCone},
     LightProperty{"outer_cone", &L::outer_cone, "/spot/outerConeAngle", kCone},
+    LightProperty{"radius", &L::radius, nullptr, {0, kMostRadius}},
+    LightProperty{"angle", &L::angle, nullptr, {0, kMostAngle}},
 };
 
 constexpr std::array kFeatures = {
@@ -44,6 +46,8 @@ constexpr std::array kFeatures = {
     LightFeature{"spot cones", &N::spot_lights, "SPOT_LIGHTS", "there is no spot light", &N::punctual_lights},
     LightFeature{"directional lights", &N::directional_lights, "DIRECTIONAL_LIGHTS", "there are none to choose from",
                  &N::punctual_lights},
+    LightFeature{"sized lamps", &N::sized_lamps, "SIZED_LAMPS", "no point or spot has a radius", &N::punctual_lights},
+    LightFeature{"sized suns", &N::sized_suns, "SIZED_SUNS", "no directional light has an angle"},
     LightFeature{"sun apart", &N::sun, "SUN",
                  "there is no directional light beside others, or another choice was asked for"},
     LightFeature{"choice of a light", &N::light_choice, "LIGHT_CHOICE", "there is one light at most"},

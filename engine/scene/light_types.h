@@ -22,11 +22,14 @@ struct LightTypeRow {
     bool has_direction = true;
 };
 
+inline constexpr float kMostRadius = 1e9f;                    ///< metres
+inline constexpr float kMostAngle = float(kPi) * 179 / 180;  ///< radians
+
 /// A number of a punctual light. Types that do not use it keep the default.
 struct LightProperty {
     const char* name;  // the member of PunctualLight
     float PunctualLight::*field;
-    const char* path;  // JSON pointer within a glTF light
+    const char* path;  // JSON pointer within a glTF light; null: read from its extras (engine/io/gltf/extras.h)
     PropertyRange range;
 };
 

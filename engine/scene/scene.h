@@ -58,6 +58,8 @@ struct PunctualLight {
     vec3 direction{0, 0, -1};          // unit, direction of travel of the light (spot, directional)
     float inner_cone = 0;              // radians, 0 <= inner_cone < outer_cone
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
+    float radius = 0;                  // metres, of the ball that emits the light (point, spot); 0: a point
+    float angle = 0;                   // radians, diameter of the disc in the sky (directional), < pi; 0: a direction
     bool of_environment = false;       // sun of a generated sky, or default lamp: changes with the environment
     std::uint32_t light_group = kNoLightGroup;
 };
@@ -68,6 +70,8 @@ struct LightNeeds {
     bool punctual_lights = false;
     bool spot_lights = false;
     bool directional_lights = false;
+    bool sized_lamps = false;      // some point or spot has a radius
+    bool sized_suns = false;       // some directional light has an angle
     bool sun = false;              // a directional light is sampled apart from the others
     bool light_choice = false;     // the scene has two lights or more
     bool light_tree = false;       // a light tree chooses among the lights

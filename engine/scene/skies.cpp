@@ -154,6 +154,7 @@ Sky clear_sky(const ClearSky& s) {
     light.type = LightType::directional;
     light.intensity = vec3(illuminance);
     light.direction = vec3(-sun);
+    light.angle = static_cast<float>(glm::radians(2 * kSunRadius));
     light.of_environment = true;
     sky.sun = light;
     return sky;

@@ -35,8 +35,9 @@ class Builder {
 
     LightTables build() {
         add_triangles();
-        for (const PunctualLight& light : scene_.lights)
-            if (&light != sun_) add_punctual(light);
+        for (const Size size : {Size::none, Size::ball, Size::disc})
+            for (const PunctualLight& light : scene_.lights)
+                if (&light != sun_ && size_of(light) == size) add_punctual(light);
         tables_.punctual_count = power_.size() - tables_.triangle_count;
         add_environment();
         const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
@@ -217,19 +218,32 @@ class Builder {
 
     // --- Other lights ---------------------------------------------------------------------------------------------
 
+    enum class Size { none, ball, disc };
+    static Size size_of(const PunctualLight& light) {
+        if (light.type == LightType::directional) return light.angle > 0 ? Size::disc : Size::none;
+        return light.radius > 0 ? Size::ball : Size::none;
+    }
+
     void add_punctual(const PunctualLight& light) {
         const double intensity = luminance_of(dvec3(light.intensity));
         if (intensity == 0) return;
         const LightTypeRow& type = row_of(light.type);
         if (type.need && &light != sun_) tables_.needs.*type.need = true;
+        const Size size = size_of(light);
+        tables_.needs.sized_lamps |= size == Size::ball;
+        tables_.needs.sized_suns |= size == Size::disc;
+        balls_ += size == Size::ball ? 1 : 0;
+        discs_ += size == Size::disc && &light != sun_ ? 1 : 0;
+        const double sine = std::sin(0.5 * double(light.angle));
         const float cos_outer = std::cos(light.outer_cone);
         const float cone = std::max(std::cos(light.inner_cone) - cos_outer, 0.001f);
         const bool directional = light.type == LightType::directional;
         if (!directional) {
             const dvec3 at = light.position - trace_.origin;
             const bool spot = light.type == LightType::spot;
-            add_to_tree({.lower = at,
-                         .upper = at,
+            const dvec3 reach(light.radius);
+            add_to_tree({.lower = at - reach,
+                         .upper = at + reach,
                          .axis = dvec3(light.direction),
                          .theta_o = spot ? double(light.inner_cone) : kPi,
                          .theta_e = spot ? double(light.outer_cone) - double(light.inner_cone) : kPi / 2,
@@ -238,7 +252,8 @@ class Builder {
         const double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
         add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(type.kind)),
-             vec4(light.direction, cos_outer), vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
+             vec4(light.direction, cos_outer), vec4(1 / cone, directional ? sine * sine : double(light.radius), 0, 0),
+             vec4(light.intensity, 0)},
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal,
             light.light_group);
     }
@@ -307,6 +322,10 @@ class Builder {
                                  : power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + equal;
         }
         if (tree) add_tree(*tree, weights, equal);
+        if (tables_.punctual_count > 0) {
+            vec4& last = tables_.rows[(tables_.triangle_count + tables_.punctual_count - 1) * shared::kLightStride + 2];
+            last.z = shared::float_of_word(tree ? discs_ : balls_ + discs_);
+        }
         AliasTable table = build_alias_table(weights);
         for (const AliasEntry& entry : table.entries)
             tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
@@ -395,6 +414,8 @@ class Builder {
     const PunctualLight* sun_ = nullptr;     // sun that is sampled apart; null: none
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // sums of luminance by image
+    std::uint32_t balls_ = 0;                // number of points and spots with a size
+    std::uint32_t discs_ = 0;                // number of directional lights with a size, without sun_
     std::vector<double> power_;              // power per light
     std::vector<Kind> kind_;                 // kind per light
     std::vector<double> area_;               // area per triangle light, m^2

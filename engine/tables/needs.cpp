@@ -122,6 +122,7 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
         if (needs.*need.flag) define(need.define, "1");
     if (needs.lights()) define("LIGHTS", "1");
     if (needs.receivers()) define("RECEIVERS", "1");
+    if (needs.sized_lights()) define("SIZED_LIGHTS", "1");
     define("VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
     int row = shared::kLeastSurfaceRows, layer = 2;
     for (const MaterialLobe& lobe : material_lobes()) {

@@ -43,6 +43,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         else
             paths.receivers = pass.write(paths.receivers, Access::storage_read_write, "Receivers");
     }
+    if (paths.met_lamps) pass.read(paths.met_lamps, Access::texture_read, {"met_lamps", GL_RGBA32F});
     if (paths.cones && !last) paths.cones = pass.write(paths.cones, Access::storage_read_write, "Cones");
     if (paths.media && !last) paths.media = pass.write(paths.media, Access::storage_read_write, "Media");
     if (paths.group_light)

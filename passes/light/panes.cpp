@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "engine/rays/batch_server.h"
+#include "passes/light/lamps.h"
 
 namespace halflight {
 namespace {
@@ -93,12 +94,15 @@ graph::BufferHandle trace_shadow_rays(graph::Graph& graph, const SceneView& view
 
 void trace_scattered_rays(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch, PathBuffers& paths) {
     paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);
+    add_met_lamps(graph, view, batch, paths);
     if (!view.trace.panes()) return;
     const auto read = [&](graph::Pass& pass) { pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI}); };
     add_panes(graph, view, batch, "panes: scattered rays", {{"HALFLIGHT_SCATTERED", "1"}}, read,
               [&](graph::Pass& pass) {
                   paths.hits = pass.write(paths.hits, Access::storage_read_write, "Hits");
                   paths.states = pass.write(paths.states, Access::storage_read_write, "States");
+                  if (paths.met_lamps)
+                      paths.met_lamps = pass.write(paths.met_lamps, Access::storage_read_write, "MetLamps");
               });
 }
 

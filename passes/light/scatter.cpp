@@ -12,15 +12,18 @@ using graph::Access;
 
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
     const std::size_t paths = view.band.paths();
-    graph::BufferHandle receivers, cones, media;
+    graph::BufferHandle receivers, met_lamps, cones, media;
     if (view.scene.needs().receivers())
         receivers = graph.create_buffer("path receivers", {paths * sizeof(shared::Receiver)});
+    if (view.scene.needs().sized_lights())
+        met_lamps = graph.create_buffer("path lamps", {paths * sizeof(shared::MetLamp)});
     if (view.scene.needs().texture_levels) cones = graph.create_buffer("path cones", {paths * sizeof(vec2)});
     if (view.scene.needs().volume) media = graph.create_buffer("path media", {paths * sizeof(vec4)});
     return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),
             .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
             .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
             .receivers = receivers,
+            .met_lamps = met_lamps,
             .cones = cones,
             .media = media,
             .points = {},

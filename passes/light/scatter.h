@@ -12,8 +12,9 @@ struct PathBuffers {
     graph::BufferHandle rays;    // one Ray per path
     graph::BufferHandle hits;    // one Hit per path
     graph::BufferHandle states;  // one PathState per path
-    // Receiver: origin of the ray, for the density of light sampling there; empty without a light tree
+    // Receiver: origin of the ray, for the density of light sampling there; empty if it is the same everywhere
     graph::BufferHandle receivers;
+    graph::BufferHandle met_lamps;  // one MetLamp per path; empty without lights with a size
     graph::BufferHandle cones;  // vec2 (RayCone of shaders/lib/ray_cone.glsl) per path; empty without mip levels
     graph::BufferHandle media;  // vec4 (Bsdf's medium) per path; empty unless a material is solid
     // ReusePoint, or CachePoint with `cells`: second vertices of the paths; empty without path reuse and cache

@@ -7,6 +7,7 @@
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
+#include "shaders/lib/sized_lights.glsl"
 #include "shaders/shared/light.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/word.h"
@@ -27,13 +28,22 @@ Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0
 #ifdef HALFLIGHT_SUN
 const uint kSuns = 1u;
 
-// Samples the separate sun, which has the last row.
-LightSample sample_sun(vec3 position) {
+// Samples the separate sun, which has the last row, by a point of the unit square if it has a size.
+LightSample sample_sun(vec3 position, vec2 xi) {
     int row = textureSize(scene_lights) - kLightStride;
     LightSample s;
     s.direction = -texelFetch(scene_lights, row + 1).xyz;
     s.pdf = 0.0;
     s.weight = texelFetch(scene_lights, row + 3).rgb;
+#ifdef HALFLIGHT_SIZED_SUNS
+    SizedLight sun = sized_light(position, texelFetch(scene_lights, row), -s.direction,
+                                 texelFetch(scene_lights, row + 2).y);
+    if (sun.spread > 0.0) {
+        s.direction = sample_sized(sun, xi);
+        s.pdf = density_of(sun);
+        s.weight *= sun.radiance / s.pdf;
+    }
+#endif
     s.at_infinity = true;
     s.end = position;
 #ifdef HALFLIGHT_LIGHT_GROUPS
@@ -96,23 +106,41 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     s.weight = visible ? emission / s.pdf : vec3(0.0);
 }
 
-void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 last, inout LightSample s) {
+#ifdef HALFLIGHT_SPOT_LIGHTS
+// Returns the share of a spot's intensity that leaves in a direction.
+float spot_falloff(int row, vec3 leaving) {
     vec4 axis = texelFetch(scene_lights, row + 1);
+    float cone = clamp((dot(leaving, axis.xyz) - axis.w) * texelFetch(scene_lights, row + 2).x, 0.0, 1.0);
+    return cone * cone;
+}
+#endif
+
+void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
+    vec3 travel = texelFetch(scene_lights, row + 1).xyz;
     vec3 to_light = head.xyz - position;
     float square = dot(to_light, to_light);
     bool directional = false;
 #ifdef HALFLIGHT_DIRECTIONAL_LIGHTS
     directional = kind == kLightDirectional;
 #endif
-    s.direction = directional ? -axis.xyz : to_light * inversesqrt(max(square, 1e-37));
+    s.direction = directional ? -travel : to_light * inversesqrt(max(square, 1e-37));
     float falloff = directional ? 1.0 : (square > 0.0 ? 1.0 / square : 0.0);
+    s.end = head.xyz;
+#ifdef HALFLIGHT_SIZED_LIGHTS
+    SizedLight light = sized_light(position, head, travel, texelFetch(scene_lights, row + 2).y);
+    if (light.spread > 0.0) {
+        s.direction = sample_sized(light, xi);
+        float cosine = dot(s.direction, light.axis);
+        vec3 across = s.direction - cosine * light.axis;
+        s.end = position + distance_to_ball(light, cosine, dot(across, across)) * s.direction;
+        falloff = light.radiance / density_of(light);
+        s.pdf = last.w * density_of(light);
+    }
+#endif
 #ifdef HALFLIGHT_SPOT_LIGHTS
-    float cone_scale = texelFetch(scene_lights, row + 2).x;
-    float cone = clamp((dot(-s.direction, axis.xyz) - axis.w) * cone_scale, 0.0, 1.0);
-    falloff *= kind == kLightSpot ? cone * cone : 1.0;
+    falloff *= kind == kLightSpot ? spot_falloff(row, -s.direction) : 1.0;
 #endif
     s.weight = last.rgb * (isinf(falloff) ? 0.0 : falloff / last.w);
-    s.end = head.xyz;
     s.at_infinity = directional;
 }
 #endif
@@ -187,7 +215,7 @@ LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float 
     if (kind == kLightTriangle) sample_triangle_light(at.position, row, head, last, xi, s);
 #endif
 #ifdef HALFLIGHT_PUNCTUAL_LIGHTS
-    if (kind >= kLightPoint && kind <= kLightDirectional) sample_punctual_light(at.position, row, kind, head, last, s);
+    if (kind >= kLightPoint && kind <= kLightDirectional) sample_punctual_light(at.position, row, kind, head, last, xi, s);
 #endif
 #ifdef HALFLIGHT_ENVIRONMENT
     if (kind == kLightEnvironment) {

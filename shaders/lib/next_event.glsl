@@ -2,6 +2,9 @@
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/lights.glsl"
 
+// Distance of the dimensions of what only lights with a size need from those of a vertex; no vertex reaches it.
+const uint kDimensionsOfSizes = 0x8000u;
+
 struct NextEvent {
     vec3 diffuse;  // radiance towards wo if the light is visible
     vec3 glossy;
@@ -102,8 +105,13 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
 
 #ifdef HALFLIGHT_SUN
 // Samples the sun that is not part of the selection.
-NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before) {
-    return event_of(sample_sun(position), position, offset, b, wo, before, 1u);
+NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension) {
+#ifdef HALFLIGHT_SIZED_SUNS
+    vec2 xi = sample_2d(random, dimension + kDimensionsOfSizes);
+#else
+    const vec2 xi = vec2(0.0);
+#endif
+    return event_of(sample_sun(position, xi), position, offset, b, wo, before, 1u);
 }
 #endif
 

@@ -4,8 +4,12 @@
 //              triangle                        point, spot, directional          environment
 //   texel 0    corner 0, head                  position, head                    -, head
 //   texel 1    edge to corner 1, triangle      direction of travel, cos(outer)   -
-//   texel 2    edge to corner 2, error bound   1 / (cos(inner) - cos(outer)), -  -
+//   texel 2    edge to corner 2, error bound   1 / (cos(inner) - cos(outer)),    -
+//                                              size, number
 //   texel 3    emission, density per area      intensity, probability            -, probability
+// The size is the radius of a point or spot, and the squared sine of half the angle of a directional light. Lights with
+// a size come last among those of the second column. The number is that of such lights, without those that the light
+// tree holds. It stands in the last row of the column alone.
 // Positions are relative to TraceTables::origin. "Density per area" is the light's probability over its area. The error
 // bound is the maximum distance, in world units, of the triangle from its row's plane in the tracer's arithmetic. It is
 // negative where the corners are clockwise as seen from the triangle's front. The

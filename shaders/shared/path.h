@@ -22,6 +22,17 @@ struct PathState {
 };
 HALFLIGHT_SHARED_SIZE(PathState, 64)
 
+// A light with a size that a scattered ray meets.
+struct MetLamp {
+    vec3 light;      // radiance that reaches the camera, with the path's throughput and MIS weight; 0: none was met
+    float distance;  // distance from the ray's origin; infinite for directional lights
+    uint group;      // light group; 0 without groups
+    uint reserved0;
+    uint reserved1;
+    uint reserved2;
+};
+HALFLIGHT_SHARED_SIZE(MetLamp, 32)
+
 // Light at the first surface, by component: sampled there if visible, or received from its group.
 struct DirectLight {
     vec3 diffuse;

@@ -327,6 +327,43 @@ TEST_F(ImageTest, Panes) {
     expect_agreement(scene, {.name = "panes"});
 }
 
+TEST_F(ImageTest, LightsWithASize) {
+    // Balls, a spot and a sun with sizes light diffuse, glossy, mirroring and solid surfaces, around a blocker and behind a
+    // pane, in front of an emitter and a sky. One ball holds a part of the floor. More lamps make a light tree.
+    Scene scene;
+    scene.environment.color = vec3(0.1f, 0.2f, 0.3f);
+    const int walls = add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f}));
+    add_quad(scene, add_material(scene, metal_material({0.8f, 0.8f, 0.8f}, 0.3f)), {-1, -1, -1}, {0, 0, 2}, {2, 0, 0});
+    add_quad(scene, walls, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});
+    add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {-0.95f, -0.9f, -0.8f}, {0, 0, 1.4f},
+             {0, 1.5f, 0});
+    add_box(scene, walls, {-0.3f, -0.98f, -0.4f}, {0.2f, -0.5f, 0.1f});
+    add_box(scene, add_material(scene, glass_material(0.2f)), {0.4f, -0.98f, 0.1f}, {0.7f, -0.6f, 0.4f});
+    add_quad(scene, add_material(scene, light_material({2, 1, 1})), {0.2f, 0.3f, -0.95f}, {0.5f, 0, 0}, {0, 0.5f, 0});
+    Material pane = glass_material(0);
+    pane.thickness = 0, pane.base_color = {0.9f, 0.7f, 0.5f, 1};
+    add_quad(scene, add_material(scene, pane), {0.9f, -1, -1}, {0, 0, 2}, {0, 2, 0});
+    const auto lamp = [&](LightType type, const dvec3& at, const vec3& intensity) -> PunctualLight& {
+        PunctualLight& light = scene.lights.emplace_back();
+        light.type = type, light.position = at, light.intensity = intensity;
+        return light;
+    };
+    lamp(LightType::point, {0.3, 0.4, -0.6}, {0.5f, 0.3f, 0.1f}).radius = 0.15f;
+    lamp(LightType::point, {-0.6, -0.9, 0.5}, {0.02f, 0.05f, 0.02f}).radius = 0.2f;
+    lamp(LightType::point, {1.3, 0.2, -0.2}, {0.6f, 0.6f, 0.8f}).radius = 0.1f;
+    PunctualLight& spot = lamp(LightType::spot, {-0.2, 0.9, 0.3}, {1, 1, 2});
+    spot.radius = 0.05f, spot.direction = glm::normalize(vec3(0.4f, -1, -0.2f)), spot.inner_cone = 0.2f;
+    PunctualLight& sun = lamp(LightType::directional, dvec3(0), vec3(0.8f));
+    sun.angle = 0.2f, sun.direction = glm::normalize(vec3(-0.6f, -0.8f, -0.5f));
+    scene.cameras = {look_at_camera({0.6, 0.4, 3}, {0, -0.2, 0}, {0, 1, 0}, 0.75)};
+    expect_agreement(scene, {.name = "sizes"});
+
+    for (int i = 0; i < 12; ++i)
+        lamp(LightType::point, {-0.9 + 0.15 * i, 0.5 + 0.1 * (i % 3), -0.8 + 0.3 * (i % 4)}, vec3(0.02f)).radius =
+            i % 5 == 0 ? 0 : 0.01f * static_cast<float>(i);
+    expect_agreement(scene, {.name = "sizes of many"});
+}
+
 TEST_F(ImageTest, DiffuseTransmission) {
     // Leaves and shades are lit from both sides by a map, triangle lights, a lamp and a sun.
     Scene scene = textured_scene();

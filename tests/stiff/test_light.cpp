@@ -421,5 +421,50 @@ TEST_F(Light, Lamps) {
            "exact: it shines along the floor");
 }
 
+TEST_F(Light, SizesOfLampsChangeNoIrradiance) {
+    // The floor faces the lamp, which is wholly above it; a floor inside of a lamp sees the radiance I / (pi r^2) all around.
+    for (const double height : {1e-3, 1.0, 1e4})
+        for (const double share : {1e-20, 1e-7, 2e-6, 1e-3, 0.5, 0.999, 3.0, 1e4}) {
+            Scene scene = floor();
+            const double radius = share * height, reach = std::max(radius, height);
+            const int lamp = add_lamp(scene, LightType::point, {0, height, 0}, static_cast<float>(reach * reach));
+            scene.lights[static_cast<std::size_t>(lamp)].radius = static_cast<float>(radius);
+            expect_spot(fmt::format("lamp {} m above, radius {:.3g} m", height, radius), scene, dvec3(0),
+                        0.01 * std::min(height, 1.0), 1);
+        }
+    for (const double angle : {1e-9, 1e-5, 0.00925, 0.7, 3.0}) {
+        Scene scene = floor();
+        scene.lights[static_cast<std::size_t>(add_lamp(scene, LightType::directional, dvec3(0), 1))].angle =
+            static_cast<float>(angle);
+        expect_spot(fmt::format("sun of {:.3g} rad", angle), scene, dvec3(0), 0.1, 1);
+    }
+}
+
+TEST_F(Light, PenumbrasOfASizeAndADistance) {
+    // An edge cuts the disc of the light at t radii from its centre.
+    const auto visible = [](double t) { return 0.5 + (std::asin(t) + t * std::sqrt(1 - t * t)) / kPi; };
+    for (const double edge : {0.8, 2.0, 20.0})
+        for (const double t : {-0.1, 0.4, 0.9}) {
+            for (const bool is_sun : {true, false}) {
+                Scene scene = floor();
+                add_quad(scene, 0, {-100, static_cast<float>(edge), -100}, {0, 0, 200}, {100, 0, 0});
+                // Seen from x on the floor, the edge is at the angle atan(x / edge) before the light's centre.
+                const double half = 0.00465, lamp = 4 * edge;
+                double x = t * edge * std::tan(half);
+                if (is_sun) {
+                    scene.lights[static_cast<std::size_t>(add_lamp(scene, LightType::directional, dvec3(0), 1))].angle =
+                        static_cast<float>(2 * half);
+                } else {
+                    x /= 0.75;  // the lamp itself is at the angle atan(x / lamp)
+                    scene.lights[static_cast<std::size_t>(
+                                     add_lamp(scene, LightType::point, {0, lamp, 0}, static_cast<float>(lamp * lamp)))]
+                        .radius = static_cast<float>(lamp * std::sin(half));
+                }
+                expect_spot(fmt::format("{} at {} radii from an edge {} m above", is_sun ? "sun" : "lamp", t, edge), scene,
+                            {x, 0, 0}, 0.02 * edge * half, visible(t));
+            }
+        }
+}
+
 }  // namespace
 }  // namespace halflight::test

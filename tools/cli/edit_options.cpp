@@ -34,6 +34,16 @@ void add_edit_options(Options& options, ViewArguments& a) {
          "names. A number alone is a factor. Keys are these." +
              list_of(light_edit_keys()),
          add_light_edit);
+    edit("--lamp-radius", "METRES",
+         "radius of all points and spots, which makes their shadows soft; the same as --light '*=radius:METRES'",
+         [](SceneEdits& edits, const std::string& option, const std::string& text) {
+             add_light_edit(edits, option, "*=radius:" + text);
+         });
+    edit("--sun-angle", "DEGREES",
+         "diameter of all directional lights in the sky; 0.53 is the sun; the same as --light '*=angle:DEGREES'",
+         [](SceneEdits& edits, const std::string& option, const std::string& text) {
+             add_light_edit(edits, option, "*=angle:" + text);
+         });
     edit("--material", "NAME.PROPERTY=VALUE",
          "edits materials: --material floor.roughness=0.3, --material wall.base_color=#8899cc. docs/materials.md lists "
          "the "

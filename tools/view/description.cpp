@@ -24,6 +24,8 @@ std::vector<std::string> lights_of(const SceneEdits& edits) {
         if (edit.temperature) values += fmt::format(" {:.0f} K", *edit.temperature);
         if (edit.color)
             values += fmt::format(" colour {:.2g},{:.2g},{:.2g}", edit.color->r, edit.color->g, edit.color->b);
+        if (edit.radius) values += fmt::format(" radius {:.4g} m", *edit.radius);
+        if (edit.angle) values += fmt::format(" angle {:.4g} deg", *edit.angle);
         if (edit.position || edit.direction) values += " moved";
         lights.push_back(fmt::format("light {}{}", name, edit.off ? " off" : values));
     }

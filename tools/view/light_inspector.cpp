@@ -51,6 +51,20 @@ void direction_of_light(const PunctualLight& shown, LightEdit& edit) {
     edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), -std::cos(a.y) * std::cos(a.x));
 }
 
+void size_of_light(const PunctualLight& shown, float diagonal, LightEdit& edit) {
+    if (shown.type == LightType::directional) {
+        float angle = glm::degrees(shown.angle);
+        if (slider("Angle", angle, 0, static_cast<float>(kEditAngle.upper), "%.2f deg",
+                   "diameter in the sky: 0.53 is the sun, more is softer shadows", kLogarithmic | kClamp))
+            edit.angle = angle;
+        return;
+    }
+    float radius = shown.radius;
+    if (slider("Radius", radius, 0, diagonal, "%.3f m", "radius of the lamp: more is softer shadows",
+               kLogarithmic | kClamp))
+        edit.radius = radius;
+}
+
 const char* kOfFile = "of the scene";
 const char* kClearSky = "clear sky with sun";
 const char* kColor = "colour";
@@ -112,6 +126,7 @@ void light_properties_of(PanelContext& c, std::size_t index) {
             edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
     }
     if (type.has_direction) direction_of_light(shown, edit);
+    size_of_light(shown, static_cast<float>(c.session.diagonal()), edit);
     if (button("Reset light", "restores the light of the scene")) edit = {};
     if (edit != before) light_edit(edits, name) = edit;
     remove_empty(edits);

@@ -403,6 +403,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     Json root = read_json(chunks.json, document.file, document.warnings);
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     document.lenses = lenses_in_extras(root, document.warnings);
+    document.light_sizes = light_sizes_in_extras(root, document.warnings);
     if (root.contains("parts") && !root.contains("asset"))
         throw Error(document.file, is_part_list(path) ? "is a list of files, which lists of files cannot contain"
                                                       : "is a list of files, whose name must end with .parts.json");

@@ -6,6 +6,7 @@
 
 #include "engine/core/error.h"
 #include "engine/io/gltf/document.h"
+#include "engine/scene/light_types.h"
 
 namespace halflight {
 namespace {
@@ -80,6 +81,34 @@ std::vector<Lens> lenses_in_extras(const Json& root, GltfWarnings& warnings) {
         if (!lens.blurs()) lens = {};
     }
     return lenses;
+}
+
+std::vector<LightSize> light_sizes_in_extras(const Json& root, GltfWarnings& warnings) {
+    constexpr double kSunDistance = 149597870.7;  // km
+    std::vector<LightSize> sizes;
+    const Json::json_pointer place("/extensions/KHR_lights_punctual/lights");
+    if (!root.contains(place) || !root.at(place).is_array()) return sizes;
+    for (const Json& light : root.at(place)) {
+        LightSize& size = sizes.emplace_back();
+        if (!light.is_object() || !light.contains("extras") || !light["extras"].is_object()) continue;
+        const bool directional = light.contains("type") && light["type"] == "directional";
+        for (const char* const key : {"radius", directional ? "angle" : "shadow_soft_size"}) {
+            const auto found = light["extras"].find(key);
+            if (found == light["extras"].end()) continue;
+            const bool is_angle = std::string_view(key) == "angle";
+            const double most = is_angle ? double(kMostAngle) : double(kMostRadius);
+            const double value = found->is_number() ? found->get<double>() : NAN;
+            if (!(value >= 0 && value <= most))
+                warnings.add(fmt::format("{} is no number from 0 to {:.4g}; it is ignored", key, most),
+                             fmt::format("extensions.KHR_lights_punctual.lights[{}].extras", sizes.size() - 1));
+            else if (directional)
+                size.angle = static_cast<float>(is_angle ? value : 2 * std::atan(value / kSunDistance));
+            else
+                size.radius = static_cast<float>(value);
+        }
+        size.angle = std::min(size.angle, kMostAngle);
+    }
+    return sizes;
 }
 
 }  // namespace halflight

@@ -149,6 +149,8 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     const LightTypeRow* type = find_light_type(from.type);
     if (!type) document.fail(element, "light type '{}' is unknown", from.type);
     light.type = type->type;
+    if (index < document.light_sizes.size())
+        light.radius = document.light_sizes[index].radius, light.angle = document.light_sizes[index].angle;
     if (light.type != LightType::spot) return light;
     light.outer_cone = static_cast<float>(std::min(from.spot.outerConeAngle, kPi / 2));
     light.inner_cone = static_cast<float>(std::max(from.spot.innerConeAngle, 0.0));

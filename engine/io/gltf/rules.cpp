@@ -214,7 +214,8 @@ GltfRules make_rules() {
         for (const GltfMaterialKey& key : gltf_material_keys())
             if ((key.kind == GltfMaterialKey::Kind::texture) == textures)
                 add_key(rules, "material", key.path, rule_of(key));
-    for (const LightProperty& property : light_properties()) add_key(rules, "light", property.path, {"", number});
+    for (const LightProperty& property : light_properties())
+        if (property.path) add_key(rules, "light", property.path, {"", number});
     return rules;
 }
 

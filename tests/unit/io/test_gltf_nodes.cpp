@@ -338,6 +338,38 @@ TEST_F(GltfLight, OfEveryType) {
     EXPECT_EQ(scene.report.warnings.size(), 1u);
 }
 
+TEST_F(GltfLight, SizesAreFoundInExtras) {
+    GltfBuilder b;
+    b.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    const std::tuple<const char*, Json, float, float> cases[] = {
+        {"point", {{"radius", 0.25}}, 0.25f, 0},
+        {"point", {{"shadow_soft_size", 0.5}, {"angle", 1}}, 0.5f, 0},
+        {"directional", {{"angle", 0.125}, {"shadow_soft_size", 3}}, 0, 0.125f},
+        {"directional", {{"radius", 696000}}, 0, 0.0093049f},  // km, of the sun
+        {"point", {{"radius", -1}}, 0, 0},
+        {"point", {{"radius", "large"}}, 0, 0},
+        {"directional", {{"angle", 1e300}}, 0, 0},
+        {"point", "text", 0, 0},
+        {"point", {{"radius", nullptr}}, 0, 0},
+    };
+    Json lights = Json::array();
+    for (const auto& [type, extras, radius, angle] : cases) {
+        b.json["nodes"][lights.size()]["extensions"]["KHR_lights_punctual"]["light"] = lights.size();
+        lights.push_back({{"type", type}, {"extras", extras}});
+    }
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = lights;
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.lights.size(), std::size(cases));
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        EXPECT_EQ(scene.lights[i].radius, std::get<2>(cases[i])) << i;
+        EXPECT_NEAR(scene.lights[i].angle, std::get<3>(cases[i]), 1e-7) << i;
+    }
+    const std::string element = "extensions.KHR_lights_punctual.lights[";
+    expect_warnings(scene.report.warnings,
+                    {element + "4].extras: radius", element + "5].extras: radius", element + "6].extras: angle",
+                     element + "8].extras: radius"});
+}
+
 TEST_F(GltfLight, UnknownOrMissingOnesAreRefused) {
     GltfBuilder b;
     b.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});

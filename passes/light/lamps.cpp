@@ -1,0 +1,38 @@
+#include "passes/light/lamps.h"
+
+#include <fmt/format.h>
+
+#include "shaders/shared/path.h"
+
+namespace halflight {
+
+using graph::Access;
+
+void add_met_lamps(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch, PathBuffers& paths) {
+    if (!paths.met_lamps) return;
+    graph::Pass pass = graph.add_pass("lamps met");
+    view.read_frame(pass);
+    pass.read(batch.list, Access::texture_read, {"list", GL_R32UI});
+    pass.read(batch.list_header, Access::indirect_read);
+    pass.read(batch.list_header, Access::texture_read, {"header", GL_RGBA32UI});
+    pass.read(batch.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
+    pass.read(paths.states, Access::storage_read, "States");
+    pass.read(paths.receivers, Access::storage_read, "Receivers");
+    if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
+    paths.met_lamps = pass.write(paths.met_lamps, partial_write(paths.met_lamps), "MetLamps");
+    gpu::Defines defines = view.path_defines();
+    if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
+    if (batch.depth == 0) {
+        defines.set("HALFLIGHT_FIRST_HIT");
+        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+    }
+    pass.kernel({"shaders/lamps.comp", defines, view.bind_scene()});
+    pass.execute([=, header = batch.list_header](graph::Resources& r) {
+        const gpu::Program& program = r.kernel();
+        program.set("depth", batch.depth);
+        program.dispatch_indirect(r.buffer(header), view.band.paths() / 64);
+    });
+}
+
+}  // namespace halflight
