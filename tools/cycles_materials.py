@@ -425,6 +425,17 @@ def use_our_materials(*_):
 
 
 @bpy.app.handlers.persistent
+def use_our_sizes(*_):
+    """Takes the sizes of lights from the extras of the glTF file. Cameras do not see lights."""
+    for object in bpy.data.objects:
+        if object.type == "LIGHT":
+            object.visible_camera = False
+            for key, name in (("radius", "shadow_soft_size"), ("angle", "angle")):
+                if key in object.data and hasattr(object.data, name):
+                    setattr(object.data, name, object.data[key])
+
+
+@bpy.app.handlers.persistent
 def use_our_lens(*_):
     """Takes the lens of a camera from the extras of the glTF file, which the importer stores as custom properties."""
     scene = bpy.context.scene
@@ -455,6 +466,7 @@ def tell_cpu_time(*_):
 
 
 cycles_textures.watch_importer()
+bpy.app.handlers.render_init.append(use_our_sizes)
 bpy.app.handlers.render_init.append(use_our_materials)
 bpy.app.handlers.render_init.append(use_our_lens)
 bpy.app.handlers.render_init.append(begin)
