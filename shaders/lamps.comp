@@ -29,7 +29,7 @@ uniform uint depth;  // number of the vertex that the rays leave
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/next_event.glsl"
 
-const float kInfinity = uintBitsToFloat(0x7f800000u);
+float infinity() { return uintBitsToFloat(0x7f800000u); }
 
 // A ray that looks for lights.
 struct Search {
@@ -58,7 +58,7 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
     float bound = is_disc ? light.size : light.size * light.size / max(light.square, 1e-37);
     bool inside = light.spread == 2.0;
     bool meets = light.spread > 0.0 && (inside || (cosine > 0.0 && squared_sine < bound));
-    float way = is_disc ? kInfinity : distance_to_ball(light, cosine, squared_sine);
+    float way = is_disc ? infinity() : distance_to_ball(light, cosine, squared_sine);
     return meets && way >= 0.0 && (is_disc ? isinf(ray.limit) : way < ray.limit) ? way : -1.0;
 }
 
@@ -92,8 +92,8 @@ uint group_of(uint light) {
 }
 
 #if defined(HALFLIGHT_LIGHT_TREE) && defined(HALFLIGHT_SIZED_LAMPS)
-// Meets the balls of the light tree, whose nodes bound them.
-void meet_lamps_of_tree(inout Search ray, float factor) {
+// Meets the balls of the light tree, whose nodes bound them. Returns whether the walk has come to its end.
+bool meet_lamps_of_tree(inout Search ray, float factor) {
     const uint kMostWaiting = 3u * (kLightTreeDepth / 2u) + 4u;
     vec4 balls[kMostWaiting];
     uint nodes[kMostWaiting];
@@ -154,6 +154,7 @@ void meet_lamps_of_tree(inout Search ray, float factor) {
             meet(ray, row, way, texelFetch(scene_lights, row + 3).w * gain, group_of(light), factor);
         }
     }
+    return waiting == 0u && lights.x == kNoLight;
 }
 #endif
 #endif
@@ -168,14 +169,14 @@ void main() {
     Search s;
     s.from = receivers[path];
     s.direction = normalize(ray.direction);
-    s.limit = is_miss ? kInfinity : finite(hit.t) ? hit.t * length(ray.direction) : 0.0;
+    s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t * length(ray.direction) : 0.0;
     s.pdf = states[path].pdf;
     s.throughput = states[path].throughput;
 #ifdef HALFLIGHT_VOLUME
     s.medium = texelFetch(media, int(path));
 #endif
     s.sum = 0.0;
-    s.kept = MetLamp(vec3(0.0), kInfinity, 0u, 0u, 0u, 0u);
+    s.kept = MetLamp(vec3(0.0), infinity(), 0u, 0u, 0u, 0u);
 #ifdef HALFLIGHT_SIZED_LIGHTS
     s.number = sample_1d(path_sampler(frame, path),
                          vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
@@ -200,15 +201,19 @@ void main() {
     uint kind = end > 0u ? light_kind(word_of_float(texelFetch(scene_lights, last).w)) : kLightNone;
     bool is_punctual = kind >= kLightPoint && kind <= kLightDirectional;
     uint count = is_punctual ? word_of_float(texelFetch(scene_lights, last + 2).z) : 0u;
-    for (uint light = end - count; light < end; ++light) {
+    uint light = end - count;
+    for (; light < end; ++light) {
         int row = int(light) * kLightStride;
         bool is_disc = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightDirectional;
         float way = distance_to(s, light_of_row(s, row), is_disc);
         if (way >= 0.0) meet(s, row, way, texelFetch(scene_lights, row + 3).w, group_of(light), factor);
     }
+    bool finished = light == end;
 #if defined(HALFLIGHT_LIGHT_TREE) && defined(HALFLIGHT_SIZED_LAMPS)
-    meet_lamps_of_tree(s, factor);
+    finished = meet_lamps_of_tree(s, factor) && finished;
 #endif
+    // Drivers end long loops: llvmpipe after 65535 steps of all loops of a kernel. The NaN is counted later.
+    if (!finished) s.sum = not_a_number();
 #endif
     s.kept.light *= s.sum;
     met_lamps[path] = s.kept;

@@ -185,6 +185,8 @@ Scene instanced_scene() {
     sun.type = LightType::directional;
     sun.intensity = vec3(0.8f);
     sun.direction = glm::normalize(vec3(0.5f, -1, -0.6f));
+    point.radius = 0.3f;  // the spot stays without a size
+    sun.angle = 0.1f;
     scene.lights = {point, spot, sun};
     scene.cameras = {camera_on_pyramids()};
     scene.cameras.push_back(scene.cameras[0]);

@@ -440,6 +440,38 @@ TEST_F(Light, SizesOfLampsChangeNoIrradiance) {
     }
 }
 
+TEST_F(Light, ManyLampsWithASize) {
+    // About 10^5 lamps in a cube far above a floor and a mirror, of which a ray crosses about eight.
+    constexpr int kSide = 46, kLamps = kSide * kSide * kSide;
+    for (const bool mirror : {false, true}) {
+        Scene scene;
+        add_quad(scene, add_material(scene, mirror ? metal_material(vec3(1), 0) : diffuse_material(vec3(kAlbedo))),
+                 {-1, 0, -1}, {0, 0, 2}, {2, 0, 0});
+        const dvec3 eye(0, mirror ? 1 : 0, 0);
+        double illuminance = 0;
+        for (int i = 0; i < kLamps; ++i) {
+            const dvec3 place = dvec3(i % kSide, i / kSide % kSide, i / (kSide * kSide)) / double(kSide - 1) - 0.5;
+            PunctualLight& lamp = scene.lights.emplace_back();
+            lamp.position = dvec3(0, 100, 0) + 10.0 * place;
+            lamp.intensity = vec3(1e4f / kLamps);
+            lamp.radius = 0.05f;
+            const dvec3 way = lamp.position + eye;
+            illuminance += double(lamp.intensity.r) / glm::dot(way, way) * (mirror ? 1 : glm::normalize(way).y);
+        }
+        if (!mirror) {
+            expect_mean("97336 lamps above a floor",
+                        mean_of(picture(scene, spot_camera(dvec3(0), {0.3, 0.5, 0.6}, 0.01), 16, 32, 1)),
+                        kAlbedo / kPi * illuminance, 1e-3, "1/1000 for the spot's size");
+            continue;
+        }
+        // The picture holds the mirror image of all lamps.
+        const double view = 2 * std::tan(0.06);
+        expect_mean("97336 lamps in a mirror",
+                    mean_of(picture(scene, look_at_camera(eye, {0, 0, 0}, {0, 0, 1}, 0.12), 48, 16, 1)),
+                    illuminance / (view * view), 4e-3, "4/1000 for the slant of the view");
+    }
+}
+
 TEST_F(Light, PenumbrasOfASizeAndADistance) {
     // An edge cuts the disc of the light at t radii from its centre.
     const auto visible = [](double t) { return 0.5 + (std::asin(t) + t * std::sqrt(1 - t * t)) / kPi; };

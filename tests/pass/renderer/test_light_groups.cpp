@@ -46,6 +46,7 @@ Scene corner() {
     lamp.position = {0, 0.9, 0.5};
     lamp.intensity = vec3(0.5f);
     PunctualLight other = lamp;
+    lamp.radius = 0.1f, sun.angle = 0.1f;  // two groups of lights that rays meet, before a sky and others
     other.position = {-1, 0.5, 0.5};
     other.intensity = {0.1f, 0.4f, 0.1f};
     other.light_group = kNoLightGroup;
