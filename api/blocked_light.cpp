@@ -14,6 +14,7 @@ constexpr std::size_t kMostLights = 64, kMostCameras = 4;
 constexpr int kSide = 12;                // points along each side of a picture
 constexpr double kMostOpen = 0.02;       // share of points up to which a light counts as hidden
 constexpr std::size_t kLeastHidden = 2;  // points that glass hides from a light
+constexpr double kLargeSine = 0.1;       // of half a light's angle; larger lights are found through glass by chance
 
 std::string called(const char* what, const std::string& name, std::size_t index) {
     return name.empty() ? fmt::format("{} {}", what, index) : fmt::format("{} '{}'", what, name);
@@ -46,7 +47,9 @@ const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight&
     if (light.type == LightType::spot &&
         -glm::dot(direction, dvec3(light.direction)) < std::cos(double(light.outer_cone)))
         return nullptr;
-    if (glm::dot(at.normal, direction) <= 0) return nullptr;
+    const double sine = light.type == LightType::directional ? std::sin(0.5 * double(light.angle))
+                                                             : double(light.radius) / std::max(distance, 1e-30);
+    if (sine > kLargeSine || glm::dot(at.normal, direction) <= 0) return nullptr;
     const dvec3 from = at.position + probe.spacing() * at.normal;
     const double most = (1 - 1e-4) * distance - 2 * probe.spacing();
     const auto hit = probe.trace(from, direction, most, rays::kPassPanes | rays::kPassScattered);
@@ -78,10 +81,11 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         const auto material = static_cast<std::size_t>(&glass - scene.materials.data());
         const std::string kind = is_solid(glass) ? "solid" : fmt::format("of roughness {:g}", glass.roughness);
         lines.push_back(
-            fmt::format("{} reaches what the cameras see only through glass, {}, which is {}: hardly any of its light "
-                        "is found there, "
-                        "because light without size passes thin clear glass alone (thickness 0, roughness below 0.01)",
-                        called("light", light.name, i), called("material", glass.name, material), kind));
+            fmt::format("{} reaches what the cameras see only through glass, {}, which is {}: {} is found there, because "
+                        "light of little size passes thin clear glass alone (thickness 0, roughness below 0.01)",
+                        called("light", light.name, i), called("material", glass.name, material), kind,
+                        light.radius > 0 || light.angle > 0 ? "its light, in speckles that are rare and bright,"
+                                                            : "hardly any of its light"));
     }
     return lines;
 }

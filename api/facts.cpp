@@ -70,11 +70,14 @@ Json cameras(const Scene& scene) {
 
 Json lights(const Scene& scene) {
     Json punctual = Json::array();
-    for (const PunctualLight& light : scene.lights)
+    for (const PunctualLight& light : scene.lights) {
         punctual.push_back({{"name", light.name},
                             {"type", row_of(light.type).name},
                             {"intensity", triple(light.intensity)},
                             {"unit", row_of(light.type).unit}});
+        if (light.radius > 0) punctual.back()["radius"] = light.radius;                    // metres
+        if (light.angle > 0) punctual.back()["angle_degrees"] = glm::degrees(light.angle);
+    }
     return {{"emissive_triangles", instanced_triangles(scene, has_emission)},
             {"punctual", punctual},
             {"environment", scene.environment.black() ? Json(nullptr) : triple(scene.environment.color)}};

@@ -45,6 +45,10 @@ std::string values_of(const PunctualLight& light) {
     edit.color = own.color;
     if (type.has_position) edit.position = light.position;
     if (type.has_direction) edit.direction = unit_direction(dvec3(light.direction));
+    if (type.has_position)
+        edit.radius = light.radius;
+    else
+        edit.angle = glm::degrees(light.angle);
     return text(edit);
 }
 

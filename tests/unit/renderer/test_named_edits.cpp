@@ -214,6 +214,8 @@ TEST(SceneEdits, InvalidTextsAreNamed) {
                     {add_light_edit, "key=colour:1,1,1", "key: 'colour'"},
                     {add_light_edit, "key=color:mauve", "key: color: "},
                     {add_light_edit, "key=temperature:900", "key: temperature: "},
+                    {add_light_edit, "key=radius:-1", "key: radius: "},
+                    {add_light_edit, "key=angle:180", "key: angle: "},
                     {add_light_edit, "key=position:1,2", "key: position: "},
                     {add_light_edit, "key=intensity:nan", "key: intensity: "},
                     {add_material_edit, "0.emission_temperature=900", "0: emission_temperature: "},
@@ -453,7 +455,7 @@ TEST(SceneNames, AreOptionsThatKeepTheScene) {
         EXPECT_EQ(same.instances[i].object_to_world, yard.scene.instances[i].object_to_world);
     const std::string lines = option_lines(names);
     for (const char* line :
-         {"--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0'\n",
+         {"--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0,radius:0'\n",
           "--variant red\n", "--node 'box a=translate:0,0,0'\n"})
         EXPECT_NE(lines.find(line), std::string::npos) << lines;
     EXPECT_EQ(lines.find("other scene"), std::string::npos) << lines;

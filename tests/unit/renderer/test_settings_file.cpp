@@ -41,7 +41,7 @@ SavedSettings all_kinds() {
                       {"2", {2, vec3(0.2f, 0, 1)}},
                       {"3", {1, {}, dvec3(0.1, -2e5, 3)}},
                       {"key", {1, {}, {}, dvec3(0, -0.6, 0.8)}},
-                      {"a = b", {.intensity = 1.0f / 3, .temperature = 2700.5f, .off = true}}};
+                      {"a = b", {.intensity = 1.0f / 3, .temperature = 2700.5f, .radius = 0.1f, .angle = 0.53f, .off = true}}};
     s.edits.nodes = {{"n", {{0.1, 1.0 / 3, 0}, {45, 0, -1e-5}, {1, 2, 1.0 / 7}}}};
     s.edits.nodes[0].edit.matrix =
         dmat4(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0.2, 0), dvec4(0, 0, 1, 0), dvec4(4, 5, 6, 1));
@@ -176,6 +176,8 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
         {R"("lights": [{"color": [0, 0, 2]}])", "lights[0].color[2]: "},
         {R"("lights": [{"direction": [0, 0, 0]}])", "lights[0].direction: "},
         {R"("lights": {"key": {"color": [1, 1, 1], "temperature": 2700}})", "lights.key: "},
+        {R"("lights": {"key": {"radius": -1}})", "lights.key.radius"},
+        {R"("lights": {"key": {"angle": 180}})", "lights.key.angle"},
         {R"("materials": [{}])", "materials: "},
         {R"("materials": {"1": {"rough": 1}})", "materials.1: materials have no property 'rough'"},
         {R"("materials": {"1": {"roughness": 2}})", "materials.1: roughness: "},
