@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/core/metrics.h"
@@ -85,63 +87,66 @@ class ErrorTargets : public GpuTest {
     }
     /// Expects that the target is reached, and that the truth is in the interval and below the target as often as it
     /// must be.
-    void expect_coverage(const Scene& of, bool adaptive, ErrorMetric metric, double target);
+    void expect_coverage(const Scene& of, bool adaptive, std::initializer_list<std::pair<ErrorMetric, double>> targets);
 
     Scene scene = shiny_cornell();
     PreparedScene prepared{context, scene};
     ColorConfig colors = ColorConfig::load();
 };
 
-void ErrorTargets::expect_coverage(const Scene& of, bool adaptive, ErrorMetric metric, double target) {
-    SCOPED_TRACE(testing::Message() << name(metric) << (adaptive ? ", adaptive" : ", even"));
+void ErrorTargets::expect_coverage(const Scene& of, bool adaptive,
+                                   std::initializer_list<std::pair<ErrorMetric, double>> targets) {
     PreparedScene own(context, of);
-    RenderSettings settings = settings_of(of, adaptive, target, metric);
-    FrameSettings frame = settings;
-    Renderer renderer(own, colors, settings);
+    RenderSettings settings = settings_of(of, adaptive, 1);
     settings.adaptive = false;
     settings.error.reset();
-    settings.samples = 2048;
+    settings.samples =
+        1024;  // the noise of this reference moves a true error by 3 %, much less than intervals are wide
     Renderer even(own, colors, settings);
     Image halves[2];
     for (const std::uint32_t half : {0u, 1u}) {
         settings.seed = 1000 + half;
         halves[half] = rgb(even.render(settings).beauty);
     }
-    const Image weights = metric == ErrorMetric::mse ? Image() : relative_weights(halves[0]);
-    int inside = 0, below = 0;
-    for (frame.seed = 0; frame.seed < 16; ++frame.seed) {
-        const RenderResult result = renderer.render(frame);
-        ASSERT_TRUE(result.stats.error);
-        const ErrorEstimate& e = result.stats.error->estimate;
-        EXPECT_TRUE(result.stats.error->reached);
-        EXPECT_LE(e.bound, target);
-        EXPECT_TRUE(0 <= e.lower && e.lower < e.value && e.value < e.bound && e.bound < e.upper);
-        const Image& samples = layer(result, "samples.Y");
-        EXPECT_NEAR(mean_of(samples), result.stats.samples, adaptive ? 1 : 0) << "the mean number is reported";
-        if (adaptive) {
-            EXPECT_GT(std::ranges::max(samples.pixels), 2 * std::ranges::min(samples.pixels));
-        } else {
-            EXPECT_EQ(result.stats.samples % kReplicates, 0);
+    for (const auto& [metric, target] : targets) {
+        SCOPED_TRACE(testing::Message() << name(metric) << (adaptive ? ", adaptive" : ", even"));
+        FrameSettings frame = settings_of(of, adaptive, target, metric);
+        Renderer renderer(own, colors, settings_of(of, adaptive, target, metric));
+        const Image weights = metric == ErrorMetric::mse ? Image() : relative_weights(halves[0]);
+        int inside = 0, below = 0;
+        for (frame.seed = 0; frame.seed < 16; ++frame.seed) {
+            const RenderResult result = renderer.render(frame);
+            ASSERT_TRUE(result.stats.error);
+            const ErrorEstimate& e = result.stats.error->estimate;
+            EXPECT_TRUE(result.stats.error->reached);
+            EXPECT_LE(e.bound, target);
+            EXPECT_TRUE(0 <= e.lower && e.lower < e.value && e.value < e.bound && e.bound < e.upper);
+            const Image& samples = layer(result, "samples.Y");
+            EXPECT_NEAR(mean_of(samples), result.stats.samples, adaptive ? 1 : 0) << "the mean number is reported";
+            if (adaptive) {
+                EXPECT_GT(std::ranges::max(samples.pixels), 2 * std::ranges::min(samples.pixels));
+            } else {
+                EXPECT_EQ(result.stats.samples % kReplicates, 0);
+            }
+            const std::vector<Image> picture{rgb(result.beauty)};
+            const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
+            inside += e.lower <= truth && truth <= e.upper;
+            below += truth <= target;
         }
-        const std::vector<Image> picture{rgb(result.beauty)};
-        const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
-        inside += e.lower <= truth && truth <= e.upper;
-        below += truth <= target;
+        // Fewer than 12 of 16 have a probability of 1 in 1000 at 95 % coverage.
+        EXPECT_GE(inside, 12);
+        EXPECT_GE(below, 12);
     }
-    // Fewer than 12 of 16 have a probability of 1 in 1000 at 95 % coverage.
-    EXPECT_GE(inside, 12);
-    EXPECT_GE(below, 12);
 }
 
 TEST_F(ErrorTargets, AreReachedAndCorrect) {
-    expect_coverage(scene, false, ErrorMetric::relmse, 0.01);
-    expect_coverage(scene, false, ErrorMetric::mse, 0.02);
-    expect_coverage(scene, true, ErrorMetric::relmse, 0.004);
+    expect_coverage(scene, false, {{ErrorMetric::relmse, 0.01}, {ErrorMetric::mse, 0.02}});
+    expect_coverage(scene, true, {{ErrorMetric::relmse, 0.004}});
     // The edge of a lamp would dominate the squared error: 24 samples of so few pixels may miss it, even or adaptive.
     Scene unlit = cornell_box(diffuse_material(vec3(0.6f)));
     for (Material& material : unlit.materials) material.emission = vec3(0);
     unlit.environment.color = vec3(1);
-    expect_coverage(unlit, true, ErrorMetric::mse, 0.0002);
+    expect_coverage(unlit, true, {{ErrorMetric::mse, 0.0002}});
 }
 
 TEST_F(ErrorTargets, LowerErrorsTakeMoreSamplesAndAdaptiveOnesFewer) {
@@ -160,9 +165,11 @@ TEST_F(ErrorTargets, LowerErrorsTakeMoreSamplesAndAdaptiveOnesFewer) {
 }
 
 // Where the number of samples is the limit, nothing but the pilot decides about samples, so there is no bias at all.
+// Strips of both widths have standard errors of 2.8 and 2.6 % of the mean. A shift of 15 % is found with a probability
+// of 90 %, and one of zero with 6e-5.
 TEST_F(ErrorTargets, ThinStripsKeepTheirMean) {
-    constexpr int kSeeds = 450, kSide = 32;
-    for (const double width : {1.0 / 16, 1.0 / 4}) {  // pixels
+    constexpr int kSide = 32;
+    for (const auto& [width, seeds] : {std::pair(1.0 / 16, 450), std::pair(1.0 / 4, 48)}) {  // width: pixels
         const Scene strips = thin_strip(width, kSide);
         PreparedScene of_strips(context, strips);
         RenderSettings settings = small_settings(strips.cameras[0], kSide, kSide, 64, 0);
@@ -171,7 +178,7 @@ TEST_F(ErrorTargets, ThinStripsKeepTheirMean) {
         settings.aovs = {"samples"};
         Renderer renderer(of_strips, colors, settings);
         double sum = 0, squares = 0, fewest = kSide, most = 0;
-        for (int seed = 0; seed < kSeeds; ++seed) {
+        for (int seed = 0; seed < seeds; ++seed) {
             settings.seed = static_cast<std::uint32_t>(seed);
             const RenderResult result = renderer.render(settings);
             const Image& samples = layer(result, "samples.Y");
@@ -183,7 +190,7 @@ TEST_F(ErrorTargets, ThinStripsKeepTheirMean) {
             sum += light, squares += light * light;
         }
         EXPECT_GT(most, 2 * fewest);
-        const double mean = sum / kSeeds, error = std::sqrt((squares / kSeeds - mean * mean) / (kSeeds - 1));
+        const double mean = sum / seeds, error = std::sqrt((squares / seeds - mean * mean) / (seeds - 1));
         EXPECT_GT(error, 0);
         EXPECT_LT(error, 0.03 * 8 * width);
         EXPECT_NEAR(mean, 8 * width, 4 * error) << width;
