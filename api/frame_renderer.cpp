@@ -37,11 +37,14 @@ std::function<bool(Progress)> keeping_context(const std::function<bool(Progress)
 
 }  // namespace
 
-int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples) {
+bool takes_two_samples(const RenderSettings& settings) {
+    return settings.denoise || std::ranges::find(settings.aovs, "variance") != settings.aovs.end();
+}
+
+int shutter_count(const Shutter& shutter, const RenderSettings& settings, int samples) {
     constexpr int kDefaultTimes = 8;
     if (shutter.open == 0) return 1;
-    const bool variance = std::ranges::find(aovs, "variance") != aovs.end();
-    return shutter.times.value_or(std::clamp(variance ? samples / 2 : samples, 1, kDefaultTimes));
+    return shutter.times.value_or(std::clamp(takes_two_samples(settings) ? samples / 2 : samples, 1, kDefaultTimes));
 }
 
 int default_bounces(const Scene& scene) {
@@ -56,7 +59,7 @@ void request_light_groups(RenderSettings& settings, const Scene& scene) {
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings) {
     if (shutter.open == 0) return "";
     return fmt::format("open for {:g} of a frame, {} times", shutter.open,
-                       shutter_count(shutter, settings.aovs, settings.samples));
+                       shutter_count(shutter, settings, settings.samples));
 }
 
 namespace {
@@ -189,6 +192,7 @@ struct FrameRenderer::State {
     RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
         const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
             set_frame(n);
+            if (shutter.open > 0) return blurred(n, of_all, &noisy);
             FrameSettings own = settings;
             own.noisy = &noisy;
             return pictures.still(n, own, of_all);
@@ -196,6 +200,7 @@ struct FrameRenderer::State {
         const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
             set_frame(frame);
             pictures.denoise(noisy, others, result);
+            if (shutter.open > 0) result = with_view(std::move(result));  // pictures of single times have no views
         };
         const auto render = [&] {
             return near_frames.render(scene, frame, neighbour_frames(settings),
@@ -221,12 +226,17 @@ struct FrameRenderer::State {
         };
         estimate_denoised_error(settings, result, render, progress);
     }
-    RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress) {
+    /// Renders a frame with motion blur. noisy: keeps the halves of the denoiser and the surfaces at the frame's own time
+    /// for near_frames; null: the picture is denoised at once if the settings say so.
+    RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress, NoisyFrame* noisy = nullptr) {
         const FrameSettings own = settings;
         const Stopwatch clock;
+        NoisyFrame of_time;
+        of_time.samples.merges = true;
+        ShutterHalves halves;
         ShutterMean mean(settings.aovs, own.samples);
         bool any = false, interrupted = false;
-        const int times = shutter_count(shutter, settings.aovs, own.samples);
+        const int times = shutter_count(shutter, settings, own.samples);
         for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
             const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
             FrameSettings part = own;
@@ -234,6 +244,7 @@ struct FrameRenderer::State {
             part.first_sample = time.first_sample;
             part.samples = time.samples;
             part.of_samples = own.samples;
+            if (settings.denoise) part.noisy = &of_time;
             const auto of_all = [&](RenderProgress p) {
                 p.samples_done += time.first_sample;
                 p.samples_total = own.samples;
@@ -247,16 +258,23 @@ struct FrameRenderer::State {
             if (interrupted && any) break;  // rows of the stopped picture may be missing
             if (interrupted) return with_view(std::move(result));
             mean.add(result);
+            if (settings.denoise) halves.add(of_time);
             any = true;
         }
         RenderResult own_time;
-        if (mean.wants_still() && !interrupted) {
+        if ((mean.wants_still() || noisy) && !interrupted) {
             FrameSettings one = own;
             one.samples = 1;
+            one.noisy = noisy ? noisy : settings.denoise ? &of_time : nullptr;
             own_time = pictures.still(frame, one, {});
         }
         RenderResult result = mean.take(std::move(own_time));
         result.stats.interrupted = interrupted;
+        if (settings.denoise && !interrupted) {
+            NoisyFrame& whole = noisy ? *noisy : of_time;
+            halves.take(result.beauty, whole);
+            if (!noisy) pictures.denoise(whole, {}, result);
+        }
         return with_view(std::move(result));
     }
     /// Adds the picture through the view transform where it is wanted.
@@ -276,16 +294,16 @@ struct FrameRenderer::State {
         if (shutter.times && (*shutter.times < 1 || *shutter.times > s.samples))
             throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", s.samples,
                         *shutter.times);
-        const int times = shutter_count(shutter, settings.aovs, s.samples);
-        if (std::ranges::find(settings.aovs, "variance") != settings.aovs.end() && times > 1 && s.samples / times < 2)
+        const int times = shutter_count(shutter, settings, s.samples);
+        if (takes_two_samples(settings) && times > 1 && s.samples / times < 2)
             throw Error("shutter times",
-                        "the layer variance takes two samples at each time: {} are too few for {} times", s.samples,
-                        times);
+                        "denoising and the layer variance take two samples at each time: {} are too few for {} times",
+                        s.samples, times);
         // The weights of the times follow from their numbers of samples, which have to be known before.
         const std::pair<bool, const char*> others[] = {{s.time_limit > 0, "a time limit"},
                                                        {s.error.has_value(), "an error target"},
                                                        {settings.adaptive, "adaptive sampling"},
-                                                       {settings.denoise, "denoising"},
+                                                       {settings.denoise_error > 0, "an error of denoised pictures"},
                                                        {settings.preview.any(), "preview modes"}};
         for (const auto& [set, name] : others)
             if (set) throw Error("shutter", "motion blur cannot be combined with {}", name);
@@ -402,9 +420,9 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.pictures.history().forget();
     s.last_frame.reset();  // set again when this frame is complete
     s.settings.history = &s.pictures.history();
-    RenderResult result = s.shutter.open > 0                 ? s.blurred(frame, progress)
-                          : neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
-                                                             : s.from_checkpoint(frame, progress);
+    RenderResult result = neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
+                          : s.shutter.open > 0             ? s.blurred(frame, progress)
+                                                           : s.from_checkpoint(frame, progress);
     if (s.settings.denoise_error > 0 && s.only_part == 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
     s.load_seconds += s.pictures.take_load_seconds();

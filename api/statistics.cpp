@@ -238,7 +238,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"exposure", s.want_view ? Json(s.view.stops()) : Json()},
           {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
           {"shutter", shutter.open > 0
-                          ? Json{{"open", shutter.open}, {"times", shutter_count(shutter, s.aovs, s.samples)}}
+                          ? Json{{"open", shutter.open}, {"times", shutter_count(shutter, s, s.samples)}}
                           : Json()},
           {"lens", !stats.lens.blurs() ? Json() : Json(lens_text(s.camera, stats.lens, {s.width, s.height}))},
           {"projection", s.camera.optics.traced() ? Json(text(s.camera.optics)) : Json()},

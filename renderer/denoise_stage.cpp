@@ -55,7 +55,10 @@ void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumul
                             const SampleHalves& samples) {
     if (!kept_ && !own_) return;  // the frame stays noisy
     DenoiserTextures& textures = kept_ ? *kept_->pixels : *own_;
-    const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, samples, textures.import_pixels(graph));
+    SampleHalves halves = samples;
+    halves.merges = kept_ && kept_->samples.merges;
+    if (kept_) kept_->samples = halves;
+    const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, halves, textures.import_pixels(graph));
     for (const graph::TextureHandle h :
          {filled.mean, filled.guide, filled.reflectance, filled.diffuse_albedo, filled.glossy_albedo})
         graph.output(h);
@@ -150,7 +153,8 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
     }
     stats.gpu_bytes += transient_bytes_;
     stats.denoised = true;
-    stats.biases.insert(stats.biases.begin(), fmt::format("{}, also over {} neighbouring frames", kBias, used.size()));
+    const std::string over = near.empty() ? "" : fmt::format(", also over {} neighbouring frames", used.size());
+    stats.biases.insert(stats.biases.begin(), kBias + over);
     for (const graph::PassTime& t : executor_.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.neighbours = {static_cast<int>(used.size()), 0, watch.seconds()};
     stats.render_seconds += watch.seconds();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "passes/surface/raster_window.h"
+#include "renderer/noisy_frame.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
@@ -195,8 +196,13 @@ bool in_first_half(std::uint32_t number) {
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
-    // Parts of a picture have halves together, and other ranges of samples have halves of their own.
-    view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
+    // Parts of a picture have halves together, and other ranges of samples have halves of their own. Times of a shutter
+    // have halves together, too, and nearly as many samples of either half: those of the Thue-Morse sequence, whose
+    // halves of a Sobol sequence are both well distributed.
+    if (frame.noisy && frame.noisy->samples.merges)
+        view.first_half = std::popcount(index) % 2 == 0;
+    else
+        view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;

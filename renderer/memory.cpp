@@ -12,6 +12,7 @@
 #include "renderer/film.h"
 #include "renderer/frame_options.h"
 #include "renderer/noisy_frame.h"
+#include "renderer/shutter.h"
 #include "renderer/replicates.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/light.h"
@@ -174,7 +175,8 @@ std::size_t shutter_bytes(const RenderSettings& s) {
     std::size_t channels = 4 + (s.catcher_means ? kCatcherSums : 0);
     for (const std::string& aov : s.aovs)
         if (!is_matte(aov) && !find_aov(aov)->at_centre()) channels += find_aov(aov)->channel_names().size();
-    return channels * sizeof(double) + film_bytes(s) + mattes(s) * kMatte;
+    const std::size_t halves = s.denoise ? denoiser_frame_bytes(0) + kDenoiserChainBytes + ShutterHalves::kBytes : 0;
+    return channels * sizeof(double) + film_bytes(s) + mattes(s) * kMatte + halves;
 }
 
 std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {

@@ -9,6 +9,7 @@
 
 #include "engine/core/error.h"
 #include "passes/picture/shadow_catcher.h"
+#include "shaders/shared/denoise.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
@@ -184,6 +185,86 @@ RenderResult ShutterMean::take(RenderResult still) {
         }
     }
     return result;
+}
+
+namespace {
+
+// Places in DenoiserTextures::all().
+constexpr std::size_t kMean = 0, kGuide = 1, kReflectance = 2, kDiffuseAlbedo = 3, kGlossyAlbedo = 4, kLight = 5,
+                      kGlossyGuide = kLight + 2 * kFilteredLights.size(), kGlossyReflectance = kGlossyGuide + 1;
+
+bool is_light(std::size_t i) {
+    return i >= kLight && i < kGlossyGuide;
+}
+bool is_first(std::size_t light) {
+    return (light - kLight) % 2 == 0;
+}
+/// Returns the albedo by which a half of light is divided.
+std::size_t albedo_of(std::size_t light) {
+    return (light - kLight) / 2 == std::size_t(FilteredLight::glossy) ? kGlossyAlbedo : kDiffuseAlbedo;
+}
+/// Returns whether a texture has means over the samples that meet a surface.
+bool is_of_surfaces(std::size_t i) {
+    return i == kGuide || i == kReflectance || i == kGlossyGuide || i == kGlossyReflectance;
+}
+
+std::vector<vec4> texels(const gpu::Texture& texture) {
+    const std::vector<float> values = texture.read_float();
+    std::vector<vec4> all(values.size() / 4);
+    for (std::size_t p = 0; p < all.size(); ++p)
+        all[p] = {values[4 * p], values[4 * p + 1], values[4 * p + 2], values[4 * p + 3]};
+    return all;
+}
+
+}  // namespace
+
+void ShutterHalves::add(NoisyFrame& time) {
+    const int n = time.samples.all, first = time.samples.first;
+    const auto textures = time.pixels->all();
+    sums_.resize(textures.size());
+    std::array<std::vector<vec4>, kLight> surface;
+    for (std::size_t i = kGuide; i < textures.size(); ++i) {
+        if (!textures[i]) continue;
+        std::vector<vec4> own = texels(*textures[i]);
+        sums_[i].resize(own.size());
+        covered_.resize(own.size());
+        if (i < kLight) surface[i] = own;
+        for (std::size_t p = 0; p < own.size(); ++p) {
+            const bool covered = vec3(surface[kGuide][p]) != vec3(0);
+            if (i == kGuide && covered) covered_[p] += static_cast<float>(n);
+            if (is_light(i)) {
+                const float half = static_cast<float>(is_first(i) ? first : n - first);
+                sums_[i][p] += vec4(half * vec3(own[p]) * vec3(surface[albedo_of(i)][p]), own[p].w > 0 ? 1 : 0);
+            } else {
+                sums_[i][p] += (is_of_surfaces(i) && !covered ? 0 : static_cast<float>(n)) * own[p];
+            }
+        }
+    }
+    samples_ += n, first_ += first;
+}
+
+void ShutterHalves::take(const Image& mean, NoisyFrame& frame) {
+    frame.has_halves = first_ > 0 && first_ < samples_;
+    if (!frame.has_halves) return;
+    frame.samples = {samples_, first_};
+    const auto textures = frame.pixels->all();
+    textures[kMean]->upload(mean.pixels);
+    const float all = static_cast<float>(samples_), share = static_cast<float>(first_) / all;
+    for (std::size_t i = kGuide; i < textures.size(); ++i) {
+        if (!textures[i]) continue;
+        const float half = static_cast<float>(is_first(i) ? first_ : samples_ - first_);
+        std::vector<vec4>& sums = sums_[i];
+        for (std::size_t p = 0; p < sums.size(); ++p) {
+            if (is_light(i)) {
+                const vec3 light = vec3(sums[p]) / (half * vec3(sums_[albedo_of(i)][p]));  // means since i = albedo_of()
+                sums[p] = sums[p].w > 0 ? vec4(min(light, vec3(shared::kMostFilteredLight)), share) : vec4(0);
+            } else {
+                const float count = is_of_surfaces(i) ? covered_[p] : all;
+                sums[p] *= count > 0 ? 1 / count : 0;
+            }
+        }
+        textures[i]->upload({&sums[0][0], 4 * sums.size()});
+    }
 }
 
 }  // namespace halflight

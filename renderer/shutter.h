@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/cryptomatte.h"
+#include "renderer/noisy_frame.h"
 #include "renderer/render.h"
 
 namespace halflight {
@@ -54,6 +55,25 @@ class ShutterMean {
     std::vector<double> catchers_;  // means of RenderResult::catchers
     std::vector<Layer> layers_;
     RenderResult result_;  // the first picture, with statistics and attributes of all pictures so far
+};
+
+/// Merges the noisy halves of shutter_times() into those of the whole frame: means of light, albedo and surface
+/// properties over all samples. Light is divided by the mean albedo after it is merged, because a pixel may show other
+/// surfaces at other times. Needs a current context.
+class ShutterHalves {
+  public:
+    /// Bytes per pixel.
+    static constexpr std::size_t kBytes = (6 + 2 * kFilteredLights.size()) * sizeof(vec4);
+
+    /// Adds the halves of a time, made with SampleHalves::merges.
+    void add(NoisyFrame& time);
+    /// Writes the merged halves into `frame`, whose textures and lens are those of any time. mean: the merged picture.
+    void take(const Image& mean, NoisyFrame& frame);
+
+  private:
+    std::vector<std::vector<vec4>> sums_;  // by DenoiserTextures::all()
+    std::vector<float> covered_;           // samples of the times at which a pixel shows a surface
+    int samples_ = 0, first_ = 0;          // samples of all times; of those, in the first half
 };
 
 }  // namespace halflight

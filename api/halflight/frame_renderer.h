@@ -26,15 +26,16 @@ class TraceScene;
 }  // namespace rays
 
 /// Motion blur: the shutter is open for a part of each frame, centred at the frame's time. It cannot be combined with
-/// time limits, error targets, adaptive sampling, denoising or preview modes.
+/// time limits, error targets, adaptive sampling, errors of denoised pictures or preview modes.
 struct Shutter {
     double open = 0;             // share of a frame's duration, [0,1]; 0: no motion blur
     std::optional<int> times{};  // number of poses in the opening time, >= 1; none: 8, or fewer where samples are few
 };
 
-/// Returns the number of shutter times of a picture of `samples` samples per pixel; 1 without motion blur. The layer
-/// "variance" (`aovs`) takes two samples at each time.
-int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples);
+/// Returns whether each shutter time needs two samples: for denoising and the layer "variance".
+bool takes_two_samples(const RenderSettings& settings);
+/// Returns the number of shutter times of a picture of `samples` samples per pixel; 1 without motion blur.
+int shutter_count(const Shutter& shutter, const RenderSettings& settings, int samples);
 
 /// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.
 int default_bounces(const Scene& scene);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 #include "renderer/cryptomatte.h"
@@ -13,6 +14,7 @@
 namespace halflight::test {
 namespace {
 
+const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
 constexpr int kSide = 32;               // pixels
 constexpr double kPixel = 4.0 / kSide;  // world units per pixel
 
@@ -158,6 +160,36 @@ TEST_F(Shutter, FramesDoNotDependOnTheRun) {
     for (const char* other : {"--shutter 0.6 --shutter-times 2", "--shutter 0.7 --shutter-times 1"})
         EXPECT_EQ(make("whole", "1", other).status, 1) << other;
     EXPECT_EQ(make("whole", "1").status, 0);
+}
+
+TEST_F(Shutter, BlurredFramesAreDenoised) {
+    // The camera turns about the Cornell box by 1.8 degrees a frame. No light is lost.
+    const char* const kTurn = "--frames 1-1 --turntable 200 --shutter 0.5";
+    const auto pixels = [&](const Strings& more) {
+        const Outcome outcome = run(kCornell, words(file("turned.#.exr"), kTurn, "--overwrite", more));
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        const ExrFile made = read_exr(file("turned.1.exr"));
+        std::vector<double> all;
+        for (const char* channel : {"R", "G", "B"})
+            for (const float value : made.find(channel)->values) all.push_back(std::min(double{value}, 4.0));
+        return all;
+    };
+    const std::vector<double> exact = pixels(words("--samples 512"));
+    const auto mean = [](const std::vector<double>& values) {
+        return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
+    };
+    const auto error = [&](const std::vector<double>& values) {
+        double sum = 0;
+        for (std::size_t i = 0; i < exact.size(); ++i) sum += std::pow((values[i] - exact[i]) / (exact[i] + 0.1), 2);
+        return sum;
+    };
+    const double noise = error(pixels(words("--samples 16")));
+    for (const char* more : {"--denoise-frames 0", "--denoise-frames 1", "--denoise-frames 0 --shutter-times 5"}) {
+        const std::vector<double> denoised = pixels(words("--samples 16 --denoise", more));
+        EXPECT_LT(error(denoised), 0.5 * noise) << more;
+        EXPECT_NEAR(mean(denoised) / mean(exact), 1, 0.03) << more;
+    }
+    EXPECT_EQ(run(kCornell, words(file("few.#.exr"), kTurn, "--denoise --samples 4 --shutter-times 4")).status, 2);
 }
 
 TEST_F(Shutter, MotionIsOfSquareAndCamera) {

@@ -434,7 +434,6 @@ class Errors(InFolder):
                                (dict(shutter=0.5, time=1), "shutter: .* a time limit"),
                                (dict(shutter=0.5, error=0.1), "shutter: .* an error target"),
                                (dict(shutter=0.5, adaptive=True), "shutter: .* adaptive"),
-                               (dict(shutter=0.5, denoise=True), "shutter: .* denoising"),
                                (dict(samples=1, denoise=True), "two samples"),
                                (dict(aov="depth"), "did you mean 'layers'"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:

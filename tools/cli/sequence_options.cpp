@@ -15,12 +15,11 @@ void check_shutter(const CLI::App& app, const RenderArguments& a) {
     if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
     for (const char* other : {"--time", "--error"})
         exclude(app, "--shutter", other);  // the number of samples must be known
-    const int samples = a.settings.samples, times = shutter_count(a.shutter, a.settings.aovs, samples);
+    const int samples = a.settings.samples, times = shutter_count(a.shutter, a.settings, samples);
     if (times > samples) throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, times);
-    const bool variance = std::ranges::find(a.settings.aovs, "variance") != a.settings.aovs.end();
-    if (variance && times > 1 && samples / times < 2)
+    if (takes_two_samples(a.settings) && times > 1 && samples / times < 2)
         throw UsageError("--shutter-times",
-                         "the layer variance takes two samples at each time: {} samples are too few for {} "
+                         "--denoise and the layer variance take two samples at each time: {} samples are too few for {} "
                          "times",
                          samples, times);
 }

@@ -52,7 +52,7 @@ void check(const InfoArguments& a, const CLI::App& app) {
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");
     if (a.picture.settings.preview.any()) exclude(app, "--denoise", "--preview");
-    exclude(app, "--denoise", "--shutter");
+    exclude(app, "--denoise-error", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }

@@ -169,7 +169,7 @@ void check_filter_options(const CLI::App& app, const RenderArguments& a) {
     }
     exclude(app, "--transparent", "--movie");
     if (s.preview.any()) exclude(app, "--denoise", "--preview");
-    exclude(app, "--denoise", "--shutter");  // the halves of one shutter time have few samples
+    exclude(app, "--denoise-error", "--shutter");  // it renders further samples at the frame's own time
     if (s.preview.any()) exclude(app, "--adaptive", "--preview");
     exclude(app, "--adaptive", "--shutter");
     if (!s.error) exclude(app, "--adaptive", "--time");
