@@ -80,12 +80,12 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         const Material& glass = *std::ranges::max_element(hidden, {}, [](const auto& h) { return h.second; })->first;
         const auto material = static_cast<std::size_t>(&glass - scene.materials.data());
         const std::string kind = is_solid(glass) ? "solid" : fmt::format("of roughness {:g}", glass.roughness);
-        lines.push_back(
-            fmt::format("{} reaches what the cameras see only through glass, {}, which is {}: {} is found there, because "
-                        "light of little size passes thin clear glass alone (thickness 0, roughness below 0.01)",
-                        called("light", light.name, i), called("material", glass.name, material), kind,
-                        light.radius > 0 || light.angle > 0 ? "its light, in speckles that are rare and bright,"
-                                                            : "hardly any of its light"));
+        lines.push_back(fmt::format(
+            "{} reaches what the cameras see only through glass, {}, which is {}: {} is found there, because "
+            "light of little size passes thin clear glass alone (thickness 0, roughness below 0.01)",
+            called("light", light.name, i), called("material", glass.name, material), kind,
+            light.radius > 0 || light.angle > 0 ? "its light, in speckles that are rare and bright,"
+                                                : "hardly any of its light"));
     }
     return lines;
 }

@@ -75,7 +75,7 @@ Json lights(const Scene& scene) {
                             {"type", row_of(light.type).name},
                             {"intensity", triple(light.intensity)},
                             {"unit", row_of(light.type).unit}});
-        if (light.radius > 0) punctual.back()["radius"] = light.radius;                    // metres
+        if (light.radius > 0) punctual.back()["radius"] = light.radius;  // metres
         if (light.angle > 0) punctual.back()["angle_degrees"] = glm::degrees(light.angle);
     }
     return {{"emissive_triangles", instanced_triangles(scene, has_emission)},

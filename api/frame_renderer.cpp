@@ -226,8 +226,8 @@ struct FrameRenderer::State {
         };
         estimate_denoised_error(settings, result, render, progress);
     }
-    /// Renders a frame with motion blur. noisy: keeps the halves of the denoiser and the surfaces at the frame's own time
-    /// for near_frames; null: the picture is denoised at once if the settings say so.
+    /// Renders a frame with motion blur. noisy: keeps the halves of the denoiser and the surfaces at the frame's own
+    /// time for near_frames; null: the picture is denoised at once if the settings say so.
     RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress, NoisyFrame* noisy = nullptr) {
         const FrameSettings own = settings;
         const Stopwatch clock;

@@ -202,7 +202,8 @@ SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32
     if (frame.noisy && frame.noisy->samples.merges)
         view.first_half = std::popcount(index) % 2 == 0;
     else
-        view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
+        view.first_half =
+            in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;

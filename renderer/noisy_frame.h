@@ -27,8 +27,9 @@ class DenoiserTextures {
 
     DenoiserPixels import_pixels(graph::Graph& graph);
     std::size_t bytes() const;
-    /// Returns the textures in the order of DenoiserPixels: mean, guide, reflectance, diffuse and glossy albedo, first and
-    /// second half of each FilteredLight, guide and reflectance of glossy light. Null: the picture has no such texture.
+    /// Returns the textures in the order of DenoiserPixels: mean, guide, reflectance, diffuse and glossy albedo, first
+    /// and second half of each FilteredLight, guide and reflectance of glossy light. Null: the picture has no such
+    /// texture.
     std::array<gpu::Texture*, 5 + 2 * kFilteredLights.size() + 2> all();
 
   private:

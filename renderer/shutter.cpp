@@ -256,7 +256,8 @@ void ShutterHalves::take(const Image& mean, NoisyFrame& frame) {
         std::vector<vec4>& sums = sums_[i];
         for (std::size_t p = 0; p < sums.size(); ++p) {
             if (is_light(i)) {
-                const vec3 light = vec3(sums[p]) / (half * vec3(sums_[albedo_of(i)][p]));  // means since i = albedo_of()
+                const vec3 light =
+                    vec3(sums[p]) / (half * vec3(sums_[albedo_of(i)][p]));  // means since i = albedo_of()
                 sums[p] = sums[p].w > 0 ? vec4(min(light, vec3(shared::kMostFilteredLight)), share) : vec4(0);
             } else {
                 const float count = is_of_surfaces(i) ? covered_[p] : all;

@@ -74,7 +74,8 @@ std::optional<Cone> cone_of(const PunctualLight& light, const dvec3& origin, con
     if (light.type == LightType::directional) {
         const double sine = std::sin(0.5 * double(light.angle));
         if (sine < kLeastSine) return std::nullopt;
-        return Cone{-normalize(dvec3(light.direction)), std::cos(0.5 * double(light.angle)), 1 / (kPi * sine * sine), {}};
+        return Cone{
+            -normalize(dvec3(light.direction)), std::cos(0.5 * double(light.angle)), 1 / (kPi * sine * sine), {}};
     }
     const dvec3 to_centre = light.position - origin - from;
     const double distance = length(to_centre), radius = light.radius;
@@ -99,8 +100,8 @@ std::optional<LightSample> sample_cone(const PunctualLight& light, const Cone& c
                                        Random& random) {
     const double cosine = 1 - random.uniform() * (1 - cone.cosine), turn = 2 * kPi * random.uniform();
     const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    const dvec3 across = normalize(std::abs(cone.axis.x) < 0.5 ? cross(cone.axis, dvec3(1, 0, 0))
-                                                               : cross(cone.axis, dvec3(0, 1, 0)));
+    const dvec3 across =
+        normalize(std::abs(cone.axis.x) < 0.5 ? cross(cone.axis, dvec3(1, 0, 0)) : cross(cone.axis, dvec3(0, 1, 0)));
     LightSample s;
     s.wi = normalize(cosine * cone.axis + sine * (std::cos(turn) * across + std::sin(turn) * cross(cone.axis, across)));
     s.pdf = cone.pdf();
@@ -249,7 +250,8 @@ std::vector<MetLight> Lights::met(const dvec3& from, const dvec3& wi, double beg
             distance = distance_to_ball(*cone, punctual[i].radius, wi);
         else if (dot(wi, cone->axis) > cone->cosine)
             distance = std::numeric_limits<double>::infinity();
-        if (!distance || *distance < begin || (*distance >= end && !(std::isinf(*distance) && std::isinf(end)))) continue;
+        if (!distance || *distance < begin || (*distance >= end && !(std::isinf(*distance) && std::isinf(end))))
+            continue;
         all.push_back({dvec3(punctual[i].intensity) * cone->radiance * falloff(punctual[i], -wi),
                        table_.probability(emitters_.size() + i) * cone->pdf(), *distance});
     }

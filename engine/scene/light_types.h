@@ -22,7 +22,7 @@ struct LightTypeRow {
     bool has_direction = true;
 };
 
-inline constexpr float kMostRadius = 1e9f;                    ///< metres
+inline constexpr float kMostRadius = 1e9f;                   ///< metres
 inline constexpr float kMostAngle = float(kPi) * 179 / 180;  ///< radians
 
 /// A number of a punctual light. Types that do not use it keep the default.

@@ -41,9 +41,7 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool sized_lights() const { return sized_lamps || sized_suns; }
     /// Returns whether the density of a light that a ray meets depends on the receiver. No ray meets a punctual light
     /// without a size.
-    bool receivers() const {
-        return environment_map || sized_lights() || (light_tree && (area_lights || environment));
-    }
+    bool receivers() const { return environment_map || sized_lights() || (light_tree && (area_lights || environment)); }
     /// Returns whether a path can reach emitted light.
     bool light() const { return lights() || emission; }
     /// Returns the number of texels per vertex (shaders/shared/vertex.h).

@@ -1,7 +1,7 @@
 // Lights with a size that scattered rays meet (SHADING.md, Lights with a size).
 //
-// Points, spots and directional lights with a size are seen by light samples and by scattered rays, weighted by the power
-// heuristic. They hide nothing, so no tracer knows them. Camera rays do not see them.
+// Points, spots and directional lights with a size are seen by light samples and by scattered rays, weighted by the
+// power heuristic. They hide nothing, so no tracer knows them. Camera rays do not see them.
 #pragma once
 
 #include "passes/light/scatter.h"

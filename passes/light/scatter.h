@@ -15,8 +15,8 @@ struct PathBuffers {
     // Receiver: origin of the ray, for the density of light sampling there; empty if it is the same everywhere
     graph::BufferHandle receivers;
     graph::BufferHandle met_lamps;  // one MetLamp per path; empty without lights with a size
-    graph::BufferHandle cones;  // vec2 (RayCone of shaders/lib/ray_cone.glsl) per path; empty without mip levels
-    graph::BufferHandle media;  // vec4 (Bsdf's medium) per path; empty unless a material is solid
+    graph::BufferHandle cones;      // vec2 (RayCone of shaders/lib/ray_cone.glsl) per path; empty without mip levels
+    graph::BufferHandle media;      // vec4 (Bsdf's medium) per path; empty unless a material is solid
     // ReusePoint, or CachePoint with `cells`: second vertices of the paths; empty without path reuse and cache
     graph::BufferHandle points;
     // vec4 (rgb, 0): radiance of the last sun sample, if the sun is visible. With `points` there are two entries per

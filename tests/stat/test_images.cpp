@@ -320,8 +320,9 @@ TEST_F(ImageTest, Panes) {
 }
 
 TEST_F(ImageTest, LightsWithASize) {
-    // Balls, a spot and a sun with sizes light diffuse, glossy, mirroring and solid surfaces, around a blocker and behind a
-    // pane, in front of an emitter and a sky. One ball holds a part of the floor. More lamps make a light tree.
+    // Balls, a spot and a sun with sizes light diffuse, glossy, mirroring and solid surfaces, around a blocker and
+    // behind a pane, in front of an emitter and a sky. One ball holds a part of the floor. More lamps make a light
+    // tree.
     Scene scene;
     scene.environment.color = vec3(0.1f, 0.2f, 0.3f);
     const int walls = add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f}));

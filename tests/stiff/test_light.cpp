@@ -422,7 +422,8 @@ TEST_F(Light, Lamps) {
 }
 
 TEST_F(Light, SizesOfLampsChangeNoIrradiance) {
-    // The floor faces the lamp, which is wholly above it; a floor inside of a lamp sees the radiance I / (pi r^2) all around.
+    // The floor faces the lamp, which is wholly above it; a floor inside of a lamp sees the radiance I / (pi r^2) all
+    // around.
     for (const double height : {1e-3, 1.0, 1e4})
         for (const double share : {1e-20, 1e-7, 2e-6, 1e-3, 0.5, 0.999, 3.0, 1e4}) {
             Scene scene = floor();
@@ -488,12 +489,13 @@ TEST_F(Light, PenumbrasOfASizeAndADistance) {
                         static_cast<float>(2 * half);
                 } else {
                     x /= 0.75;  // the lamp itself is at the angle atan(x / lamp)
-                    scene.lights[static_cast<std::size_t>(
-                                     add_lamp(scene, LightType::point, {0, lamp, 0}, static_cast<float>(lamp * lamp)))]
+                    scene
+                        .lights[static_cast<std::size_t>(
+                            add_lamp(scene, LightType::point, {0, lamp, 0}, static_cast<float>(lamp * lamp)))]
                         .radius = static_cast<float>(lamp * std::sin(half));
                 }
-                expect_spot(fmt::format("{} at {} radii from an edge {} m above", is_sun ? "sun" : "lamp", t, edge), scene,
-                            {x, 0, 0}, 0.02 * edge * half, visible(t));
+                expect_spot(fmt::format("{} at {} radii from an edge {} m above", is_sun ? "sun" : "lamp", t, edge),
+                            scene, {x, 0, 0}, 0.02 * edge * half, visible(t));
             }
         }
 }

@@ -18,10 +18,11 @@ void check_shutter(const CLI::App& app, const RenderArguments& a) {
     const int samples = a.settings.samples, times = shutter_count(a.shutter, a.settings, samples);
     if (times > samples) throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, times);
     if (takes_two_samples(a.settings) && times > 1 && samples / times < 2)
-        throw UsageError("--shutter-times",
-                         "--denoise and the layer variance take two samples at each time: {} samples are too few for {} "
-                         "times",
-                         samples, times);
+        throw UsageError(
+            "--shutter-times",
+            "--denoise and the layer variance take two samples at each time: {} samples are too few for {} "
+            "times",
+            samples, times);
 }
 
 void check_movie(const CLI::App& app, const RenderArguments& a) {

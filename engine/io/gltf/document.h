@@ -17,9 +17,9 @@
 #include "engine/core/frames.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
+#include "engine/io/gltf/extras.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/meshopt.h"
-#include "engine/io/gltf/extras.h"
 #include "engine/io/gltf/tinygltf.h"
 #include "engine/io/gltf/uses.h"
 

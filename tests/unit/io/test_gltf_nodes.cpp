@@ -365,8 +365,7 @@ TEST_F(GltfLight, SizesAreFoundInExtras) {
         EXPECT_NEAR(scene.lights[i].angle, std::get<3>(cases[i]), 1e-7) << i;
     }
     const std::string element = "extensions.KHR_lights_punctual.lights[";
-    expect_warnings(scene.report.warnings,
-                    {element + "4].extras: radius", element + "6].extras: angle"});
+    expect_warnings(scene.report.warnings, {element + "4].extras: radius", element + "6].extras: angle"});
 }
 
 TEST_F(GltfLight, UnknownOrMissingOnesAreRefused) {
