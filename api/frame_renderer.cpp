@@ -304,6 +304,8 @@ struct FrameRenderer::State {
                                                        {s.error.has_value(), "an error target"},
                                                        {settings.adaptive, "adaptive sampling"},
                                                        {settings.denoise_error > 0, "an error of denoised pictures"},
+                                                       {settings.denoise && has_window(settings),
+                                                        "denoising of a crop, or with overscan"},
                                                        {settings.preview.any(), "preview modes"}};
         for (const auto& [set, name] : others)
             if (set) throw Error("shutter", "motion blur cannot be combined with {}", name);

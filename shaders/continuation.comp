@@ -203,7 +203,7 @@ void main() {
     vec3 of_lamp = texelFetch(met_lamps, 2 * int(path)).rgb;
     // A lamp in front of light keeps one of both in proportion, because the light met at a vertex has one group.
     float of_both = largest(met) + largest(of_lamp);
-    bool keeps_lamp = contributes(of_lamp) && !(sample_1d(path_sampler(frame, path), vertex_dimension(depth, kDimensionLobe) +
+    bool keeps_lamp = contributes(of_lamp) && !any(isnan(met)) && !(sample_1d(path_sampler(frame, path), vertex_dimension(depth, kDimensionLobe) +
                                                 kDimensionsOfSizes) * of_both < largest(met));
     float of_kept = keeps_lamp ? largest(of_lamp) : largest(met);
     met = (keeps_lamp ? of_lamp : met) * (of_kept > 0.0 && of_kept < of_both ? of_both / of_kept : 1.0);

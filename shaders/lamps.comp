@@ -78,9 +78,10 @@ void meet(inout Search ray, int row, float way, float probability, uint group, f
     float value = max(more.r, max(more.g, more.b));
     ray.sum += value;
     float share = ray.sum > 0.0 ? value / ray.sum : 0.0;
-    bool taken = ray.number < share || isnan(share);  // NaN is kept and counted
+    bool taken = ray.number < share || share >= 1.0 || isnan(share);  // NaN is kept and counted
     ray.number = taken ? ray.number / share : (ray.number - share) / (1.0 - share);
-    if (taken) ray.kept = MetLamp(more / value, way, group, 0u, 0u, 0u);
+    // The group is a word (word.h), because texture units may take small integers for zero.
+    if (taken) ray.kept = MetLamp(more / value, way, floatBitsToUint(float_of_word(group)), 0u, 0u, 0u);
 }
 
 uint group_of(uint light) {

@@ -114,6 +114,9 @@ void main() {
         if (!finished || panes > kMostPanes) {
             share = vec3(not_a_number());
             goes_on = false;
+#if defined(HALFLIGHT_SCATTERED) && defined(HALFLIGHT_SIZED_LIGHTS)
+            met_lamps[path].light = share;  // behind panes that were not counted
+#endif
         }
         // A ray that leaves the pane starts behind its error bound. What is nearer is the same pane: files have faces
         // for both of its sides.
