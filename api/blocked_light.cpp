@@ -14,7 +14,6 @@ constexpr std::size_t kMostLights = 64, kMostCameras = 4;
 constexpr int kSide = 12;                // points along each side of a picture
 constexpr double kMostOpen = 0.02;       // share of points up to which a light counts as hidden
 constexpr std::size_t kLeastHidden = 2;  // points that glass hides from a light
-constexpr double kLargeSine = 0.1;       // of half a light's angle; larger lights are found through glass by chance
 
 std::string called(const char* what, const std::string& name, std::size_t index) {
     return name.empty() ? fmt::format("{} {}", what, index) : fmt::format("{} '{}'", what, name);
@@ -47,9 +46,7 @@ const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight&
     if (light.type == LightType::spot &&
         -glm::dot(direction, dvec3(light.direction)) < std::cos(double(light.outer_cone)))
         return nullptr;
-    const double sine = light.type == LightType::directional ? std::sin(0.5 * double(light.angle))
-                                                             : double(light.radius) / std::max(distance, 1e-30);
-    if (sine > kLargeSine || glm::dot(at.normal, direction) <= 0) return nullptr;
+    if (rays::sine_of(light, distance) > rays::kLargeSine || glm::dot(at.normal, direction) <= 0) return nullptr;
     const dvec3 from = at.position + probe.spacing() * at.normal;
     const double most = (1 - 1e-4) * distance - 2 * probe.spacing();
     const auto hit = probe.trace(from, direction, most, rays::kPassPanes | rays::kPassScattered);

@@ -28,6 +28,7 @@ struct Candidate {
     double area = 0;       // area that the piece stands for; 0: punctual
     double cos_outer = -2;
     bool directional = false;
+    const PunctualLight* light = nullptr;  // null: a triangle
 };
 
 double luminance_of(const vec3& c) {
@@ -103,7 +104,8 @@ std::vector<Candidate> candidates_of(const Scene& scene) {
                               .direction = dvec3(light.direction),
                               .intensity = double(step) * luminance_of(light.intensity),
                               .cos_outer = light.type == LightType::spot ? std::cos(double(light.outer_cone)) : -2,
-                              .directional = light.type == LightType::directional});
+                              .directional = light.type == LightType::directional,
+                              .light = &light});
     }
     return candidates;
 }
@@ -120,7 +122,8 @@ double irradiance(const Candidate& light, const rays::ProbeHit& at) {
         const double emitted = light.intensity * std::abs(glm::dot(light.direction, direction));
         return cosine * emitted / (distance2 + light.area);
     }
-    return -glm::dot(light.direction, direction) >= light.cos_outer ? cosine * light.intensity / distance2 : 0;
+    const double most = std::max(distance2, double(light.light->radius) * double(light.light->radius));
+    return -glm::dot(light.direction, direction) >= light.cos_outer ? cosine * light.intensity / most : 0;
 }
 
 /// Returns the share of light that a surface reflects, by its base colour.
@@ -148,8 +151,10 @@ double direct_light(const std::vector<Candidate>& lights, const rays::SceneProbe
         const auto found = std::ranges::upper_bound(sums, wanted);
         const Candidate& light = lights[std::min<std::size_t>(std::size_t(found - sums.begin()), lights.size() - 1)];
         const dvec3 from = at.position + probe.spacing() * at.normal;
-        visible += light.directional ? !probe.blocked(from, -light.direction, rays::SceneProbe::kFar, false)
-                                     : reaches(probe, light.position, at, light.area > 0);
+        const bool is_large =
+            !light.light || rays::sine_of(*light.light, glm::length(light.position - from)) > rays::kLargeSine;
+        visible += light.directional ? !probe.blocked(from, -light.direction, rays::SceneProbe::kFar, is_large)
+                                     : reaches(probe, light.position, at, is_large);
     }
     return sum * visible / kShadowRays;
 }

@@ -97,6 +97,8 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     if (edits == SceneEdits()) return;
     print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
                                edits.clay);
+    if (edits.lamp_radius) print.values("lamp radius {}", *edits.lamp_radius);
+    if (edits.sun_angle) print.values("sun angle {}", *edits.sun_angle);
     print.text("tint").text(point_text(dvec3(edits.environment_tint)));
     for (const auto& [index, transform] : edits.transforms) {
         print.values("instance {}", index);

@@ -233,7 +233,8 @@ struct FrameRenderer::State {
         const Stopwatch clock;
         NoisyFrame of_time;
         of_time.samples.merges = true;
-        ShutterHalves halves;
+        ShutterHalves halves(own.samples);
+        double merging = 0;  // seconds
         ShutterMean mean(settings.aovs, own.samples);
         bool any = false, interrupted = false;
         const int times = shutter_count(shutter, settings, own.samples);
@@ -258,7 +259,9 @@ struct FrameRenderer::State {
             if (interrupted && any) break;  // rows of the stopped picture may be missing
             if (interrupted) return with_view(std::move(result));
             mean.add(result);
+            const Stopwatch watch;
             if (settings.denoise) halves.add(of_time);
+            merging += watch.seconds();
             any = true;
         }
         RenderResult own_time;
@@ -266,16 +269,23 @@ struct FrameRenderer::State {
             FrameSettings one = own;
             one.samples = 1;
             one.noisy = noisy ? noisy : settings.denoise ? &of_time : nullptr;
-            own_time = pictures.still(frame, one, {});
+            own_time = pictures.still(frame, one, [&](RenderProgress p) {
+                p.samples_done = p.samples_total = own.samples;
+                p.seconds = clock.seconds();
+                return !progress || progress(p);
+            });
+            if (own_time.stats.interrupted) interrupted = true, own_time = {};
         }
         RenderResult result = mean.take(std::move(own_time));
         result.stats.interrupted = interrupted;
         if (settings.denoise && !interrupted) {
             NoisyFrame& whole = noisy ? *noisy : of_time;
+            const Stopwatch watch;
             halves.take(result.beauty, whole);
+            result.stats.render_seconds += merging + watch.seconds();
             if (!noisy) pictures.denoise(whole, {}, result);
         }
-        return with_view(std::move(result));
+        return noisy ? std::move(result) : with_view(std::move(result));
     }
     /// Adds the picture through the view transform where it is wanted.
     RenderResult with_view(RenderResult result) const {
@@ -304,8 +314,6 @@ struct FrameRenderer::State {
                                                        {s.error.has_value(), "an error target"},
                                                        {settings.adaptive, "adaptive sampling"},
                                                        {settings.denoise_error > 0, "an error of denoised pictures"},
-                                                       {settings.denoise && has_window(settings),
-                                                        "denoising of a crop, or with overscan"},
                                                        {settings.preview.any(), "preview modes"}};
         for (const auto& [set, name] : others)
             if (set) throw Error("shutter", "motion blur cannot be combined with {}", name);

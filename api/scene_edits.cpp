@@ -155,6 +155,8 @@ void check_values(const SceneEdits& edits, const Scene& scene, const std::string
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
     check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
     check(subject, "factor of emission", edits.emission, kEditFactor);
+    check(subject, "radius of the lamps", edits.lamp_radius.value_or(0), kEditRadius);
+    check(subject, "angle of the suns", edits.sun_angle.value_or(0), kEditAngle);
     check_no_emission(edits, scene, subject);
     for_each_named(edits.lights, lights_of(scene), scene, subject,
                    [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
@@ -215,6 +217,9 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         const double c = std::cos(angle), s = std::sin(angle), x = double(sun.direction.x), z = double(sun.direction.z);
         if (angle != 0) sun.direction = glm::normalize(vec3(c * x - s * z, double(sun.direction.y), s * x + c * z));
     }
+    const LightEdit sizes{.radius = edits.lamp_radius, .angle = edits.sun_angle};
+    if (sizes != LightEdit())
+        for (PunctualLight& light : scene.lights) apply(sizes, light);
     for_each_named(
         edits.lights, lights_of(scene), scene, subject,
         [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });

@@ -41,12 +41,12 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
     if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
 }
 
-void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera, const Band& band) {
+void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera, const Band& band, const ivec2& shown) {
     has_halves_ = denoised_ = false;
     kept_ = frame;
     blur_ = blur_of(camera, band.whole());
     windows_ = denoiser_windows(camera.optics, band.whole(), {band.origin, band.origin + band.image});
-    if (kept_) kept_->blur = blur_, kept_->windows = windows_;
+    if (kept_) kept_->blur = blur_, kept_->windows = windows_, kept_->shown = shown;
     if (kept_ && !kept_->pixels) kept_->pixels.emplace(desc_, present_, chains_);
     executor_.reset_times();
 }
@@ -144,12 +144,13 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
     std::optional<Made> made;
     if (frame.has_halves) made = make(frame.windows, inputs);
     if (!made) return;
-    result.beauty = std::move(made->picture);
+    const ivec2 size(result.beauty.width, result.beauty.height);
+    result.beauty = part_of(made->picture, frame.shown, size);
     if (view_) result.view = view_->apply(transparent_ ? straight(result.beauty) : result.beauty);
     const AovInfo& layer = *find_aov("denoiser");
     for (ExrLayer& own : result.aovs) {
         if (own.channels != layer.channel_names()) continue;
-        own.image = rgb(made->weights);
+        own.image = rgb(part_of(made->weights, frame.shown, size));
     }
     stats.gpu_bytes += transient_bytes_;
     stats.denoised = true;

@@ -25,8 +25,9 @@ class DenoiseStage {
                  const FrameNeeds& needs, const SceneNeeds& scene);
 
     /// Begins another picture. frame: keeps the picture for denoise(), so that apply() leaves it noisy; null: apply()
-    /// denoises it. camera: its lens is focused at a distance. band: a band of the picture.
-    void begin(NoisyFrame* frame, const Camera& camera, const Band& band);
+    /// denoises it. camera: its lens is focused at a distance. band: a band of the picture. shown: upper left pixel of
+    /// the picture among those that are rendered.
+    void begin(NoisyFrame* frame, const Camera& camera, const Band& band, const ivec2& shown);
     /// Adds a band's inputs, if a picture will be denoised, to the graph that makes its beauty. sums: as Accumulated,
     /// with features and halves.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::TextureHandle beauty,

@@ -100,7 +100,7 @@ const char* fact_without(bool SceneNeeds::*flag) {
 }
 
 /// Returns the bytes that a need takes in tables and G-buffer.
-std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
+std::size_t bytes_of(bool SceneNeeds::*flag, const SceneNeeds& needs, const FrameSize& size) {
     using N = SceneNeeds;
     const std::pair<bool N::*, std::size_t> bytes[] = {
         {&N::vertex_colors, size.vertices * kRow},
@@ -110,7 +110,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
         {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
         {&N::light_tree, size.paths * sizeof(shared::Receiver)},  // an environment map alone needs receivers, too
-        {&N::sized_lamps, size.paths * sizeof(shared::MetLamp)},  // suns alone need them, too
+        {&N::sized_lamps, needs.sized_suns ? 0 : size.paths * sizeof(shared::MetLamp)},  // both have one buffer
         {&N::texture_levels, size.paths * sizeof(vec2)},
         {&N::catchers, size.paths * (kCatcherSums * sizeof(double) + kListEntry)},  // with an answer for each path
         {&N::volume, size.paths * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kSolidTableRows},
@@ -219,7 +219,7 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     if (needs.one_sided && options.backfaces == Backfaces::show)
         all.push_back({need_of(&SceneNeeds::one_sided).name, "back faces are shown (--backfaces)", 0});
     for (const SceneNeed& need : known_scene_needs())
-        if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
+        if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, needs, size)});
     return all;
 }
 

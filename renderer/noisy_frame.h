@@ -50,6 +50,7 @@ class NoisyFrame {
     bool has_halves = false;                // a band has samples in both halves
     SampleHalves samples{};                 // those of the last band; `merges` is set before the picture is made
     DenoiserBlur blur{0};                   // blur by the frame's camera
+    ivec2 shown{0};                         // upper left pixel of the picture among those that are rendered
     std::vector<DenoiserWindow> windows{};  // parts that are denoised apart
 
     /// Adds the surfaces at the centres of a band's pixels. chains: the ends of their specular chains; empty: none.

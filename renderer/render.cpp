@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "engine/core/error.h"
+#include "engine/settings/data_window.h"
 
 #include "renderer/focus.h"
 #include "renderer/render_state.h"
@@ -110,7 +111,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     if (s.scene.buffers().tiles()) s.scene.buffers().tiles()->reset_statistics();
     s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
-    if (s.denoiser) s.denoiser->begin(frame.noisy, frame.camera, s.band);
+    if (s.denoiser) s.denoiser->begin(frame.noisy, frame.camera, s.band, data_window(s.asked).first - s.band.origin);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;

@@ -222,6 +222,8 @@ void ShutterHalves::add(NoisyFrame& time) {
     const int n = time.samples.all, first = time.samples.first;
     const auto textures = time.pixels->all();
     sums_.resize(textures.size());
+    // As ShutterMean does, so that a crop has the bits of the whole.
+    add_weighted(mean_, textures[kMean]->read_float(), double(n) / of_samples_);
     std::array<std::vector<vec4>, kLight> surface;
     for (std::size_t i = kGuide; i < textures.size(); ++i) {
         if (!textures[i]) continue;
@@ -243,12 +245,17 @@ void ShutterHalves::add(NoisyFrame& time) {
     samples_ += n, first_ += first;
 }
 
-void ShutterHalves::take(const Image& mean, NoisyFrame& frame) {
+void ShutterHalves::take(const Image& picture, NoisyFrame& frame) {
     frame.has_halves = first_ > 0 && first_ < samples_;
     if (!frame.has_halves) return;
     frame.samples = {samples_, first_};
     const auto textures = frame.pixels->all();
-    textures[kMean]->upload(mean.pixels);
+    std::vector<float> mean = as_floats(mean_);
+    const int width = textures[kMean]->desc().width;
+    for (int y = 0; y < picture.height; ++y)
+        std::copy_n(picture.at(0, y), 4 * picture.width,
+                    &mean[4 * (std::size_t(frame.shown.y + y) * std::size_t(width) + std::size_t(frame.shown.x))]);
+    textures[kMean]->upload(mean);
     const float all = static_cast<float>(samples_), share = static_cast<float>(first_) / all;
     for (std::size_t i = kGuide; i < textures.size(); ++i) {
         if (!textures[i]) continue;

@@ -62,18 +62,24 @@ class ShutterMean {
 /// surfaces at other times. Needs a current context.
 class ShutterHalves {
   public:
-    /// Bytes per pixel.
-    static constexpr std::size_t kBytes = (6 + 2 * kFilteredLights.size()) * sizeof(vec4);
+    /// Peak number of bytes per pixel: sums, and copies of textures in add().
+    static constexpr std::size_t kBytes =
+        (6 + 2 * kFilteredLights.size() + 6) * sizeof(vec4) + 4 * sizeof(double) + sizeof(float);
 
+    /// samples: number of samples at all times together.
+    explicit ShutterHalves(int samples) : of_samples_(samples) {}
     /// Adds the halves of a time, made with SampleHalves::merges.
     void add(NoisyFrame& time);
-    /// Writes the merged halves into `frame`, whose textures and lens are those of any time. mean: the merged picture.
-    void take(const Image& mean, NoisyFrame& frame);
+    /// Writes the merged halves into `frame`, whose textures and lens are those of any time. picture: the merged
+    /// picture, which may be a part of the pixels that are rendered. All times must have been added.
+    void take(const Image& picture, NoisyFrame& frame);
 
   private:
     std::vector<std::vector<vec4>> sums_;  // by DenoiserTextures::all()
+    std::vector<double> mean_;             // of the rendered pixels
     std::vector<float> covered_;           // samples of the times at which a pixel shows a surface
-    int samples_ = 0, first_ = 0;          // samples of all times; of those, in the first half
+    int of_samples_;
+    int samples_ = 0, first_ = 0;  // samples of the times so far; of those, in the first half
 };
 
 }  // namespace halflight

@@ -106,6 +106,18 @@ void add_to_group(uint path, uint first, uint group, vec3 light) {
 
 #ifdef HALFLIGHT_SIZED_LIGHTS
 float largest(vec3 light) { return max(light.r, max(light.g, light.b)); }
+
+// Keeps the light `met` behind the lamp that the path has met, or that of the lamp, in proportion, because the light met
+// at a vertex has one group. Returns whether it is the lamp's.
+bool choose_met(uint path, inout vec3 met) {
+    vec3 of_lamp = texelFetch(met_lamps, 2 * int(path)).rgb;
+    float number = sample_1d(path_sampler(frame, path), vertex_dimension(depth, kDimensionLobe) + kDimensionsOfSizes);
+    float of_both = largest(met) + largest(of_lamp);
+    bool is_lamp = contributes(of_lamp) && !any(isnan(met)) && !(number * of_both < largest(met));
+    float of_kept = is_lamp ? largest(of_lamp) : largest(met);
+    met = (is_lamp ? of_lamp : met) * (of_kept > 0.0 && of_kept < of_both ? of_both / of_kept : 1.0);
+    return is_lamp;
+}
 #endif
 
 // Stores what this vertex may have changed: stores cost more than anything else here.
@@ -200,13 +212,7 @@ void main() {
     uint met_group = group_of_met(hit, is_hit);
 #endif
 #ifdef HALFLIGHT_SIZED_LIGHTS
-    vec3 of_lamp = texelFetch(met_lamps, 2 * int(path)).rgb;
-    // A lamp in front of light keeps one of both in proportion, because the light met at a vertex has one group.
-    float of_both = largest(met) + largest(of_lamp);
-    bool keeps_lamp = contributes(of_lamp) && !any(isnan(met)) && !(sample_1d(path_sampler(frame, path), vertex_dimension(depth, kDimensionLobe) +
-                                                kDimensionsOfSizes) * of_both < largest(met));
-    float of_kept = keeps_lamp ? largest(of_lamp) : largest(met);
-    met = (keeps_lamp ? of_lamp : met) * (of_kept > 0.0 && of_kept < of_both ? of_both / of_kept : 1.0);
+    bool keeps_lamp = choose_met(path, met);
 #ifdef HALFLIGHT_LIGHT_GROUPS
     met_group = keeps_lamp ? word_of_float(texelFetch(met_lamps, 2 * int(path) + 1).x) : met_group;
 #endif

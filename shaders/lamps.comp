@@ -36,10 +36,10 @@ struct Search {
     Receiver from;
     vec3 direction;    // unit
     float limit;       // distance of what the ray hits
-    float pdf;         // that of the path's state
+    float pdf;         // PathState::pdf
     vec3 throughput;
     vec4 medium;
-    float number;      // uniform in [0, 1), what is left of it after each choice
+    float number;      // uniform in [0, 1); each choice leaves another one
     float sum;         // sum of the light met so far, by its largest channel
     MetLamp kept;
 };
@@ -62,7 +62,7 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
     return meets && way >= 0.0 && (is_disc ? isinf(ray.limit) : way < ray.limit) ? way : -1.0;
 }
 
-// Adds the light of a row that the ray meets at `way`. factor: of the density of light samples.
+// Adds the light of a row that the ray meets at `way`. `factor` multiplies the density of light samples.
 void meet(inout Search ray, int row, float way, float probability, uint group, float factor) {
     SizedLight light = light_of_row(ray, row);
     vec3 radiance = texelFetch(scene_lights, row + 3).rgb * light.radiance;
@@ -80,8 +80,7 @@ void meet(inout Search ray, int row, float way, float probability, uint group, f
     float share = ray.sum > 0.0 ? value / ray.sum : 0.0;
     bool taken = ray.number < share || share >= 1.0 || isnan(share);  // NaN is kept and counted
     ray.number = taken ? ray.number / share : (ray.number - share) / (1.0 - share);
-    // The group is a word (word.h), because texture units may take small integers for zero.
-    if (taken) ray.kept = MetLamp(more / value, way, floatBitsToUint(float_of_word(group)), 0u, 0u, 0u);
+    if (taken) ray.kept = MetLamp(more / value, way, float_of_word(group), 0u, 0u, 0u);
 }
 
 uint group_of(uint light) {
@@ -177,7 +176,7 @@ void main() {
     s.medium = texelFetch(media, int(path));
 #endif
     s.sum = 0.0;
-    s.kept = MetLamp(vec3(0.0), infinity(), 0u, 0u, 0u, 0u);
+    s.kept = MetLamp(vec3(0.0), infinity(), float_of_word(0u), 0u, 0u, 0u);
 #ifdef HALFLIGHT_SIZED_LIGHTS
     s.number = sample_1d(path_sampler(frame, path),
                          vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);

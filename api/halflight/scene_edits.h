@@ -94,7 +94,10 @@ struct SceneEdits {
     float environment_intensity = 1;  // factor, kEditFactor
     vec3 environment_tint{1};         // factor by channel, kEditColor
     float emission = 1;               // factor of the emission of all surfaces, kEditFactor
-    bool clay = false;                // gives every surface one rough grey without texture; lights stay
+    // Sizes of all points and spots (metres, kEditRadius) and of all directional lights (degrees, kEditAngle). Those of
+    // `lights` replace them.
+    std::optional<float> lamp_radius{}, sun_angle{};
+    bool clay = false;  // gives every surface one rough grey without texture; lights stay
     // object_to_world by index into Scene::instances, affine, in place of animated transforms. An instance that an
     // animated scale of 0 hides may stay hidden.
     std::map<std::size_t, dmat4> transforms{};

@@ -205,7 +205,8 @@ py::dict material(const PyScene& s, std::size_t index) {
 py::dict light(const PunctualLight& l) {
     return py::dict(py::arg("name") = l.name, py::arg("type") = row_of(l.type).name,
                     py::arg("intensity") = triple(l.intensity), py::arg("position") = triple(l.position),
-                    py::arg("direction") = triple(l.direction));
+                    py::arg("direction") = triple(l.direction), py::arg("radius") = l.radius,
+                    py::arg("angle") = glm::degrees(l.angle));
 }
 
 /// Returns the transform of an instance with its edits; its own one where it is hidden.

@@ -2,6 +2,8 @@
 // prepared, such as what its own lights reach.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -33,6 +35,14 @@ enum Passing : unsigned {
 /// Rough glass scatters it, so that light samples at the glass find it.
 inline bool hides_points(const Material& m) {
     return transmits(m) && !is_pane(m) && m.roughness < 0.05f && !m.metallic_roughness_texture;
+}
+
+/// Sine of half the angle from which on a light is found by chance through such glass, as emissive surfaces are.
+inline constexpr double kLargeSine = 0.1;
+/// Returns the sine of half the angle in which a light is seen from a distance.
+inline double sine_of(const PunctualLight& light, double distance) {
+    return light.type == LightType::directional ? std::sin(0.5 * double(light.angle))
+                                                : double(light.radius) / std::max(distance, 1e-30);
 }
 
 /// Traces rays through a scene.

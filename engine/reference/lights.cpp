@@ -62,11 +62,17 @@ double falloff(const PunctualLight& light, const dvec3& leaving) {
 /// The cone of directions in which a light with a size is seen.
 struct Cone {
     dvec3 axis;
-    double cosine;    // of half the angle; -1 from inside of a ball
+    double spread;    // 1 - cos of half the angle; 2 from inside of a ball
     double radiance;  // over the intensity
     dvec3 to_centre;  // of a ball
-    double pdf() const { return 1 / (2 * kPi * (1 - cosine)); }
+    bool inside = false;
+    double pdf() const { return 1 / (2 * kPi * spread); }
 };
+
+/// Returns 1 - cos of an angle below 90 degrees without cancellation.
+double spread_of(double sine) {
+    return sine * sine / (1 + std::sqrt((1 - sine) * (1 + sine)));
+}
 
 /// Returns how a light is seen from a point, or none if it has no size there; `origin` is Tracer::origin().
 std::optional<Cone> cone_of(const PunctualLight& light, const dvec3& origin, const dvec3& from) {
@@ -74,15 +80,15 @@ std::optional<Cone> cone_of(const PunctualLight& light, const dvec3& origin, con
     if (light.type == LightType::directional) {
         const double sine = std::sin(0.5 * double(light.angle));
         if (sine < kLeastSine) return std::nullopt;
-        return Cone{
-            -normalize(dvec3(light.direction)), std::cos(0.5 * double(light.angle)), 1 / (kPi * sine * sine), {}};
+        return Cone{-normalize(dvec3(light.direction)), spread_of(sine), 1 / (kPi * sine * sine), {}};
     }
     const dvec3 to_centre = light.position - origin - from;
     const double distance = length(to_centre), radius = light.radius;
     if (!(radius > 0) || radius < kLeastSine * distance) return std::nullopt;
     const double sine = radius / distance;
-    return Cone{distance > 0 ? to_centre / distance : dvec3(0, 0, 1),
-                distance <= radius ? -1 : std::sqrt((1 - sine) * (1 + sine)), 1 / (kPi * radius * radius), to_centre};
+    const bool inside = distance <= radius;
+    return Cone{distance > 0 ? to_centre / distance : dvec3(0, 0, 1), inside ? 2 : spread_of(sine),
+                1 / (kPi * radius * radius), to_centre, inside};
 }
 
 /// Returns the distance at which a ray enters a ball, or leaves it from inside; none if it misses the ball.
@@ -91,15 +97,15 @@ std::optional<double> distance_to_ball(const Cone& cone, double radius, const dv
     const dvec3 across = cone.to_centre - along * wi;
     const double square = radius * radius - dot(across, across);
     if (square < 0) return std::nullopt;
-    const double distance = cone.cosine == -1 ? along + std::sqrt(square) : along - std::sqrt(square);
+    const double distance = cone.inside ? along + std::sqrt(square) : along - std::sqrt(square);
     return distance >= 0 ? std::optional(distance) : std::nullopt;
 }
 
 /// Samples a light as a cone of directions.
 std::optional<LightSample> sample_cone(const PunctualLight& light, const Cone& cone, const Surface& surface,
                                        Random& random) {
-    const double cosine = 1 - random.uniform() * (1 - cone.cosine), turn = 2 * kPi * random.uniform();
-    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    const double off = random.uniform() * cone.spread, turn = 2 * kPi * random.uniform();
+    const double cosine = 1 - off, sine = std::sqrt(off * (2 - off));
     const dvec3 across =
         normalize(std::abs(cone.axis.x) < 0.5 ? cross(cone.axis, dvec3(1, 0, 0)) : cross(cone.axis, dvec3(0, 1, 0)));
     LightSample s;
@@ -248,7 +254,7 @@ std::vector<MetLight> Lights::met(const dvec3& from, const dvec3& wi, double beg
         std::optional<double> distance;
         if (punctual[i].type != LightType::directional)
             distance = distance_to_ball(*cone, punctual[i].radius, wi);
-        else if (dot(wi, cone->axis) > cone->cosine)
+        else if (0.5 * dot(wi - cone->axis, wi - cone->axis) < cone->spread)  // 1 - cos, without its cancellation
             distance = std::numeric_limits<double>::infinity();
         if (!distance || *distance < begin || (*distance >= end && !(std::isinf(*distance) && std::isinf(end))))
             continue;

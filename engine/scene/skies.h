@@ -28,8 +28,8 @@ struct Sky {
     std::optional<PunctualLight> sun{};  // a directional light with PunctualLight::of_environment
 };
 
-/// Returns the sky in nits and its sun in lux. The sun is a directional light, so its shadows have sharp edges and the
-/// map does not contain its disc; below the horizon there is none. Below the horizon, the map shows the ground through
+/// Returns the sky in nits and its sun in lux. The sun is a directional light of 0.53 degrees, and the map does not
+/// contain its disc; below the horizon there is none. Below the horizon, the map shows the ground through
 /// the air before it. A clear night without moon adds 2.5e-4 nits.
 Sky clear_sky(const ClearSky& sky);
 

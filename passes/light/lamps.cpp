@@ -12,11 +12,7 @@ void add_met_lamps(graph::Graph& graph, const SceneView& view, const rays::RayBa
     if (!paths.met_lamps) return;
     graph::Pass pass = graph.add_pass("lamps met");
     view.read_frame(pass);
-    pass.read(batch.list, Access::texture_read, {"list", GL_R32UI});
-    pass.read(batch.list_header, Access::indirect_read);
-    pass.read(batch.list_header, Access::texture_read, {"header", GL_RGBA32UI});
-    pass.read(batch.rays, Access::texture_read, {"rays", GL_RGBA32F});
-    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
+    read_listed(pass, {batch.list, batch.list_header}, paths);
     pass.read(paths.states, Access::storage_read, "States");
     pass.read(paths.receivers, Access::storage_read, "Receivers");
     if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});

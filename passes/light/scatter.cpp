@@ -47,6 +47,14 @@ PathList create_path_list(graph::Graph& graph, const SceneView& view, const std:
     return list;
 }
 
+void read_listed(graph::Pass& pass, const PathList& list, const PathBuffers& paths) {
+    pass.read(list.list, Access::texture_read, {"list", GL_R32UI});
+    pass.read(list.header, Access::indirect_read);
+    pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
+    pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
+}
+
 rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
                          int depth) {
     // Camera rays have salt 0 (shaders/gbuffer.frag).
@@ -70,11 +78,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
                                 PathBuffers& paths, const ResolveOptions& options) {
     graph::Pass pass = graph.add_pass(name);
     view.read_frame(pass);
-    pass.read(list.list, Access::texture_read, {"list", GL_R32UI});
-    pass.read(list.header, Access::indirect_read);
-    pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
-    pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
-    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
+    read_listed(pass, list, paths);
     if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
     if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
     const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();

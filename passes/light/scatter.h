@@ -42,6 +42,8 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name,
                           std::size_t capacity = 0);
 
+/// Declares that a pass reads a list of paths with their rays and hits.
+void read_listed(graph::Pass& pass, const PathList& list, const PathBuffers& paths);
 /// Returns the batch of the rays of a list that leave path vertex number `depth` (0: the first surface).
 rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
                          int depth);

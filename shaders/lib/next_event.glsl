@@ -2,7 +2,7 @@
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/lights.glsl"
 
-// Distance of the dimensions of what only lights with a size need from those of a vertex; no vertex reaches it.
+// Offset of the dimensions that only lights with a size use; no vertex reaches it.
 const uint kDimensionsOfSizes = 0x8000u;
 
 struct NextEvent {

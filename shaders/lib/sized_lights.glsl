@@ -46,7 +46,7 @@ vec3 sample_sized(SizedLight light, vec2 xi) {
 }
 
 // Returns the distance from the receiver to the ball along a direction: to where a ray enters it, or leaves it if the
-// receiver is inside. `cosine`: of the angle with the axis; `squared_sine`: of the same angle.
+// receiver is inside. The direction has an angle of this cosine and squared sine with the axis.
 float distance_to_ball(SizedLight light, float cosine, float squared_sine) {
     float half_chord = sqrt(max(light.size * light.size - light.square * squared_sine, 0.0));
     float middle = sqrt(light.square) * cosine;

@@ -26,7 +26,7 @@ HALFLIGHT_SHARED_SIZE(PathState, 64)
 struct MetLamp {
     vec3 light;      // radiance that reaches the camera, with the path's throughput and MIS weight; 0: none was met
     float distance;  // distance from the ray's origin; infinite for directional lights
-    uint group;      // light group; 0 without groups
+    float group;     // word (word.h): light group; 0 without groups
     uint reserved0;
     uint reserved1;
     uint reserved2;

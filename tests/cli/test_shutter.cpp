@@ -189,6 +189,14 @@ TEST_F(Shutter, BlurredFramesAreDenoised) {
         EXPECT_LT(error(denoised), 0.5 * noise) << more;
         EXPECT_NEAR(mean(denoised) / mean(exact), 1, 0.03) << more;
     }
+    // A crop has the bits of the whole, and its pixels alone.
+    const std::vector<double> whole = pixels(words("--samples 8 --denoise --denoise-frames 0"));
+    const std::vector<double> part = pixels(words("--samples 8 --denoise --crop 5,9,21,17"));
+    ASSERT_EQ(part.size(), 3u * 16 * 8);
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t p = 0; p < 16 * 8; ++p)
+            ASSERT_EQ(part[c * 128 + p], whole[c * kSide * kSide + (9 + p / 16) * kSide + 5 + p % 16])
+                << c << ", " << p;
     EXPECT_EQ(run(kCornell, words(file("few.#.exr"), kTurn, "--denoise --samples 4 --shutter-times 4")).status, 2);
 }
 

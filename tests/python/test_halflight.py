@@ -183,6 +183,10 @@ class Edits(InFolder):
         self.scene.edit_emission(2)
         np.testing.assert_allclose(self.renderer.render()["beauty"][..., :3], 2 * self.before[..., :3], rtol=1e-5)
         self.check_undone()
+        sunny = hl.load(CORNELL.parent / "atrium.glb")
+        sunny.edit_light("sun", angle=90)
+        self.assertAlmostEqual(sunny.lights[0]["angle"], 90, 4)
+        self.assertEqual(sunny.lights[0]["radius"], 0)
         self.assertRaisesRegex(hl.Error, "there is no light 99", self.scene.edit_light, 99, factor=1)
 
     def test_transforms(self):

@@ -35,14 +35,14 @@ void add_edit_options(Options& options, ViewArguments& a) {
              list_of(light_edit_keys()),
          add_light_edit);
     edit("--lamp-radius", "METRES",
-         "radius of all points and spots, which makes their shadows soft; the same as --light '*=radius:METRES'",
+         "radius of all points and spots, which makes their shadows soft; --light NAME=radius:METRES replaces it",
          [](SceneEdits& edits, const std::string& option, const std::string& text) {
-             add_light_edit(edits, option, "*=radius:" + text);
+             edits.lamp_radius = static_cast<float>(real(option, text, kEditRadius.lower, kEditRadius.upper));
          });
     edit("--sun-angle", "DEGREES",
-         "diameter of all directional lights in the sky; 0.53 is the sun; the same as --light '*=angle:DEGREES'",
+         "diameter of all directional lights in the sky, 0.53 for the sun; --light NAME=angle:DEGREES replaces it",
          [](SceneEdits& edits, const std::string& option, const std::string& text) {
-             add_light_edit(edits, option, "*=angle:" + text);
+             edits.sun_angle = static_cast<float>(real(option, text, kEditAngle.lower, kEditAngle.upper));
          });
     edit("--material", "NAME.PROPERTY=VALUE",
          "edits materials: --material floor.roughness=0.3, --material wall.base_color=#8899cc. docs/materials.md lists "

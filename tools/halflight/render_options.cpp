@@ -165,7 +165,6 @@ void check_filter_options(const CLI::App& app, const RenderArguments& a) {
     for (const char* window : {"--crop", "--overscan"}) {
         for (const char* other : {"--adaptive", "--error", "--denoise-error"}) exclude(app, window, other);
         if (app.count(window) > 0 && neighbour_frames(s) > 0) exclude(app, window, "--denoise-frames");
-        if (s.denoise) exclude(app, window, "--shutter");
         if (s.preview.any()) exclude(app, window, "--preview");
     }
     exclude(app, "--transparent", "--movie");

@@ -119,6 +119,23 @@ TEST_F(EstimatorsTest, SunApartHasTheSameMeanAndLessNoise) {
     }
 }
 
+// Large sizes, so that rays that leave the floor's varnish find much of the light.
+TEST_F(EstimatorsTest, LightsWithASizeHaveOneMean) {
+    Scene scene = slats_in_the_sun();
+    scene.lights[0].angle = 0.5f, scene.lights[1].angle = 1.2f;
+    scene.lights[2].radius = 0.15f;
+    Layers power = layers(scene, {.lights = LightChoice::power, .sun = SunChoice::among}, 16, 1);
+    const std::pair<const char*, Estimator> kOthers[] = {
+        {"all, apart", {.lights = LightChoice::all, .sun = SunChoice::apart}},
+        {"tree, among", {.lights = LightChoice::tree, .sun = SunChoice::among}},
+        {"tree, apart, reuse", {.lights = LightChoice::tree, .sun = SunChoice::apart, .reuse = Reuse::sixteen}},
+        {"four shadow rays", {.lights = LightChoice::power, .sun = SunChoice::among, .shadow = ShadowRays::four}}};
+    for (const auto& [name, estimator] : kOthers) {
+        Layers other = layers(scene, estimator, 16, 1001);
+        expect_equal_means(std::string("sizes, ") + name, other, power);
+    }
+}
+
 TEST_F(EstimatorsTest, ASingleSunIsSampledAsBefore) {
     Scene scene = slats_in_the_sun();
     scene.environment.color = vec3(0);

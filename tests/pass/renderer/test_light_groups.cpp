@@ -17,8 +17,8 @@ namespace {
 
 const std::vector<std::string> kGroups = {"key", "sky", "glow", "rest"};
 
-/// Returns a room corner with a varnished floor and lights of all kinds. key: sun and lamp; sky: environment;
-/// glow: a material; rest: another lamp, an emissive panel and an unlit one.
+/// Returns a room corner with a varnished floor, a sheet of metal and lights of all kinds. key: the sun; sky:
+/// environment; glow: a material and a lamp; rest: another lamp, an emissive panel and an unlit one.
 Scene corner() {
     Scene scene;
     Material floor = diffuse_material({0.7f, 0.6f, 0.5f});
@@ -26,6 +26,8 @@ Scene corner() {
     add_quad(scene, add_material(scene, floor), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
     add_quad(scene, add_material(scene, diffuse_material({0.5f, 0.7f, 0.6f})), {-2, 0, -1}, {4, 0, 0}, {0, 2, 0});
     add_box(scene, 1, {0.4f, 0, -0.2f}, {0.7f, 0.4f, 0.1f});
+    add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0.1f)), {-0.4f, 0.01f, 0.1f}, {0, 0.2f, 0.7f},
+             {0.9f, 0, 0});
     Material glow = diffuse_material(vec3(0.2f));
     glow.emission = {3, 1, 0.5f};
     glow.light_group = 2;
@@ -46,7 +48,7 @@ Scene corner() {
     lamp.position = {0, 0.9, 0.5};
     lamp.intensity = vec3(0.5f);
     PunctualLight other = lamp;
-    lamp.radius = 0.1f, sun.angle = 0.1f;  // two groups of lights that rays meet, before a sky and others
+    lamp.radius = 0.1f, lamp.light_group = 2, sun.angle = 0.1f;  // rays meet them, before the sky and others
     other.position = {-1, 0.5, 0.5};
     other.intensity = {0.1f, 0.4f, 0.1f};
     other.light_group = kNoLightGroup;

@@ -182,6 +182,12 @@ TEST(LightEdits, ReplaceIntensityAndColour) {
     for (const auto& [text, intensity] : intensities) EXPECT_EQ(light(text).intensity, intensity) << text;
     EXPECT_EQ(light("key=position:1,2,3").position, dvec3(1, 2, 3));
     EXPECT_EQ(light("k*=direction:0,0,-2").direction, vec3(0, 0, -1));
+    SceneEdits sizes;
+    sizes.lamp_radius = 0.5f, sizes.sun_angle = 90.0f;
+    EXPECT_EQ(yard.with(sizes).lights[0].radius, 0.5f);
+    sizes.lights = edits_of({{add_light_edit, "key=radius:0.25"}}).lights;
+    EXPECT_EQ(yard.with(sizes).lights[0].radius, 0.25f) << "a named light has its own size";
+    EXPECT_NEAR(yard.with(sizes).lights[0].angle, kPi / 2, 1e-6);
     const vec3 warm = light("key=temperature:2700").intensity;
     EXPECT_EQ(warm.r, 8);
     EXPECT_GT(warm.g, 2 * warm.b);
