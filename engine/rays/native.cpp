@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -63,11 +64,12 @@ int native_threads() {
     return error == std::errc() && *end == '\0' ? std::clamp(asked, 1, most) : most;
 }
 
-/// Times of the tasks of similar batches, by which the faster one of two ways is taken: rays one by one, or in bundles.
+/// Times of the tasks of similar batches, by which the faster one of two ways is taken: rays one by one, or 64
+/// together.
 class Pace {
   public:
-    /// Returns whether a task of the next run takes bundles. The slower way gets a task now and then.
-    bool bundles(std::size_t task) const {
+    /// Returns whether a task of the next run traces rays together. The slower way gets a task now and then.
+    bool together(std::size_t task) const {
         const std::size_t turn = task + 7 * runs_;
         if (per_ray_[0] == 0 || per_ray_[1] == 0) return turn % 2 == 1;
         const bool faster = per_ray_[1] < per_ray_[0];
@@ -76,28 +78,28 @@ class Pace {
         return turn % period == 0 ? !faster : faster;
     }
     struct Task {
-        bool bundles = false;
+        bool together = false;
         double seconds = 0;
         std::size_t rays = 0;
     };
     /// Records the end of a run.
     void ran(const std::vector<Task>& tasks) {
-        for (const bool bundles : {false, true}) {
+        for (const bool together : {false, true}) {
             double seconds = 0, rays = 0;
             for (const Task& task : tasks) {
-                if (task.bundles != bundles) continue;
+                if (task.together != together) continue;
                 seconds += task.seconds;
                 rays += static_cast<double>(task.rays);
             }
             if (rays == 0) continue;
-            double& mean = per_ray_[bundles ? 1 : 0];
+            double& mean = per_ray_[together ? 1 : 0];
             mean = mean == 0 ? seconds / rays : 0.7 * mean + 0.3 * seconds / rays;
         }
         ++runs_;
     }
 
   private:
-    double per_ray_[2] = {0, 0};  // seconds per ray one by one and in bundles; 0: unknown
+    double per_ray_[2] = {0, 0};  // seconds per ray one by one and together; 0: unknown
     std::size_t runs_ = 0;
 };
 
@@ -105,7 +107,8 @@ struct NativeServer::Parts {
     NativeTree tree;
     bool slivers = false, alpha_tested = false;
     Counts counts;
-    std::map<std::pair<BatchKey, bool>, Pace> paces;  // by key and any_hit
+    std::map<std::pair<BatchKey, bool>, Pace> paces;          // by key and any_hit
+    std::map<BatchKey, std::vector<std::uint32_t>> blockers;  // NativeJob::blockers, of any hits
     struct Compared {
         std::size_t rays = 0, hits = 0;
         bool enough() const { return hits >= kComparedHits || rays >= kComparedRays; }
@@ -137,6 +140,8 @@ struct NativeServer::Parts {
         std::optional<Mapping> list;
         if (batch.list) list.emplace(r.buffer(batch.list), Mapping::Access::read);
         const Mapping to(results, Mapping::Access::write);
+        std::vector<std::uint32_t>& kept = blockers[key_of(batch)];
+        if (any_hit) kept.resize(blockers_of(batch.capacity), std::numeric_limits<std::uint32_t>::max());
         const NativeJob job{.tree = &tree,
                             .pairs = pairs.as<vec4>(),
                             .alpha_tested = alpha_tested,
@@ -146,6 +151,7 @@ struct NativeServer::Parts {
                             .any_hit = any_hit,
                             .rays = rays.as<shared::Ray>(),
                             .list = list ? list->as<std::uint32_t>() : nullptr,
+                            .blockers = kept.data(),
                             .results = to.as<void>()};
         const std::size_t tasks = (count + kGrain - 1) / kGrain;
         std::vector<std::vector<std::uint32_t>> left(tasks);
@@ -157,9 +163,9 @@ struct NativeServer::Parts {
                 const Clock::time_point start = Clock::now();
                 const std::size_t end = std::min(count, (i + 1) * kGrain);
                 NativeJob task = job;
-                task.bundles = pace.bundles(i);
+                task.together = pace.together(i);
                 trace_native(task, i * kGrain, end, left[i]);
-                times[i] = {task.bundles, std::chrono::duration<double>(Clock::now() - start).count(),
+                times[i] = {task.together, std::chrono::duration<double>(Clock::now() - start).count(),
                             end - i * kGrain};
             }
         };

@@ -3,7 +3,7 @@
 // Inner nodes are tested against the chord shaft of the bundle, as in shaders/lib/shaft.glsl. A box moves linearly, s
 // in [0, 1], from the box of the rays' origins to the box of their ends. This test costs as much as that of one ray.
 // The shaft is wider than all errors, so that no leaf is lost. At leaves each ray is tested by itself
-// (native_bundle_rays-inl.h).
+// (native_bundle_rays-inl.h). Any hits are searched in tiles (native_tile-inl.h).
 #if defined(HALFLIGHT_NATIVE_BUNDLE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HALFLIGHT_NATIVE_BUNDLE_INL
 #undef HALFLIGHT_NATIVE_BUNDLE_INL
@@ -149,6 +149,20 @@ HWY_INLINE void search_one(const NativeJob& job, Bundle& b, std::size_t i, std::
     if ((kAny && search.found) || search.out_of_range) b.exit[i] = -1;
 }
 
+/// Writes the results of the rays, or leaves them to the plain kernel.
+HWY_INLINE void put_rays(const NativeJob& job, const Bundle& b, const std::uint32_t* paths,
+                         std::vector<std::uint32_t>& delegated) {
+    for (std::size_t i = 0; i < b.count; ++i) {
+        Search search;
+        search.nearest = {b.t[i], b.u[i], b.v[i], static_cast<std::uint32_t>(b.triangle[i]),
+                          static_cast<std::uint32_t>(b.instance[i])};
+        search.found = ((b.found >> i) & 1) != 0;
+        search.out_of_range = ((b.out_of_range >> i) & 1) != 0;
+        search.asked = b.asked[i];
+        put(job, paths[i], search, delegated);
+    }
+}
+
 /// Returns where the last ray ends, as s of the shaft.
 HWY_INLINE float exit_of(const Bundle& b) {
     const hn::RebindToSigned<DN> di;
@@ -161,9 +175,9 @@ HWY_INLINE float exit_of(const Bundle& b) {
     return std::min(most_lane(exit) * 1.00001f, 1.0f);
 }
 
-/// Searches the scene for the rays of a bundle by the shaft. Returns false if it gave up after `most_steps` nodes and
-/// leaves; what it has found by then is valid.
-template <class Bound, bool kAny>
+/// Searches the scene for closest hits of the rays of a bundle by the shaft. Returns false if it gave up after
+/// `most_steps` nodes and leaves; what it has found by then is valid.
+template <class Bound>
 HWY_INLINE bool search_bundle(const NativeJob& job, Bundle& b, const ShaftTest& shaft, StackEntry* stack,
                               StackEntry* other_stack, int most_steps) {
     const NativeTree& tree = *job.tree;
@@ -180,30 +194,29 @@ HWY_INLINE bool search_bundle(const NativeJob& job, Bundle& b, const ShaftTest& 
         if (!at_root) {
             if (top == stack) return true;
             entry = *--top;
-            if (!kAny && std::bit_cast<float>(static_cast<std::int32_t>(entry >> 32)) > exit) continue;
+            if (std::bit_cast<float>(static_cast<std::int32_t>(entry >> 32)) > exit) continue;
             const auto place = static_cast<std::uint32_t>(entry);
             const NativeNode<Bound>& parent = nodes[place >> 3];
             const std::uint32_t reference = parent.reference[place & 7];
             if (!shared::is_inner_node(reference)) {
                 if (--most_steps < 0) return false;
-                float bounds[6];
-                for (std::size_t p = 0; p < 6; ++p) bounds[p] = static_cast<float>(parent.bounds[p][place & 7]);
+                const ChildBox box(parent, place & 7);
                 bool changed = false;
                 for (std::size_t k = 0; k < kVectors; ++k) {
                     FN entered;
-                    const Bits rays = meet_box(b, k * kLanes, bounds, entered);
+                    const Bits rays = meet_box(b, k * kLanes, box, entered);
                     if (rays == 0) continue;
                     changed = true;
                     if (shared::is_leaf(reference) && std::popcount(rays) > 2) {
-                        test_leaf_lanes<kAny>(job, b, k, rays, reference, entered);
+                        test_leaf_lanes<false>(job, b, k, rays, reference, entered);
                         continue;
                     }
                     alignas(64) float entries[kLanes];
                     entered.store(entries);
                     for (Bits left = rays; left != 0; left &= left - 1) {
                         const auto i = static_cast<std::size_t>(std::countr_zero(left));
-                        search_one<Bound, kAny>(job, b, k * kLanes + i, reference,
-                                                std::bit_cast<std::int32_t>(entries[i]), other_stack);
+                        search_one<Bound, false>(job, b, k * kLanes + i, reference,
+                                                 std::bit_cast<std::int32_t>(entries[i]), other_stack);
                     }
                 }
                 if (changed) {
@@ -229,8 +242,8 @@ HWY_INLINE bool search_bundle(const NativeJob& job, Bundle& b, const ShaftTest& 
     }
 }
 
-/// Traces up to 64 rays together, or one by one after too many nodes and leaves.
-template <class Bound, bool kAny>
+/// Finds the closest hits of up to 64 rays together, or one by one after too many nodes and leaves.
+template <class Bound>
 void trace_bundle(const NativeJob& job, const std::uint32_t* paths, std::size_t count, StackEntry* stack,
                   StackEntry* other_stack, std::vector<std::uint32_t>& delegated) {
     constexpr int kMostSteps = 200;
@@ -239,23 +252,15 @@ void trace_bundle(const NativeJob& job, const std::uint32_t* paths, std::size_t 
     set_rays(b, job, space, paths, count);
     ShaftTest shaft;
     const bool whole = b.live != 0 && make_shaft(b, space, job.tree->format == NodeFormat::grid, shaft) &&
-                       search_bundle<Bound, kAny>(job, b, shaft, stack, other_stack, kMostSteps);
+                       search_bundle<Bound>(job, b, shaft, stack, other_stack, kMostSteps);
     if (!whole) {
         for (std::uint64_t left = b.live; left != 0; left &= left - 1) {
             const auto i = static_cast<std::size_t>(std::countr_zero(left));
             if (b.exit[i] >= 0)
-                search_one<Bound, kAny>(job, b, i, space.root, std::bit_cast<std::int32_t>(b.t_min[i]), stack);
+                search_one<Bound, false>(job, b, i, space.root, std::bit_cast<std::int32_t>(b.t_min[i]), stack);
         }
     }
-    for (std::size_t i = 0; i < count; ++i) {
-        Search search;
-        search.nearest = {b.t[i], b.u[i], b.v[i], static_cast<std::uint32_t>(b.triangle[i]),
-                          static_cast<std::uint32_t>(b.instance[i])};
-        search.found = ((b.found >> i) & 1) != 0;
-        search.out_of_range = ((b.out_of_range >> i) & 1) != 0;
-        search.asked = b.asked[i];
-        put(job, paths[i], search, delegated);
-    }
+    put_rays(job, b, paths, delegated);
 }
 
 }  // namespace halflight::rays::HWY_NAMESPACE

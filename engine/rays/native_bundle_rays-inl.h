@@ -73,17 +73,28 @@ HWY_INLINE void set_rays(Bundle& b, const NativeJob& job, const NativeSpace& spa
     for (std::size_t i = count; i < kBundle; ++i) b.exit[i] = -1;
 }
 
-/// Tests a vector of rays against one box of a node. Returns the rays that meet it, and where they enter it.
-HWY_INLINE Bits meet_box(const Bundle& b, std::size_t at, const float* bounds, FN& entry) {
+/// The box of a node's child, for tests against vectors of rays.
+struct ChildBox {
+    FN lower[3], upper[3];
+    template <class Bound>
+    HWY_INLINE ChildBox(const NativeNode<Bound>& node, std::size_t child) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            lower[a] = FN(static_cast<float>(node.bounds[2 * a][child]));
+            upper[a] = FN(static_cast<float>(node.bounds[2 * a + 1][child]));
+        }
+    }
+};
+
+/// Tests a vector of rays against a box. Returns the rays that meet it, and where they enter it.
+HWY_INLINE Bits meet_box(const Bundle& b, std::size_t at, const ChildBox& box, FN& entry) {
     const DN d;
     const hn::RebindToSigned<DN> di;
     IN near = hn::BitCast(di, hn::Load(d, &b.t_min[at])), far = hn::Load(di, &b.exit[at]);
     for (int a = 0; a < 3; ++a) {
-        const MN backward = below(FN::load(&b.direction[a][at]), FN(0.0f));
-        const FN lower(bounds[2 * a]), upper(bounds[2 * a + 1]);
-        const FN enter = select(backward, upper, lower), leave = select(backward, lower, upper);
-        near = hn::Max(
-            near, hn::BitCast(di, ((enter - FN::load(&b.near_origin[a][at])) * FN::load(&b.near_inverse[a][at])).v));
+        const FN inverse = FN::load(&b.near_inverse[a][at]);  // has the sign of the direction, also for -0
+        const FN enter = hn::IfNegativeThenElse(inverse.v, box.upper[a].v, box.lower[a].v);
+        const FN leave = hn::IfNegativeThenElse(inverse.v, box.lower[a].v, box.upper[a].v);
+        near = hn::Max(near, hn::BitCast(di, ((enter - FN::load(&b.near_origin[a][at])) * inverse).v));
         far = hn::Min(far,
                       hn::BitCast(di, ((leave - FN::load(&b.far_origin[a][at])) * FN::load(&b.far_inverse[a][at])).v));
     }

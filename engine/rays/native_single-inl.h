@@ -69,6 +69,11 @@ HWY_INLINE const NativeNode<Bound>* nodes_of(const NativeTree& tree) {
         return tree.grid_nodes.data();
 }
 
+template <class Bound>
+HWY_INLINE std::size_t node_count(const NativeTree& tree) {
+    return std::same_as<Bound, float> ? tree.float_nodes.size() : tree.grid_nodes.size();
+}
+
 /// Sets the constants of a ray in the block of an instance (ray_in_block()). Returns false if it is out of range.
 HWY_INLINE bool enter_block(const NativeTree& tree, const shared::Ray& ray, std::uint32_t instance, SingleRay& inside) {
     const std::array<vec4, 3>& rows = tree.world_to_block[instance];

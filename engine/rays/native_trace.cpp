@@ -14,7 +14,7 @@
 
 #include "engine/rays/native_trace.h"
 #if HWY_MAX_BYTES >= 32
-#include "engine/rays/native_bundle-inl.h"
+#include "engine/rays/native_tile-inl.h"
 #endif
 
 HWY_BEFORE_NAMESPACE();
@@ -28,16 +28,21 @@ template <class Bound, bool kAny>
 void trace_entries(const NativeJob& job, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& delegated) {
     const NativeTree& tree = *job.tree;
     std::vector<StackEntry> stacks(2 * tree.stack_entries);
+    std::vector<TileEntry> tile_stack(kAny ? tree.stack_entries : 0);
     StackEntry *const stack = stacks.data(), *const other_stack = stack + tree.stack_entries;
     for (std::size_t from = begin; from < end; from += kBundle) {
         std::array<std::uint32_t, kBundle> paths;
         const std::size_t count = std::min(kBundle, end - from);
         for (std::size_t i = 0; i < count; ++i)
             paths[i] = job.list ? job.list[from + i] : static_cast<std::uint32_t>(from + i);
-        if (job.bundles && !job.slivers)
-            trace_bundle<Bound, kAny>(job, paths.data(), count, stack, other_stack, delegated);
-        else
+        if (!job.together || job.slivers) {
             trace_singly<Bound, kAny>(job, paths.data(), count, stack, delegated);
+        } else if constexpr (kAny) {
+            trace_tile<Bound>(job, paths.data(), count, job.blockers + from / kLanes, tile_stack.data(), other_stack,
+                              delegated);
+        } else {
+            trace_bundle<Bound>(job, paths.data(), count, stack, other_stack, delegated);
+        }
     }
 }
 

@@ -19,16 +19,23 @@ struct NativeJob {
     int backfaces = 0;            // HALFLIGHT_BACKFACES; 0: all rays meet back faces
     bool passes_panes = false;    // RayBatch::passes_panes
     bool any_hit = false;
-    bool bundles = false;                 // traces 64 consecutive rays together; affects time only
+    bool together = false;                // traces 64 consecutive rays together; affects time only
     const shared::Ray* rays = nullptr;    // rays by path
     const std::uint32_t* list = nullptr;  // paths to trace; null: all
-    void* results = nullptr;              // shared::Hit, or std::uint32_t with any_hit, by path
+    // With any_hit and `together`: blockers_of() leaves that ended rays before, in any state; affects time only.
+    std::uint32_t* blockers = nullptr;
+    void* results = nullptr;  // shared::Hit, or std::uint32_t with any_hit, by path
 
     /// Returns whether a ray passes back faces of one-sided triangles.
     bool passes_backs(float t_min) const {
         return backfaces == shared::kEveryRay || (backfaces == shared::kMarkedRays && t_min > 0);
     }
 };
+
+/// Returns the number of NativeJob::blockers for this number of rays.
+constexpr std::size_t blockers_of(std::size_t rays) {
+    return rays / 8 + 8;
+}
 
 /// Returns whether the processor has the vectors that trace_native() needs.
 bool can_trace_natively();

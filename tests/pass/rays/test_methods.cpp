@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <random>
 
 #include "engine/core/error.h"
 #include "engine/device/scene_buffers.h"
+#include "engine/rays/native_trace.h"
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
@@ -169,6 +171,37 @@ TEST_F(Native, RaysWithNumbersThatAreNotFinite) {
                 AgainstPlain pair(programs, tables, format, {.tiles = false, .raster = false});
                 EXPECT_EQ(pair.differences({bad}), "") << number << " in component " << component;
                 EXPECT_EQ(pair.native()->counts().delegated, 4 * count) << number << " in component " << component;
+            }
+        }
+    }
+}
+
+// The leaves that ended rays before are missing, out of range, or any nodes and leaves of the scene.
+TEST_F(Native, AnyHitsOfTilesIgnoreTheStateOfBlockers) {
+    const std::vector<Ray> rays = camera_rays(vec3(0, 0, 3), vec3(0));
+    for (const NodeFormat format : kFormats) {
+        const rays::PackedScene packed = roomy(rays::pack_scene(tables, format));
+        const rays::TraceScene scene(tables, packed, {});
+        const rays::NativeTree tree = rays::build_native_tree(
+            tables, format, packed.two_level, scene.nodes().read<uvec4>(), scene.heads().read<std::uint32_t>());
+        const std::vector<vec4> pairs = scene.pairs().read<vec4>();
+        graph::Executor executor(programs);
+        const std::vector<std::uint32_t> plain = any_hits(executor, {rays}, scene);
+        std::mt19937 random(1);
+        for (const std::uint32_t most : {0u, 40u, 1u << 14, ~0u}) {
+            std::vector<std::uint32_t> found(rays.size()), blockers(rays::blockers_of(rays.size())), left;
+            for (std::uint32_t& place : blockers) place = most == 0 ? ~0u : static_cast<std::uint32_t>(random()) % most;
+            for (int run = 0; run < 2; ++run) {
+                const rays::NativeJob job{.tree = &tree,
+                                          .pairs = pairs.data(),
+                                          .any_hit = true,
+                                          .together = true,
+                                          .rays = rays.data(),
+                                          .blockers = blockers.data(),
+                                          .results = found.data()};
+                rays::trace_native(job, 0, rays.size(), left);
+                EXPECT_EQ(different(found, plain), 0u) << most;
+                EXPECT_TRUE(left.empty());
             }
         }
     }
