@@ -140,8 +140,12 @@ struct NativeServer::Parts {
         std::optional<Mapping> list;
         if (batch.list) list.emplace(r.buffer(batch.list), Mapping::Access::read);
         const Mapping to(results, Mapping::Access::write);
-        std::vector<std::uint32_t>& kept = blockers[key_of(batch)];
-        if (any_hit) kept.resize(blockers_of(batch.capacity), std::numeric_limits<std::uint32_t>::max());
+        std::uint32_t* kept = nullptr;
+        if (any_hit) {
+            std::vector<std::uint32_t>& leaves = blockers[key_of(batch)];
+            leaves.resize(blockers_of(batch.capacity), std::numeric_limits<std::uint32_t>::max());
+            kept = leaves.data();
+        }
         const NativeJob job{.tree = &tree,
                             .pairs = pairs.as<vec4>(),
                             .alpha_tested = alpha_tested,
@@ -151,7 +155,7 @@ struct NativeServer::Parts {
                             .any_hit = any_hit,
                             .rays = rays.as<shared::Ray>(),
                             .list = list ? list->as<std::uint32_t>() : nullptr,
-                            .blockers = kept.data(),
+                            .blockers = kept,
                             .results = to.as<void>()};
         const std::size_t tasks = (count + kGrain - 1) / kGrain;
         std::vector<std::vector<std::uint32_t>> left(tasks);
@@ -232,6 +236,14 @@ NativeServer::~NativeServer() = default;
 
 void NativeServer::follow(const ServedScene& scene) {
     parts_->take(scene.tables, scene.trace);
+}
+
+void NativeServer::invalidate() {
+    parts_->blockers.clear();
+}
+
+std::size_t NativeServer::state_bytes(const RayBatch& batch) const {
+    return blockers_of(batch.capacity) * sizeof(std::uint32_t);  // closest hits have none
 }
 
 const NativeServer::Counts& NativeServer::counts() const {

@@ -7,7 +7,8 @@
 // plain kernel. A search that the driver would cut short ends here.
 //
 // Parts of the first batches of closest and of any hits are traced by the plain kernel, too, until 1024 hits or 65536
-// rays have been compared. If any bit differs, the server says so in one line and leaves all batches to the plain kernel.
+// rays have been compared. If any bit differs, the server says so in one line and leaves all batches to the plain
+// kernel.
 #pragma once
 
 #include <cstdint>
@@ -33,6 +34,8 @@ class NativeServer final : public BatchServer {
     graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
     void follow(const ServedScene& scene) override;
+    void invalidate() override;
+    std::size_t state_bytes(const RayBatch& batch) const override;
     /// Traces a batch in a pass that has declared the batch (read_batch()) and the results (write_results()).
     void trace(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
                bool any_hit);

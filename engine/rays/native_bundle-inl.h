@@ -207,7 +207,7 @@ HWY_INLINE bool search_bundle(const NativeJob& job, Bundle& b, const ShaftTest& 
                     const Bits rays = meet_box(b, k * kLanes, box, entered);
                     if (rays == 0) continue;
                     changed = true;
-                    if (shared::is_leaf(reference) && std::popcount(rays) > 2) {
+                    if (shared::is_leaf(reference) && std::popcount(rays) > kFew) {
                         test_leaf_lanes<false>(job, b, k, rays, reference, entered);
                         continue;
                     }

@@ -13,6 +13,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
 
+/// Greatest number of rays that go on one by one.
+inline constexpr int kFew = 2;
+
 template <class T>
 using BundleRow = std::array<T, kBundle>;
 
@@ -91,7 +94,7 @@ HWY_INLINE Bits meet_box(const Bundle& b, std::size_t at, const ChildBox& box, F
     const hn::RebindToSigned<DN> di;
     IN near = hn::BitCast(di, hn::Load(d, &b.t_min[at])), far = hn::Load(di, &b.exit[at]);
     for (int a = 0; a < 3; ++a) {
-        const FN inverse = FN::load(&b.near_inverse[a][at]);  // has the sign of the direction, also for -0
+        const FN inverse = FN::load(&b.near_inverse[a][at]);  // negative just where direction < 0; positive for -0
         const FN enter = hn::IfNegativeThenElse(inverse.v, box.upper[a].v, box.lower[a].v);
         const FN leave = hn::IfNegativeThenElse(inverse.v, box.lower[a].v, box.upper[a].v);
         near = hn::Max(near, hn::BitCast(di, ((enter - FN::load(&b.near_origin[a][at])) * inverse).v));

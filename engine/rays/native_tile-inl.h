@@ -2,7 +2,8 @@
 //
 // A node's children are tested against the chord shaft of the tile (native_bundle-inl.h). Those that meet it are tested
 // against each vector of rays, so that an entry of the stack has the rays that meet its box. Where at most kFew rays
-// are left, each goes on by itself. Each vector tests the leaf first that ended rays in its place in an earlier run.
+// are left, each goes on by itself. In scenes without instances, each vector first tests the leaf that ended rays in
+// its place in an earlier run, if the tile met that leaf by itself.
 #if defined(HALFLIGHT_NATIVE_TILE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HALFLIGHT_NATIVE_TILE_INL
 #undef HALFLIGHT_NATIVE_TILE_INL
@@ -20,9 +21,6 @@ struct TileEntry {
     std::uint64_t rays;   // a bit per ray
     std::uint32_t place;  // 8 * node + slot
 };
-
-/// Greatest number of rays that go on one by one.
-inline constexpr int kFew = 2;
 
 /// Returns the rays whose search has not ended, a bit each.
 HWY_INLINE std::uint64_t searching(const Bundle& b) {
@@ -58,9 +56,11 @@ HWY_INLINE void test_tile_leaf(const NativeJob& job, Bundle& b, std::uint64_t ra
     }
 }
 
-/// Tests the rays of each vector against the leaf in `blockers`, which may be any number.
+/// Tests the rays of each vector against the leaf in `blockers`, which may be any number. With instances, most nodes
+/// are in other spaces than the rays, and no leaf is kept.
 template <class Bound>
 HWY_INLINE void test_blockers(const NativeJob& job, Bundle& b, const std::uint32_t* blockers) {
+    if (job.tree->two_level) return;
     const std::size_t count = node_count<Bound>(*job.tree);
     for (std::size_t k = 0; k < kVectors; ++k) {
         const std::uint32_t node_index = blockers[k] >> 3, child = blockers[k] & 7;
@@ -77,7 +77,7 @@ HWY_INLINE void test_blockers(const NativeJob& job, Bundle& b, const std::uint32
 /// Searches the scene for the rays of a tile.
 template <class Bound>
 void search_tile(const NativeJob& job, Bundle& b, const ShaftTest& shaft, std::uint32_t* blockers, TileEntry* stack,
-                 StackEntry* other_stack) {
+                 StackEntry* single_stack) {
     const NativeNode<Bound>* const nodes = nodes_of<Bound>(*job.tree);
     TileEntry* top = stack;
     const auto visit = [&](std::uint32_t index, std::uint64_t rays) HWY_ATTR {
@@ -104,11 +104,11 @@ void search_tile(const NativeJob& job, Bundle& b, const ShaftTest& shaft, std::u
         if (rays == 0) continue;
         const std::uint32_t reference = nodes[entry.place >> 3].reference[entry.place & 7];
         if (shared::is_leaf(reference)) {
-            test_tile_leaf<Bound>(job, b, rays, reference, entry.place, blockers, other_stack);
+            test_tile_leaf<Bound>(job, b, rays, reference, entry.place, blockers, single_stack);
         } else if (shared::is_inner_node(reference) && std::popcount(rays) > kFew) {
             visit(reference & shared::kBvhIndexMask, rays);
         } else {
-            search_one_by_one<Bound>(job, b, rays, reference, other_stack);
+            search_one_by_one<Bound>(job, b, rays, reference, single_stack);
         }
     }
 }
@@ -116,14 +116,14 @@ void search_tile(const NativeJob& job, Bundle& b, const ShaftTest& shaft, std::u
 /// Traces up to 64 rays together. `blockers` has a leaf for each vector of rays.
 template <class Bound>
 void trace_tile(const NativeJob& job, const std::uint32_t* paths, std::size_t count, std::uint32_t* blockers,
-                TileEntry* stack, StackEntry* other_stack, std::vector<std::uint32_t>& delegated) {
+                TileEntry* stack, StackEntry* single_stack, std::vector<std::uint32_t>& delegated) {
     const NativeSpace& space = job.tree->spaces.front();
     Bundle b;
     set_rays(b, job, space, paths, count);
     test_blockers<Bound>(job, b, blockers);
     ShaftTest shaft;
     if (searching(b) != 0 && make_shaft(b, space, job.tree->format == NodeFormat::grid, shaft))
-        search_tile<Bound>(job, b, shaft, blockers, stack, other_stack);
+        search_tile<Bound>(job, b, shaft, blockers, stack, single_stack);
     put_rays(job, b, paths, delegated);
 }
 

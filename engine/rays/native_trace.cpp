@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cfenv>
 #include <cmath>
 #include <concepts>
@@ -27,9 +28,11 @@ constexpr bool kAvailable = true;
 template <class Bound, bool kAny>
 void trace_entries(const NativeJob& job, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& delegated) {
     const NativeTree& tree = *job.tree;
-    std::vector<StackEntry> stacks(2 * tree.stack_entries);
+    static_assert(kLanes >= 8, "blockers_of() counts vectors of 8 rays");
+    assert(begin % kBundle == 0 && (!kAny || !job.together || job.blockers));
+    std::vector<StackEntry> stacks((kAny ? 1 : 2) * tree.stack_entries);
     std::vector<TileEntry> tile_stack(kAny ? tree.stack_entries : 0);
-    StackEntry *const stack = stacks.data(), *const other_stack = stack + tree.stack_entries;
+    StackEntry* const stack = stacks.data();
     for (std::size_t from = begin; from < end; from += kBundle) {
         std::array<std::uint32_t, kBundle> paths;
         const std::size_t count = std::min(kBundle, end - from);
@@ -38,10 +41,10 @@ void trace_entries(const NativeJob& job, std::size_t begin, std::size_t end, std
         if (!job.together || job.slivers) {
             trace_singly<Bound, kAny>(job, paths.data(), count, stack, delegated);
         } else if constexpr (kAny) {
-            trace_tile<Bound>(job, paths.data(), count, job.blockers + from / kLanes, tile_stack.data(), other_stack,
+            trace_tile<Bound>(job, paths.data(), count, job.blockers + from / kLanes, tile_stack.data(), stack,
                               delegated);
         } else {
-            trace_bundle<Bound>(job, paths.data(), count, stack, other_stack, delegated);
+            trace_bundle<Bound>(job, paths.data(), count, stack, stack + tree.stack_entries, delegated);
         }
     }
 }

@@ -22,7 +22,8 @@ struct NativeJob {
     bool together = false;                // traces 64 consecutive rays together; affects time only
     const shared::Ray* rays = nullptr;    // rays by path
     const std::uint32_t* list = nullptr;  // paths to trace; null: all
-    // With any_hit and `together`: blockers_of() leaves that ended rays before, in any state; affects time only.
+    // Array of blockers_of(rays) words, which is read and written; needed with any_hit and `together`. An entry is the
+    // place of the leaf that last ended rays of a vector. Any content is valid and affects time only.
     std::uint32_t* blockers = nullptr;
     void* results = nullptr;  // shared::Hit, or std::uint32_t with any_hit, by path
 
@@ -32,7 +33,8 @@ struct NativeJob {
     }
 };
 
-/// Returns the number of NativeJob::blockers for this number of rays.
+/// Returns the number of NativeJob::blockers for this number of rays: one for each vector, which has 8 rays or more,
+/// and those of a whole last tile.
 constexpr std::size_t blockers_of(std::size_t rays) {
     return rays / 8 + 8;
 }
@@ -40,7 +42,8 @@ constexpr std::size_t blockers_of(std::size_t rays) {
 /// Returns whether the processor has the vectors that trace_native() needs.
 bool can_trace_natively();
 /// Traces the entries [begin, end) of the list, or the paths. Appends to `delegated` the paths whose results have not
-/// been written: their rays need an alpha test, or are out of range. Threads may call it for disjoint entries.
+/// been written: their rays need an alpha test, or are out of range. Threads may call it for disjoint entries if each
+/// `begin` is a multiple of 64.
 void trace_native(const NativeJob& job, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& delegated);
 
 }  // namespace halflight::rays

@@ -176,32 +176,49 @@ TEST_F(Native, RaysWithNumbersThatAreNotFinite) {
     }
 }
 
-// The leaves that ended rays before are missing, out of range, or any nodes and leaves of the scene.
+// The leaves that ended rays before are missing, out of range, or any nodes and leaves of the scene. Tiles are whole
+// and partial; rays are dead, short or coherent.
 TEST_F(Native, AnyHitsOfTilesIgnoreTheStateOfBlockers) {
-    const std::vector<Ray> rays = camera_rays(vec3(0, 0, 3), vec3(0));
-    for (const NodeFormat format : kFormats) {
-        const rays::PackedScene packed = roomy(rays::pack_scene(tables, format));
-        const rays::TraceScene scene(tables, packed, {});
-        const rays::NativeTree tree = rays::build_native_tree(
-            tables, format, packed.two_level, scene.nodes().read<uvec4>(), scene.heads().read<std::uint32_t>());
-        const std::vector<vec4> pairs = scene.pairs().read<vec4>();
-        graph::Executor executor(programs);
-        const std::vector<std::uint32_t> plain = any_hits(executor, {rays}, scene);
-        std::mt19937 random(1);
-        for (const std::uint32_t most : {0u, 40u, 1u << 14, ~0u}) {
-            std::vector<std::uint32_t> found(rays.size()), blockers(rays::blockers_of(rays.size())), left;
-            for (std::uint32_t& place : blockers) place = most == 0 ? ~0u : static_cast<std::uint32_t>(random()) % most;
-            for (int run = 0; run < 2; ++run) {
-                const rays::NativeJob job{.tree = &tree,
-                                          .pairs = pairs.data(),
-                                          .any_hit = true,
-                                          .together = true,
-                                          .rays = rays.data(),
-                                          .blockers = blockers.data(),
-                                          .results = found.data()};
-                rays::trace_native(job, 0, rays.size(), left);
-                EXPECT_EQ(different(found, plain), 0u) << most;
-                EXPECT_TRUE(left.empty());
+    const TraceTables instanced = build_trace_tables(instanced_spheres(), 0);
+    for (const TraceTables* const of : {&tables, &instanced}) {
+        std::vector<Ray> rays = camera_rays(of->bounds, vec3(0.3f, 0.4f, 1));
+        std::vector<Ray> others = mixed_rays(of->bounds, 1037);
+        kill_some(others);
+        for (std::size_t i = 0; i < others.size(); i += 5) others[i].t_max = others[i].t_min + 0.1f * float(i % 4);
+        rays.insert(rays.end(), others.begin(), others.end());
+        for (const NodeFormat format : kFormats) {
+            const rays::PackedScene packed = roomy(rays::pack_scene(*of, format));
+            ASSERT_EQ(packed.two_level, of == &instanced);
+            const rays::TraceScene scene(*of, packed, {});
+            const rays::NativeTree tree = rays::build_native_tree(
+                *of, format, packed.two_level, scene.nodes().read<uvec4>(), scene.heads().read<std::uint32_t>());
+            const std::vector<vec4> pairs = scene.pairs().read<vec4>();
+            graph::Executor executor(programs);
+            const std::vector<std::uint32_t> plain = any_hits(executor, {rays}, scene);
+            std::mt19937 random(1);
+            for (const std::uint32_t most : {0u, 40u, 1u << 14, ~0u}) {
+                SCOPED_TRACE(fmt::format("state below {}, {} instances", most, of->instances.size()));
+                std::vector<std::uint32_t> blockers(rays::blockers_of(rays.size()), ~0u), left;
+                for (std::uint32_t& place : blockers)
+                    if (most > 0) place = static_cast<std::uint32_t>(random()) % most;
+                for (int run = 0; run < 2; ++run) {
+                    std::vector<std::uint32_t> found(rays.size(), 77);
+                    const rays::NativeJob job{.tree = &tree,
+                                              .pairs = pairs.data(),
+                                              .slivers = of->slivers,
+                                              .any_hit = true,
+                                              .together = true,
+                                              .rays = rays.data(),
+                                              .blockers = blockers.data(),
+                                              .results = found.data()};
+                    rays::trace_native(job, 0, 1024, left);
+                    rays::trace_native(job, 1024, rays.size(), left);
+                    EXPECT_EQ(different(found, plain), 0u);
+                    EXPECT_TRUE(left.empty());
+                }
+                if (most == 0 && of == &tables) {
+                    EXPECT_LT(std::ranges::count(blockers, ~0u), std::ptrdiff_t(blockers.size()));
+                }
             }
         }
     }
