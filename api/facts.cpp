@@ -43,9 +43,8 @@ Json bounds(const Scene& scene) {
 
 Json memory_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& m) {
     const SceneSize size = size_of(scene);
-    Json parts{{"program", m.program},       {"scene", m.scene},     {"band", m.band},
-               {"visibility", m.visibility}, {"reading", m.reading}, {"film", m.film},
-               {"preview", m.preview},       {"shutter", m.shutter}, {"writing", m.writing}};
+    Json parts{{"program", m.program}, {"scene", m.scene}, {"band", m.band},       {"visibility", m.visibility},
+               {"reading", m.reading}, {"film", m.film},   {"preview", m.preview}, {"writing", m.writing}};
     return {{"geometry_bytes", size.geometry_bytes},
             {"texture_bytes", size.texture_bytes},
             {"render_bytes", m.total()},

@@ -172,7 +172,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
-    print.values("shutter {}, {} times", shutter.open, shutter_count(shutter, settings, settings.samples));
+    print.values("shutter {}, {} times", shutter.open, shutter_times(shutter, scene, settings, settings.samples));
     return print.hex();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <list>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -19,11 +20,20 @@
 #include "renderer/film.h"
 #include "renderer/held_out.h"
 #include "renderer/noisy_frame.h"
-#include "renderer/shutter.h"
 
 namespace halflight {
 
 namespace {
+
+/// Returns the number of triangles that a pose moves by themselves.
+std::size_t triangles_that_move(const Scene& scene) {
+    std::size_t triangles = 0;
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[std::size_t(instance.mesh)];
+        triangles += mesh.deforms ? mesh.triangles.size() : instance.moves ? 1 : 0;
+    }
+    return triangles;
+}
 
 /// Returns a callback after which the context of the work is current again.
 template <class Progress>
@@ -37,14 +47,20 @@ std::function<bool(Progress)> keeping_context(const std::function<bool(Progress)
 
 }  // namespace
 
-bool takes_two_samples(const RenderSettings& settings) {
-    return settings.denoise || std::ranges::find(settings.aovs, "variance") != settings.aovs.end();
-}
-
-int shutter_count(const Shutter& shutter, const RenderSettings& settings, int samples) {
-    constexpr int kDefaultTimes = 8;
+int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples) {
     if (shutter.open == 0) return 1;
-    return shutter.times.value_or(std::clamp(takes_two_samples(settings) ? samples / 2 : samples, 1, kDefaultTimes));
+    if (shutter.times) return *shutter.times < samples ? *shutter.times : 0;
+    // A pose takes about as long for a triangle as a sample for a quarter of a pixel.
+    const double triangles = scene.surfaces_move() ? double(triangles_that_move(scene.scene())) : 0;
+    const double share = double(settings.width) * double(settings.height) / std::max(triangles, 1.0);
+    constexpr int kLeastTimes = 8, kKnownSamples = 256;  // an error target or a limit of time may end the picture early
+    const bool ends_early = settings.error || settings.time_limit > 0;
+    const double most = ends_early ? std::min(samples, kKnownSamples) : samples;
+    int times = share >= 1 ? samples : std::max(static_cast<int>(most * share), kLeastTimes);
+    // Samples of listed blocks are rendered together if they share a time.
+    constexpr int kTimesOfBlocks = 32;
+    if (settings.adaptive) times = std::min(times, kTimesOfBlocks);
+    return times < samples ? times : 0;
 }
 
 int default_bounces(const Scene& scene) {
@@ -56,10 +72,11 @@ void request_light_groups(RenderSettings& settings, const Scene& scene) {
     for (const std::string& group : scene.light_groups) settings.aovs.push_back(std::string(kLightGroupLayer) + group);
 }
 
-std::string shutter_text(const Shutter& shutter, const RenderSettings& settings) {
+std::string shutter_text(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings) {
     if (shutter.open == 0) return "";
-    return fmt::format("open for {:g} of a frame, {} times", shutter.open,
-                       shutter_count(shutter, settings, settings.samples));
+    const int times = shutter_times(shutter, scene, settings, settings.samples);
+    return fmt::format("open for {:g} of a frame, {}", shutter.open,
+                       times > 0 ? fmt::format("{} times", times) : "a time for each sample");
 }
 
 namespace {
@@ -121,7 +138,9 @@ struct FrameRenderer::State {
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     NearFrames near_frames;                   // noisy frames near the one rendered last
     std::optional<Checkpoint> checkpoint;
-    int only_part = 0;  // CheckpointOptions::part
+    const std::optional<FrameCheckpoints> frame_checkpoints;
+    std::map<std::uint32_t, Checkpoint> checkpoints;  // of frame_checkpoints, by frame
+    int only_part = 0;                                // CheckpointOptions::part
     std::list<Checkpoint> merged;
     std::vector<const Checkpoint*> merged_in_order;
     std::uint32_t checkpoint_frame = 0;
@@ -135,7 +154,8 @@ struct FrameRenderer::State {
           asked_bounces(settings.bounces),
           asked_lens(settings.view.camera.lens),
           shutter(o.shutter),
-          pictures(scene, settings, o, [this] { near_frames.clear(); }) {
+          pictures(scene, settings, o, [this] { near_frames.clear(); }),
+          frame_checkpoints(o.frame_checkpoints) {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
                                                ? "texture-lod needs a scene that was loaded with mip levels"
@@ -192,15 +212,14 @@ struct FrameRenderer::State {
     RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
         const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
             set_frame(n);
-            if (shutter.open > 0) return blurred(n, of_all, &noisy);
             FrameSettings own = settings;
             own.noisy = &noisy;
+            own.checkpoint = checkpoint_of(n, n == frame ? Checkpoint::Use::go_on : Checkpoint::Use::go_on_if_free);
             return pictures.still(n, own, of_all);
         };
         const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
             set_frame(frame);
             pictures.denoise(noisy, others, result);
-            if (shutter.open > 0) result = with_view(std::move(result));  // pictures of single times have no views
         };
         const auto render = [&] {
             return near_frames.render(scene, frame, neighbour_frames(settings),
@@ -226,75 +245,6 @@ struct FrameRenderer::State {
         };
         estimate_denoised_error(settings, result, render, progress);
     }
-    /// Renders a frame with motion blur. noisy: keeps the halves of the denoiser and the surfaces at the frame's own
-    /// time for near_frames; null: the picture is denoised at once if the settings say so.
-    RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress, NoisyFrame* noisy = nullptr) {
-        const FrameSettings own = settings;
-        const Stopwatch clock;
-        NoisyFrame of_time;
-        of_time.samples.merges = true;
-        ShutterHalves halves(own.samples);
-        double merging = 0;  // seconds
-        ShutterMean mean(settings.aovs, own.samples);
-        bool any = false, interrupted = false;
-        const int times = shutter_count(shutter, settings, own.samples);
-        for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
-            const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
-            FrameSettings part = own;
-            part.camera = equipped(scene.camera(seconds), settings);
-            part.first_sample = time.first_sample;
-            part.samples = time.samples;
-            part.of_samples = own.samples;
-            if (settings.denoise) part.noisy = &of_time;
-            const auto of_all = [&](RenderProgress p) {
-                p.samples_done += time.first_sample;
-                p.samples_total = own.samples;
-                p.seconds = clock.seconds();
-                return !progress || progress(p);
-            };
-            const bool was_prepared = pictures.has_picture() && !scene.surfaces_move();
-            RenderResult result = pictures.picture(seconds, part, of_all);
-            if (was_prepared) result.stats.prepare_seconds = 0;  // the time counts for an earlier picture
-            interrupted = result.stats.interrupted;
-            if (interrupted && any) break;  // rows of the stopped picture may be missing
-            if (interrupted) return with_view(std::move(result));
-            mean.add(result);
-            const Stopwatch watch;
-            if (settings.denoise) halves.add(of_time);
-            merging += watch.seconds();
-            any = true;
-        }
-        RenderResult own_time;
-        if ((mean.wants_still() || noisy) && !interrupted) {
-            FrameSettings one = own;
-            one.samples = 1;
-            one.noisy = noisy ? noisy : settings.denoise ? &of_time : nullptr;
-            own_time = pictures.still(frame, one, [&](RenderProgress p) {
-                p.samples_done = p.samples_total = own.samples;
-                p.seconds = clock.seconds();
-                return !progress || progress(p);
-            });
-            if (own_time.stats.interrupted) interrupted = true, own_time = {};
-        }
-        RenderResult result = mean.take(std::move(own_time));
-        result.stats.interrupted = interrupted;
-        if (settings.denoise && !interrupted) {
-            NoisyFrame& whole = noisy ? *noisy : of_time;
-            const Stopwatch watch;
-            halves.take(result.beauty, whole);
-            result.stats.render_seconds += merging + watch.seconds();
-            if (!noisy) pictures.denoise(whole, {}, result);
-        }
-        return noisy ? std::move(result) : with_view(std::move(result));
-    }
-    /// Adds the picture through the view transform where it is wanted.
-    RenderResult with_view(RenderResult result) const {
-        if (settings.want_view)
-            result.view = pictures.colors()
-                              .view(settings.view)
-                              .apply(settings.transparent ? straight(result.beauty) : result.beauty);
-        return result;
-    }
     /// Throws Error where samples, filter and shutter do not fit together.
     void check(const FrameSettings& s) const {
         if (settings.denoise && s.samples < 2) throw Error("samples", "denoising takes at least two samples");
@@ -304,35 +254,40 @@ struct FrameRenderer::State {
         if (shutter.times && (*shutter.times < 1 || *shutter.times > s.samples))
             throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", s.samples,
                         *shutter.times);
-        const int times = shutter_count(shutter, settings, s.samples);
-        if (takes_two_samples(settings) && times > 1 && s.samples / times < 2)
-            throw Error("shutter times",
-                        "denoising and the layer variance take two samples at each time: {} are too few for {} times",
-                        s.samples, times);
-        // The weights of the times follow from their numbers of samples, which have to be known before.
-        const std::pair<bool, const char*> others[] = {{s.time_limit > 0, "a time limit"},
-                                                       {s.error.has_value(), "an error target"},
-                                                       {settings.adaptive, "adaptive sampling"},
-                                                       {settings.denoise_error > 0, "an error of denoised pictures"},
-                                                       {settings.preview.any(), "preview modes"}};
-        for (const auto& [set, name] : others)
-            if (set) throw Error("shutter", "motion blur cannot be combined with {}", name);
+        if (settings.preview.cache || settings.preview.temporal)
+            throw Error(
+                "shutter",
+                "motion blur cannot be combined with the preview modes cache and temporal, which have the light "
+                "and the surfaces of one time");
     }
     void check_apart(const char* what) const {
-        if (shutter.open > 0 || neighbour_frames(settings) > 0)
-            throw Error(what, "cannot be combined with motion blur, or with neighbouring frames");
+        if (neighbour_frames(settings) > 0) throw Error(what, "cannot be combined with neighbouring frames");
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
-    std::string checkpoint_fingerprint(int of_part) const {
-        const std::string frame = frame_fingerprint(sums_fingerprint(scene, settings), settings.frame);
+    std::string checkpoint_fingerprint(std::uint32_t number, int of_part) const {
+        const std::string sums = sums_fingerprint(scene, settings) + shutter_text(shutter, scene, settings);
+        const std::string frame = frame_fingerprint(sums, number);
         return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
+    }
+    /// Returns the checkpoint of a frame of the sequence, opened for `use`; null where there is none.
+    Checkpoint* checkpoint_of(std::uint32_t frame, Checkpoint::Use use) {
+        if (!frame_checkpoints) return nullptr;
+        const auto [folder, interval, fresh] = *frame_checkpoints;
+        try {
+            return &checkpoints
+                        .try_emplace(frame, folder(frame), checkpoint_fingerprint(frame, 0), interval,
+                                     fresh ? Checkpoint::Use::anew : use)
+                        .first->second;
+        } catch (const CheckpointBusy&) {
+            return nullptr;  // another process may render the frame as a neighbour
+        }
     }
     void open_checkpoint(const CheckpointOptions& options) {
         check_apart("checkpoint");
         if (options.part < 0 || options.part > settings.parts)
             throw Error("checkpoint", "there is no part {} of {}", options.part, settings.parts);
         only_part = options.part;
-        checkpoint.emplace(options.folder, checkpoint_fingerprint(only_part), options.interval,
+        checkpoint.emplace(options.folder, checkpoint_fingerprint(settings.frame, only_part), options.interval,
                            options.fresh ? Checkpoint::Use::anew : Checkpoint::Use::go_on);
         checkpoint_frame = settings.frame;
     }
@@ -343,14 +298,15 @@ struct FrameRenderer::State {
             const int number = static_cast<int>(merged.size()) + 1;
             if (!std::filesystem::exists(folder))
                 throw Error(folder.string(), "is missing: part {} of {} was not rendered", number, settings.parts);
-            merged.emplace_back(folder, checkpoint_fingerprint(number), 1e9, Checkpoint::Use::merge);
+            merged.emplace_back(folder, checkpoint_fingerprint(settings.frame, number), 1e9, Checkpoint::Use::merge);
             merged_in_order.push_back(&merged.back());
         }
         checkpoint_frame = settings.frame;
     }
-    /// Renders a frame without motion blur and neighbours, from its checkpoint if it has one.
+    /// Renders a frame without neighbours, from its checkpoint if it has one.
     RenderResult from_checkpoint(std::uint32_t frame, const ProgressCallback& progress) {
         FrameSettings own = settings;
+        own.checkpoint = checkpoint_of(frame, Checkpoint::Use::go_on);
         if (frame == checkpoint_frame) {
             if (checkpoint) own.checkpoint = &*checkpoint;
             own.merged = merged_in_order;
@@ -430,9 +386,8 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.pictures.history().forget();
     s.last_frame.reset();  // set again when this frame is complete
     s.settings.history = &s.pictures.history();
-    RenderResult result = neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress)
-                          : s.shutter.open > 0             ? s.blurred(frame, progress)
-                                                           : s.from_checkpoint(frame, progress);
+    RenderResult result =
+        neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress) : s.from_checkpoint(frame, progress);
     if (s.settings.denoise_error > 0 && s.only_part == 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
     s.load_seconds += s.pictures.take_load_seconds();
@@ -476,6 +431,17 @@ gpu::Context& FrameRenderer::context() const {
 
 Checkpoint* FrameRenderer::checkpoint() const {
     return state_->checkpoint ? &*state_->checkpoint : nullptr;
+}
+
+void FrameRenderer::remove_checkpoint(std::uint32_t frame) {
+    const auto found = state_->checkpoints.find(frame);
+    if (found == state_->checkpoints.end()) return;
+    found->second.remove();
+    state_->checkpoints.erase(found);
+}
+
+void FrameRenderer::remove_checkpoints() {
+    while (!state_->checkpoints.empty()) remove_checkpoint(state_->checkpoints.begin()->first);
 }
 
 double FrameRenderer::load_seconds() const {

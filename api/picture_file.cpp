@@ -276,7 +276,7 @@ PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& resu
             .filter = text(settings.filter),
             .lens = lens_text(settings.camera, result.stats.lens, {settings.width, settings.height}),
             .projection = text(settings.camera.optics),
-            .shutter = shutter_text(renderer.shutter(), settings),
+            .shutter = shutter_text(renderer.shutter(), renderer.scene(), settings),
             .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
             .error = error,
             .reproducible = options.reproducible};

@@ -28,7 +28,7 @@ SceneRenderer::SceneRenderer(LoadedScene& scene, const RenderSettings& settings,
                              std::function<void()> dropped)
     : scene_(scene),
       settings_(settings),
-      blurs_(options.shutter.open > 0),
+      shutter_(options.shutter),
       exr_tile_(options.exr_tile),
       ray_server_(std::move(options.ray_server)),
       frees_scene_(options.frees_scene && !scene.surfaces_move()),
@@ -97,13 +97,11 @@ RenderSettings SceneRenderer::renderer_settings(const FrameSettings& frame) cons
     s.history = nullptr;
     s.checkpoint = nullptr;
     s.radiance_cache = cache_;
-    s.want_view = s.want_view && !blurs_;  // with motion blur, the view is made from the mean
-    s.catcher_means = blurs_ && std::ranges::any_of(scene_.scene().instances, &Instance::catcher);
     return s;
 }
 
 PictureUse SceneRenderer::picture_use() const {
-    return {.png = settings_.want_view, .shutter = blurs_, .exr_tile = exr_tile_};
+    return {.png = settings_.want_view, .exr_tile = exr_tile_};
 }
 
 /// Prepares the scene at 0 s, the reference pose on which hierarchies of all poses depend.
@@ -178,7 +176,7 @@ void SceneRenderer::take_memory(RenderSettings& s) {
     MemoryLedger& ledger = MemoryLedger::process();
     const MemoryEstimate m =
         fit_into_memory(prepared_->buffers().needs(), scene_.size(), s, picture_use(), ledger.free());
-    const std::size_t whole = m.film + m.preview + m.shutter + m.writing;
+    const std::size_t whole = m.film + m.preview + m.writing;
     const std::string near =
         neighbour_frames(s) > 0 ? fmt::format(" with {} frames before and after", neighbour_frames(s)) : std::string();
     ledger.check(m.picture(), "render settings",
@@ -218,13 +216,82 @@ void SceneRenderer::pose(double seconds, const FrameSettings& frame) {
     uploaded_ = scene_.revision();
 }
 
+namespace {
+
+/// Ends a picture whose poses cannot share a renderer.
+struct OtherKernels {};
+
+void add(rays::HierarchyCounts& all, const rays::HierarchyCounts& more) {
+    all.kept += more.kept, all.refitted += more.refitted, all.built += more.built;
+}
+
+}  // namespace
+
+/// Poses the scene at a time while a picture is rendered.
+void SceneRenderer::pose_within(double seconds) {
+    Stopwatch clock;
+    scene_.pose(seconds);
+    if (scene_.revision() == uploaded_) return;
+    scene_.check_surfaces();
+    load_seconds_ += clock.lap();
+    at_reference_ = false;
+    prepared_->update(scene_.scene());
+    uploaded_ = scene_.revision();
+    if (!prepared_->same_kernels()) throw OtherKernels();
+    renderer_->follow_scene();
+    posing_seconds_ += clock.lap();
+    add(posed_hierarchies_, prepared_->hierarchies());
+}
+
+/// Renders a picture whose samples have times while the shutter is open.
+RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCallback& progress) {
+    const auto seconds = [&](double at) {
+        return scene_.frame_rate().seconds(frame.frame + shutter_.open * (at - 0.5));
+    };
+    const ShutterPoses poses{.times = shutter_times(shutter_, scene_, settings_, frame.samples),
+                             .pose = [&](std::optional<double> at) {
+                                 const double when = at ? seconds(*at) : scene_.frame_rate().seconds(frame.frame);
+                                 pose_within(when);
+                                 return equipped(scene_.camera(when), settings_);
+                             }};
+    FrameSettings own = frame;
+    own.shutter = &poses;
+    // Most pictures have the same kernels at all times. Those of others are found once a pose needs more of them, and
+    // the picture begins anew.
+    constexpr int kMostTries = 16;
+    for (int tries = 1;; ++tries) {
+        const SceneNeeds needs = prepared_->buffers().needs();
+        const double prepared = prepared_->seconds(), loading = load_seconds_;
+        posing_seconds_ = 0, posed_hierarchies_ = {};
+        try {
+            RenderResult result = renderer_->render(own, progress);
+            result.stats.prepare_seconds = prepared + posing_seconds_;
+            result.stats.render_seconds -= posing_seconds_ + load_seconds_ - loading;
+            if (posing_seconds_ > 0) result.stats.hierarchies = posed_hierarchies_;
+            return result;
+        } catch (const OtherKernels&) {
+            if (tries == kMostTries)
+                throw Error("shutter", "the scene changes too much at frame {} while the shutter is open", frame.frame);
+            prepared_->share(needs);
+            shares_ = true;
+            renderer_.reset();
+            server_.reset();
+            scene_.pose(scene_.frame_rate().seconds(frame.frame));
+            prepared_->update(scene_.scene());
+            uploaded_ = scene_.revision();
+            make_renderer(frame);
+        }
+    }
+}
+
 RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+    if (std::exchange(shares_, false) && prepared_) prepared_->share(std::nullopt), uploaded_ = 0;
     pose(seconds, frame);
     if (cache_) cache_->clear();  // makes frames independent of earlier ones
     const std::uint64_t before = interruptions();
     RenderResult result;
     try {
-        result = renderer_->render(frame, progress);
+        result = shutter_.open > 0 ? blurred(frame, progress) : renderer_->render(frame, progress);
     } catch (...) {
         history_.forget();                      // the picture may be in it
         if (interruptions() == before) drop();  // the state is undefined

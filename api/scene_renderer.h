@@ -79,10 +79,12 @@ class SceneRenderer {
     void make_renderer(const FrameSettings& frame);
     void take_memory(RenderSettings& s);
     void pose(double seconds, const FrameSettings& frame);
+    void pose_within(double seconds);
+    RenderResult blurred(const FrameSettings& frame, const ProgressCallback& progress);
 
     LoadedScene& scene_;
     const RenderSettings& settings_;
-    bool blurs_;    // the shutter opens
+    Shutter shutter_;
     int exr_tile_;  // RendererOptions::exr_tile
     RayServerFactory ray_server_;
     bool frees_scene_;
@@ -106,6 +108,9 @@ class SceneRenderer {
     double load_seconds_ = 0;
     double reference_seconds_ = 0;  // time to prepare the reference pose, counted with the next picture
     bool at_reference_ = false;     // `prepared_` holds the reference pose
+    double posing_seconds_ = 0;     // time of the poses of a picture with motion blur
+    rays::HierarchyCounts posed_hierarchies_;
+    bool shares_ = false;  // PreparedScene::share() was called for the last picture
 };
 
 }  // namespace halflight

@@ -229,7 +229,10 @@ class FrameMaker {
             append_line(*options_.stats, line_of(line));
         };
         events_.writing ? events_.writing(write) : write();
+        renderer_.remove_checkpoint(frame);
     }
+    /// Call it after the last frame.
+    void finish() { renderer_.remove_checkpoints(); }
 
   private:
     const SequenceOptions& options_;
@@ -415,6 +418,12 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     check_scene_files(scene, o);
     RendererOptions options = renderer;
     options.exr_tile = o.output.exr.tile;
+    if (o.checkpoint && o.outputs.empty())
+        throw Error(o.movie->string(),
+                    "a movie without files of frames begins anew after a stop: it has no checkpoints");
+    if (o.checkpoint)
+        options.frame_checkpoints = {[&](std::uint32_t frame) { return main_file(o, frame).string() + ".checkpoint"; },
+                                     *o.checkpoint, o.overwrite};
     if (!options.colors) options.colors = ColorConfig::load();
     if (o.movie && asked.transparent) throw Error(o.movie->string(), "a movie cannot be transparent");
     RenderSettings settings = of_sequence(asked, scene);
@@ -449,6 +458,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
         if (!todo.empty()) maker.emplace(scene, settings, options, o, events, log, fingerprint);
         FrameQueue queue(o, events, log, fingerprint, settings.preview.temporal);
         queue.make(frames, todo, maker ? &*maker : nullptr, movie, tally);
+        if (maker) maker->finish();
     };
     try {
         if (o.movie) {

@@ -237,8 +237,9 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"bounces", bounces_of(s)},
           {"exposure", s.want_view ? Json(s.view.stops()) : Json()},
           {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
-          {"shutter",
-           shutter.open > 0 ? Json{{"open", shutter.open}, {"times", shutter_count(shutter, s, s.samples)}} : Json()},
+          {"shutter", shutter.open > 0 ? Json{{"open", shutter.open},
+                                              {"times", shutter_times(shutter, renderer.scene(), s, s.samples)}}
+                                       : Json()},
           {"lens", !stats.lens.blurs() ? Json() : Json(lens_text(s.camera, stats.lens, {s.width, s.height}))},
           {"projection", s.camera.optics.traced() ? Json(text(s.camera.optics)) : Json()},
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},

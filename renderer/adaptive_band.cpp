@@ -98,6 +98,7 @@ bool Renderer::State::add_listed(const FrameSettings& frame, SampleView sample, 
     sample.begins = false;
     bool go_on = true;
     while (go_on && !listed.done()) {
+        sample.at = listed.at();
         const std::vector<SampledBlock> entries = listed.next_run();
         sampled_blocks->write(std::span<const SampledBlock>(entries));
         add_sample(frame, sample, with, *with.listed);

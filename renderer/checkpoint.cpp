@@ -16,7 +16,6 @@
 #include <thread>
 #include <utility>
 
-#include "engine/core/error.h"
 #include "engine/core/hash.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/gpu/context.h"
@@ -119,13 +118,14 @@ class Reader {
     Hash hash_;
 };
 
+constexpr double kMostSeconds = 5;
+
 /// Locks an open folder. Waits for a process that was killed, whose last writes can take seconds. Returns whether the
 /// folder was free in time.
-bool lock(int folder, const Stopwatch& watch) {
-    constexpr double kMostSeconds = 5;
+bool lock(int folder, const Stopwatch& watch, double most_seconds) {
     while (flock(folder, LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK) return true;  // a file system without locks
-        if (watch.seconds() > kMostSeconds) return false;
+        if (watch.seconds() >= most_seconds) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     return true;
@@ -140,7 +140,7 @@ bool is_named(int folder, const std::filesystem::path& path) {
 
 /// Opens and locks a folder, and makes it if `makes` is set. Returns its descriptor. The process that had the lock
 /// before may have removed the folder, which is then made again.
-int open_locked(const std::filesystem::path& path, bool makes) {
+int open_locked(const std::filesystem::path& path, bool makes, double most_seconds) {
     const Stopwatch watch;
     for (;;) {
         std::error_code error;
@@ -149,10 +149,10 @@ int open_locked(const std::filesystem::path& path, bool makes) {
         const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         if (folder < 0 && makes && errno == ENOENT) continue;
         if (folder < 0) throw Error(path.string(), "cannot be opened: {}", std::strerror(errno));
-        const bool free = lock(folder, watch);
+        const bool free = lock(folder, watch, most_seconds);
         if (free && is_named(folder, path)) return folder;
         close(folder);
-        if (!free) throw Error(path.string(), "another process renders this picture");
+        if (!free) throw CheckpointBusy(path.string(), "another process renders this picture");
     }
 }
 
@@ -188,7 +188,7 @@ Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, do
       fingerprint_(std::move(fingerprint)),
       interval_(interval),
       use_(use),
-      lock_(open_locked(folder_, use != Use::merge)) {
+      lock_(open_locked(folder_, use != Use::merge, use == Use::go_on_if_free ? 0 : kMostSeconds)) {
     try {
         if (use_ != Use::merge) check_writable(file_of(0));
         if (use_ == Use::anew)

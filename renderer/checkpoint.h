@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
 
 namespace halflight {
@@ -25,6 +26,11 @@ struct SavedBand {
     std::vector<std::uint64_t> bad_values;  // BadValueSums of the picture so far
 };
 
+/// Another process has the folder of a checkpoint open.
+class CheckpointBusy : public Error {
+    using Error::Error;
+};
+
 /// The checkpoint of one picture: a folder with a file for each band. Files appear complete or not at all. The folder
 /// is locked while the object lives; the destructor removes an empty folder.
 class Checkpoint {
@@ -32,14 +38,15 @@ class Checkpoint {
     using Bytes = std::vector<std::byte>;
 
     enum class Use : std::uint8_t {
-        go_on,  // makes the folder, or goes on from the files of earlier runs
-        anew,   // makes the folder, and removes the files of earlier runs
-        merge,  // reads the files of a folder, which must exist
+        go_on,          // makes the folder, or goes on from the files of earlier runs
+        go_on_if_free,  // likewise, but throws CheckpointBusy at once where another process has the folder open
+        anew,           // makes the folder, and removes the files of earlier runs
+        merge,          // reads the files of a folder, which must exist
     };
 
     /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart. interval: seconds
-    /// between two saves, > 0. Throws Error where the folder cannot be written, where another process has it open, and
-    /// where a file is damaged or has another fingerprint.
+    /// between two saves, > 0. Throws CheckpointBusy where another process has the folder open for 5 s, and Error where
+    /// the folder cannot be written, and where a file is damaged or has another fingerprint.
     Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use = Use::go_on);
     Checkpoint(const Checkpoint&) = delete;
     Checkpoint& operator=(const Checkpoint&) = delete;

@@ -55,10 +55,7 @@ void DenoiseStage::add_band(graph::Graph& graph, const Band& band, const Accumul
                             const SampleHalves& samples) {
     if (!kept_ && !own_) return;  // the frame stays noisy
     DenoiserTextures& textures = kept_ ? *kept_->pixels : *own_;
-    SampleHalves halves = samples;
-    halves.merges = kept_ && kept_->samples.merges;
-    if (kept_) kept_->samples = halves;
-    const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, halves, textures.import_pixels(graph));
+    const DenoiserPixels filled = add_denoiser_input(graph, band, sums, beauty, samples, textures.import_pixels(graph));
     for (const graph::TextureHandle h :
          {filled.mean, filled.guide, filled.reflectance, filled.diffuse_albedo, filled.glossy_albedo})
         graph.output(h);

@@ -100,7 +100,7 @@ std::vector<std::string> light_group_layers(const RenderSettings& s) {
 }
 
 std::size_t film_bytes(const RenderSettings& s) {
-    std::size_t channels = (s.want_view ? 8 : 4) + (s.catcher_means ? kCatcherSums : 0);
+    std::size_t channels = (s.want_view ? 8 : 4);
     for (const std::string& aov : s.aovs) channels += find_aov(aov)->channel_names().size();
     return channels * sizeof(float);
 }
@@ -109,7 +109,6 @@ Film::Film(const RenderSettings& settings, const TraceTables& tables, const pagi
            const std::vector<std::string>& aovs)
     : settings_(settings), tables_(tables), pages_(pages), beauty_(settings.width, settings.height, 4) {
     if (settings.want_view) view_ = Image(settings.width, settings.height, 4);
-    if (settings.catcher_means) catchers_ = Image(settings.width, settings.height, int{kCatcherSums});
     choose(aovs);
 }
 
@@ -144,8 +143,6 @@ double Film::Sums::beauty(std::size_t path, std::size_t channel) const {
 void Film::add_sums(const Band& band, int samples, const Sums& sums) {
     const std::vector<std::string> groups = light_group_layers(settings_);
     for (Plane& p : planes_) add_layer(band, *p.aov, p.image, sums, samples, groups);
-    if (sums.catchers.empty()) return;
-    add_mean(band, catchers_, sums.catchers, kCatcherSums, 0, samples, kCatcherSums);
 }
 
 void Film::add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view) {
@@ -242,7 +239,6 @@ void Film::add_debug(const Band& band, const std::vector<shared::DebugRecord>& r
 void Film::take(RenderResult& result) {
     result.beauty = std::move(beauty_);
     result.view = std::move(view_);
-    result.catchers = std::move(catchers_);
     for (Plane& p : planes_) {
         const ExrType type = p.aov->storage == LayerStorage::ids         ? ExrType::uint32
                              : settings_.half_color && p.aov->is_color() ? ExrType::half
@@ -256,8 +252,7 @@ void Film::take(RenderResult& result, const ivec2& first, const ivec2& size) {
     take(result);
     if (first == ivec2(0) && size == ivec2(settings_.width, settings_.height)) return;
     result.beauty = part_of(result.beauty, first, size);
-    for (Image* image : {&result.view, &result.catchers})
-        if (!image->pixels.empty()) *image = part_of(*image, first, size);
+    if (!result.view.pixels.empty()) result.view = part_of(result.view, first, size);
     for (ExrLayer& layer : result.aovs) layer.image = part_of(layer.image, first, size);
 }
 

@@ -44,7 +44,7 @@ class Film {
 
     /// Sums over a band's samples, by path index (see Accumulated); empty where the frame left them out.
     struct Sums {
-        std::vector<double> emission{}, direct{}, indirect{}, squares{}, features{}, groups{}, catchers{};
+        std::vector<double> emission{}, direct{}, indirect{}, squares{}, features{}, groups{};
         double beauty(std::size_t path, std::size_t channel) const;
     };
     void add_sums(const Band& band, int samples, const Sums& sums);
@@ -84,7 +84,7 @@ class Film {
     const TraceTables& tables_;
     const paging::PageSource* pages_;
     Image beauty_;
-    Image view_, catchers_;
+    Image view_;
     std::vector<Plane> planes_;  // layers in the order of the request
 };
 

@@ -1,11 +1,11 @@
 #include "renderer/frame_constants.h"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
 
 #include "passes/surface/raster_window.h"
-#include "renderer/noisy_frame.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
@@ -62,6 +62,18 @@ double reach_of(const TraceTables& tables, const Camera& camera) {
 
 vec2 jitter_of(const SampleView& view, const PixelFilter& filter) {
     return sample_point(filter, shared::sample_2d(shared::make_sampler(~0u, ~0u, view.sample, view.seed), 0));
+}
+
+/// Returns SampleView::at. of_frame: seed of the times that samples share.
+double shutter_time(const ShutterPoses& shutter, const SampleView& view, std::uint32_t of_frame) {
+    // Shutter times have sequences apart from those of pixels and of their common sample point.
+    const auto number = [](std::uint32_t sequence, std::uint32_t index, std::uint32_t seed) {
+        return double{shared::sample_1d(shared::make_sampler(~0u, sequence, index, seed), 0)};
+    };
+    const double own = number(~1u, view.sample, view.seed);
+    if (shutter.times == 0) return own;
+    const double stratum = std::floor(own * shutter.times);
+    return (stratum + number(~2u, static_cast<std::uint32_t>(stratum), of_frame)) / shutter.times;
 }
 
 /// Returns SampleView::shared_count of blue noise.
@@ -196,21 +208,28 @@ bool in_first_half(std::uint32_t number) {
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
-    // Parts of a picture have halves together, and other ranges of samples have halves of their own. Times of a shutter
-    // have halves together, too, and nearly as many samples of either half: those of the Thue-Morse sequence, whose
-    // halves of a Sobol sequence are both well distributed.
-    if (frame.noisy && frame.noisy->samples.merges)
-        view.first_half = std::popcount(index) % 2 == 0;
-    else
-        view.first_half =
-            in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
-    view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
+    // Parts of a picture have halves together, and other ranges of samples have halves of their own.
+    view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
+    const std::uint32_t of_frame = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
+    view.seed = of_frame;
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
+    if (frame.shutter) view.at = shutter_time(*frame.shutter, view, of_frame);
     const std::uint32_t count = points == SamplePoints::blue_noise ? blue_noise_count(frame) : 0;
     if (index < count) view.shared_count = count;
     view.jitter = jitter_of(view, frame.filter);
     return view;
+}
+
+std::vector<int> order_of_samples(const FrameSettings& frame, int from, int to,
+                                  const std::function<SampleView(int number)>& view) {
+    if (!frame.shutter || frame.shutter->times == 0) return {};
+    std::vector<std::pair<double, int>> samples;
+    for (int number = from; number < to; ++number) samples.emplace_back(view(number).at, number);
+    std::ranges::sort(samples);
+    std::vector<int> order;
+    for (const auto& [at, number] : samples) order.push_back(number);
+    return order;
 }
 
 SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count) {

@@ -1,7 +1,9 @@
 // Frame constants: camera and sample as kernels read them.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "engine/device/scene_view.h"
 #include "engine/settings/estimator.h"
@@ -20,6 +22,7 @@ struct SampleView {
     // Blue noise: number of consecutive samples that each pixel takes from the shared sequence, a power of 2; 0: each
     // pixel has its own sequence.
     std::uint32_t shared_count = 0;
+    double at = 0;           // motion blur: share of the shutter's opening time, [0,1)
     bool first_half = true;  // the sample belongs to the first half (in_first_half())
     bool begins = true;      // first sample of the picture, which overwrites the sums
 };
@@ -41,6 +44,10 @@ bool in_first_half(std::uint32_t number);
 /// Returns sample `index` of a frame. All pixels share the sample point, as rasterization demands. Different frames and
 /// different user seeds have independent seeds.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points);
+/// Returns the numbers `from` to `to` - 1 of samples in the order in which they are taken: by their times where several
+/// samples share a pose; empty where they are taken in their own order.
+std::vector<int> order_of_samples(const FrameSettings& frame, int from, int to,
+                                  const std::function<SampleView(int number)>& view);
 /// Returns the sample with the sample point of camera ray `number` of `count`. Together these points are the samples of
 /// a sequence that is `count` times as long.
 SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count);

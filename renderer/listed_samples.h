@@ -1,9 +1,11 @@
 // Samples of listed blocks, which adaptive sampling adds to a band.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -22,11 +24,18 @@ class ListedSamples {
 
     /// from, to: number of samples of each block, in the order of paths, before and after all runs; from <= to.
     ListedSamples(std::vector<std::uint32_t> from, std::vector<std::uint32_t> to, SampleOf sample_of)
-        : taken_(std::move(from)), wanted_(std::move(to)), sample_of_(std::move(sample_of)) {
+        : from_(from), taken_(std::move(from)), wanted_(std::move(to)), sample_of_(std::move(sample_of)) {
+        const std::uint32_t most = wanted_.empty() ? 0 : *std::ranges::max_element(wanted_);
+        for (std::uint32_t number = most > 0 ? *std::ranges::min_element(from_) : 0; number < most; ++number)
+            by_time_[sample_of_(number).at].push_back(number);
+        time_ = by_time_.begin();
+        begin_block();
         skip_finished();
     }
 
-    bool done() const { return block_ == wanted_.size(); }
+    bool done() const { return time_ == by_time_.end(); }
+    /// Returns SampleView::at of the samples of the next run.
+    double at() const { return time_->first; }
     /// Returns the number of samples that each block has after the runs so far.
     const std::vector<std::uint32_t>& taken() const { return taken_; }
     /// Returns the number of samples that are left.
@@ -35,12 +44,14 @@ class ListedSamples {
                std::accumulate(taken_.begin(), taken_.end(), std::uint64_t{0});
     }
 
-    /// Returns the blocks of the next run; blocks that are left over are kNoBlock.
+    /// Returns the blocks of the next run, whose samples have the same time; blocks that are left over are kNoBlock.
     std::vector<shared::SampledBlock> next_run() {
         std::vector<shared::SampledBlock> run(wanted_.size(), shared::SampledBlock{shared::kNoBlock, 0, vec2(0)});
+        const auto time = time_;
         for (shared::SampledBlock& entry : run) {
-            if (done()) break;
-            const SampleView sample = sample_of_(taken_[block_]++);
+            if (time_ != time) break;
+            const SampleView sample = sample_of_(time_->second[next_++]);
+            ++taken_[block_];
             const std::uint32_t half = sample.first_half ? shared::kInFirstHalf : 0;
             entry = {static_cast<std::uint32_t>(block_), sample.sample | half, sample.jitter};
             skip_finished();
@@ -49,13 +60,25 @@ class ListedSamples {
     }
 
   private:
+    /// Goes on to the next sample: of the block, of the blocks after it, or of the next time.
     void skip_finished() {
-        while (!done() && taken_[block_] == wanted_[block_]) ++block_;
+        for (; !done(); ++time_, block_ = 0, begin_block()) {
+            const std::vector<std::uint32_t>& numbers = time_->second;
+            for (; block_ < wanted_.size(); ++block_, begin_block())
+                if (next_ < numbers.size() && numbers[next_] < wanted_[block_]) return;
+        }
+    }
+    /// Goes to the first sample of the block at this time.
+    void begin_block() {
+        if (done() || block_ == wanted_.size()) return;
+        next_ = std::size_t(std::ranges::lower_bound(time_->second, from_[block_]) - time_->second.begin());
     }
 
-    std::vector<std::uint32_t> taken_, wanted_;
+    std::vector<std::uint32_t> from_, taken_, wanted_;
     SampleOf sample_of_;
-    std::size_t block_ = 0;  // block of the next sample
+    std::map<double, std::vector<std::uint32_t>> by_time_;  // numbers of samples, rising, by SampleView::at
+    std::map<double, std::vector<std::uint32_t>>::const_iterator time_;
+    std::size_t block_ = 0, next_ = 0;  // the next sample: its block, and its place among those of the time
 };
 
 }  // namespace halflight

@@ -13,7 +13,6 @@
 #include "renderer/frame_options.h"
 #include "renderer/noisy_frame.h"
 #include "renderer/replicates.h"
-#include "renderer/shutter.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
@@ -116,7 +115,6 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
         bytes += kLightSums;
     if (needs.camera_hits && mattes(s) > 0) bytes += sizeof(shared::Hit);
     if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
-    if (s.catcher_means) bytes += kCatcherSums * sizeof(double);
     bytes += 3 * sizeof(double) * light_group_layers(s).size();
     if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
@@ -170,15 +168,6 @@ std::size_t denoiser_window_bytes(const RenderSettings& s, bool chains) {
     return most;
 }
 
-/// Returns the bytes per pixel: sums in double, and the first picture. Pictures at the frame's own time count apart.
-std::size_t shutter_bytes(const RenderSettings& s) {
-    std::size_t channels = 4 + (s.catcher_means ? kCatcherSums : 0);
-    for (const std::string& aov : s.aovs)
-        if (!is_matte(aov) && !find_aov(aov)->at_centre()) channels += find_aov(aov)->channel_names().size();
-    const std::size_t halves = s.denoise ? denoiser_frame_bytes(0) + kDenoiserChainBytes + ShutterHalves::kBytes : 0;
-    return channels * sizeof(double) + film_bytes(s) + mattes(s) * kMatte + halves;
-}
-
 std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     // Colour rows are converted at once to another space and to half: at least a row of tiles.
     const std::size_t rows = static_cast<std::size_t>(std::max(256, use.exr_tile));
@@ -203,7 +192,6 @@ void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const Picture
     m.preview = preview_bytes(s.preview) * pixels + denoiser_bytes(s, chains) * pixels +
                 denoiser_window_bytes(s, chains) +
                 (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
-    m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;
     m.writing = writing_bytes(s, use);
 }
 

@@ -9,12 +9,11 @@
 
 namespace halflight {
 
-/// Use of a picture: files and motion blur.
+/// Files of a picture.
 struct PictureUse {
-    bool exr = true;       // the picture is written as .exr
-    bool png = false;      // the picture is written as .png
-    bool shutter = false;  // the picture is the mean of pictures at several shutter times (renderer/shutter.h)
-    int exr_tile = 0;      // side of the tiles of the .exr, pixels; 0: it has lines
+    bool exr = true;   // the picture is written as .exr
+    bool png = false;  // the picture is written as .png
+    int exr_tile = 0;  // side of the tiles of the .exr, pixels; 0: it has lines
 };
 
 /// Bytes of a process that renders with a software driver, which keeps buffers and textures in main memory. Each field
@@ -27,10 +26,9 @@ struct MemoryEstimate {
     std::size_t reading = 0;     // copies of results: sums, records, mattes; also what bands that grow together keep
     std::size_t film = 0;        // the picture and its layers
     std::size_t preview = 0;     // textures of picture size (RenderSettings::preview), and the radiance cache
-    std::size_t shutter = 0;     // sums of the pictures at several times, and the first of them
     std::size_t writing = 0;     // buffers for writing files
     /// Returns the bytes that depend on the picture.
-    std::size_t picture() const { return band + visibility + reading + film + preview + shutter + writing; }
+    std::size_t picture() const { return band + visibility + reading + film + preview + writing; }
     std::size_t total() const { return program + scene + picture(); }
 };
 

@@ -54,15 +54,6 @@ DenoiserPixels DenoiserTextures::import_pixels(graph::Graph& graph) {
     return pixels;
 }
 
-std::array<gpu::Texture*, 5 + 2 * kFilteredLights.size() + 2> DenoiserTextures::all() {
-    std::array<gpu::Texture*, 5 + 2 * kFilteredLights.size() + 2> all{&mean_, &guide_, &reflectance_, &diffuse_albedo_,
-                                                                      &glossy_albedo_};
-    for (std::size_t i = 0; i < light_.size(); ++i)
-        if (light_[i]) all[5 + 2 * i] = &light_[i]->first, all[6 + 2 * i] = &light_[i]->second;
-    if (glossy_guide_) all[all.size() - 2] = &*glossy_guide_, all.back() = &*glossy_reflectance_;
-    return all;
-}
-
 std::size_t DenoiserTextures::bytes() const {
     const auto lights = std::ranges::count_if(light_, [](const auto& light) { return light.has_value(); });
     return (5 + (glossy_guide_ ? 2 : 0) + 2 * static_cast<std::size_t>(lights)) * gpu::texture_bytes(mean_.desc());

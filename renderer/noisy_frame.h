@@ -27,10 +27,6 @@ class DenoiserTextures {
 
     DenoiserPixels import_pixels(graph::Graph& graph);
     std::size_t bytes() const;
-    /// Returns the textures in the order of DenoiserPixels: mean, guide, reflectance, diffuse and glossy albedo, first
-    /// and second half of each FilteredLight, guide and reflectance of glossy light. Null: the picture has no such
-    /// texture.
-    std::array<gpu::Texture*, 5 + 2 * kFilteredLights.size() + 2> all();
 
   private:
     struct Halves {
@@ -48,7 +44,6 @@ class NoisyFrame {
   public:
     std::optional<DenoiserTextures> pixels;
     bool has_halves = false;                // a band has samples in both halves
-    SampleHalves samples{};                 // those of the last band; `merges` is set before the picture is made
     DenoiserBlur blur{0};                   // blur by the frame's camera
     ivec2 shown{0};                         // upper left pixel of the picture among those that are rendered
     std::vector<DenoiserWindow> windows{};  // parts that are denoised apart

@@ -101,6 +101,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     const Stopwatch watch;
     follow_camera(wanted.camera);
     State& s = state();
+    s.posed_at.reset();
     FrameSettings frame = wanted;
     if (Focus& focus = frame.camera.lens.focus; s.lens && focus.kind == Focus::Kind::point)
         focus = {.kind = Focus::Kind::distance, .distance = find_focus(s.scene, s.colors, s.asked, frame.camera)};
@@ -119,7 +120,8 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error && !s.settings.adaptive;
-    const bool sums_are_there = !frame.error && !s.settings.adaptive && (in_turns || s.bands == 1);
+    const bool in_order = !frame.shutter || frame.shutter->times == 0;  // else, later shutter times may be missing
+    const bool sums_are_there = in_order && !frame.error && !s.settings.adaptive && (in_turns || s.bands == 1);
     /// Calls the callback. all: expected number of samples of all bands.
     const auto go_on = [&](std::int64_t all) {
         if (!progress) return true;

@@ -20,10 +20,6 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (film.wants({Source::groups})) all.groups = read(sums.groups);
     if (film.wants({Source::features})) all.features = read(sums.features);
     const bool opaque_background = scene.has_environment() && !settings.transparent;
-    if (settings.catcher_means) {
-        all.catchers = read(sums.catchers);
-        for (std::size_t i = 2; opaque_background && i < all.catchers.size(); i += kCatcherSums) all.catchers[i] = 0;
-    }
     interruption_point();
     film.add_sums(where, samples, all);
     interruption_point();
@@ -38,6 +34,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         // The pages of residency are those of the samples, so the debug layers come first.
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
         centres.jitter = vec2(0.5f);
+        pose(frame, std::nullopt);
         upload_constants(frame, centres);
         if (debug) {
             executor.run(with.debug_data);

@@ -92,9 +92,6 @@ struct RenderResult {
     std::vector<ExrLayer> aovs;  // layers in the order of the request
     std::map<std::string, std::string> attributes;  // text that files need for the layers
     Image view;                                     // RGBA, display-encoded, [0,1]; empty unless wanted
-    // Means over the samples of what shadow catchers sum up (SHADING.md): E_S, E_U, samples on catchers that count for
-    // alpha, RGB of the environment behind. Empty unless wanted.
-    Image catchers;
     RenderStats stats;
 };
 

@@ -7,9 +7,20 @@
 namespace halflight {
 
 shared::Frame Renderer::State::constants_of(const FrameSettings& frame, const SampleView& at) const {
-    shared::Frame constants = frame_constants(frame, scene.tables(), at);
+    FrameSettings posed = frame;
+    if (frame.shutter && posed_at) posed.camera = posed_camera;
+    shared::Frame constants = frame_constants(posed, scene.tables(), at);
     constants.transparent = settings.transparent ? 1 : 0;
     return constants;
+}
+
+void Renderer::State::pose(const FrameSettings& frame, std::optional<double> at) {
+    if (!frame.shutter || posed_at == at) return;
+    in_flight->wait();  // mattes are looked up in the tables of their pose
+    posed_camera = frame.shutter->pose(at);
+    // A lens that focuses on a point of the picture keeps the distance at the time of the frame.
+    if (lens && posed_camera.lens.focus.kind == Focus::Kind::point) posed_camera.lens.focus = frame.camera.lens.focus;
+    posed_at = at;
 }
 
 void Renderer::State::upload_constants(const FrameSettings& frame, const SampleView& at) {
@@ -18,7 +29,8 @@ void Renderer::State::upload_constants(const FrameSettings& frame, const SampleV
     current = at.band;
 }
 
-void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with) {
+void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with,
+                                 std::span<const int> order) {
     const int cached = with.cached ? kCachedSamples : 0;
     if (done < cached) {
         const std::uint32_t first = (cache->picture() - 1) * kCachedSamples;
@@ -29,14 +41,17 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
             in_flight->wait();
             with.mattes->clear();
         }
-        const auto index = static_cast<std::uint32_t>(frame.first_sample + done - cached);
-        add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with, with.sample);
+        const int number = order.empty() ? frame.first_sample + done - cached : order[std::size_t(done)];
+        SampleView sample = sample_view(frame, where, static_cast<std::uint32_t>(number), settings.estimator.sampler);
+        sample.begins = done == cached;
+        add_sample(frame, sample, with, with.sample);
     }
 }
 
 void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with,
                                  CompiledSample& sample) {
     const int first_half = (at.begins ? 0 : sample.sums.first_half) + (at.first_half ? 1 : 0);
+    if (frame.shutter) pose(frame, at.at);
     upload_constants(frame, at);
     const int seen = static_cast<int>(seen_constants.size());
     for (int i = 0; i < seen; ++i) {
@@ -59,10 +74,16 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
     const int least = settings.denoise ? 2 : 1;  // samples that the filter needs
     SamplePace pace;
     int saved = first;  // number of samples of the last save
+    // Samples that a limit of time may leave out are taken in their own order.
+    std::vector<int> order;
+    if (!(time_limit > 0))
+        order = order_of_samples(frame, frame.first_sample, frame.first_sample + frame.samples, [&](int number) {
+            return sample_view(frame, where, static_cast<std::uint32_t>(number), settings.estimator.sampler);
+        });
     for (int done = first + 1;; ++done) {
         const std::uint64_t interrupted = interruptions();
         try {
-            add_sample(frame, where, done - 1, with);
+            add_sample(frame, where, done - 1, with, order);
         } catch (...) {
             // The sums are those of the last sample: points of interruption precede the pass that adds to them.
             if (frame.checkpoint && interruptions() != interrupted && done - 1 > saved)
@@ -92,8 +113,12 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
     PictureError error;
     for (int next = kFirstLook, chances = 0; next > each;) {
         for (int r = 0; r < kReplicates; ++r) {
+            const auto view = [&](int i) { return replicate_view(frame, where, r, i, settings.estimator.sampler); };
+            const std::vector<int> order = order_of_samples(frame, each, next, view);
             for (int i = each; i < next; ++i) {
-                add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
+                SampleView sample = view(order.empty() ? i : order[std::size_t(i - each)]);
+                sample.begins = done == 0;
+                add_sample(frame, sample, with, with.sample);
                 if (!after_sample(++done, next * kReplicates)) return done;
                 pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
             }

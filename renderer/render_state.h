@@ -91,7 +91,9 @@ struct Renderer::State {
     HandOver hand_over;
     std::optional<SampleQueue> in_flight;  // samples on the device; set by the constructor
     Band band;
-    Band current;  // band of the uploaded constants
+    Band current;                    // band of the uploaded constants
+    std::optional<double> posed_at;  // motion blur: time of the pose (SampleView::at); none: that of the frame
+    Camera posed_camera;             // camera at that time
     int bands = 0;
     std::size_t states = 1;  // number of bands with visibility state of their own
     bool own_sums = false;   // bands have sums of their own
@@ -128,10 +130,14 @@ struct Renderer::State {
     // The following functions are defined in render_samples.cpp.
 
     shared::Frame constants_of(const FrameSettings& frame, const SampleView& at) const;
+    /// Poses scene and camera at a time of the shutter; none: at the time of the frame. Without motion blur, nothing
+    /// changes.
+    void pose(const FrameSettings& frame, std::optional<double> at);
     /// Uploads the frame constants of the graphs that run next.
     void upload_constants(const FrameSettings& frame, const SampleView& at);
-    /// Adds sample `done` of a picture, from 0, to a band.
-    void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with);
+    /// Adds sample `done` of a picture, from 0, to a band. order: that of the samples, or empty (order_of_samples()).
+    void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with,
+                    std::span<const int> order = {});
     void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample);
     /// Callback that receives the finished and the expected number of samples of a band; returns false to stop.
     using AfterSample = std::function<bool(int done, int total)>;

@@ -58,12 +58,8 @@ void check_settings(const RenderSettings& s) {
         const PixelWindow window = rendered_window(s, s.camera.optics);
         require(std::max(window.size().x, window.size().y) <= kMaxSide, "crop and overscan make the picture too large");
         require(!s.preview.any(), "crop and overscan cannot be combined with a preview mode");
-        require(neighbour_frames(s) == 0 && s.denoise_error == 0,
-                "crop and overscan cannot be combined with denoising over frames or an estimate for the denoised "
-                "picture, which need the whole picture");
-        require(!s.adaptive && !s.error,
-                "crop and overscan cannot be combined with adaptive sampling or an error target, which decide by the "
-                "whole picture");
+        require(neighbour_frames(s) == 0,
+                "crop and overscan cannot be combined with denoising over frames, which needs the whole picture");
     }
     require(light_group_layers(s).empty() || !s.preview.cache,
             "light groups cannot be combined with the preview mode cache, which holds the light of all lights together "

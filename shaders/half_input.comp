@@ -1,6 +1,4 @@
 // Converts the sums of one component of a band to two halves of light over albedo, textures of the whole picture.
-//
-// Variant: HALFLIGHT_MERGES (SampleHalves::merges).
 #include "shaders/lib/half_sums.glsl"
 #include "shaders/shared/pixel_order.h"
 
@@ -45,11 +43,7 @@ double whole_sum(uint path, uint channel) {
 void main() {
     uint path = gl_GlobalInvocationID.x;
     ivec2 pixel = ivec2(pixel_of_path(path, tiles));
-#ifdef HALFLIGHT_MERGES
-    const bool filtered = true;
-#else
     bool filtered = first_samples > 0u && first_samples < samples;
-#endif
     bool good = filtered && emission[path * 4u + 3u] > 0.0LF;
     vec3 of_first, of_second;
     for (uint i = 0u; i < 3u; ++i) {
@@ -65,11 +59,7 @@ void main() {
         of_second[i] =
             float(min(rest / (double(max(samples - first_samples, 1u)) * albedo), double(kMostFilteredLight)));
     }
-#ifdef HALFLIGHT_MERGES
-    const float share = 1.0;
-#else
     float share = float(first_samples) / float(samples);
-#endif
     if (pixel.x < size.x && pixel.y < size.y) {
         ivec2 to = pixel + ivec2(0, first_row);
         imageStore(first, to, good ? vec4(of_first, share) : vec4(0.0));

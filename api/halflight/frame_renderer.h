@@ -25,17 +25,18 @@ class BatchServer;
 class TraceScene;
 }  // namespace rays
 
-/// Motion blur: the shutter is open for a part of each frame, centred at the frame's time. It cannot be combined with
-/// time limits, error targets, adaptive sampling, errors of denoised pictures or preview modes.
+/// Motion blur: the shutter is open for a part of each frame, centred at the frame's time, and each sample has a time
+/// in it. It cannot be combined with the preview modes cache and temporal, which have the light and the surfaces of one
+/// time.
 struct Shutter {
     double open = 0;             // share of a frame's duration, [0,1]; 0: no motion blur
-    std::optional<int> times{};  // number of poses in the opening time, >= 1; none: 8, or fewer where samples are few
+    std::optional<int> times{};  // number of poses in the opening time, >= 1; none: chosen by shutter_times()
 };
 
-/// Returns whether each shutter time needs two samples: for denoising and the layer "variance".
-bool takes_two_samples(const RenderSettings& settings);
-/// Returns the number of shutter times of a picture of `samples` samples per pixel; 1 without motion blur.
-int shutter_count(const Shutter& shutter, const RenderSettings& settings, int samples);
+/// Returns the number of shutter times that samples share (ShutterPoses::times); 0: each sample has its own. A choice
+/// that is left open is a function of scene and settings: samples share times if more triangles deform than the picture
+/// has pixels, or if sampling is adaptive. Without motion blur, returns 1.
+int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples);
 
 /// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.
 int default_bounces(const Scene& scene);
@@ -44,7 +45,7 @@ int default_bounces(const Scene& scene);
 void request_light_groups(RenderSettings& settings, const Scene& scene);
 
 /// Returns "open for 0.5 of a frame, 8 times", the text in files; empty without motion blur.
-std::string shutter_text(const Shutter& shutter, const RenderSettings& settings);
+std::string shutter_text(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings);
 
 /// Counts of the vertices that a renderer deformed for a frame: by morph targets and skins.
 struct DeformCounts {
@@ -57,12 +58,21 @@ struct DeformCounts {
 using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
 
 /// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with an error target, adaptive sampling,
-/// motion blur, frames that are denoised with their neighbours, or the preview modes cache and temporal.
+/// or the preview modes cache and temporal. That of a single picture cannot be combined with frames that are denoised
+/// with their neighbours.
 struct CheckpointOptions {
     std::filesystem::path folder;  // folder of the checkpoint, which holds nothing else
     double interval = 60;          // seconds between two saves, > 0
     bool fresh = false;            // removes the samples that an earlier run has saved
     int part = 0;  // number of the only part of the samples that is rendered, 1 to FrameSettings::parts; 0: all samples
+};
+
+/// Checkpoints of the frames of a sequence. Each frame has one of its own, and neighbours that the denoiser uses go on
+/// from theirs, unless another process renders them.
+struct FrameCheckpoints {
+    std::function<std::filesystem::path(std::uint32_t frame)> folder;  // folder of a frame's checkpoint
+    double interval = 60;                                              // seconds between two saves, > 0
+    bool fresh = false;                                                // removes samples that earlier runs have saved
 };
 
 struct RendererOptions {
@@ -78,6 +88,7 @@ struct RendererOptions {
     // The frame of the settings goes on from a checkpoint, and saves its samples; other frames do not. The constructor
     // throws Error where the checkpoint has other settings or another scene.
     std::optional<CheckpointOptions> checkpoint{};
+    std::optional<FrameCheckpoints> frame_checkpoints{};  // excludes `checkpoint`
     // Folders of the complete checkpoints of all parts, in order (FrameSettings::parts). The frame of the settings is
     // made of their sums. The constructor throws Error where one is missing or of another picture.
     std::vector<std::filesystem::path> merged{};
@@ -118,7 +129,7 @@ class FrameRenderer {
     /// does.
     std::optional<float> find_exposure(const std::function<bool(double share)>& progress = {});
 
-    /// Renders a frame at its own time; with motion blur the mean of times up to open / 2 frames before and after.
+    /// Renders a frame at its own time; with motion blur at times up to open / 2 frames before and after.
     /// `progress` is called after each sample; false stops and sets RenderStats::interrupted. An Interruptible
     /// (engine/core/interruption.h) ends a sample earlier, with its own exception, and keeps the prepared scene. Throws
     /// Error where the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on.
@@ -138,6 +149,10 @@ class FrameRenderer {
 
     /// Returns the checkpoint of the frame of the settings; null: none. Remove it when the picture is written.
     Checkpoint* checkpoint() const;
+    /// Removes the checkpoint of a frame of RendererOptions::frame_checkpoints, after its files were written.
+    void remove_checkpoint(std::uint32_t frame);
+    /// Removes the checkpoints of all frames that this renderer has begun, after the last one.
+    void remove_checkpoints();
 
     /// Returns the seconds that posing the scene took for the last frame.
     double load_seconds() const;

@@ -24,6 +24,8 @@ struct SequenceOptions {
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov; needs ffmpeg in PATH
     std::optional<std::filesystem::path> stats;  // file to which a line of JSON is appended per frame
     bool overwrite = false;                      // replaces frames that were made with other settings
+    // Seconds between two saves of the samples of a frame, in a folder beside its first file; none: they are not saved.
+    std::optional<double> checkpoint{};
     OutputOptions output{};
 };
 

@@ -51,15 +51,18 @@ struct PreparedScene::Memory {
 
 /// Properties that the graphs, buffers and statistics of renderers depend on.
 struct PreparedScene::Shape {
-    SceneNeeds needs;
-    std::vector<std::pair<std::string, std::string>> defines;  // defines of the tables: banks of texels, tiles
-    Estimator estimator;
-    rays::NodeFormat format;
-    bool two_level;
-    bool alpha_tested;
+    struct Kernels {
+        SceneNeeds needs;
+        std::vector<std::pair<std::string, std::string>> defines;  // defines of the tables: banks of texels, tiles
+        Estimator estimator;
+        rays::NodeFormat format;
+        bool two_level;
+        bool alpha_tested;
+        std::uint32_t pools;
+        bool operator==(const Kernels&) const = default;
+    } kernels;
     bool environment;
     std::uint64_t drawn_triangles;
-    std::uint32_t pools;
     std::vector<std::string> objects;
     std::vector<std::string> materials;
     std::vector<std::string> light_groups;
@@ -68,15 +71,10 @@ struct PreparedScene::Shape {
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace().statistics();
-    return {buffers_->needs(),
-            buffers_->defines().values(),
-            estimator_,
-            s.node_format,
-            s.two_level,
-            trace().alpha_tested(),
+    return {{buffers_->needs(), buffers_->defines().values(), estimator_, s.node_format, s.two_level,
+             trace().alpha_tested(), pools_},
             has_environment_,
             drawn_triangles(),
-            pools_,
             object_names_,
             material_names_,
             light_groups_};
@@ -108,7 +106,24 @@ bool PreparedScene::update(const Scene& scene) {
     usable_ = false;
     options_.pages ? prepare_pages(scene) : prepare(scene);
     usable_ = true;
-    return shape() == before;
+    const Shape now = shape();
+    same_kernels_ = now.kernels == before.kernels;
+    return now == before;
+}
+
+void PreparedScene::share(const std::optional<SceneNeeds>& needs) {
+    options_.estimator.lights = needs ? LightChoice::power : asked_estimator_.lights;
+    options_.estimator.sun = needs ? SunChoice::among : asked_estimator_.sun;
+    shared_ = needs ? std::optional(united(*needs, buffers_->needs())) : std::nullopt;
+    if (!shared_) return;
+    // Lights that are chosen by power need neither a tree nor a sun of its own.
+    shared_->light_tree = shared_->every_light = shared_->sun = false;
+}
+
+/// Returns the needs that are built although a pose does not have them.
+SceneNeeds PreparedScene::kept_parts() const {
+    const SceneNeeds kept = kept_needs(options_.kept);
+    return shared_ ? united(kept, *shared_) : kept;
 }
 
 void PreparedScene::check_usable() const {
@@ -164,7 +179,7 @@ void PreparedScene::prepare_pages(const Scene& scene) {
         throw Error(scene.name, "its pages were made of another scene: {} materials and {} objects, not {} and {}",
                     tables_.absent->used_materials.size(), tables_.ranges.size(), scene.materials.size(), shown);
     }
-    const SceneNeeds kept = united(kept_needs(options_.kept), paging::vertex_layout(pages().index()));
+    const SceneNeeds kept = united(kept_parts(), paging::vertex_layout(pages().index()));
     ShadingTables shading = build_shading_tables(scene, tables_, kept, options_.estimator.lights,
                                                  options_.estimator.sun, buffers_ ? &pooled_ : nullptr);
     if (static_cast<std::uint32_t>(shading.needs.vertex_stride()) != pages().index().vertex_texels)
@@ -194,7 +209,8 @@ void PreparedScene::prepare(const Scene& scene) {
     validate(scene);
     take_names(scene);
     TraceTables tables = build_trace_tables(scene, kFlattenLimit, origin_);
-    const SceneNeeds kept = kept_needs(options_.kept);
+    const SceneNeeds kept = kept_parts();
+    tables.slivers |= kept.slivers;
     tables.alpha_tested |= kept.alpha || kept.panes;
     tables.panes |= kept.panes;
     tables.one_sided |= kept.one_sided;

@@ -55,6 +55,13 @@ class PreparedScene {
     /// false where the pose needs other shaders or buffers: renderers must then be made anew. Throws Error like the
     /// constructor. After a failed update, later updates and pictures of the scene throw Error, too.
     bool update(const Scene& scene);
+    /// Builds later poses with the tables and kernels that `needs` and this pose call for, and with lights that are
+    /// chosen alike, so that poses of one picture can share renderers. It changes the noise of pictures, not their
+    /// mean. None: poses have what they need by themselves.
+    void share(const std::optional<SceneNeeds>& needs);
+    /// Returns whether the last update() of the same picture can go on with its renderers: tables and kernels are
+    /// alike. update() also returns false where only statistics differ.
+    bool same_kernels() const { return same_kernels_; }
     /// Throws Error where an update has failed.
     void check_usable() const;
 
@@ -91,11 +98,14 @@ class PreparedScene {
     const paging::PageSource& pages() const;
     void take_names(const Scene& scene);
     Shape shape() const;
+    SceneNeeds kept_parts() const;
 
     gpu::Context& context_;
     PrepareOptions options_;
     TraceTables tables_;
-    std::optional<dvec3> origin_;  // origin of the reference pose
+    std::optional<dvec3> origin_;       // origin of the reference pose
+    std::optional<SceneNeeds> shared_;  // share()
+    bool same_kernels_ = true;
     std::vector<std::string> object_names_;
     std::vector<std::string> material_names_;
     std::vector<std::string> light_groups_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -27,11 +28,23 @@ struct ErrorTarget {
     bool operator==(const ErrorTarget&) const = default;
 };
 
+/// Motion blur: the samples of a picture have times while the shutter is open, as in Cook, Porter and Carpenter 1984,
+/// Distributed Ray Tracing. All pixels share the time of a sample (SampleView::at).
+struct ShutterPoses {
+    // Number of different times; the opening has as many strata, and each has one time for all its samples. 0: each
+    // sample has a time of its own.
+    int times = 0;
+    // Poses the scene at a share of the opening time, [0,1), and returns the camera at that time; none: at the time of
+    // the frame itself. Exceptions end the picture.
+    std::function<Camera(std::optional<double> at)> pose;
+};
+
 /// The view of the scene: camera, frame number, and the state of the previous frame.
 struct SceneSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // camera of the previous frame, for the layer "motion"; none: `camera`
     const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: none has moved
+    const ShutterPoses* shutter = nullptr;                // null: all samples have the time of the frame
     // History of Preview::temporal: light of earlier pictures, which this picture reads and updates; null: none.
     PictureHistory* history = nullptr;
     // Keeps the noisy picture for Renderer::denoise(); null: a picture that is denoised is denoised at once.

@@ -70,7 +70,6 @@ struct PictureSettings {
     bool transparent = false;
     Backfaces backfaces = Backfaces::automatic;  // rays that pass back faces of single-sided materials
     bool want_view = false;                      // true: the picture through `view` is made, too
-    bool catcher_means = false;                  // true: RenderResult::catchers is made, too
     ViewTransform view;
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.

@@ -371,7 +371,6 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
         if (!to.light[index].first) continue;
         graph::Pass halves = graph.add_pass("denoiser: halves");
         gpu::Defines defines = chains;
-        if (samples.merges) defines.set("HALFLIGHT_MERGES");
         read_light(halves, defines, sums);
         halves.read(sums.features, Access::storage_read, "Features");
         halves.read(sums.halves, Access::storage_read, "HalfSums");

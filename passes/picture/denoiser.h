@@ -72,9 +72,6 @@ using DenoiserBlur = vec3;
 struct SampleHalves {
     int all = 0;
     int first = 0;  // number of samples in the first half
-    // The halves are merged with those of other times before they are filtered: one of them may be empty, and alpha is
-    // 1 on surfaces.
-    bool merges = false;
 };
 
 /// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has features

@@ -12,8 +12,9 @@ ivec2 parse_size(const std::string& subject, const std::string& text) {
 void check_preview_options(const CLI::App& app, const RenderArguments& a) {
     const Preview& preview = a.settings.preview;
     if (!preview.any()) return;
-    exclude(app, "--preview", "--error");    // an error is known for the unbiased mean only
-    exclude(app, "--preview", "--shutter");  // pictures of single shutter times are never shown
+    exclude(app, "--preview", "--error");  // an error is known for the unbiased mean only
+    // The radiance cache and the history have the light and the surfaces of one time.
+    if (preview.cache || preview.temporal) exclude(app, "--preview", "--shutter");
     if (!preview.temporal) return;
     if (a.frames.empty()) throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
     exclude(app, "--preview", "--part");

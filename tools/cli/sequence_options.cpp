@@ -13,16 +13,8 @@ void check_shutter(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--shutter-times") > 0 && a.shutter.open == 0) throw UsageError("--shutter-times", "needs --shutter");
     if (a.shutter.open == 0) return;
     if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
-    for (const char* other : {"--time", "--error"})
-        exclude(app, "--shutter", other);  // the number of samples must be known
-    const int samples = a.settings.samples, times = shutter_count(a.shutter, a.settings, samples);
-    if (times > samples) throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, times);
-    if (takes_two_samples(a.settings) && times > 1 && samples / times < 2)
-        throw UsageError(
-            "--shutter-times",
-            "--denoise and the layer variance take two samples at each time: {} samples are too few for {} "
-            "times",
-            samples, times);
+    if (const int samples = a.settings.samples; a.shutter.times.value_or(1) > samples)
+        throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, *a.shutter.times);
 }
 
 void check_movie(const CLI::App& app, const RenderArguments& a) {
@@ -70,7 +62,8 @@ void add_sequence_options(Options& options, RenderArguments& a) {
     add_shutter_option(options, a);
     options.value(
         "--shutter-times", "N",
-        "number of times in the opening time at which the scene is rendered (default: 8, at most one per sample)",
+        "number of times in the opening time that samples share (default: each sample has its own; fewer if more "
+        "triangles deform than the picture has pixels)",
         [&](const auto& name, const auto& text) { a.shutter.times = whole(name, text, 1, kMaxSamples); });
     options.path("--movie", "FILE.mp4|.mov",
                  "writes the frames as a movie through the view transform, H.264 or ProRes; needs ffmpeg in PATH",

@@ -48,11 +48,9 @@ void check(const InfoArguments& a, const CLI::App& app) {
         if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
     check_camera_options(app, a.picture);
     check_environment_options(app);
-    exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
-    exclude(app, "--preview", "--shutter");
+    if (a.picture.settings.preview.cache || a.picture.settings.preview.temporal) exclude(app, "--preview", "--shutter");
     if (a.picture.settings.preview.any()) exclude(app, "--denoise", "--preview");
-    exclude(app, "--denoise-error", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }

@@ -141,7 +141,7 @@ Json facts_of(const InfoArguments& a, Scene& scene, Environment own, const Trace
     RenderSettings settings =
         make_settings(a.picture, with_lens(choose_camera(scene, choice).camera, a.picture.settings.view.camera.lens));
     request_light_groups(settings, scene);
-    const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0, .exr_tile = a.picture.exr.tile};
+    const PictureUse use{.png = a.png, .exr_tile = a.picture.exr.tile};
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) {
         scene.environment = std::move(own);

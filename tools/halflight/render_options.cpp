@@ -163,15 +163,12 @@ void take_scene_among_outputs(RenderArguments& a) {
 void check_filter_options(const CLI::App& app, const RenderArguments& a) {
     const RenderSettings& s = a.settings;
     for (const char* window : {"--crop", "--overscan"}) {
-        for (const char* other : {"--adaptive", "--error", "--denoise-error"}) exclude(app, window, other);
         if (app.count(window) > 0 && neighbour_frames(s) > 0) exclude(app, window, "--denoise-frames");
         if (s.preview.any()) exclude(app, window, "--preview");
     }
     exclude(app, "--transparent", "--movie");
     if (s.preview.any()) exclude(app, "--denoise", "--preview");
-    exclude(app, "--denoise-error", "--shutter");  // it renders further samples at the frame's own time
     if (s.preview.any()) exclude(app, "--adaptive", "--preview");
-    exclude(app, "--adaptive", "--shutter");
     if (!s.error) exclude(app, "--adaptive", "--time");
     for (const char* option : {"--denoise-frames", "--denoise-error"})
         if (app.count(option) > 0 && !s.denoise) throw UsageError(option, "needs --denoise");
@@ -199,8 +196,7 @@ void take_sample_parts(const CLI::App& app, RenderArguments& a) {
     if (a.settings.parts > a.settings.samples)
         throw UsageError(option, "{} parts are more than {} samples", a.settings.parts, a.settings.samples);
     if (!a.frames.empty() && part) return;
-    for (const char* other : {"--shutter", "--error", "--time", "--adaptive", "--denoise-frames"})
-        exclude(app, option, other);
+    for (const char* other : {"--error", "--time", "--adaptive", "--denoise-frames"}) exclude(app, option, other);
     if (a.settings.preview.any()) exclude(app, option, "--preview");
     if (!part) return exclude(app, option, "--checkpoint");
     for (const char* other : {"--stats", "--dump-graph"}) exclude(app, option, other);  // `merge` makes the picture
@@ -209,8 +205,10 @@ void take_sample_parts(const CLI::App& app, RenderArguments& a) {
 /// Throws UsageError where something else is requested that keeps no checkpoint.
 void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
     if (!a.checkpoint) return;
-    for (const char* other : {"--frames", "--turntable", "--shutter", "--error", "--adaptive", "--denoise-frames"})
-        exclude(app, "--checkpoint", other);
+    for (const char* other : {"--error", "--adaptive"}) exclude(app, "--checkpoint", other);
+    if (a.frames.empty()) exclude(app, "--checkpoint", "--denoise-frames");
+    if (a.outputs.empty())
+        throw UsageError("--checkpoint", "needs files of frames: a movie without them begins anew after a stop");
     const Preview& preview = a.settings.preview;
     if (preview.cache || preview.temporal)
         throw UsageError("--checkpoint", "cannot be combined with the preview modes cache and temporal");

@@ -63,7 +63,7 @@ std::size_t picture_bytes(const RenderArguments& a) {
     RenderSettings settings = a.settings;
     settings.width = a.width.value_or(a.height ? 1 : a.usual_width);
     settings.height = a.height.value_or(1);
-    return least_picture_bytes(settings, {.png = wants_view(a), .shutter = a.shutter.open > 0});
+    return least_picture_bytes(settings, {.png = wants_view(a)});
 }
 
 gpu::ContextOptions device_options(const RenderArguments& a) {

@@ -32,6 +32,7 @@ void run_sequence(const RenderArguments& a) {
                                   .movie = a.movie,
                                   .stats = a.stats,
                                   .overwrite = a.overwrite,
+                                  .checkpoint = a.checkpoint,
                                   .output = a};
     if (!a.check) check_outputs(options);
     RendererOptions renderer{.device = device_options(a), .colors = ColorConfig::load(a.ocio), .shutter = a.shutter};

@@ -1,14 +1,17 @@
-// Tests shutter times and the mean of pictures of several times, and Cryptomatte: ids, manifests and ranks, against
-// the examples of its specification.
+// Tests the shutter times of samples, and Cryptomatte: ids, manifests and ranks, against the examples of its
+// specification.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "renderer/cryptomatte.h"
-#include "renderer/shutter.h"
+#include "renderer/frame_constants.h"
+#include "renderer/listed_samples.h"
 
 namespace halflight {
 namespace {
@@ -68,91 +71,103 @@ TEST(Cryptomatte, LargestCoverageComesFirst) {
     for (const float v : ranks) EXPECT_EQ(v, 0);
 }
 
+/// Returns the shutter times of a picture's first samples.
+std::vector<double> times_of(int samples, int times, std::uint32_t seed, std::uint32_t frame,
+                             SamplePoints points = SamplePoints::sobol) {
+    const ShutterPoses poses{.times = times, .pose = {}};
+    FrameSettings settings;
+    settings.seed = seed, settings.frame = frame, settings.shutter = &poses;
+    std::vector<double> all;
+    for (int k = 0; k < samples; ++k)
+        all.push_back(sample_view(settings, Band{}, static_cast<std::uint32_t>(k), points).at);
+    return all;
+}
+
 TEST(ShutterTimes, AreOneInEachStratum) {
-    for (const auto& [samples, times] : {std::pair(16, 4), {7, 3}, {5, 5}, {64, 1}}) {
-        const std::vector<ShutterTime> all = shutter_times(samples, times, 1, 2);
-        ASSERT_EQ(all.size(), static_cast<std::size_t>(times));
-        int next = 0;
-        for (const ShutterTime& t : all) {
-            EXPECT_EQ(t.first_sample, next) << "of " << samples;
-            EXPECT_GE(t.samples, samples / times);
-            next += t.samples;
-            EXPECT_GE(t.at * samples, t.first_sample) << "before its stratum";
-            EXPECT_LT(t.at * samples, next) << "after its stratum";
+    for (const int samples : {1, 4, 64, 256}) {
+        std::vector<int> of_stratum(std::size_t(samples), 0);
+        for (const double at : times_of(samples, 0, 1, 2)) {
+            ASSERT_TRUE(at >= 0 && at < 1) << at;
+            ++of_stratum[std::size_t(at * samples)];
         }
-        EXPECT_EQ(next, samples);
+        EXPECT_EQ(std::ranges::count(of_stratum, 1), samples);
     }
 }
 
-// Averaged over n frames, the time of each stratum is its middle, with a standard error of 1 / sqrt(12 n) of a stratum.
+TEST(ShutterTimes, AreSharedByEquallyManySamples) {
+    for (const auto& [samples, times] : {std::pair(64, 8), {16, 4}, {64, 3}}) {
+        std::map<double, int> counts;
+        for (const double at : times_of(samples, times, 1, 2)) ++counts[at];
+        ASSERT_EQ(counts.size(), std::size_t(times));
+        int stratum = 0;
+        for (const auto& [at, count] : counts) {
+            EXPECT_EQ(std::floor(at * times), stratum++);
+            EXPECT_NEAR(count, double(samples) / times, times == 3 ? 2 : 0);
+        }
+    }
+}
+
+// Averaged over n pictures, the time of a sample is 1/2 with a standard error of 1 / sqrt(12 n).
 TEST(ShutterTimes, AreUniformOverFramesAndSeeds) {
-    constexpr int kFrames = 4000, kTimes = 3;
-    double sums[kTimes] = {}, product = 0;
-    for (std::uint32_t i = 0; i < kFrames; ++i) {
-        const auto all = shutter_times(kTimes, kTimes, i % 2, i / 2);
-        for (int k = 0; k < kTimes; ++k) sums[k] += all[static_cast<std::size_t>(k)].at * kTimes - k;
-        product += (all[0].at * kTimes - 0.5) * (all[1].at * kTimes - 1.5);
-    }
-    for (const double sum : sums) EXPECT_NEAR(sum / kFrames, 0.5, 4 / std::sqrt(12.0 * kFrames));
-    EXPECT_LT(product / kFrames, 0.03) << "1/12: all strata have the same place in them";
-    EXPECT_NE(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 3, 5)[5].at);
-    EXPECT_NE(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 4, 4)[5].at);
-}
-
-const std::vector<std::string> kAovs = {"albedo", "variance", "samples", "ids", "cryptoobject"};
-
-Image filled(int channels, std::initializer_list<float> values) {
-    Image image;
-    image.width = image.height = 1, image.channels = channels;
-    image.pixels = values;
-    image.pixels.resize(static_cast<std::size_t>(channels));
-    return image;
-}
-
-/// Returns a picture of one pixel with `value` in all layers and object `name` in all samples.
-RenderResult picture(float value, int samples, const std::string& name) {
-    RenderResult r;
-    r.beauty = filled(4, {value, value, value, 1});
-    r.aovs = {{{}, filled(3, {value, 0, 0})},
-              {{}, filled(3, {value, 0, 0})},
-              {{}, filled(1, {static_cast<float>(samples)})},
-              {{}, filled(3, {value, 0, 0}), ExrType::uint32},
-              {{}, filled(12, {cryptomatte_id(name), 1})}};
-    r.attributes = cryptomatte_attributes("CryptoObject", std::vector<std::string>{name});
-    r.stats.samples = samples;
-    r.stats.passes = {{"aov", 1, 2.0}};
-    r.stats.bad_values = {{"shadow", 1, 0, 0}};
-    return r;
-}
-
-TEST(ShutterMean, WeightsPicturesByTheirSamples) {
-    ShutterMean mean(kAovs, 4);
-    mean.add(picture(8, 1, "a"));
-    mean.add(picture(4, 3, "b"));
-    ASSERT_TRUE(mean.wants_still());
-    const RenderResult r = mean.take(picture(7, 1, "c"));
-    EXPECT_EQ(r.beauty.pixels, (std::vector<float>{5, 5, 5, 1}));
-    EXPECT_EQ(r.aovs[0].image.pixels[0], 5) << "albedo";
-    EXPECT_EQ(r.aovs[1].image.pixels[0], 8 / 16.0f + 4 * 9 / 16.0f) << "variance";
-    EXPECT_EQ(r.aovs[2].image.pixels[0], 4) << "samples";
-    EXPECT_EQ(r.aovs[3].image.pixels[0], 7) << "ids";
-    const std::vector<float>& ranks = r.aovs[4].image.pixels;
-    EXPECT_EQ(std::bit_cast<std::uint32_t>(ranks[0]), std::bit_cast<std::uint32_t>(cryptomatte_id("b")));
-    EXPECT_EQ(ranks[1], 0.75f);
-    EXPECT_EQ(std::bit_cast<std::uint32_t>(ranks[2]), std::bit_cast<std::uint32_t>(cryptomatte_id("a")));
-    EXPECT_EQ(ranks[3], 0.25f);
-    EXPECT_EQ(r.stats.samples, 4);
-    EXPECT_EQ(r.stats.passes.at(0).runs, 2u);
-    EXPECT_EQ(r.stats.bad_values.at(0).nans, 2u);
-    for (const auto& [key, text] : r.attributes)
-        if (key.ends_with("/manifest")) {
-            EXPECT_EQ(nlohmann::json::parse(text).size(), 2u) << text;
+    constexpr int kPictures = 4000, kSamples = 3;
+    for (const int times : {0, 2})
+        for (const SamplePoints points : {SamplePoints::sobol, SamplePoints::independent}) {
+            double sums[kSamples] = {}, squares = 0;
+            for (std::uint32_t i = 0; i < kPictures; ++i) {
+                const auto all = times_of(kSamples, times, i % 2, i / 2, points);
+                for (int k = 0; k < kSamples; ++k) sums[k] += all[std::size_t(k)];
+                squares += (all[0] - 0.5) * (all[0] - 0.5);
+            }
+            for (const double sum : sums) EXPECT_NEAR(sum / kPictures, 0.5, 4 / std::sqrt(12.0 * kPictures)) << times;
+            EXPECT_NEAR(squares / kPictures, 1 / 12.0, 4 / std::sqrt(180.0 * kPictures)) << times;
         }
 }
 
-TEST(ShutterMean, NeedsAStillPictureOnlyForDataLayers) {
-    EXPECT_FALSE(ShutterMean({"albedo", "variance", "cryptomaterial"}, 4).wants_still());
-    EXPECT_TRUE(ShutterMean({"depth"}, 4).wants_still());
+TEST(ShutterTimes, OrderSamplesThatShareThem) {
+    const ShutterPoses own{.times = 0, .pose = {}}, shared{.times = 4, .pose = {}};
+    FrameSettings settings;
+    const auto view = [&](int number) {
+        return sample_view(settings, Band{}, static_cast<std::uint32_t>(number), SamplePoints::sobol);
+    };
+    EXPECT_TRUE(order_of_samples(settings, 0, 16, view).empty());
+    settings.shutter = &own;
+    EXPECT_TRUE(order_of_samples(settings, 0, 16, view).empty());
+    settings.shutter = &shared;
+    std::vector<int> order = order_of_samples(settings, 16, 32, view);
+    int changes = 0;
+    for (std::size_t i = 1; i < order.size(); ++i) changes += view(order[i]).at != view(order[i - 1]).at;
+    EXPECT_EQ(changes, 3) << "each pose is taken once";
+    std::ranges::sort(order);
+    for (int i = 0; i < 16; ++i) EXPECT_EQ(order[std::size_t(i)], 16 + i);
+}
+
+// Blocks take different numbers of samples. A run has samples of one time.
+TEST(ShutterTimes, ListedSamplesOfARunShareOne) {
+    const ShutterPoses poses{.times = 4, .pose = {}};
+    FrameSettings settings;
+    settings.shutter = &poses;
+    const auto view = [&](std::uint32_t number) { return sample_view(settings, Band{}, number, SamplePoints::sobol); };
+    const std::vector<std::uint32_t> from{2, 0, 5, 3}, to{9, 0, 40, 4};
+    ListedSamples listed(from, to, view);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> taken;
+    double last = -1;
+    while (!listed.done()) {
+        const double at = listed.at();
+        EXPECT_GE(at, last);
+        last = at;
+        for (const shared::SampledBlock& entry : listed.next_run()) {
+            if (entry.block == shared::kNoBlock) continue;
+            const std::uint32_t number = entry.sample_and_half & ~shared::kInFirstHalf;
+            EXPECT_EQ(view(number).at, at);
+            ++taken[{entry.block, number}];
+        }
+    }
+    EXPECT_EQ(listed.taken(), to);
+    EXPECT_EQ(taken.size(), 7u + 35 + 1);
+    for (const auto& [entry, times] : taken) {
+        EXPECT_EQ(times, 1);
+        EXPECT_TRUE(entry.second >= from[entry.first] && entry.second < to[entry.first]);
+    }
 }
 
 }  // namespace
