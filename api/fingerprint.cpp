@@ -145,6 +145,7 @@ void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSetti
     for (const auto& file : files) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
     print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
+    if (scene.choice().frame_offset > 0) print.values("frame {} at 0 s", scene.choice().frame_offset);
     if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
     if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
@@ -172,7 +173,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
-    print.values("shutter {}, {} times", shutter.open, shutter_times(shutter, scene, settings, settings.samples));
+    print.text(shutter_text(shutter, scene, settings)).values("{}", shutter.ramp);
     return print.hex();
 }
 

@@ -75,8 +75,22 @@ void request_light_groups(RenderSettings& settings, const Scene& scene) {
 std::string shutter_text(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings) {
     if (shutter.open == 0) return "";
     const int times = shutter_times(shutter, scene, settings, settings.samples);
-    return fmt::format("open for {:g} of a frame, {}", shutter.open,
-                       times > 0 ? fmt::format("{} times", times) : "a time for each sample");
+    std::string text = fmt::format("open for {:g} of a frame, {}", shutter.open,
+                                   times > 0 ? fmt::format("{} times", times) : "a time for each sample");
+    if (shutter.position != ShutterPosition::centre)
+        text += fmt::format(", the frame's time at its {}", name(shutter.position));
+    if (shutter.ramp > 0) text += fmt::format(", opening and closing for {:g} of that", shutter.ramp);
+    return text;
+}
+
+const char* name(ShutterPosition position) {
+    return position == ShutterPosition::start ? "start" : position == ShutterPosition::centre ? "centre" : "end";
+}
+
+ShutterPosition parse_shutter_position(const std::string& subject, const std::string& text) {
+    for (const ShutterPosition position : kShutterPositions)
+        if (text == name(position)) return position;
+    throw Error(subject, "expects start, centre or end, not '{}'", text);
 }
 
 namespace {
@@ -207,7 +221,7 @@ struct FrameRenderer::State {
         if (lens.focus.kind == Focus::Kind::open && camera.lens.blurs()) lens = with_lens(camera, lens).lens;
     }
     /// Returns the camera at a frame, whole or not.
-    Camera camera_at(double frame) const { return equipped(scene.camera(scene.frame_rate().seconds(frame)), settings); }
+    Camera camera_at(double frame) const { return equipped(scene.camera(scene.time_of(frame)), settings); }
     /// Renders a frame and those near it that are not held yet, and denoises it with them.
     RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
         const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
@@ -241,15 +255,17 @@ struct FrameRenderer::State {
         const auto render = [&](const FrameSettings& held_out, const ProgressCallback& of_all) {
             FrameSettings whole = held_out;
             whole.parts = 1;
-            return pictures.picture(scene.frame_rate().seconds(frame), whole, of_all);
+            return pictures.picture(scene.time_of(frame), whole, of_all);
         };
         estimate_denoised_error(settings, result, render, progress);
     }
     /// Throws Error where samples, filter and shutter do not fit together.
     void check(const FrameSettings& s) const {
         if (settings.denoise && s.samples < 2) throw Error("samples", "denoising takes at least two samples");
-        if (!(shutter.open >= 0 && shutter.open <= 1))
-            throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
+        if (!(shutter.open >= 0 && shutter.open <= kMostShutter))
+            throw Error("shutter", "expects a number from 0 to {:g}, not {:g}", kMostShutter, shutter.open);
+        if (!(shutter.ramp >= 0 && shutter.ramp <= 1))
+            throw Error("shutter ramp", "expects a number from 0 to 1, not {:g}", shutter.ramp);
         if (shutter.open == 0) return;
         if (shutter.times && (*shutter.times < 1 || *shutter.times > s.samples))
             throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", s.samples,

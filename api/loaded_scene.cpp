@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "api/animation_choice.h"
@@ -634,6 +635,21 @@ ChosenCamera LoadedScene::camera(double seconds) {
         chosen.camera = turned(chosen.camera, chosen.pivot, 2 * kPi * frame / frames);
     }
     return chosen;
+}
+
+std::optional<double> LoadedScene::animation_end() {
+    return playing_.empty() ? std::nullopt : std::optional(file_->end());
+}
+
+double LoadedScene::in_shot(double shot, double seconds) {
+    if (!camera_.index || playing_.empty()) return seconds;
+    // Keys are compared as floats (keyframes.h).
+    const float own = static_cast<float>(shot);
+    for (const float cut : file_->camera_cuts(*camera_.index)) {
+        if (own < cut) return std::min(seconds, double{std::nextafter(cut, own)});
+        seconds = std::max(seconds, double{cut});
+    }
+    return seconds;
 }
 
 PoseWarnings::PoseWarnings(const LoadedScene& scene)

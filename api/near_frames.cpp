@@ -22,7 +22,7 @@ std::vector<std::uint32_t> frames_near(std::uint32_t frame, std::int64_t reach) 
 /// Returns the scene at a frame; none where it cannot be posed. Such a frame fails alone and is no neighbour.
 std::optional<Scene> pose_of(LoadedScene& scene, std::uint32_t frame) {
     try {
-        return scene.posed(scene.frame_rate().seconds(frame));
+        return scene.posed(scene.time_of(frame));
     } catch (const BudgetError&) {
         throw;
     } catch (const Error&) {

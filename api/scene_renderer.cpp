@@ -1,6 +1,7 @@
 #include "api/scene_renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "engine/core/interruption.h"
@@ -218,6 +219,20 @@ void SceneRenderer::pose(double seconds, const FrameSettings& frame) {
 
 namespace {
 
+/// Returns the begin of the opening, in opening times from the time of the frame.
+double begin_of(ShutterPosition position) {
+    return position == ShutterPosition::start ? 0 : position == ShutterPosition::centre ? -0.5 : -1;
+}
+
+/// Returns the share of the opening time at which `at` of the light has come in: the inverse of the integral of a
+/// trapezoid, whose sides are `ramp` / 2 wide each.
+double opened(const Shutter& shutter, double at) {
+    if (at > 0.5) return 1 - opened(shutter, 1 - at);
+    const double side = shutter.ramp / 2;  // width of the rising side
+    const double light = at * (1 - side);  // area of the trapezoid up to the result
+    return light < side / 2 ? std::sqrt(2 * side * light) : light + side / 2;
+}
+
 /// Ends a picture whose poses cannot share a renderer.
 struct OtherKernels {};
 
@@ -235,24 +250,27 @@ void SceneRenderer::pose_within(double seconds) {
     scene_.check_surfaces();
     load_seconds_ += clock.lap();
     at_reference_ = false;
+    posed_ = false;
     prepared_->update(scene_.scene());
     uploaded_ = scene_.revision();
+    if (prepared_->same_kernels()) renderer_->follow_scene();
+    posed_ = true;
     if (!prepared_->same_kernels()) throw OtherKernels();
-    renderer_->follow_scene();
     posing_seconds_ += clock.lap();
     add(posed_hierarchies_, prepared_->hierarchies());
 }
 
 /// Renders a picture whose samples have times while the shutter is open.
 RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCallback& progress) {
+    const double own_time = scene_.time_of(frame.frame);
     const auto seconds = [&](double at) {
-        return scene_.frame_rate().seconds(frame.frame + shutter_.open * (at - 0.5));
+        return scene_.time_of(frame.frame + shutter_.open * (opened(shutter_, at) + begin_of(shutter_.position)));
     };
     const ShutterPoses poses{.times = shutter_times(shutter_, scene_, settings_, frame.samples),
                              .pose = [&](std::optional<double> at) {
-                                 const double when = at ? seconds(*at) : scene_.frame_rate().seconds(frame.frame);
+                                 const double when = at ? seconds(*at) : own_time;
                                  pose_within(when);
-                                 return equipped(scene_.camera(when), settings_);
+                                 return equipped(scene_.camera(scene_.in_shot(own_time, when)), settings_);
                              }};
     FrameSettings own = frame;
     own.shutter = &poses;
@@ -276,7 +294,7 @@ RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCa
             shares_ = true;
             renderer_.reset();
             server_.reset();
-            scene_.pose(scene_.frame_rate().seconds(frame.frame));
+            scene_.pose(own_time);
             prepared_->update(scene_.scene());
             uploaded_ = scene_.revision();
             make_renderer(frame);
@@ -287,14 +305,15 @@ RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCa
 RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
     if (std::exchange(shares_, false) && prepared_) prepared_->share(std::nullopt), uploaded_ = 0;
     pose(seconds, frame);
+    posed_ = true;
     if (cache_) cache_->clear();  // makes frames independent of earlier ones
     const std::uint64_t before = interruptions();
     RenderResult result;
     try {
         result = shutter_.open > 0 ? blurred(frame, progress) : renderer_->render(frame, progress);
     } catch (...) {
-        history_.forget();                      // the picture may be in it
-        if (interruptions() == before) drop();  // the state is undefined
+        history_.forget();                                 // the picture may be in it
+        if (interruptions() == before || !posed_) drop();  // the state is undefined
         throw;
     }
     result.stats.prepare_seconds += std::exchange(reference_seconds_, 0);
@@ -303,12 +322,12 @@ RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, 
 
 RenderResult SceneRenderer::still(std::uint32_t frame, const FrameSettings& frame_settings,
                                   const ProgressCallback& progress) {
-    const double seconds = scene_.frame_rate().seconds(frame);
+    const double seconds = scene_.time_of(frame);
     const bool motion =
         settings_.preview.temporal || std::ranges::find(settings_.aovs, "motion") != settings_.aovs.end();
     if (!scene_.surfaces_move() || !motion) return picture(seconds, frame_settings, progress);
     Stopwatch clock;
-    Scene before = scene_.posed(scene_.frame_rate().seconds(static_cast<double>(frame) - 1));
+    Scene before = scene_.posed(scene_.time_of(static_cast<double>(frame) - 1));
     load_seconds_ += clock.lap();
     pose(seconds, frame_settings);
     const PreviousSurfaces surfaces(scene_.scene(), std::move(before));

@@ -110,6 +110,7 @@ class SceneRenderer {
     bool at_reference_ = false;     // `prepared_` holds the reference pose
     double posing_seconds_ = 0;     // time of the poses of a picture with motion blur
     rays::HierarchyCounts posed_hierarchies_;
+    bool posed_ = true;    // false: a pose within a picture has failed
     bool shares_ = false;  // PreparedScene::share() was called for the last picture
 };
 

@@ -224,7 +224,7 @@ class FrameMaker {
             times.write = clock.lap();
             times.total = clock.seconds();
             if (!options_.stats) return;
-            nlohmann::ordered_json line{{"frame", frame}, {"time", info.frame_rate->seconds(frame)}};
+            nlohmann::ordered_json line{{"frame", frame}, {"time", scene_.time_of(frame)}};
             line.update(run_statistics(renderer_, result.stats, times, outputs));
             append_line(*options_.stats, line_of(line));
         };
@@ -443,6 +443,10 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     } catch (const StoppedBefore& stopped) {
         return {.frames = frames.size(), .kept = stopped.kept, .stopped_in = stopped.frame};
     }
+    if (const std::optional<double> end = scene.animation_end(); end && !frames.empty())
+        if (const std::uint32_t last = *std::ranges::max_element(frames); scene.time_of(last - 1.0) > *end)
+            log.warn("frames up to {} are beyond the end of the animation, {:g} s: they show its last pose", last,
+                     *end);
     settings.pictures = static_cast<int>(todo.size()) * (1 + 2 * neighbour_frames(settings));
     if (o.stats) append_line(*o.stats, "");
 

@@ -24,13 +24,16 @@ void Renderer::State::save(Checkpoint& to, const Band& where, const CompiledBand
             buffers.size() + layers.size(), array);
 }
 
-std::optional<SavedBand> Renderer::State::restore(const Checkpoint& from, const Band& where, CompiledBand& with) {
+std::optional<SavedBand> Renderer::State::restore(const FrameSettings& frame, const Band& where, CompiledBand& with) {
+    const Checkpoint& from = *frame.checkpoint;
+    bool fits = true;
     executor.place(with.sample.compiled);
     const auto buffers = all_of(sums_of(with.sample, 0));
     const auto take = [&](std::size_t i, const Checkpoint::Bytes& bytes) {
         if (i < buffers.size()) {
-            if (bytes.size() != (buffers[i] ? buffers[i]->bytes() : 0))
-                throw Error(from.folder().string(), "sums of {} bytes do not fit the picture", bytes.size());
+            fits = fits && bytes.size() == (buffers[i] ? buffers[i]->bytes() : 0);
+            if (!fits && frame.shutter) return;
+            if (!fits) throw Error(from.folder().string(), "sums of {} bytes do not fit the picture", bytes.size());
             if (buffers[i]) buffers[i]->write(0, bytes.size(), bytes.data());
         } else {
             std::vector<IdCoverage::Count> counts(bytes.size() / sizeof(IdCoverage::Count));
@@ -41,6 +44,10 @@ std::optional<SavedBand> Renderer::State::restore(const Checkpoint& from, const 
     std::optional<SavedBand> saved =
         from.load(where.y, where.rows, buffers.size() + with.mattes->layers().size(), take);
     if (!saved) return saved;
+    if (!fits) {
+        with.mattes->clear();
+        return std::nullopt;
+    }
     if (saved->bad_values.size() != kBadValueCounts)
         throw Error(from.folder().string(), "has {} counts of bad values, not {}", saved->bad_values.size(),
                     kBadValueCounts);

@@ -170,7 +170,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
                 frame.time_limit > 0 ? std::max((frame.time_limit - spent) / (s.bands - b), 1e-9) : 0.0;
             int& of_band = done[std::size_t(b)];
             std::optional<SavedBand> saved;
-            if (frame.checkpoint) saved = s.restore(*frame.checkpoint, where, with);
+            if (frame.checkpoint) saved = s.restore(frame, where, with);
             if (saved) of_band = saved->samples;
             const auto after_sample = [&](int samples, int total) {
                 of_band = samples;

@@ -7,9 +7,9 @@
 namespace halflight {
 
 shared::Frame Renderer::State::constants_of(const FrameSettings& frame, const SampleView& at) const {
-    FrameSettings posed = frame;
-    if (frame.shutter && posed_at) posed.camera = posed_camera;
-    shared::Frame constants = frame_constants(posed, scene.tables(), at);
+    std::optional<FrameSettings> posed;
+    if (frame.shutter && posed_at) posed.emplace(frame).camera = posed_camera;
+    shared::Frame constants = frame_constants(posed ? *posed : frame, scene.tables(), at);
     constants.transparent = settings.transparent ? 1 : 0;
     return constants;
 }

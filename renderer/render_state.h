@@ -169,8 +169,9 @@ struct Renderer::State {
 
     /// Saves the sums of a band's first `done` samples.
     void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete);
-    /// Restores the sums of a band that an earlier run has saved; none where there is none.
-    std::optional<SavedBand> restore(const Checkpoint& from, const Band& where, CompiledBand& with);
+    /// Restores the sums of a band from FrameSettings::checkpoint; none where an earlier run has saved none. With
+    /// motion blur, sums of other parts than these begin anew: the earlier run had met poses that need them.
+    std::optional<SavedBand> restore(const FrameSettings& frame, const Band& where, CompiledBand& with);
 
     // The following functions are defined in sample_parts.cpp.
 

@@ -1,6 +1,7 @@
 // Pictures of a loaded scene: single ones, and frames of a sequence with or without motion blur.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -25,13 +26,24 @@ class BatchServer;
 class TraceScene;
 }  // namespace rays
 
-/// Motion blur: the shutter is open for a part of each frame, centred at the frame's time, and each sample has a time
-/// in it. It cannot be combined with the preview modes cache and temporal, which have the light and the surfaces of one
-/// time.
+/// What a frame's time is of the shutter's opening time.
+enum class ShutterPosition : std::uint8_t { start, centre, end };
+inline constexpr std::array kShutterPositions = {ShutterPosition::start, ShutterPosition::centre, ShutterPosition::end};
+const char* name(ShutterPosition position);
+/// Throws Error about `subject` for other names.
+ShutterPosition parse_shutter_position(const std::string& subject, const std::string& text);
+
+/// Motion blur: the shutter is open around the time of each frame, and each sample has a time in it. A camera that
+/// jumps (LoadedScene::in_shot()) shows the shot of the frame's own time alone. Motion blur cannot be combined with the
+/// preview modes cache and temporal, which have the light and the surfaces of one time.
 struct Shutter {
-    double open = 0;             // share of a frame's duration, [0,1]; 0: no motion blur
+    double open = 0;             // opening time in frames, [0, kMostShutter]; 0: no motion blur
     std::optional<int> times{};  // number of poses in the opening time, >= 1; none: chosen by shutter_times()
+    ShutterPosition position = ShutterPosition::centre;
+    // Share of the opening time in which the shutter opens and closes, at equal speed, [0,1]; 0: it is open or closed.
+    double ramp = 0;
 };
+inline constexpr double kMostShutter = 100;
 
 /// Returns the number of shutter times that samples share (ShutterPoses::times); 0: each sample has its own. A choice
 /// that is left open is a function of scene and settings: samples share times if more triangles deform than the picture

@@ -52,7 +52,8 @@ struct SceneChoice {
     // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
-    std::optional<FrameRate> frame_rate{};  // frame rate; frame 0 is at 0 s; none: that of the scene's extras, else 24
+    std::optional<FrameRate> frame_rate{};  // frame rate; none: that of the scene's extras, else 24
+    std::uint32_t frame_offset = 0;         // number of the frame at 0 s
     std::size_t picture_bytes = 0;          // memory to leave free for pictures (renderer/memory.h), bytes
 };
 
@@ -122,6 +123,7 @@ class SceneFile {
     /// Error for an invalid pose, and then leaves the scene unchanged.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
+    std::vector<float> camera_cuts(std::size_t camera) { return file_.camera_cuts(camera, playing_); }
     /// Returns the nodes at a time, for edits.
     SceneTree tree_at(double seconds) { return file_.tree_at(seconds, playing_); }
     /// Returns whether meshes, instances, lights or materials depend on time.
@@ -197,8 +199,15 @@ class LoadedScene {
 
     /// Returns the chosen camera at a time.
     ChosenCamera camera(double seconds);
+    /// Returns the time nearest to `seconds` at which the camera shows the same shot as at `shot`, seconds: a cut,
+    /// where a key of the camera's nodes changes it at once, ends a shot.
+    double in_shot(double shot, double seconds);
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< Returns the camera at 0 s.
     const FrameRate& frame_rate() const { return frame_rate_; }
+    /// Returns the time of a frame, whole or not, seconds; negative before SceneChoice::frame_offset.
+    double time_of(double frame) const { return frame_rate_.seconds(frame - choice_.frame_offset); }
+    /// Returns the end of the last animation that plays, seconds; none where nothing plays.
+    std::optional<double> animation_end();
     const std::vector<std::size_t>& playing() const { return playing_; }  ///< Returns indices of animations.
     const std::vector<VersionedFile>& files() const { return files_; }  ///< Returns the files, glTF first, pages last.
     /// Returns the environment map of the choice; without one, a file without a path.

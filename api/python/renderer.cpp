@@ -174,10 +174,13 @@ OutputOptions output_of(const std::string& working_space, bool reproducible, boo
 
 RendererOptions options_of(const std::string& device, bool shader_cache,
                            const std::optional<std::filesystem::path>& ocio, double shutter,
-                           std::optional<int> shutter_times) {
+                           std::optional<int> shutter_times, const std::string& shutter_position, double shutter_ramp) {
     return {.context = shared_context(device, shader_cache),
             .colors = ColorConfig::load(ocio),
-            .shutter = {.open = shutter, .times = shutter_times}};
+            .shutter = {.open = shutter,
+                        .times = shutter_times,
+                        .position = parse_shutter_position("shutter position", shutter_position),
+                        .ramp = shutter_ramp}};
 }
 
 std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const SettingTexts& texts,

@@ -44,8 +44,8 @@ EnvironmentChoice environment_of(const Environment3& e) {
 
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
-                              const std::optional<std::string>& fps, bool allow_outside, bool strict,
-                              const std::optional<std::string>& variant, bool mip_levels,
+                              const std::optional<std::string>& fps, std::uint32_t frame_offset, bool allow_outside,
+                              bool strict, const std::optional<std::string>& variant, bool mip_levels,
                               std::optional<double> line_width, bool lamps,
                               const std::optional<std::filesystem::path>& settings, py::object log) {
     SceneChoice choice;
@@ -63,6 +63,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     if (sky) choice.environment = parse_clear_sky("sky", *sky);
     if (animation) choice.animation = animation;
     if (fps) choice.frame_rate = parse_frame_rate("fps", *fps);
+    choice.frame_offset = frame_offset;
     choice.allow_outside = allow_outside;
     choice.strict_scene = strict;
     if (variant) choice.variant = *variant;

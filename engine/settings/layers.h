@@ -1,5 +1,5 @@
-// The table of layers that a picture can have beside its colour (arbitrary output variables, AOVs). The film, the merge
-// of shutter times, files, option checks, the viewer and docs/settings.md follow it.
+// The table of layers that a picture can have beside its colour (arbitrary output variables, AOVs). The film, files,
+// option checks, the viewer and docs/settings.md follow it.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ enum class LayerStorage {
     matte,  // pairs of id and coverage (renderer/cryptomatte.h), float
 };
 
-/// Methods to merge layers of pictures that share the samples of a frame (renderer/shutter.h).
+/// Methods to merge layers of pictures that share the samples of a frame (tools/view/standing_picture.h).
 enum class LayerMerge {
     mean,      // mean weighted by samples
     variance,  // variance of the weighted mean

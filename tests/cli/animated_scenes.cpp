@@ -167,9 +167,10 @@ std::filesystem::path write_sliding_light(const std::filesystem::path& folder, d
         return b.push("nodes", {{"camera", index}, {"translation", {0, 0, 5}}});
     };
     camera("still");
-    const int panning = camera("panning");
+    const int panning = camera("panning"), cutting = camera("cutting");
     scene.animate("slide", slider, "translation", "LINEAR", {0, 2}, b.floats("VEC3", {-2, 0, 0, 2, 0, 0}));
     scene.animate("pan", panning, "translation", "LINEAR", {0, 2}, b.floats("VEC3", {2, 0, 5, -2, 0, 5}));
+    scene.animate("cut", cutting, "translation", "STEP", {0, 1}, b.floats("VEC3", {0, 0, 5, 10, 0, 5}));
     if (fps != 0) b.json["asset"]["extras"]["fps"] = fps;
     return scene.write(folder / "sliding.glb");
 }

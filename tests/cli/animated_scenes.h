@@ -30,7 +30,8 @@ std::filesystem::path write_blinking_scene(const std::filesystem::path& folder,
 
 /// Writes a scene with "slider", a square of side 1 and radiance 1 in the plane z = 0, seen by orthographic cameras of
 /// 4 x 4 units. Animation "slide" moves it by 2 units per second along +x, through the middle at 1 s. Animation "pan"
-/// moves the camera "panning" along -x at the same speed; the camera "still" is static. `fps` is written to the extras
+/// moves the camera "panning" along -x at the same speed; the camera "still" is static. Animation "cut" moves the camera
+/// "cutting" 10 units aside at 1 s, at once. `fps` is written to the extras
 /// of the asset unless it is 0.
 std::filesystem::path write_sliding_light(const std::filesystem::path& folder, double fps = 0);
 

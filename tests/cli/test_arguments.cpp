@@ -44,7 +44,7 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"", "frobnicate | --frobnicate"},
         {"info", "--needs | --names | --check"},
         {"info --device", "--env 1,1,1 | --png | --variant red | --needs"},
-        {"info a.glb", R"(a.glb | --width 0 | --up 0,1,0 | --time | --shutter 1 --error 1 | --sky 45,0 --env white |
+        {"info a.glb", R"(a.glb | --width 0 | --up 0,1,0 | --time | --shutter 101 | --sky 45,0 --env white |
                           --look-from 0,1,0 --look-at 0,1.0,0)"},
         {"view a.glb", "--look-from 0,1,0 --look-at 0,1.0,0 | --sky 45,0 --env white | --size 640 | --frame 1"},
         {"merge a.glb o.exr", "--sample-parts 1 | --sample-parts 2 --checkpoint 1"},
@@ -74,16 +74,16 @@ TEST(UsageErrors, NameTheFirstOption) {
             --progress xml | --threads 0 | --threads 1025 | --threads all | --threads 1.5 | --texture-pool much |
             --projection cylinder | --fisheye-fov 361 | --fisheye-fov 90 --projection panorama | --stereo both |
             --eye-distance 1 | --convergence 1 | --width 33 --stereo side-by-side | --height 33 --stereo over-under |
-            --aperture -1 --focus 2 | --crop 5,5,5,9 | --crop 5,5,9 | --crop 5,5,9,9 --adaptive |
+            --aperture -1 --focus 2 | --crop 5,5,5,9 | --crop 5,5,9 |
             --crop 5,5,9,9 --denoise --denoise-frames 1 | --aov-names mitsuba | --jpeg-quality 5 | --tiff-type 8 |
             --exr-compression dwa | --exr-compression pxr24 --aov depth | --exr-compression dwaa --aov depth |
             --exr-compression dwab --aov depth | --part 1/2 --time 5 | --part 1/2 --stats s.json |
-            --sample-parts 3 --samples 2 | --overwrite | --fps 24 | --shutter 0.5 | --shutter 1.5 |
+            --sample-parts 3 --samples 2 | --overwrite | --fps 24 | --shutter 0.5 | --shutter 101 |
             --checkpoint 1 --error 0.01 | --checkpoint 1 --adaptive --samples 16 |
             --checkpoint 1 --denoise-frames 1 --denoise | --movie m.mp4)"},
         {"render a.glb o.exr --animation all",
-         R"(--shutter-times 4 | --shutter 0.5 --time 1 | --shutter 0.5 --error 1 |
-            --shutter-times 5 --shutter 0.5 --samples 4 | --shutter-times 4 --shutter 0.5 --samples 5 --aov variance)"},
+         R"(--shutter-times 4 | --shutter-ramp 1 | --shutter-ramp 2 --shutter 1 | --shutter-position left --shutter 1 |
+            --shutter-times 5 --shutter 0.5 --samples 4)"},
         {"render a.glb o.png", "--aov albedo | --jpeg-quality 5"},
         {"render a.glb o.jpg", "--jpeg-quality 0"},
         {"render a.glb o.tif", "--tiff-type 12 | --working-space acescg | --exposure 1 --tiff-type float"},
@@ -94,8 +94,9 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"render a.glb --frame 3", "f.%04d.exr"},
         {"render a.glb --frames 1-2", R"(f.exr | f.png g.#.exr | f.#.%d.exr | --aov depth --movie m.mp4 |
                                          --movie m.mp4 --part 1/2 | --movie m.mp4 --check)"},
+        {"render a.glb --frames 1-2 --movie m.mp4", "--checkpoint 1"},
         {"render a.glb f.#.exr --frames 1-2",
-         "--part 4/3 | --check --overwrite | --preview temporal --part 1/2 | --preview filter --shutter 0.5"},
+         "--part 4/3 | --check --overwrite | --preview temporal --part 1/2 | --preview cache --shutter 0.5"},
     };
     for (const auto& [command, options] : tables) {
         std::istringstream cases(options);

@@ -1,4 +1,6 @@
-// Tests checkpoints of single pictures: halflight render --checkpoint.
+// Tests checkpoints of single pictures and of frames: halflight render --checkpoint.
+#include <fmt/format.h>
+
 #include <chrono>
 #include <csignal>
 #include <optional>
@@ -49,6 +51,31 @@ TEST_F(CheckpointOption, InterruptedPicturesGoOnToTheSameBits) {
     expect_has(done(arguments(file("a.exr"))).err, "goes on after");
     EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
     EXPECT_FALSE(std::filesystem::exists(checkpoint));
+}
+
+// Frame 0 is a neighbour that the denoiser renders.
+TEST_F(CheckpointOption, InterruptedFramesGoOnToTheSameBits) {
+    const auto frames = [&](const std::string& output) {
+        return words("render", scene, output, "--width 48 --height 48 --samples 40 --denoise --denoise-frames 1",
+                     "--turntable 8 --frames 1-2 --shutter 0.5 --checkpoint 0.02");
+    };
+    done(frames(file("whole.#.exr")));
+    for (const char* name : {"f.1.exr", "f.0.exr", "f.1.exr", "f.2.exr"}) {
+        const std::filesystem::path folder = file(std::string(name) + ".checkpoint");
+        bool sent = false;
+        RunOptions options;
+        options.watch = [&](pid_t child, const std::string&) {
+            if (!sent && std::filesystem::exists(folder / "rows-00000.sums")) sent = kill(child, SIGTERM) == 0;
+        };
+        options.terminal = true;
+        EXPECT_EQ(run_program(frames(file("f.#.exr")), options).status, 128 + SIGTERM) << name;
+        EXPECT_TRUE(std::filesystem::exists(folder)) << name;
+    }
+    done(frames(file("f.#.exr")));
+    for (const char* number : {"1", "2"})
+        EXPECT_TRUE(same_pixels(file(fmt::format("whole.{}.exr", number)), file(fmt::format("f.{}.exr", number))));
+    for (const auto& entry : std::filesystem::directory_iterator(file(".")))
+        EXPECT_NE(entry.path().extension(), ".checkpoint") << entry.path();
 }
 
 TEST_F(CheckpointOption, TwoSignalsAtOnceAreOneRequest) {

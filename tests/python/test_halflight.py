@@ -434,10 +434,9 @@ class Errors(InFolder):
                                (dict(shutter=0, estimator="best"), "estimator"),
                                (dict(shutter=0.5, shutter_times=0), "shutter times"),
                                (dict(shutter=0.5, shutter_times=3), "shutter times"),
-                               (dict(shutter=0.5, samples=4, shutter_times=4, layers=["variance"]), "variance"),
-                               (dict(shutter=0.5, time=1), "shutter: .* a time limit"),
-                               (dict(shutter=0.5, error=0.1), "shutter: .* an error target"),
-                               (dict(shutter=0.5, adaptive=True), "shutter: .* adaptive"),
+                               (dict(shutter=101), "shutter: "), (dict(shutter=1, shutter_ramp=2), "shutter ramp: "),
+                               (dict(shutter=1, shutter_position="left"), "shutter position: .* 'left'"),
+                               (dict(shutter=0.5, preview="cache"), "shutter: .* cache"),
                                (dict(samples=1, denoise=True), "two samples"),
                                (dict(aov="depth"), "did you mean 'layers'"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:

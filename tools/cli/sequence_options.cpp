@@ -10,7 +10,8 @@ namespace halflight {
 namespace {
 
 void check_shutter(const CLI::App& app, const RenderArguments& a) {
-    if (app.count("--shutter-times") > 0 && a.shutter.open == 0) throw UsageError("--shutter-times", "needs --shutter");
+    for (const char* option : {"--shutter-times", "--shutter-position", "--shutter-ramp"})
+        if (app.count(option) > 0 && a.shutter.open == 0) throw UsageError(option, "needs --shutter");
     if (a.shutter.open == 0) return;
     if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
     if (const int samples = a.settings.samples; a.shutter.times.value_or(1) > samples)
@@ -47,9 +48,8 @@ void add_animation_options(Options& options, std::optional<std::string>& animati
 void add_shutter_option(Options& options, RenderArguments& a) {
     options.value(
         "--shutter", "S",
-        "motion blur: opening time of the shutter in frames, 0 to 1, centred on the time of the frame (default "
-        "0)",
-        [&](const auto& name, const auto& text) { a.shutter.open = real(name, text, 0, 1); });
+        "motion blur: opening time of the shutter in frames, 0 to 100, centred on the time of the frame (default 0)",
+        [&](const auto& name, const auto& text) { a.shutter.open = real(name, text, 0, kMostShutter); });
 }
 
 void add_sequence_options(Options& options, RenderArguments& a) {
@@ -59,12 +59,22 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   "shot.%04d.exr. Complete frames of the same settings are skipped",
                   [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
     add_animation_options(options, a.animation, a.frame_rate, "all with --frames, else none, the scene at rest");
+    options.value("--frame-offset", "N", "number of the frame at 0 s (default 0)",
+                  [&](const auto& name, const auto& text) {
+                      a.frame_offset = static_cast<std::uint32_t>(whole(name, text, 0, 1000000000));
+                  });
     add_shutter_option(options, a);
     options.value(
         "--shutter-times", "N",
         "number of times in the opening time that samples share (default: each sample has its own; fewer if more "
         "triangles deform than the picture has pixels)",
         [&](const auto& name, const auto& text) { a.shutter.times = whole(name, text, 1, kMaxSamples); });
+    options.value(
+        "--shutter-position", "start|centre|end", "what the time of the frame is of the opening time (default centre)",
+        [&](const auto& name, const auto& text) { a.shutter.position = parsed(parse_shutter_position, name, text); });
+    options.value("--shutter-ramp", "R",
+                  "share of the opening time in which the shutter opens and closes, 0 to 1 (default 0: at once)",
+                  [&](const auto& name, const auto& text) { a.shutter.ramp = real(name, text, 0, 1); });
     options.path("--movie", "FILE.mp4|.mov",
                  "writes the frames as a movie through the view transform, H.264 or ProRes; needs ffmpeg in PATH",
                  a.movie);

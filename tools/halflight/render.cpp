@@ -118,7 +118,7 @@ void render_picture(const RenderArguments& a) {
     LoadedScene scene = reading.get();
     check_render_files(a, scene.files());
     PoseWarnings warnings(scene);
-    const ChosenCamera chosen = scene.camera(scene.frame_rate().seconds(a.settings.frame));
+    const ChosenCamera chosen = scene.camera(scene.time_of(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
                            {.context = context,
                             .colors = config,

@@ -332,7 +332,7 @@ void finish_render_options(const CLI::App& app, RenderArguments& a) {
     take_scene_among_outputs(a);
     if (a.turntable > 0 && a.frames.empty()) {
         a.frames.resize(static_cast<std::size_t>(a.turntable));
-        std::iota(a.frames.begin(), a.frames.end(), 0u);
+        std::iota(a.frames.begin(), a.frames.end(), a.frame_offset);
     }
     check_render_files(a);  // precedes reading: the settings file may be one of the files
     take_size_options(app, a);

@@ -104,7 +104,7 @@ def limit_memory(size):
 
 
 def load(path, environment=None, animation=None, fps=None, allow_outside=False, strict=False, variant=None, sky=None,
-         mip_levels=False, line_width=None, lamps=True, settings=None):
+         mip_levels=False, line_width=None, lamps=True, settings=None, frame_offset=0):
     """Loads a glTF scene and returns it as a Scene.
 
       environment    None, a constant radiance (r, g, b), the path of an equirectangular .exr or .hdr, or a value of
@@ -112,6 +112,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
       sky            "ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]]" of a clear sky, in place of an environment
       animation      name or number of the animation that plays, "all", or None: the scene at rest
       fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
+      frame_offset   number of the frame at 0 s
       allow_outside  lets the scene name files outside its folder
       strict         refuses a scene that breaks the rules of glTF, or whose images cannot be read
       variant        name of a material variant of the file, or None: its own materials
@@ -127,7 +128,7 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False, 
         environment = tuple(map(float, environment))
     return Scene(_call(_native.load, path=path, environment=environment, sky=sky,
                        animation=None if animation is None else str(animation),
-                       fps=None if fps is None else str(fps), allow_outside=allow_outside, strict=strict,
+                       fps=None if fps is None else str(fps), frame_offset=frame_offset, allow_outside=allow_outside, strict=strict,
                        variant=variant, mip_levels=mip_levels, line_width=None if line_width is None else float(line_width),
                        lamps=bool(lamps), settings=settings, log=_log))
 
@@ -350,7 +351,8 @@ class Picture(_Mapping):
         return f"<halflight.Picture {self.width} x {self.height}: {', '.join(self)}>"
 
 
-def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=None):
+def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=None,
+             shutter_position="centre", shutter_ramp=0):
     return _call(_native.RendererOptions, **locals())
 
 
@@ -375,7 +377,7 @@ class Renderer:
       measure   times each pass, which makes rendering slower
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
-                shutter and shutter_times (motion blur), working_space, reproducible, strict, best_effort,
+                shutter, shutter_times, shutter_position and shutter_ramp (motion blur), working_space, reproducible, strict, best_effort,
                 exr_compression, exr_parts, exr_tiles, jpeg_quality and tiff_type of ``halflight render``
 
     Edits and camera changes of the scene hold from the next picture on."""

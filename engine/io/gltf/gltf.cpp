@@ -409,6 +409,29 @@ std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
     });
 }
 
+std::vector<float> GltfScene::camera_cuts(std::size_t camera, Playing playing) {
+    const auto& nodes = state_->document.model.nodes;
+    const GltfNodes resolved = resolve_nodes(state_->document);
+    std::vector<bool> above(nodes.size(), false);
+    std::size_t number = 0;
+    for (const int node : resolved.all)
+        if (nodes[static_cast<std::size_t>(node)].camera != kNone && number++ == camera)
+            for (int n = node; n != kNone; n = resolved.parents[static_cast<std::size_t>(n)])
+                above[static_cast<std::size_t>(n)] = true;
+    std::set<float> cuts;
+    for (const std::size_t index : playing) {
+        const Animation& animation = animations().at(index);
+        for (const AnimationChannel& channel : animation.channels) {
+            if (!of_node(channel.property) || !above[static_cast<std::size_t>(channel.target)]) continue;
+            const Keyframes& keys = animation.keyframes[channel.keyframes];
+            for (std::size_t i = 1; i < keys.times.size(); ++i)
+                if (keys.interpolation == Interpolation::step || keys.times[i] == keys.times[i - 1])
+                    cuts.insert(keys.times[i]);
+        }
+    }
+    return {cuts.begin(), cuts.end()};
+}
+
 SceneTree GltfScene::tree_at(double seconds, Playing playing) {
     return guarded(state_->path, [&] {
         state_->pose(seconds, playing);

@@ -109,6 +109,8 @@ class GltfScene {
     void pose(Scene& scene, double seconds, Playing playing);
     /// Returns only the cameras of at().
     std::vector<Camera> cameras_at(double seconds, Playing playing);
+    /// Returns the times at which a camera of at() jumps, rising: those of keys where a node above it changes at once.
+    std::vector<float> camera_cuts(std::size_t camera, Playing playing);
     /// Returns the nodes of at().
     SceneTree tree_at(double seconds, Playing playing);
     /// Returns whether anything but cameras changes over time: meshes, instances, lights or materials.

@@ -195,25 +195,21 @@ TEST_F(ApiTest, StoppedPicturesAreOfTheirFrame) {
         EXPECT_TRUE(same_bits(stopped.aovs[layer].image, whole.aovs[layer].image)) << stopped.aovs[layer].name;
     EXPECT_FALSE(same_bits(stopped.beauty, stopped.aovs[1].image)) << "it is not denoised";
 
-    // Without motion, the mean of some times is a picture of that many samples.
+    // Without motion, a picture of some times is a picture of that many samples.
     LoadedScene still = cornell();
     RenderSettings blurred = settings();
     blurred.samples = 6, blurred.want_view = true;
     RendererOptions shutter = options();
-    shutter.shutter = {.open = 0.5, .times = 3};
+    shutter.shutter = {.open = 0.5};
     const auto after = [](int samples) {
         return [samples](const RenderProgress& p) { return p.samples_done < samples; };
     };
     const RenderResult four = FrameRenderer(still, blurred, options()).render(0, after(4));
-    for (const int stop : {4, 5}) {
-        const RenderResult part = FrameRenderer(still, blurred, shutter).render(0, after(stop));
-        EXPECT_TRUE(part.stats.interrupted);
-        EXPECT_EQ(part.stats.samples, stop == 4 ? 2 : 4);
-        EXPECT_FALSE(part.view.pixels.empty());
-        if (stop == 4) continue;
-        for (std::size_t i = 0; i < four.beauty.pixels.size(); ++i)
-            ASSERT_NEAR(part.beauty.pixels[i], four.beauty.pixels[i], 1e-5f * four.beauty.pixels[i]) << i;
-    }
+    const RenderResult part = FrameRenderer(still, blurred, shutter).render(0, after(4));
+    EXPECT_TRUE(part.stats.interrupted);
+    EXPECT_EQ(part.stats.samples, 4);
+    EXPECT_FALSE(part.view.pixels.empty());
+    EXPECT_TRUE(same_bits(part.beauty, four.beauty));
 }
 
 TEST_F(ApiTest, FilesThatChangeAfterTheyWereLoadedHaveNoFingerprint) {
