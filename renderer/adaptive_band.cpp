@@ -3,6 +3,7 @@
 #include <bit>
 #include <utility>
 
+#include "engine/core/interruption.h"
 #include "passes/picture/adaptive.h"
 #include "renderer/listed_samples.h"
 #include "renderer/render_state.h"
@@ -122,7 +123,8 @@ void Renderer::State::scale_sums(CompiledBand& with, std::span<const std::uint32
 }
 
 int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
-                                            const std::vector<std::uint32_t>& plan, const AfterSample& after_sample) {
+                                            const std::vector<std::uint32_t>& plan, const AfterSample& after_sample,
+                                            const PlanState& state) {
     const auto sample_of = [&](std::uint32_t number) {
         return sample_view(frame, where, number, settings.estimator.sampler);
     };
@@ -130,16 +132,51 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
     const auto from = static_cast<std::uint32_t>(least);
     with.samples.clear();
     with.first_samples = least;
-    for (int done = 0; done < least; ++done) {
-        add_sample(frame, sample_of(static_cast<std::uint32_t>(done)), with, with.sample);
-        if (!after_sample(done + 1, frame.samples)) return with.first_samples = done + 1;
+    // Samples that all pixels have, runs of listed blocks after them, and whether the sums are scaled.
+    std::uint64_t first = 0, runs = 0;
+    bool complete = false;
+    if (state.numbers.size() == 3) first = state.numbers[0], runs = state.numbers[1], complete = state.numbers[2] > 0;
+    const auto save_band = [&](int done) {
+        if (!frame.checkpoint || done == 0) return;
+        const auto bytes = std::as_bytes(std::span(plan));
+        save(*frame.checkpoint, where, with, done, complete,
+             {{first, runs, complete ? 1u : 0u}, {{bytes.begin(), bytes.end()}}});
+    };
+    const auto guarded = [&](const auto& add) {
+        const std::uint64_t interrupted = interruptions();
+        try {
+            return add();
+        } catch (...) {
+            if (interruptions() != interrupted) save_band(static_cast<int>(first));
+            throw;
+        }
+    };
+    const auto due = [&](bool go_on) { return !go_on || (frame.checkpoint && frame.checkpoint->due()); };
+    while (first < from) {
+        guarded([&] { add_sample(frame, sample_of(static_cast<std::uint32_t>(first)), with, with.sample); });
+        const int done = static_cast<int>(++first);
+        const bool go_on = after_sample(done, frame.samples);
+        if (due(go_on)) save_band(done);
+        if (!go_on) return with.first_samples = done;
     }
 
     std::vector<std::uint32_t> counts;
     for (const std::size_t place : blocks_in_picture(where)) counts.push_back(place < plan.size() ? plan[place] : from);
+    const int wanted = frame.samples / 2 * 2;  // both halves stand for as many
+    if (complete) {
+        with.samples = counts;
+        return wanted;
+    }
     ListedSamples listed(std::vector<std::uint32_t>(counts.size(), from), counts, sample_of);
-    add_listed(frame, sample_of(from), with, listed, [&](double share) {
-        return after_sample(least + static_cast<int>(share * (frame.samples - least)), frame.samples);
+    for (std::uint64_t run = 0; run < runs && !listed.done(); ++run) listed.next_run();  // an earlier run has made it
+    guarded([&] {
+        return add_listed(frame, sample_of(from), with, listed, [&](double share) {
+            ++runs;
+            const int done = least + static_cast<int>(share * (frame.samples - least));
+            const bool go_on = after_sample(done, frame.samples);
+            if (due(go_on) && !listed.done()) save_band(done);
+            return go_on;
+        });
     });
 
     with.samples = listed.taken();
@@ -148,8 +185,9 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
         const std::uint32_t half = std::bit_floor(n) / 2;
         first_halves.push_back(half + std::min(n - 2 * half, half));
     }
-    const int wanted = frame.samples / 2 * 2;  // both halves stand for as many
+    complete = with.samples == counts;
     scale_sums(with, first_halves, wanted);
+    if (complete) save_band(wanted);
     return wanted;
 }
 

@@ -15,8 +15,8 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
 
 /// Divides a picture into bands of whole block rows and returns the first band. There are as few bands as the driver's
 /// limits on buffers and textures allow. All bands have the same size, since each costs as much as the largest.
-/// most_paths: an additional limit on the paths of a band. Throws Error for pictures wider than a texture, also with the
-/// margins of the denoiser.
+/// most_paths: an additional limit on the paths of a band. Throws Error for pictures wider than a texture, also with
+/// the margins of the denoiser.
 Band first_band(const RenderSettings& settings, const SceneBuffers& scene, std::size_t most_paths,
                 const gpu::Limits& limits);
 /// Returns the first band for explicit limits: paths of a band, and texels along an edge of a texture.

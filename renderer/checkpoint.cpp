@@ -25,7 +25,7 @@
 namespace halflight {
 namespace {
 
-constexpr std::string_view kMagic = "halflight checkpoint 1\n";
+constexpr std::string_view kMagic = "halflight checkpoint 2\n";
 constexpr std::string_view kSuffix = ".sums";
 constexpr std::uint64_t kMostHeader = 65536;  // bytes
 
@@ -45,7 +45,8 @@ std::string text_of(const Head& head) {
                                  {"first_half", b.first_half},
                                  {"complete", b.complete},
                                  {"seconds", b.seconds},
-                                 {"bad_values", b.bad_values}};
+                                 {"bad_values", b.bad_values},
+                                 {"plan", b.plan}};
     return fmt::format("{}{}\n", kMagic, json.dump());
 }
 
@@ -65,10 +66,11 @@ class Reader {
             b.y = whole(json.at("y"), 0), b.rows = whole(json.at("rows"), 1);
             b.samples = whole(json.at("samples"), 1), b.first_half = whole(json.at("first_half"), 0);
             json.at("complete").get_to(b.complete), json.at("seconds").get_to(b.seconds);
-            for (const auto& count : json.at("bad_values")) {
-                if (!count.is_number_unsigned()) fail();
-                b.bad_values.push_back(count);
-            }
+            for (const auto& [key, numbers] : {std::pair("bad_values", &b.bad_values), {"plan", &b.plan}})
+                for (const auto& count : json.at(key)) {
+                    if (!count.is_number_unsigned()) fail();
+                    numbers->push_back(count);
+                }
             if (b.first_half > b.samples || b.y > std::numeric_limits<int>::max() - b.rows) fail();
         } catch (const nlohmann::json::exception&) {
             fail();

@@ -153,11 +153,13 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
         s.develop(frame, done, film);
     } else {
         std::vector<std::uint32_t> plan;  // empty: a picture that ends in the pilot gets one sample
-        if (s.settings.adaptive)
+        if (s.settings.adaptive && frame.checkpoint) plan = s.saved_plan(frame);
+        if (s.settings.adaptive && plan.empty())
             plan = s.plan_samples(frame, [&] {
                 stats.interrupted = progress && !progress({0, frame.samples, watch.seconds(), {}});
                 return !stats.interrupted;
             });
+        if (s.settings.adaptive && plan.empty()) frame.checkpoint = nullptr;  // there is no plan to go on with
         std::int64_t samples_before = 0;
         for (int b = 0; b < s.bands && (b == 0 || !stats.interrupted); ++b) {
             CompiledBand& with = s.compiled(b);
@@ -170,7 +172,8 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
                 frame.time_limit > 0 ? std::max((frame.time_limit - spent) / (s.bands - b), 1e-9) : 0.0;
             int& of_band = done[std::size_t(b)];
             std::optional<SavedBand> saved;
-            if (frame.checkpoint) saved = s.restore(frame, where, with);
+            PlanState state;
+            if (frame.checkpoint) saved = s.restore(frame, where, with, state);
             if (saved) of_band = saved->samples;
             const auto after_sample = [&](int samples, int total) {
                 of_band = samples;
@@ -181,9 +184,9 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
             else if (frame.parts > 1 && frame.part == 0)
                 of_band = s.render_parts(frame, where, with, after_sample);
             else if (!plan.empty())
-                of_band = s.render_band_adaptively(frame, where, with, plan, after_sample);
+                of_band = s.render_band_adaptively(frame, where, with, plan, after_sample, state);
             else if (frame.error)
-                of_band = s.render_band_to_error(frame, where, with, time_left, after_sample, error);
+                of_band = s.render_band_to_error(frame, where, with, time_left, after_sample, error, state);
             else if (!saved || !saved->complete)
                 of_band = s.render_band(frame, where, with, of_band, time_left, after_sample);
             samples_before += of_band;

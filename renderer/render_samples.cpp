@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "engine/core/error.h"
 #include "engine/core/interruption.h"
 #include "renderer/render_state.h"
 #include "renderer/sample_pace.h"
@@ -100,42 +101,92 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
     }
 }
 
+namespace {
+
+/// Place of a band among the looks at its error.
+struct Looks {
+    int each = 0;           // samples of a replicate at the last look
+    int next = kFirstLook;  // likewise at the next look
+    int replicate = 0;      // replicate that grows
+    int taken = 0;          // samples that it has got since the last look
+    int chances = 0;        // PictureError::judge()
+
+    explicit Looks(const std::vector<std::uint64_t>& numbers) {
+        const auto number = [&](std::size_t i) { return static_cast<int>(numbers[i]); };
+        if (numbers.size() == 6)
+            each = number(0), next = number(1), replicate = number(2), taken = number(3), chances = number(4);
+    }
+    std::vector<std::uint64_t> numbers(bool ends) const {
+        const auto number = [](int n) { return static_cast<std::uint64_t>(n); };
+        return {number(each), number(next), number(replicate), number(taken), number(chances), ends ? 1u : 0u};
+    }
+    int done() const { return each * kReplicates + replicate * (next - each) + taken; }
+};
+
+}  // namespace
+
 int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with,
                                           double time_limit, const AfterSample& after_sample,
-                                          PictureError& picture_error) {
+                                          PictureError& picture_error, const PlanState& state) {
     const Stopwatch watch;
     const double compiled_before = scene.programs().compile_seconds();
     SamplePace pace;
     const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
     BandReplicates replicates(where);
-    int done = 0;
-    int each = 0;  // number of samples of a replicate
+    Looks looks(state.numbers);
+    if (!state.numbers.empty() && !replicates.set(state.arrays))
+        throw Error(frame.checkpoint->folder().string(), "its replicates do not fit the picture");
+    bool ends = !state.numbers.empty() && state.numbers.back() > 0;
+    const auto save_band = [&] {
+        if (frame.checkpoint && looks.done() > 0)
+            save(*frame.checkpoint, where, with, looks.done(), ends, {looks.numbers(ends), replicates.state()});
+    };
     PictureError error;
-    for (int next = kFirstLook, chances = 0; next > each;) {
-        for (int r = 0; r < kReplicates; ++r) {
-            const auto view = [&](int i) { return replicate_view(frame, where, r, i, settings.estimator.sampler); };
-            const std::vector<int> order = order_of_samples(frame, each, next, view);
-            for (int i = each; i < next; ++i) {
-                SampleView sample = view(order.empty() ? i : order[std::size_t(i - each)]);
-                sample.begins = done == 0;
-                add_sample(frame, sample, with, with.sample);
-                if (!after_sample(++done, next * kReplicates)) return done;
+    if (ends) {  // an earlier run has come here
+        error = replicates.error(frame.error->metric, looks.each);
+        error.judge(frame.error->error, looks.chances);
+        picture_error.add(error);
+        return looks.done();
+    }
+    while (!ends) {
+        for (; looks.replicate < kReplicates; ++looks.replicate, looks.taken = 0) {
+            const auto view = [&](int i) {
+                return replicate_view(frame, where, looks.replicate, i, settings.estimator.sampler);
+            };
+            const std::vector<int> order = order_of_samples(frame, looks.each, looks.next, view);
+            while (looks.taken < looks.next - looks.each) {
+                SampleView sample = view(order.empty() ? looks.each + looks.taken : order[std::size_t(looks.taken)]);
+                sample.begins = looks.done() == 0;
+                const std::uint64_t interrupted = interruptions();
+                try {
+                    add_sample(frame, sample, with, with.sample);
+                } catch (...) {
+                    if (interruptions() != interrupted) save_band();
+                    throw;
+                }
+                ++looks.taken;
+                const bool go_on = after_sample(looks.done(), looks.next * kReplicates);
+                if (!go_on || (frame.checkpoint && frame.checkpoint->due())) save_band();
+                if (!go_on) return looks.done();
                 pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
             }
-            replicates.add(r, light(with.sample.sums));
+            replicates.add(looks.replicate, light(with.sample.sums));
         }
-        each = next;
-        error = replicates.error(frame.error->metric, each);
+        looks.each = looks.next, looks.replicate = 0;
+        error = replicates.error(frame.error->metric, looks.each);
+        int chances = looks.chances;
         const ErrorEstimate estimate = error.judge(frame.error->error, chances);
-        if (estimate.bound <= frame.error->error) break;
-        next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
+        int next = std::min(next_replicate_samples(looks.each, estimate, frame.error->error), most);
         if (time_limit > 0) {
             const double left = (time_limit - pace.overhead()) / std::max(watch.seconds() - pace.overhead(), 1e-9);
-            next = static_cast<int>(std::min<double>(next, each * left));
+            next = static_cast<int>(std::min<double>(next, looks.each * left));
         }
+        ends = estimate.bound <= frame.error->error || next <= looks.each;
+        if (!ends) looks.next = next, looks.chances = chances;
     }
+    save_band();
     picture_error.add(error);
-    return done;
+    return looks.done();
 }
 
 void Renderer::State::render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,

@@ -65,6 +65,12 @@ struct CompiledBand {
     graph::CompiledGraph debug_data;
 };
 
+/// State of a band's plan of samples, which its checkpoint keeps beside the sums.
+struct PlanState {
+    std::vector<std::uint64_t> numbers;  // empty: the plan has not begun
+    std::vector<Checkpoint::Bytes> arrays;
+};
+
 struct Renderer::State {
     std::unique_ptr<PreparedScene> own;  // prepared scene of its own; null: the scene is shared
     PreparedScene& scene;
@@ -147,8 +153,9 @@ struct Renderer::State {
                     const AfterSample& after_sample);
     /// Adds samples like render_band(), but also stops where the error of the band is below the target. Where all bands
     /// are below it, so is the picture. Adds the error of the band to that of the picture.
+    /// state: that of an earlier run, whose sums are in the band.
     int render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
-                             const AfterSample& after_sample, PictureError& picture_error);
+                             const AfterSample& after_sample, PictureError& picture_error, const PlanState& state);
     /// Adds samples to all bands in turns, until there are enough, time is up, or the callback returns false. It is
     /// called for each band. done: number of samples of each band.
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
@@ -168,10 +175,14 @@ struct Renderer::State {
     // The following functions are defined in band_checkpoint.cpp.
 
     /// Saves the sums of a band's first `done` samples.
-    void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete);
+    void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete,
+              const PlanState& plan = {});
     /// Restores the sums of a band from FrameSettings::checkpoint; none where an earlier run has saved none. With
     /// motion blur, sums of other parts than these begin anew: the earlier run had met poses that need them.
-    std::optional<SavedBand> restore(const FrameSettings& frame, const Band& where, CompiledBand& with);
+    std::optional<SavedBand> restore(const FrameSettings& frame, const Band& where, CompiledBand& with,
+                                     PlanState& plan);
+    /// Returns the numbers of samples of plan_samples() that an earlier run has saved; empty where it has saved none.
+    std::vector<std::uint32_t> saved_plan(const FrameSettings& frame);
 
     // The following functions are defined in sample_parts.cpp.
 
@@ -205,8 +216,10 @@ struct Renderer::State {
     void scale_sums(CompiledBand& with, std::span<const std::uint32_t> first_halves, int wanted);
     /// Adds samples to a band as planned, and scales its sums as if all pixels had as many. Returns that number. Where
     /// the callback stops it among the first samples, which all pixels take, returns their number.
+    /// state: that of an earlier run, whose sums are in the band.
     int render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
-                               const std::vector<std::uint32_t>& plan, const AfterSample& after_sample);
+                               const std::vector<std::uint32_t>& plan, const AfterSample& after_sample,
+                               const PlanState& state);
 
     // The following functions are defined in adaptive_error.cpp.
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <utility>
 
@@ -76,6 +77,24 @@ void BandReplicates::add(int replicate, const Film::Sums& sums) {
         const double now = sums.beauty(path_of(i), i % 3);
         own[i] += static_cast<float>(now - std::exchange(before_[i], now));
     }
+}
+
+std::vector<std::vector<std::byte>> BandReplicates::state() const {
+    std::vector<std::vector<std::byte>> all;
+    const auto add_bytes = [&](std::span<const std::byte> bytes) { all.emplace_back(bytes.begin(), bytes.end()); };
+    add_bytes(std::as_bytes(std::span(before_)));
+    for (const std::vector<float>& own : replicates_) add_bytes(std::as_bytes(std::span(own)));
+    return all;
+}
+
+bool BandReplicates::set(std::span<const std::vector<std::byte>> state) {
+    if (state.size() != kArrays || state[0].size() != before_.size() * sizeof(double)) return false;
+    for (const auto& own : state.subspan(1))
+        if (own.size() != before_.size() * sizeof(float)) return false;
+    std::memcpy(before_.data(), state[0].data(), state[0].size());
+    for (std::size_t r = 0; r < replicates_.size(); ++r)
+        std::memcpy(replicates_[r].data(), state[r + 1].data(), state[r + 1].size());
+    return true;
 }
 
 PictureError BandReplicates::error(ErrorMetric metric, int samples) const {

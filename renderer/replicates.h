@@ -2,6 +2,7 @@
 // its own (seed). The samples of a single sequence do not tell how far it has converged.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -50,6 +51,11 @@ class BandReplicates {
 
     /// Adds the difference of the band's sums since the last call to a replicate.
     void add(int replicate, const Film::Sums& sums);
+    /// Returns the state, for set() of an object of the same band: a few arrays of numbers.
+    std::vector<std::vector<std::byte>> state() const;
+    static constexpr std::size_t kArrays = 1 + kReplicates;  ///< number of arrays of state()
+    /// Returns false, and changes nothing, unless the arrays have the sizes of this band.
+    bool set(std::span<const std::vector<std::byte>> state);
     /// Returns the error of the mean of all replicates, which have `samples` samples each.
     PictureError error(ErrorMetric metric, int samples) const;
     /// Adds the error of the mean of all replicates to that of the picture. Each replicate has counts[b] samples in

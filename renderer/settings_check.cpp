@@ -75,9 +75,10 @@ void check_settings(const RenderSettings& s) {
         require(!s.preview.any(), "adaptive sampling cannot be combined with a preview mode");
         require(s.estimator.sampler == SamplePoints::sobol, "adaptive sampling needs the sampler sobol");
     }
-    require(!s.checkpoint || !(s.error || s.adaptive || s.in_turns || s.preview.cache || s.preview.temporal),
-            "checkpoints cannot be combined with an error target, adaptive sampling, samples of bands in turns, or the "
-            "preview modes cache and temporal");
+    require(
+        !s.checkpoint || !((s.error && s.adaptive) || s.in_turns || s.preview.cache || s.preview.temporal),
+        "checkpoints cannot be combined with adaptive sampling up to an error target, samples of bands in turns, or "
+        "the preview modes cache and temporal");
     if (!s.error) return;
     require(s.first_sample == 0, "a picture with an error target must begin with the first sample");
     require(s.samples >= kFirstLook * kReplicates, "an error target takes at least 16 samples");

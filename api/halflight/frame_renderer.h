@@ -69,7 +69,7 @@ struct DeformCounts {
 /// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
 using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
 
-/// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with an error target, adaptive sampling,
+/// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with adaptive sampling up to an error target,
 /// or the preview modes cache and temporal. That of a single picture cannot be combined with frames that are denoised
 /// with their neighbours.
 struct CheckpointOptions {

@@ -79,7 +79,7 @@ TEST(UsageErrors, NameTheFirstOption) {
             --exr-compression dwa | --exr-compression pxr24 --aov depth | --exr-compression dwaa --aov depth |
             --exr-compression dwab --aov depth | --part 1/2 --time 5 | --part 1/2 --stats s.json |
             --sample-parts 3 --samples 2 | --overwrite | --fps 24 | --shutter 0.5 | --shutter 101 |
-            --checkpoint 1 --error 0.01 | --checkpoint 1 --adaptive --samples 16 |
+            --checkpoint 1 --error 0.01 --adaptive |
             --checkpoint 1 --denoise-frames 1 --denoise | --movie m.mp4)"},
         {"render a.glb o.exr --animation all",
          R"(--shutter-times 4 | --shutter-ramp 1 | --shutter-ramp 2 --shutter 1 | --shutter-position left --shutter 1 |

@@ -61,15 +61,15 @@ TEST_F(CheckpointOption, InterruptedFramesGoOnToTheSameBits) {
     };
     done(frames(file("whole.#.exr")));
     for (const char* name : {"f.1.exr", "f.0.exr", "f.1.exr", "f.2.exr"}) {
-        const std::filesystem::path folder = file(std::string(name) + ".checkpoint");
+        const std::filesystem::path own = file(std::string(name) + ".checkpoint");
         bool sent = false;
         RunOptions options;
         options.watch = [&](pid_t child, const std::string&) {
-            if (!sent && std::filesystem::exists(folder / "rows-00000.sums")) sent = kill(child, SIGTERM) == 0;
+            if (!sent && std::filesystem::exists(own / "rows-00000.sums")) sent = kill(child, SIGTERM) == 0;
         };
         options.terminal = true;
         EXPECT_EQ(run_program(frames(file("f.#.exr")), options).status, 128 + SIGTERM) << name;
-        EXPECT_TRUE(std::filesystem::exists(folder)) << name;
+        EXPECT_TRUE(std::filesystem::exists(own)) << name;
     }
     done(frames(file("f.#.exr")));
     for (const char* number : {"1", "2"})

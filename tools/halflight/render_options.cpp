@@ -205,7 +205,7 @@ void take_sample_parts(const CLI::App& app, RenderArguments& a) {
 /// Throws UsageError where something else is requested that keeps no checkpoint.
 void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
     if (!a.checkpoint) return;
-    for (const char* other : {"--error", "--adaptive"}) exclude(app, "--checkpoint", other);
+    if (a.settings.error) exclude(app, "--checkpoint", "--adaptive");  // all bands grow together
     if (a.frames.empty()) exclude(app, "--checkpoint", "--denoise-frames");
     if (a.outputs.empty())
         throw UsageError("--checkpoint", "needs files of frames: a movie without them begins anew after a stop");

@@ -91,6 +91,29 @@ TEST_F(CheckpointTest, StoppedPicturesGoOnToTheSameBits) {
     }
 }
 
+// Stops are in a pilot, in a replicate, among the samples of all pixels and among those of listed blocks.
+TEST_F(CheckpointTest, StoppedPlansGoOnToTheSameBits) {
+    for (const bool adaptive : {false, true}) {
+        RenderSettings s = settings(true);
+        s.samples = adaptive ? 24 : 256;
+        s.adaptive = adaptive;
+        if (!adaptive) s.error = ErrorTarget{ErrorMetric::relmse, 0.1};
+        const RenderResult expected = whole(s);
+        for (const int calls : {3, 21, 9, 12}) {
+            SCOPED_TRACE(fmt::format("{}, {} calls", adaptive ? "adaptive" : "error", calls));
+            EXPECT_TRUE(render(s, calls).stats.interrupted);
+        }
+        const RenderResult result = render(s);
+        expect_same(result, expected);
+        EXPECT_EQ(result.stats.samples, expected.stats.samples);
+        if (!adaptive) {
+            EXPECT_EQ(result.stats.error->estimate.bound, expected.stats.error->estimate.bound);
+        }
+        expect_same(render(s, 1), expected);
+        Checkpoint(path(), "cornell", 1).remove();
+    }
+}
+
 /// The hash of a file tells of damage, and not of a head that another program has written.
 TEST_F(CheckpointTest, HeadsWithImpossibleNumbersAreRefused) {
     save(*std::make_unique<Checkpoint>(path(), "cornell", 1), 0);
@@ -230,7 +253,7 @@ TEST_F(CheckpointTest, OtherPicturesAreRefused) {
     wide.band_pixels = 48 * 32;
     expect_refusal(path(), [&] { render(wide); });
     RenderSettings to_error = settings();
-    to_error.samples = 64, to_error.error = ErrorTarget{};
+    to_error.samples = 64, to_error.error = ErrorTarget{}, to_error.adaptive = true;
     EXPECT_NE(error_message([&] { render(to_error); }).find("checkpoints cannot be combined"), std::string::npos);
     { Checkpoint fresh(path(), "room", 1, Checkpoint::Use::anew); }
     EXPECT_FALSE(std::filesystem::exists(path())) << "an empty folder stays";
