@@ -30,11 +30,32 @@ std::optional<Scene> pose_of(LoadedScene& scene, std::uint32_t frame) {
     }
 }
 
+/// Returns whether lights and materials emit alike in two poses. If they do not, the light of one frame is wrong in the
+/// other, however well its surfaces match.
+bool emit_alike(const Scene& a, const Scene& b) {
+    constexpr float kMost = 0.002f;  // relative difference that is not seen
+    const auto alike = [](const vec3& x, const vec3& y) {
+        return glm::all(glm::lessThanEqual(glm::abs(x - y), kMost * glm::max(glm::abs(x), glm::abs(y))));
+    };
+    // LoadedScene::posed() has no lights of the environment, which does not change.
+    const auto of_file = [](const Scene& scene) {
+        std::vector<PunctualLight> lights = scene.lights;
+        std::erase_if(lights, &PunctualLight::of_environment);
+        return lights;
+    };
+    const auto same_lamp = [&](const PunctualLight& x, const PunctualLight& y) {
+        return alike(x.intensity, y.intensity) &&
+               alike(vec3(x.inner_cone, x.outer_cone, 0), vec3(y.inner_cone, y.outer_cone, 0));
+    };
+    return std::ranges::equal(of_file(a), of_file(b), same_lamp) &&
+           std::ranges::equal(a.materials, b.materials, alike, &Material::emission, &Material::emission);
+}
+
 }  // namespace
 
 NearFrames::Held NearFrames::noisy(LoadedScene& scene, std::uint32_t frame, std::span<const std::uint32_t> frames,
                                    const Steps& steps, const ProgressCallback& progress) {
-    Held made{{}, std::make_unique<NoisyFrame>()};
+    Held made{.result = {}, .noisy = std::make_unique<NoisyFrame>()};
     made.result = steps.render(frame, *made.noisy, progress);
     if (made.result.stats.interrupted) return made;
     const Camera own = steps.camera(frame);
@@ -45,6 +66,10 @@ NearFrames::Held NearFrames::noisy(LoadedScene& scene, std::uint32_t frame, std:
         if (scene.surfaces_move()) {
             std::optional<Scene> there = pose_of(scene, other);
             if (!there) continue;
+            if (!emit_alike(scene.scene(), *there)) {
+                made.lit_otherwise.insert(other);
+                continue;
+            }
             surfaces.emplace(scene.scene(), std::move(*there));
         }
         const auto offset = static_cast<int>(std::int64_t{other} - frame);
@@ -87,9 +112,10 @@ RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int rea
         ++rendered;
     }
     std::vector<NearFrame> others;
-    for (auto& [n, h] : held_)
-        if (n != frame) others.push_back({static_cast<int>(std::int64_t{n} - frame), h.noisy.get()});
     Held& own = held_.at(frame);
+    for (auto& [n, h] : held_)
+        if (n != frame && !own.lit_otherwise.contains(n))
+            others.push_back({static_cast<int>(std::int64_t{n} - frame), h.noisy.get()});
     RenderResult result = std::move(own.result);
     own.result = {};
     steps.denoise(*own.noisy, others, result);

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -28,8 +29,8 @@ class NearFrames {
         std::function<Camera(std::uint32_t frame)> camera;
     };
 
-    /// Renders a frame and those up to `reach` before and after it that are not held yet, and denoises it with them. An
-    /// interrupted result is incomplete.
+    /// Renders a frame and those up to `reach` before and after it that are not held yet, and denoises it with those in
+    /// which lights and materials emit as in the frame itself. An interrupted result is incomplete.
     RenderResult render(LoadedScene& scene, std::uint32_t frame, int reach, const Steps& steps,
                         const ProgressCallback& progress);
     /// Forgets all frames. The context must be current.
@@ -42,6 +43,7 @@ class NearFrames {
     struct Held {
         RenderResult result;  // the noisy picture; empty once it was denoised
         std::unique_ptr<NoisyFrame> noisy;
+        std::set<std::uint32_t> lit_otherwise{};  // frames near it in which lights or materials emit otherwise
     };
     Held noisy(LoadedScene& scene, std::uint32_t frame, std::span<const std::uint32_t> frames, const Steps& steps,
                const ProgressCallback& progress);
