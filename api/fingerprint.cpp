@@ -160,6 +160,12 @@ void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSetti
 
 }  // namespace
 
+std::string shutter_fingerprint(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings) {
+    return shutter.open == 0 ? ""
+                             : fmt::format("shutter {} {} {} {}", shutter.open, name(shutter.position), shutter.ramp,
+                                           shutter_times(shutter, scene, settings, settings.samples));
+}
+
 std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
                                  const ColorConfig& config, const OutputOptions& output,
                                  const std::vector<std::uint32_t>& frames) {
@@ -173,7 +179,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them where temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
-    print.text(shutter_text(shutter, scene, settings)).values("{}", shutter.ramp);
+    print.text(shutter_fingerprint(shutter, scene, settings));
     return print.hex();
 }
 

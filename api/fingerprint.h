@@ -14,6 +14,9 @@
 
 namespace halflight {
 
+/// Returns the shutter as text; empty without motion blur.
+std::string shutter_fingerprint(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings);
+
 /// Returns a fingerprint of everything that decides the pixels of a sequence. It covers the contents of the scene's
 /// files, of the environment map and of the colour config with its LUTs. It also covers the settings with
 /// Setting::fingerprint, and the version of the program. Throws Error for a file that can no longer be read, or has

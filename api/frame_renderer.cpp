@@ -25,14 +25,12 @@ namespace halflight {
 
 namespace {
 
-/// Returns the number of triangles that a pose moves by themselves.
-std::size_t triangles_that_move(const Scene& scene) {
-    std::size_t triangles = 0;
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[std::size_t(instance.mesh)];
-        triangles += mesh.deforms ? mesh.triangles.size() : instance.moves ? 1 : 0;
-    }
-    return triangles;
+/// Returns how long a pose of a scene takes, relative to a sample of a pixel: about a third for a triangle that
+/// deforms, and a sixth for any other, which the tables of the pose contain as well (docs/sequences.md).
+double cost_of_pose(const Scene& scene) {
+    double triangles = 0;
+    for (const Mesh& mesh : scene.meshes) triangles += double(mesh.triangles.size()) * (mesh.deforms ? 1 : 0.5);
+    return triangles / 3;
 }
 
 /// Returns a callback after which the context of the work is current again.
@@ -50,12 +48,12 @@ std::function<bool(Progress)> keeping_context(const std::function<bool(Progress)
 int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples) {
     if (shutter.open == 0) return 1;
     if (shutter.times) return *shutter.times < samples ? *shutter.times : 0;
-    // A pose takes about as long for a triangle as a sample for a quarter of a pixel.
-    const double triangles = scene.surfaces_move() ? double(triangles_that_move(scene.scene())) : 0;
-    const double share = double(settings.width) * double(settings.height) / std::max(triangles, 1.0);
-    constexpr int kLeastTimes = 8, kKnownSamples = 256;  // an error target or a limit of time may end the picture early
-    const bool ends_early = settings.error || settings.time_limit > 0;
-    const double most = ends_early ? std::min(samples, kKnownSamples) : samples;
+    if (settings.time_limit > 0) return 0;               // any number of samples may be taken
+    constexpr int kLeastTimes = 8, kKnownSamples = 256;  // an error target may end the picture early
+    constexpr double kMost = 1.0 / 3;                    // time of all poses over that of all samples
+    const double pixels = double(settings.width) * double(settings.height);
+    const double share = scene.surfaces_move() ? kMost * pixels / std::max(cost_of_pose(scene.scene()), 1.0) : 1;
+    const double most = settings.error ? std::min(samples, kKnownSamples) : samples;
     int times = share >= 1 ? samples : std::max(static_cast<int>(most * share), kLeastTimes);
     // Samples of listed blocks are rendered together if they share a time.
     constexpr int kTimesOfBlocks = 32;
@@ -154,6 +152,7 @@ struct FrameRenderer::State {
     std::optional<Checkpoint> checkpoint;
     const std::optional<FrameCheckpoints> frame_checkpoints;
     std::map<std::uint32_t, Checkpoint> checkpoints;  // of frame_checkpoints, by frame
+    std::string problem;                              // FrameRenderer::checkpoint_problem()
     int only_part = 0;                                // CheckpointOptions::part
     std::list<Checkpoint> merged;
     std::vector<const Checkpoint*> merged_in_order;
@@ -228,8 +227,7 @@ struct FrameRenderer::State {
             set_frame(n);
             FrameSettings own = settings;
             own.noisy = &noisy;
-            own.checkpoint = checkpoint_of(n, n == frame ? Checkpoint::Use::go_on : Checkpoint::Use::go_on_if_free);
-            return pictures.still(n, own, of_all);
+            return saved(n, own, n == frame, of_all);
         };
         const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
             set_frame(frame);
@@ -281,22 +279,35 @@ struct FrameRenderer::State {
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
     std::string checkpoint_fingerprint(std::uint32_t number, int of_part) const {
-        const std::string sums = sums_fingerprint(scene, settings) + shutter_text(shutter, scene, settings);
+        const std::string sums = sums_fingerprint(scene, settings) + shutter_fingerprint(shutter, scene, settings);
         const std::string frame = frame_fingerprint(sums, number);
         return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
     }
-    /// Returns the checkpoint of a frame of the sequence, opened for `use`; null where there is none.
-    Checkpoint* checkpoint_of(std::uint32_t frame, Checkpoint::Use use) {
-        if (!frame_checkpoints) return nullptr;
-        const auto [folder, interval, fresh] = *frame_checkpoints;
+    /// Returns the checkpoint of a frame of the sequence, open; null where there is none. own: the frame is rendered
+    /// for itself, and not as a neighbour.
+    Checkpoint* checkpoint_of(std::uint32_t frame, bool own) {
+        const auto folder = frame_checkpoints ? frame_checkpoints->folder(frame) : std::nullopt;
+        if (!folder) return nullptr;
+        const auto use = own && frame_checkpoints->fresh ? Checkpoint::Use::anew : Checkpoint::Use::go_on;
         try {
             return &checkpoints
-                        .try_emplace(frame, folder(frame), checkpoint_fingerprint(frame, 0), interval,
-                                     fresh ? Checkpoint::Use::anew : use)
+                        .try_emplace(frame, *folder, checkpoint_fingerprint(frame, 0), frame_checkpoints->interval, use,
+                                     own ? 5 : 0)
                         .first->second;
-        } catch (const CheckpointBusy&) {
-            return nullptr;  // another process may render the frame as a neighbour
+        } catch (const CheckpointBusy& busy) {
+            if (own) problem = busy.what();
+        } catch (const Error&) {
+            if (own) throw;  // that of a neighbour is used only if it fits
         }
+        return nullptr;
+    }
+    /// Renders a frame of the sequence at its own time, from its checkpoint if it has one.
+    RenderResult saved(std::uint32_t frame, FrameSettings frame_settings, bool own, const ProgressCallback& progress) {
+        frame_settings.checkpoint = checkpoint_of(frame, own);
+        RenderResult result = pictures.still(frame, frame_settings, progress);
+        if (own && frame_settings.checkpoint) problem = frame_settings.checkpoint->problem();
+        if (!own) checkpoints.erase(frame);  // another process may make the frame
+        return result;
     }
     void open_checkpoint(const CheckpointOptions& options) {
         check_apart("checkpoint");
@@ -322,7 +333,7 @@ struct FrameRenderer::State {
     /// Renders a frame without neighbours, from its checkpoint if it has one.
     RenderResult from_checkpoint(std::uint32_t frame, const ProgressCallback& progress) {
         FrameSettings own = settings;
-        own.checkpoint = checkpoint_of(frame, Checkpoint::Use::go_on);
+        if (frame_checkpoints) return saved(frame, own, true, progress);
         if (frame == checkpoint_frame) {
             if (checkpoint) own.checkpoint = &*checkpoint;
             own.merged = merged_in_order;
@@ -394,6 +405,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     find_exposure();
     s.begin();
     s.load_seconds = 0;
+    s.problem.clear();
     GpuDeformer* const deformer = s.pictures.deformer();
     (void)s.pictures.take_load_seconds();       // discards the time of other calls,
     if (deformer) deformer->take_statistics();  // and the counts of a frame that has failed
@@ -450,14 +462,13 @@ Checkpoint* FrameRenderer::checkpoint() const {
 }
 
 void FrameRenderer::remove_checkpoint(std::uint32_t frame) {
-    const auto found = state_->checkpoints.find(frame);
-    if (found == state_->checkpoints.end()) return;
-    found->second.remove();
-    state_->checkpoints.erase(found);
+    const auto& checkpoints = state_->frame_checkpoints;
+    state_->checkpoints.erase(frame);
+    if (const auto folder = checkpoints ? checkpoints->folder(frame) : std::nullopt) Checkpoint::discard(*folder);
 }
 
-void FrameRenderer::remove_checkpoints() {
-    while (!state_->checkpoints.empty()) remove_checkpoint(state_->checkpoints.begin()->first);
+const std::string& FrameRenderer::checkpoint_problem() const {
+    return state_->problem;
 }
 
 double FrameRenderer::load_seconds() const {

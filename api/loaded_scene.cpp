@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "api/animation_choice.h"
@@ -641,15 +642,20 @@ std::optional<double> LoadedScene::animation_end() {
     return playing_.empty() ? std::nullopt : std::optional(file_->end());
 }
 
-double LoadedScene::in_shot(double shot, double seconds) {
-    if (!camera_.index || playing_.empty()) return seconds;
-    // Keys are compared as floats (keyframes.h).
-    const float own = static_cast<float>(shot);
+std::pair<double, double> LoadedScene::shot(double seconds) {
+    constexpr double kEver = std::numeric_limits<double>::infinity();
+    std::pair<double, double> shot{-kEver, kEver};
+    if (!camera_.index || playing_.empty()) return shot;
+    const float own = static_cast<float>(seconds);  // keys are compared as floats (keyframes.h)
     for (const float cut : file_->camera_cuts(*camera_.index)) {
-        if (own < cut) return std::min(seconds, double{std::nextafter(cut, own)});
-        seconds = std::max(seconds, double{cut});
+        if (own < cut) return {shot.first, double{std::nextafter(cut, own)}};
+        shot.first = double{cut};
     }
-    return seconds;
+    return shot;
+}
+
+bool LoadedScene::parts_come_and_go() {
+    return surfaces_move_ && !playing_.empty() && file_->parts_come_and_go();
 }
 
 PoseWarnings::PoseWarnings(const LoadedScene& scene)

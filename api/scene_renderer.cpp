@@ -219,7 +219,7 @@ void SceneRenderer::pose(double seconds, const FrameSettings& frame) {
 
 namespace {
 
-/// Returns the begin of the opening, in opening times from the time of the frame.
+/// Start of the opening relative to the time of the frame, in opening times.
 double begin_of(ShutterPosition position) {
     return position == ShutterPosition::start ? 0 : position == ShutterPosition::centre ? -0.5 : -1;
 }
@@ -260,44 +260,68 @@ void SceneRenderer::pose_within(double seconds) {
     add(posed_hierarchies_, prepared_->hierarchies());
 }
 
+/// Makes the renderer anew for poses that share what they need, in the pose of a time.
+void SceneRenderer::share_parts(const SceneNeeds& needs, double seconds, const FrameSettings& frame) {
+    guarded([&] {
+        prepared_->share(needs);
+        shares_ = true;
+        renderer_.reset();
+        server_.reset();
+        scene_.pose(seconds);
+        prepared_->update(scene_.scene());
+        uploaded_ = scene_.revision();
+        make_renderer(frame);
+    });
+}
+
 /// Renders a picture whose samples have times while the shutter is open.
 RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCallback& progress) {
     const double own_time = scene_.time_of(frame.frame);
-    const auto seconds = [&](double at) {
-        return scene_.time_of(frame.frame + shutter_.open * (opened(shutter_, at) + begin_of(shutter_.position)));
+    const auto [first, last] = scene_.shot(own_time);
+    const auto seconds = [&, first = first, last = last](double at) {
+        const double frames = shutter_.open * (opened(shutter_, at) + begin_of(shutter_.position));
+        return std::clamp(scene_.time_of(frame.frame + frames), first, last);
     };
     const ShutterPoses poses{.times = shutter_times(shutter_, scene_, settings_, frame.samples),
                              .pose = [&](std::optional<double> at) {
                                  const double when = at ? seconds(*at) : own_time;
                                  pose_within(when);
-                                 return equipped(scene_.camera(scene_.in_shot(own_time, when)), settings_);
+                                 return equipped(scene_.camera(when), settings_);
                              }};
     FrameSettings own = frame;
     own.shutter = &poses;
-    // Most pictures have the same kernels at all times. Those of others are found once a pose needs more of them, and
-    // the picture begins anew.
-    constexpr int kMostTries = 16;
+    // All poses of a picture share a renderer, whichever of them this run meets: parts and resumed pictures have the
+    // same bits. So what the poses need together is found before.
+    if (scene_.parts_come_and_go() && !scene_.pages()) {
+        constexpr int kLooks = 16;
+        const SceneNeeds alone = prepared_->buffers().needs();
+        SceneNeeds all = alone;
+        for (int i = 0; i < kLooks; ++i) {
+            scene_.pose(seconds((i + 0.5) / kLooks));
+            all = united(all, prepared_->needs_of(scene_.scene()));
+        }
+        scene_.pose(own_time);
+        uploaded_ = scene_.revision();
+        if (all != alone) share_parts(all, own_time, frame);
+    }
+    // A pose between those may need still more, and the picture begins anew.
+    constexpr int kMostTries = 4;
     for (int tries = 1;; ++tries) {
         const SceneNeeds needs = prepared_->buffers().needs();
         const double prepared = prepared_->seconds(), loading = load_seconds_;
-        posing_seconds_ = 0, posed_hierarchies_ = {};
+        posing_seconds_ = 0, posed_hierarchies_ = prepared_->hierarchies();
         try {
             RenderResult result = renderer_->render(own, progress);
             result.stats.prepare_seconds = prepared + posing_seconds_;
             result.stats.render_seconds -= posing_seconds_ + load_seconds_ - loading;
             if (posing_seconds_ > 0) result.stats.hierarchies = posed_hierarchies_;
+            // Statistics, warnings and the next update refer to the frame's own time.
+            if (scene_.surfaces_move()) pose_within(own_time);
             return result;
         } catch (const OtherKernels&) {
             if (tries == kMostTries)
                 throw Error("shutter", "the scene changes too much at frame {} while the shutter is open", frame.frame);
-            prepared_->share(needs);
-            shares_ = true;
-            renderer_.reset();
-            server_.reset();
-            scene_.pose(own_time);
-            prepared_->update(scene_.scene());
-            uploaded_ = scene_.revision();
-            make_renderer(frame);
+            share_parts(needs, own_time, frame);
         }
     }
 }

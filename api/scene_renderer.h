@@ -80,6 +80,7 @@ class SceneRenderer {
     void take_memory(RenderSettings& s);
     void pose(double seconds, const FrameSettings& frame);
     void pose_within(double seconds);
+    void share_parts(const SceneNeeds& needs, double seconds, const FrameSettings& frame);
     RenderResult blurred(const FrameSettings& frame, const ProgressCallback& progress);
 
     LoadedScene& scene_;

@@ -28,6 +28,7 @@
 #include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "renderer/checkpoint.h"
 
 namespace halflight {
 namespace {
@@ -54,6 +55,11 @@ Paths files_of(const SequenceOptions& o, std::uint32_t frame) {
 /// Returns the file that stands for a frame in messages.
 std::filesystem::path main_file(const SequenceOptions& o, std::uint32_t frame) {
     return o.outputs.empty() ? *o.movie : frame_path(o.outputs[0], frame);
+}
+
+/// Returns the folder of a frame's checkpoint.
+std::filesystem::path checkpoint_folder(const SequenceOptions& o, std::uint32_t frame) {
+    return main_file(o, frame).string() + ".checkpoint";
 }
 
 /// Returns the file that stands for the sequence in messages.
@@ -211,6 +217,8 @@ class FrameMaker {
             for (const std::string& bias : result.stats.biases) log_.note("biased: {}", bias);
             logged_biases_ = result.stats.biases;
         }
+        if (const std::string& problem = renderer_.checkpoint_problem(); !problem.empty())
+            log_.warn("frame {}: samples are not saved: {}", frame, problem);
         const Paths outputs = files_of(options_, frame);
         const std::string error = judge(result.stats, options_.output, main_file(options_, frame), log_);
         if (movie) movie->add(result.view);
@@ -231,8 +239,6 @@ class FrameMaker {
         events_.writing ? events_.writing(write) : write();
         renderer_.remove_checkpoint(frame);
     }
-    /// Call it after the last frame.
-    void finish() { renderer_.remove_checkpoints(); }
 
   private:
     const SequenceOptions& options_;
@@ -422,7 +428,12 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
         throw Error(o.movie->string(),
                     "a movie without files of frames begins anew after a stop: it has no checkpoints");
     if (o.checkpoint)
-        options.frame_checkpoints = {[&](std::uint32_t frame) { return main_file(o, frame).string() + ".checkpoint"; },
+        options.frame_checkpoints = {[&o, own = std::set<std::uint32_t>()](std::uint32_t frame) mutable {
+                                         if (own.empty())
+                                             for (const std::uint32_t f : part_of(o.frames, o.part)) own.insert(f);
+                                         return own.contains(frame) ? std::optional(checkpoint_folder(o, frame))
+                                                                    : std::nullopt;
+                                     },
                                      *o.checkpoint, o.overwrite};
     if (!options.colors) options.colors = ColorConfig::load();
     if (o.movie && asked.transparent) throw Error(o.movie->string(), "a movie cannot be transparent");
@@ -452,7 +463,12 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
 
     SequenceTally tally{.frames = frames.size(), .kept = frames.size() - todo.size()};
     if (tally.kept > 0) log.note("{} of {} frames are there already", tally.kept, frames.size());
+    const auto discard_checkpoints = [&] {  // processes that were killed late may have left some
+        if (o.checkpoint)
+            for (const std::uint32_t frame : frames) Checkpoint::discard(checkpoint_folder(o, frame));
+    };
     if (todo.empty() && !o.movie) {
+        discard_checkpoints();
         const FileClaims abandoned(o.outputs[0]);  // a process may have been killed after the last frame
         return tally;
     }
@@ -462,7 +478,8 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
         if (!todo.empty()) maker.emplace(scene, settings, options, o, events, log, fingerprint);
         FrameQueue queue(o, events, log, fingerprint, settings.preview.temporal);
         queue.make(frames, todo, maker ? &*maker : nullptr, movie, tally);
-        if (maker) maker->finish();
+        maker.reset();
+        discard_checkpoints();
     };
     try {
         if (o.movie) {

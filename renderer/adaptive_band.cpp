@@ -1,6 +1,5 @@
 // Adaptive sampling of a picture with a given number of samples (passes/picture/adaptive.h).
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 #include "engine/core/interruption.h"
@@ -180,11 +179,10 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
     });
 
     with.samples = listed.taken();
-    std::vector<std::uint32_t> first_halves;
-    for (const std::uint32_t n : with.samples) {  // in_first_half() of the numbers below n, which is at least 4
-        const std::uint32_t half = std::bit_floor(n) / 2;
-        first_halves.push_back(half + std::min(n - 2 * half, half));
-    }
+    std::uint32_t of_first = 0;  // samples of the first half among those that all pixels have
+    for (std::uint32_t number = 0; number < from; ++number) of_first += sample_of(number).first_half ? 1 : 0;
+    std::vector<std::uint32_t> first_halves = listed.first_halves();
+    for (std::uint32_t& half : first_halves) half += of_first;
     complete = with.samples == counts;
     scale_sums(with, first_halves, wanted);
     if (complete) save_band(wanted);

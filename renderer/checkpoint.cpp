@@ -120,8 +120,6 @@ class Reader {
     Hash hash_;
 };
 
-constexpr double kMostSeconds = 5;
-
 /// Locks an open folder. Waits for a process that was killed, whose last writes can take seconds. Returns whether the
 /// folder was free in time.
 bool lock(int folder, const Stopwatch& watch, double most_seconds) {
@@ -185,12 +183,12 @@ double mean_samples(const std::map<int, SavedBand>& bands, int height) {
 
 }  // namespace
 
-Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use)
+Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use, double wait)
     : folder_(std::move(folder)),
       fingerprint_(std::move(fingerprint)),
       interval_(interval),
       use_(use),
-      lock_(open_locked(folder_, use != Use::merge, use == Use::go_on_if_free ? 0 : kMostSeconds)) {
+      lock_(open_locked(folder_, use != Use::merge, wait)) {
     try {
         if (use_ != Use::merge) check_writable(file_of(0));
         if (use_ == Use::anew)
@@ -297,6 +295,15 @@ std::optional<SavedBand> Checkpoint::load(int y, int rows, std::size_t arrays,
     }
     reader.check_end();
     return reader.head.band;
+}
+
+void Checkpoint::discard(const std::filesystem::path& folder) {
+    std::error_code none;
+    if (!std::filesystem::is_directory(folder, none)) return;
+    try {
+        Checkpoint(folder, "", 1, Use::anew, 0);
+    } catch (const CheckpointBusy&) {  // the other process needs it
+    }
 }
 
 void Checkpoint::remove() {

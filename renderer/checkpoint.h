@@ -39,16 +39,17 @@ class Checkpoint {
     using Bytes = std::vector<std::byte>;
 
     enum class Use : std::uint8_t {
-        go_on,          // makes the folder, or goes on from the files of earlier runs
-        go_on_if_free,  // likewise, but throws CheckpointBusy at once where another process has the folder open
-        anew,           // makes the folder, and removes the files of earlier runs
-        merge,          // reads the files of a folder, which must exist
+        go_on,  // makes the folder, or goes on from the files of earlier runs
+        anew,   // makes the folder, and removes the files of earlier runs
+        merge,  // reads the files of a folder, which must exist
     };
 
     /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart. interval: seconds
-    /// between two saves, > 0. Throws CheckpointBusy where another process has the folder open for 5 s, and Error where
-    /// the folder cannot be written, and where a file is damaged or has another fingerprint.
-    Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use = Use::go_on);
+    /// between two saves, > 0. wait: seconds to wait for another process that has the folder open. Throws
+    /// CheckpointBusy if it keeps it, and Error where the folder cannot be written, and where a file is damaged or has
+    /// another fingerprint.
+    Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use = Use::go_on,
+               double wait = 5);
     Checkpoint(const Checkpoint&) = delete;
     Checkpoint& operator=(const Checkpoint&) = delete;
     ~Checkpoint();
@@ -78,6 +79,8 @@ class Checkpoint {
 
     /// Removes all files and the folder, after the picture was written.
     void remove();
+    /// Does so for a folder that is not open, unless another process has it open.
+    static void discard(const std::filesystem::path& folder);
 
   private:
     std::filesystem::path file_of(int y) const;

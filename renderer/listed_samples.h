@@ -24,7 +24,11 @@ class ListedSamples {
 
     /// from, to: number of samples of each block, in the order of paths, before and after all runs; from <= to.
     ListedSamples(std::vector<std::uint32_t> from, std::vector<std::uint32_t> to, SampleOf sample_of)
-        : from_(from), taken_(std::move(from)), wanted_(std::move(to)), sample_of_(std::move(sample_of)) {
+        : from_(from),
+          taken_(std::move(from)),
+          first_halves_(from_.size()),
+          wanted_(std::move(to)),
+          sample_of_(std::move(sample_of)) {
         const std::uint32_t most = wanted_.empty() ? 0 : *std::ranges::max_element(wanted_);
         for (std::uint32_t number = most > 0 ? *std::ranges::min_element(from_) : 0; number < most; ++number)
             by_time_[sample_of_(number).at].push_back(number);
@@ -38,6 +42,8 @@ class ListedSamples {
     double at() const { return time_->first; }
     /// Returns the number of samples that each block has after the runs so far.
     const std::vector<std::uint32_t>& taken() const { return taken_; }
+    /// Returns the number of samples in the first half that each block got in the runs so far.
+    const std::vector<std::uint32_t>& first_halves() const { return first_halves_; }
     /// Returns the number of samples that are left.
     std::uint64_t left() const {
         return std::accumulate(wanted_.begin(), wanted_.end(), std::uint64_t{0}) -
@@ -52,6 +58,7 @@ class ListedSamples {
             if (time_ != time) break;
             const SampleView sample = sample_of_(time_->second[next_++]);
             ++taken_[block_];
+            first_halves_[block_] += sample.first_half ? 1 : 0;
             const std::uint32_t half = sample.first_half ? shared::kInFirstHalf : 0;
             entry = {static_cast<std::uint32_t>(block_), sample.sample | half, sample.jitter};
             skip_finished();
@@ -74,7 +81,7 @@ class ListedSamples {
         next_ = std::size_t(std::ranges::lower_bound(time_->second, from_[block_]) - time_->second.begin());
     }
 
-    std::vector<std::uint32_t> from_, taken_, wanted_;
+    std::vector<std::uint32_t> from_, taken_, first_halves_, wanted_;
     SampleOf sample_of_;
     std::map<double, std::vector<std::uint32_t>> by_time_;  // numbers of samples, rising, by SampleView::at
     std::map<double, std::vector<std::uint32_t>>::const_iterator time_;

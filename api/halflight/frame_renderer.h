@@ -26,7 +26,7 @@ class BatchServer;
 class TraceScene;
 }  // namespace rays
 
-/// What a frame's time is of the shutter's opening time.
+/// Place of the frame's time in the opening of the shutter.
 enum class ShutterPosition : std::uint8_t { start, centre, end };
 inline constexpr std::array kShutterPositions = {ShutterPosition::start, ShutterPosition::centre, ShutterPosition::end};
 const char* name(ShutterPosition position);
@@ -46,8 +46,8 @@ struct Shutter {
 inline constexpr double kMostShutter = 100;
 
 /// Returns the number of shutter times that samples share (ShutterPoses::times); 0: each sample has its own. A choice
-/// that is left open is a function of scene and settings: samples share times if more triangles deform than the picture
-/// has pixels, or if sampling is adaptive. Without motion blur, returns 1.
+/// that is left open is a function of scene and settings: samples share times if their poses would take more than a
+/// third of the time of the samples, or if sampling is adaptive. Without motion blur, returns 1.
 int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples);
 
 /// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.
@@ -69,9 +69,9 @@ struct DeformCounts {
 /// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
 using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
 
-/// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with adaptive sampling up to an error target,
-/// or the preview modes cache and temporal. That of a single picture cannot be combined with frames that are denoised
-/// with their neighbours.
+/// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with adaptive sampling up to an error
+/// target, or the preview modes cache and temporal. That of a single picture cannot be combined with frames that are
+/// denoised with their neighbours.
 struct CheckpointOptions {
     std::filesystem::path folder;  // folder of the checkpoint, which holds nothing else
     double interval = 60;          // seconds between two saves, > 0
@@ -82,9 +82,10 @@ struct CheckpointOptions {
 /// Checkpoints of the frames of a sequence. Each frame has one of its own, and neighbours that the denoiser uses go on
 /// from theirs, unless another process renders them.
 struct FrameCheckpoints {
-    std::function<std::filesystem::path(std::uint32_t frame)> folder;  // folder of a frame's checkpoint
-    double interval = 60;                                              // seconds between two saves, > 0
-    bool fresh = false;                                                // removes samples that earlier runs have saved
+    // Returns the folder of a frame's checkpoint; none: the frame has no checkpoint.
+    std::function<std::optional<std::filesystem::path>(std::uint32_t frame)> folder;
+    double interval = 60;  // seconds between two saves, > 0
+    bool fresh = false;    // removes the samples of a frame that an earlier run has saved, when it is its turn
 };
 
 struct RendererOptions {
@@ -163,8 +164,8 @@ class FrameRenderer {
     Checkpoint* checkpoint() const;
     /// Removes the checkpoint of a frame of RendererOptions::frame_checkpoints, after its files were written.
     void remove_checkpoint(std::uint32_t frame);
-    /// Removes the checkpoints of all frames that this renderer has begun, after the last one.
-    void remove_checkpoints();
+    /// Returns why samples of the last frame were not saved in its checkpoint; empty: they were, or there is none.
+    const std::string& checkpoint_problem() const;
 
     /// Returns the seconds that posing the scene took for the last frame.
     double load_seconds() const;

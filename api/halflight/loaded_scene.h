@@ -124,6 +124,7 @@ class SceneFile {
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
     std::vector<float> camera_cuts(std::size_t camera) { return file_.camera_cuts(camera, playing_); }
+    bool parts_come_and_go() { return file_.parts_come_and_go(playing_); }
     /// Returns the nodes at a time, for edits.
     SceneTree tree_at(double seconds) { return file_.tree_at(seconds, playing_); }
     /// Returns whether meshes, instances, lights or materials depend on time.
@@ -199,9 +200,11 @@ class LoadedScene {
 
     /// Returns the chosen camera at a time.
     ChosenCamera camera(double seconds);
-    /// Returns the time nearest to `seconds` at which the camera shows the same shot as at `shot`, seconds: a cut,
-    /// where a key of the camera's nodes changes it at once, ends a shot.
-    double in_shot(double shot, double seconds);
+    /// Returns the first and the last time of the shot that the camera shows at a time, seconds. A key of the camera's
+    /// nodes that moves it at once is a cut, which ends a shot.
+    std::pair<double, double> shot(double seconds);
+    /// Returns whether parts of the scene may appear or vanish (GltfScene::parts_come_and_go()).
+    bool parts_come_and_go();
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< Returns the camera at 0 s.
     const FrameRate& frame_rate() const { return frame_rate_; }
     /// Returns the time of a frame, whole or not, seconds; negative before SceneChoice::frame_offset.

@@ -120,6 +120,11 @@ void PreparedScene::share(const std::optional<SceneNeeds>& needs) {
     shared_->light_tree = shared_->every_light = shared_->sun = false;
 }
 
+SceneNeeds PreparedScene::needs_of(const Scene& scene) const {
+    const TraceTables tables = build_trace_tables(scene, kFlattenLimit, origin_);
+    return united(shading_needs(scene, tables, options_.estimator.lights, options_.estimator.sun), kept_parts());
+}
+
 /// Returns the needs that are built although a pose does not have them.
 SceneNeeds PreparedScene::kept_parts() const {
     const SceneNeeds kept = kept_needs(options_.kept);

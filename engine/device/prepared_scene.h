@@ -59,6 +59,8 @@ class PreparedScene {
     /// chosen alike, so that poses of one picture can share renderers. It changes the noise of pictures, not their
     /// mean. None: poses have what they need by themselves.
     void share(const std::optional<SceneNeeds>& needs);
+    /// Returns the needs of a pose of the scene, without taking it. Precondition: the scene has no pages.
+    SceneNeeds needs_of(const Scene& scene) const;
     /// Returns whether the last update() of the same picture can go on with its renderers: tables and kernels are
     /// alike. update() also returns false where only statistics differ.
     bool same_kernels() const { return same_kernels_; }

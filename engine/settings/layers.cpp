@@ -212,7 +212,7 @@ std::span<const AovInfo> known_aovs() {
 }
 
 std::string layers_markdown() {
-    std::string text = "| Layer | Channels | Storage | Shutter times | Pass | Contents |\n|---|---|---|---|---|---|\n";
+    std::string text = "| Layer | Channels | Storage | Merge | Pass | Contents |\n|---|---|---|---|---|---|\n";
     const auto add = [&](const AovInfo& a, const char* note) {
         const std::vector<std::string> names = a.channel_names();
         const std::string channels = a.is_matte() ? fmt::format("{} ... {}", names.front(), names.back())

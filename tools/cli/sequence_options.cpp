@@ -46,10 +46,8 @@ void add_animation_options(Options& options, std::optional<std::string>& animati
 }
 
 void add_shutter_option(Options& options, RenderArguments& a) {
-    options.value(
-        "--shutter", "S",
-        "motion blur: opening time of the shutter in frames, 0 to 100, centred on the time of the frame (default 0)",
-        [&](const auto& name, const auto& text) { a.shutter.open = real(name, text, 0, kMostShutter); });
+    options.value("--shutter", "S", "motion blur: opening time of the shutter in frames, 0 to 100 (default 0)",
+                  [&](const auto& name, const auto& text) { a.shutter.open = real(name, text, 0, kMostShutter); });
 }
 
 void add_sequence_options(Options& options, RenderArguments& a) {
@@ -66,11 +64,12 @@ void add_sequence_options(Options& options, RenderArguments& a) {
     add_shutter_option(options, a);
     options.value(
         "--shutter-times", "N",
-        "number of times in the opening time that samples share (default: each sample has its own; fewer if more "
-        "triangles deform than the picture has pixels)",
+        "number of times in the opening time that samples share (default: each sample has its own, or fewer if "
+        "posing the scene takes long)",
         [&](const auto& name, const auto& text) { a.shutter.times = whole(name, text, 1, kMaxSamples); });
     options.value(
-        "--shutter-position", "start|centre|end", "what the time of the frame is of the opening time (default centre)",
+        "--shutter-position", "start|centre|end",
+        "place of the frame's time in the opening of the shutter (default centre)",
         [&](const auto& name, const auto& text) { a.shutter.position = parsed(parse_shutter_position, name, text); });
     options.value("--shutter-ramp", "R",
                   "share of the opening time in which the shutter opens and closes, 0 to 1 (default 0: at once)",

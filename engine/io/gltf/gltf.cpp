@@ -409,6 +409,21 @@ std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
     });
 }
 
+bool GltfScene::parts_come_and_go(Playing playing) {
+    for (const std::size_t index : playing) {
+        const Animation& animation = animations().at(index);
+        for (const AnimationChannel& channel : animation.channels) {
+            if (channel.property >= AnimatedProperty::emission && channel.property != AnimatedProperty::camera)
+                return true;
+            if (channel.property != AnimatedProperty::scale) continue;
+            const std::vector<float>& scales = animation.keyframes[channel.keyframes].values;
+            const auto [least, most] = std::ranges::minmax(scales);
+            if (least <= 0 && most >= 0) return true;  // tangents of splines count as well
+        }
+    }
+    return false;
+}
+
 std::vector<float> GltfScene::camera_cuts(std::size_t camera, Playing playing) {
     const auto& nodes = state_->document.model.nodes;
     const GltfNodes resolved = resolve_nodes(state_->document);
@@ -422,11 +437,15 @@ std::vector<float> GltfScene::camera_cuts(std::size_t camera, Playing playing) {
     for (const std::size_t index : playing) {
         const Animation& animation = animations().at(index);
         for (const AnimationChannel& channel : animation.channels) {
-            if (!of_node(channel.property) || !above[static_cast<std::size_t>(channel.target)]) continue;
+            if (channel.property > AnimatedProperty::scale || !above[static_cast<std::size_t>(channel.target)])
+                continue;
             const Keyframes& keys = animation.keyframes[channel.keyframes];
-            for (std::size_t i = 1; i < keys.times.size(); ++i)
-                if (keys.interpolation == Interpolation::step || keys.times[i] == keys.times[i - 1])
-                    cuts.insert(keys.times[i]);
+            const std::size_t each = keys.values.size() / keys.times.size();
+            for (std::size_t i = 1; i < keys.times.size(); ++i) {
+                const float* const value = &keys.values[i * each];
+                const bool jumps = keys.interpolation == Interpolation::step || keys.times[i] == keys.times[i - 1];
+                if (jumps && !std::equal(value, value + each, value - each)) cuts.insert(keys.times[i]);
+            }
         }
     }
     return {cuts.begin(), cuts.end()};

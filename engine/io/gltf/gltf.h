@@ -109,7 +109,11 @@ class GltfScene {
     void pose(Scene& scene, double seconds, Playing playing);
     /// Returns only the cameras of at().
     std::vector<Camera> cameras_at(double seconds, Playing playing);
-    /// Returns the times at which a camera of at() jumps, rising: those of keys where a node above it changes at once.
+    /// Returns whether animations may let parts of the scene appear or vanish: lights, emission, lobes of materials, or
+    /// surfaces, which are gone at a scale of 0.
+    bool parts_come_and_go(Playing playing);
+    /// Returns the times at which a camera of at() jumps, rising: those of keys where the transform of a node above it
+    /// changes at once.
     std::vector<float> camera_cuts(std::size_t camera, Playing playing);
     /// Returns the nodes of at().
     SceneTree tree_at(double seconds, Playing playing);
