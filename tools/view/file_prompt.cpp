@@ -16,6 +16,7 @@ namespace halflight::view {
 namespace {
 
 constexpr std::array<std::string_view, 4> kScenes = {"glb", "gltf", "exr", "hdr"};
+constexpr std::array<std::string_view, 2> kEnvironments = {"exr", "hdr"};
 constexpr std::array<std::string_view, 2> kPictures = {"exr", "png"};
 constexpr std::array<std::string_view, 1> kSettings = {"json"};
 
@@ -29,6 +30,7 @@ struct PurposeRow {
 const PurposeRow& row_of(FilePrompt::Purpose purpose) {
     static constexpr PurposeRow kRows[] = {
         {"Open a scene or an environment", "scenes .glb, .gltf; environments .exr, .hdr", "Open", kScenes},
+        {"Choose an environment", "environments .exr, .hdr", "Open", kEnvironments},
         {"Compare with a picture", "pictures .exr, .png", "Open", kPictures},
         {"Save settings as", "settings .json", "Save", kSettings}};
     return kRows[static_cast<std::size_t>(purpose)];

@@ -16,7 +16,7 @@ namespace halflight::view {
 /// and names without an extension get that of settings files.
 class FilePrompt {
   public:
-    enum class Purpose { open, compare, save };
+    enum class Purpose { open, environment, compare, save };
     /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`, and `name`.
     void ask(Purpose purpose, const std::filesystem::path& first, const std::string& name = "");
     /// Opens the dialog for a settings file that another program has changed. The user may replace it, or choose
@@ -40,7 +40,7 @@ class FilePrompt {
     Purpose purpose_ = Purpose::open;
     bool asked_ = false;                            // the dialog must be opened
     bool asking_ = false;                           // the dialog is open, or must be opened
-    std::array<std::filesystem::path, 3> folders_;  // last folder of each purpose, absolute; empty: none yet
+    std::array<std::filesystem::path, 4> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
     std::string proposed_;  // name that the field shows in each folder
     std::array<char, 4096> name_{};

@@ -89,7 +89,7 @@ void choose_environment(PanelContext& c) {
                 "clear sky with its sun is as bright as outdoors, in nits"))
         return;
     if (chosen == kFile)
-        c.requests.actions.push_back(Action::open);
+        c.requests.ask_environment = true;
     else if (chosen == kOfFile)
         c.requests.environment = EnvironmentChoice();
     else if (chosen == kClearSky)

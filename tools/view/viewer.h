@@ -26,6 +26,7 @@
 #include "tools/view/timings.h"
 #include "tools/view/toasts.h"
 #include "tools/view/unsaved_prompt.h"
+#include "tools/view/view_history.h"
 
 namespace halflight::view {
 
@@ -85,7 +86,12 @@ class Viewer {
 
     // The following functions are defined in viewer_actions.cpp.
 
-    void perform(Action action, const KeyPress& press, const dvec2& point);
+    /// point: pixel of the picture under the mouse; none: the mouse is elsewhere.
+    void perform(Action action, const KeyPress& press, const std::optional<dvec2>& point);
+    bool available(Action action) const;  // Returns whether an action would have an effect now.
+    void play_or_stop();
+    void show_other_view(bool next);  // Restores the view before the last move of the camera, or after it.
+    void frame_object(const std::optional<dvec2>& point);
     void perform(const PanelRequests& requests);
     void recall(std::size_t number);
     void step_layer(int step);
@@ -170,6 +176,7 @@ class Viewer {
     Timings timings_;
     PassHistory history_;
     EditHistory edit_history_;
+    ViewHistory view_history_;
     // State at the last click that was not the second of two; none after an opening, which may have changed the scene.
     std::optional<SavedSettings> before_click_;
     bool reverts_ = false;   // all edits of the scene have to be removed
@@ -211,6 +218,8 @@ class Viewer {
     ivec2 comparison_size_{0};               // size of picture B, pixels
     ComparisonMode comparison_mode_ = ComparisonMode::split;
     bool picking_ = false;                // the next click in the picture focuses the lens
+    bool press_used_ = false;             // the last press of the left button has done something else than navigate
+    bool plays_next_ = false;             // the animation that is being opened will play
     bool drawing_region_ = false;         // the next drag in the picture draws a region
     std::optional<dvec2> region_corner_;  // where that drag began, pixels of the picture
     int samples_before_region_ = 0;  // samples that the view had when the region was set; 0: no region, or a later view

@@ -122,7 +122,8 @@ bool Viewer::drag_handles(const WindowLayout& layout) {
         return true;
     }
     lit_handle_.reset();
-    const bool free = panels_shown_ && !ImGui::GetIO().WantCaptureMouse && layout.picture.contains(gui_.mouse());
+    // Handles reach beyond the picture.
+    const bool free = panels_shown_ && !ImGui::GetIO().WantCaptureMouse && layout.area.contains(gui_.mouse());
     if (!free || (ImGui::IsMouseDown(ImGuiMouseButton_Left) && !ImGui::IsMouseClicked(ImGuiMouseButton_Left)))
         return false;
     const double length = ObjectOverlay::handle_length(layout.picture, picture_size_, gui_.scale());
