@@ -168,7 +168,8 @@ void messages(const Rectangle& area, Toasts& toasts) {
         ImGui::SetNextWindowBgAlpha(0.9f);
         ImGui::Begin(fmt::format("message {}", i).c_str(), nullptr,
                      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                         ImGuiWindowFlags_NoFocusOnAppearing);
+                         ImGuiWindowFlags_NoFocusOnAppearing |
+                         (toast.error ? 0 : ImGuiWindowFlags_NoInputs));  // clicks reach the picture behind
         ImGui::PushTextWrapPos(style.WindowPadding.x + wrap);
         if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
         ImGui::TextUnformatted(words.c_str());
