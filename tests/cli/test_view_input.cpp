@@ -71,6 +71,14 @@ TEST_F(RealInput, SavesInAnotherFile) {
     EXPECT_EQ(saved["exposure"], 0.25) << "later saves go to the same file";
 }
 
+TEST_F(RealInput, SavesThePictureUnderAName) {
+    input_state(fmt::format("xdotool mousemove 100 200 key h key ctrl+p sleep 1.5 key ctrl+a type {}\n"
+                            "xdotool key Return sleep 1.5",
+                            file("named.exr")),
+                "wait samples 1");
+    EXPECT_EQ(exr("named.exr").width, size.x);
+}
+
 TEST_F(RealInput, ChosenSizesStayInOtherWindows) {
     input_state("xdotool search --name halflight windowsize 500 400 sleep 1", "wait samples 1\nscreenshot @kept.png");
     const Image kept = png("kept.png");

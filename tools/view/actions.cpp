@@ -13,6 +13,8 @@ constexpr std::array kActions = {
               "saves the settings in another file"},
     ActionRow{Action::screenshot, Menu::file, "Save .png", "P", "saves the picture as shown"},
     ActionRow{Action::exr, Menu::file, "Save .exr", "Ctrl+E", "saves the linear picture with the layer shown"},
+    ActionRow{Action::picture_as, Menu::file, "Save picture as ...", "Ctrl+P",
+              "saves the picture under a name: .png as shown, .exr linear, if wanted with all layers"},
     ActionRow{Action::quit, Menu::file, "Quit", "Ctrl+Q", "ends the viewer"},
     ActionRow{Action::undo, Menu::edit, "Undo", "Ctrl+Z", "takes back the last edit"},
     ActionRow{Action::redo, Menu::edit, "Redo", "Ctrl+Y, Ctrl+Shift+Z", "repeats the edit that was taken back last"},

@@ -12,6 +12,7 @@ enum class Action {
     save,
     save_as,
     screenshot,
+    picture_as,
     exr,
     quit,
     undo,

@@ -49,6 +49,7 @@ void scene_section(PanelContext& c) {
     action_button(c, Action::save, true);
     action_button(c, Action::screenshot);
     action_button(c, Action::exr, true);
+    action_button(c, Action::picture_as, true);
     if (c.session.timeline().file && !c.session.timeline().animations.empty()) animation(c.session.timeline(), c);
     heading("Objects");
     variants(c);

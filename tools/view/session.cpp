@@ -97,12 +97,13 @@ void Session::take_camera(const std::string& name_or_number) {
 
 void Session::reset_camera() {
     take_view({first_pose_, first_camera_});
+    take_lens(camera());
 }
 
 void Session::take_view(const View& view) {
     pose_ = view.pose;
     scene_camera_ = view.camera;
-    take_lens(camera());
+    if (scene_camera_) take_lens(camera());  // a free camera keeps the lens that is in use
     follow_camera();
 }
 

@@ -69,8 +69,10 @@ struct SwitchedOff {
     Exposure exposure{};  // exposure without a physical camera
     float iso = float(PhysicalCamera::kUsualIso);
     ExposureTime shutter_speed{};
-    Preview preview{.cache = true};  // preview modes that denoising excludes
-    float clamp = 10;                // PreviewModes::clamp
+    Preview preview{.cache = true};                 // preview modes that denoising excludes
+    float clamp = 10;                               // PreviewModes::clamp
+    ClearSky sky{.elevation = 40, .azimuth = 135};  // environment
+    vec3 color{0.5f};                               // colour of the environment
 };
 
 /// Functions that load something are defined in session_opening.cpp.

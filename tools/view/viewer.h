@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <new>
 #include <optional>
@@ -105,9 +106,10 @@ class Viewer {
     float shown_split() const;                     // Returns the split of Display::draw() in the current mode.
     bool settings_changed() const;                 // Returns whether another program has written the settings file.
     void save(const std::filesystem::path& file);  // Saves the settings; later saves go to the same file.
-    void screenshot(const std::filesystem::path& path);
-    /// Saves the picture under an unused name, ".png" or ".exr"; a coarse one is saved once it has full resolution.
-    void save_picture(const std::string& extension);
+    /// all_layers: an .exr takes all layers, not only the one shown.
+    void screenshot(const std::filesystem::path& path, bool all_layers = false);
+    /// Saves the picture; a coarse one is saved once it has full resolution.
+    void save_picture(const std::filesystem::path& path, bool all_layers = false);
     void save_waiting_pictures();
     std::filesystem::path unused_name(const char* extension);
     void report_files();  // Tells the user which files have been written.
@@ -240,7 +242,7 @@ class Viewer {
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     std::set<std::filesystem::path> names_;   // names of files that have been given out
-    std::set<std::string> waiting_pictures_;  // extensions of pictures that are saved at full resolution
+    std::map<std::filesystem::path, bool> waiting_pictures_;  // pictures to save at full resolution: with all layers?
     FileWriter writer_;
     RenderThread thread_;  // last member, so that it ends first
 };

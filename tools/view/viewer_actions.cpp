@@ -51,9 +51,12 @@ void Viewer::perform(Action action, const KeyPress& press, const std::optional<d
             return file_prompt_.ask(FilePrompt::Purpose::save, session_.settings_file().parent_path(),
                                     session_.settings_file().filename().string());
         case Action::screenshot:
-            return save_picture("png");
+            return save_picture(unused_name("png"));
         case Action::exr:
-            return save_picture("exr");
+            return save_picture(unused_name("exr"));
+        case Action::picture_as:
+            return file_prompt_.ask(FilePrompt::Purpose::picture, ".", session_.file().stem().string() + ".png",
+                                    picture_ ? with_samples(picture_->samples()) : "");
         case Action::quit:
             return window_.close();
         case Action::undo:
@@ -142,6 +145,7 @@ bool Viewer::available(Action action) const {
     switch (action) {
         case Action::screenshot:
         case Action::exr:
+        case Action::picture_as:
         case Action::keep:
             return picture_ != nullptr;
         case Action::undo:
@@ -286,6 +290,8 @@ void Viewer::take(const FilePrompt::Answer& answer, PanelRequests& requests) {
             return;
         case FilePrompt::Purpose::save:
             return save(answer.file);
+        case FilePrompt::Purpose::picture:
+            return attempt([&] { save_picture(answer.file, answer.all_layers); });
     }
 }
 
@@ -338,39 +344,41 @@ void Viewer::save(const std::filesystem::path& file) {
     writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
 }
 
-void Viewer::screenshot(const std::filesystem::path& path) {
+void Viewer::screenshot(const std::filesystem::path& path, bool all_layers) {
     if (!picture_) throw Error(path.string(), "not written: there is no picture yet");
+    const auto complete = all_layers ? thread_.complete_picture() : nullptr;
+    const bool all = complete && complete->view == picture_->view && complete->divisor == 1;
+    const std::shared_ptr<const Picture> picture = all ? complete : picture_;
     if (!has_extension(path, "exr"))
         return writer_.write(path.string(), [path, image = display_.read(shown_split())] { write_png(path, image); });
-    const RenderStats& stats = picture_->result.stats;
+    const RenderStats& stats = picture->result.stats;
     PictureInfo facts{
-        .camera = picture_->camera,
+        .camera = picture->camera,
         .working_space = colors_.linear_space(""),
         .samples = stats.samples,
         .comments =
             fmt::format("scene {}, shown by halflight view, {} samples{}, {}", session_.file().filename().string(),
-                        stats.samples, region_note(*picture_), session_.description()),
+                        stats.samples, region_note(*picture), session_.description()),
         .filter = text(PixelFilter{}),
-        .lens =
-            lens_text(picture_->camera, stats.lens, {picture_->result.beauty.width, picture_->result.beauty.height}),
+        .lens = lens_text(picture->camera, stats.lens, {picture->result.beauty.width, picture->result.beauty.height}),
         .shutter = "",
-        .bias = fmt::format("{}", fmt::join(layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
+        .bias = fmt::format("{}", fmt::join(!all && layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
         .error = ""};
-    writer_.write(path.string(), [path, facts = std::move(facts), picture = picture_, view = layer_view_] {
-        write_picture(path, shown_result(view, picture->aovs, picture->result), facts);
+    writer_.write(path.string(), [path, facts = std::move(facts), picture, view = layer_view_, all] {
+        write_picture(path, all ? picture->result : shown_result(view, picture->aovs, picture->result), facts);
     });
 }
 
-void Viewer::save_picture(const std::string& extension) {
-    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(unused_name(extension.c_str()));
-    waiting_pictures_.insert(extension);
+void Viewer::save_picture(const std::filesystem::path& path, bool all_layers) {
+    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(path, all_layers);
+    waiting_pictures_[path] = all_layers;
     tell("The picture is saved once it has full resolution");
 }
 
 void Viewer::save_waiting_pictures() {
     if (waiting_pictures_.empty() || !picture_ || picture_->divisor > 1 || drawn_request_ != request_) return;
-    for (const std::string& extension : std::exchange(waiting_pictures_, {}))
-        attempt([&] { screenshot(unused_name(extension.c_str())); });
+    for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
+        attempt([&, to = path, all = all_layers] { screenshot(to, all); });
 }
 
 void Viewer::report_files() {

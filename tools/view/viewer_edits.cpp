@@ -102,7 +102,9 @@ void Viewer::change_variant(const std::string& variant) {
 void Viewer::step_handles() {
     constexpr int kModes = 4;
     gizmo_.mode = static_cast<GizmoMode>((static_cast<int>(gizmo_.mode) + 1) % kModes);
-    tell(fmt::format("Handles: {}", name(gizmo_.mode)), "handles");
+    tell(fmt::format("Handles: {}{}", name(gizmo_.mode),
+                     Gizmo::can_move(session_) ? "" : " (nothing is selected that they could move)"),
+         "handles");
 }
 
 void Viewer::hide_selected() {
