@@ -49,7 +49,10 @@ double distance(const dvec2& p, const PictureLine& line) {
 }  // namespace
 
 void keep_pivot(const NodeFrame& frame, const NodeEdit& before, NodeEdit& edit) {
-    edit.translate += (linear(before) - linear(edit)) * (frame.pivot - frame.origin);
+    constexpr double kRounding = 1e-12;  // share of the distance between pivot and origin
+    const dvec3 arm = frame.pivot - frame.origin, shift = (linear(before) - linear(edit)) * arm;
+    for (int i = 0; i < 3; ++i)
+        if (std::abs(shift[i]) > kRounding * glm::length(arm)) edit.translate[i] += shift[i];
 }
 
 const char* name(GizmoMode mode) {

@@ -56,7 +56,7 @@ void Viewer::perform(Action action, const KeyPress& press, const std::optional<d
             return save_picture(unused_name("exr"));
         case Action::picture_as:
             return file_prompt_.ask(FilePrompt::Purpose::picture, ".", session_.file().stem().string() + ".png",
-                                    picture_ ? with_samples(picture_->samples()) : "");
+                                    picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : "");
         case Action::quit:
             return window_.close();
         case Action::undo:
