@@ -266,6 +266,9 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     });
     for (const Setting& setting : known_settings())
         if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
+    if (s.settings.denoise && s.settings.preview.any())
+        file.find("denoise")->fail("excludes preview modes, and 'preview' is \"{}\"",
+                                   setting("preview").get(s.settings));
     with(file, "size", [&](const Element& v) { s.size = read_size(v); });
     with(file, "variant", [&](const Element& v) { s.variant = v.text(); });
     with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });

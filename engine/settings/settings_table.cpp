@@ -325,6 +325,7 @@ std::vector<Setting> make_table() {
                 .group = kPicture,
                 .help = "filters noise out of the finished picture, which is biased but approaches the mean of the "
                         "samples as they become more; layers and --error refer to that mean",
+                .saved = true,
                 .memory = true,
             }),
         row([](auto& s) -> auto& { return s.denoise_frames; },

@@ -44,6 +44,30 @@ TEST_F(ViewEdit, PicturesEqualThoseOfTheSavedFileAndOfOptions) {
     EXPECT_TRUE(same_bits(exr("shown.exr"), plain));
 }
 
+/// "Always" shows, saves and hands on what --denoise makes of the same samples.
+TEST_F(ViewEdit, DenoisedPicturesEqualThoseOfRender) {
+    show(R"(
+        wait samples 8
+        screenshot @noisy.exr
+        denoise always
+        wait samples 8
+        screenshot @denoised.exr
+        save
+        undo
+        wait samples 8
+        screenshot @undone.exr
+    )",
+         {"--quiet"});
+    const Image denoised = exr("denoised.exr");
+    EXPECT_TRUE(same_bits(denoised, render("render.exr", "--samples 8 --denoise")));
+    EXPECT_TRUE(same_bits(denoised, render("render.exr", "--samples 8 --settings", settings())));
+    EXPECT_FALSE(same_bits(denoised, exr("noisy.exr")));
+    EXPECT_TRUE(same_bits(exr("undone.exr"), exr("noisy.exr")));
+    expect_has(bias_of(file("denoised.exr")), "denoised");
+    EXPECT_EQ(bias_of(file("undone.exr")), "");
+    expect_error("denoise never\n", 1, "denoise: ");
+}
+
 /// Commands and keys undo and redo; reverting removes all edits as one edit.
 TEST_F(ViewEdit, EditsAreUndoneAndRedone) {
     show(R"(

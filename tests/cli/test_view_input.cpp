@@ -1,4 +1,5 @@
 // Tests real input of mouse and keys, regions, inspection and comparison in the viewer.
+#include "tests/cli/animated_scenes.h"
 #include "tests/cli/view_test.h"
 
 namespace halflight::test {
@@ -70,10 +71,67 @@ TEST_F(RealInput, SavesInAnotherFile) {
     EXPECT_EQ(saved["exposure"], 0.25) << "later saves go to the same file";
 }
 
+TEST_F(RealInput, SavesThePictureUnderAName) {
+    input_state(fmt::format("xdotool mousemove 100 200 key h key ctrl+p sleep 1.5 key ctrl+a type {}\n"
+                            "xdotool key Return sleep 1.5",
+                            file("named.exr")),
+                "wait samples 1");
+    EXPECT_EQ(exr("named.exr").width, size.x);
+}
+
 TEST_F(RealInput, ChosenSizesStayInOtherWindows) {
     input_state("xdotool search --name halflight windowsize 500 400 sleep 1", "wait samples 1\nscreenshot @kept.png");
     const Image kept = png("kept.png");
     EXPECT_EQ(ivec2(kept.width, kept.height), ivec2(320, 240));
+}
+
+/// Keys over the side bar act on the selected object, and never on what a picture behind the bar would show.
+TEST_F(RealInput, KeysOverTheSideBarActOnTheSelection) {
+    const char* const over_bar = "xdotool mousemove 300 120 key f sleep 0.5";
+    const auto nothing = input_state(over_bar, "", "key H\n");
+    EXPECT_EQ(nothing["camera"], json("ready.json")["camera"]) << "everything was framed";
+    const auto framed = input_state(over_bar, "", "key H\nselect node:1\n");
+    EXPECT_NE(framed["camera"], json("ready.json")["camera"]);
+    EXPECT_EQ(framed["selection"], "node 1");
+    const auto focused =
+        input_state("xdotool mousemove 300 120 key l mousemove 80 146 click 1 sleep 0.5", "", "key H\n");
+    EXPECT_GT(focused["focus"], 0) << "L over the bar waits for a click";
+    EXPECT_EQ(focused["selection"], "nothing") << "the click that focuses selects nothing";
+    EXPECT_EQ(input_state("xdotool mousemove 80 146 click 1 sleep 0.5", "", "key H\n")["selection"], "node 0");
+}
+
+/// One tap of a key flies by centimetres, and Z takes it back.
+TEST_F(RealInput, CameraMovesAreShortAndTakenBack) {
+    const auto flown = input_state("xdotool mousemove 100 200 key d sleep 1", "")["camera"];
+    const auto before = json("ready.json")["camera"];
+    const double step = flown[0].get<double>() - before[0].get<double>();
+    EXPECT_GT(step, 0.001);
+    EXPECT_LT(step, 0.5);
+    EXPECT_EQ(input_state("xdotool mousemove 100 200 key d sleep 1 key z sleep 0.5", "")["camera"], before);
+}
+
+TEST_F(RealInput, SpacePlaysTheFirstAnimation) {
+    scene = write_animated_scene(folder.path).string();
+    const auto state = input_state("xdotool mousemove 100 200 key space sleep 4", "", "", {"--quiet"});
+    EXPECT_EQ(state["animation"], "bend");
+    EXPECT_GT(state["frame"], 0) << "it does not play";
+}
+
+/// The picture fills its area from the first frame on, also where the window is smaller than was asked.
+TEST_F(RealInput, ThePictureFillsItsAreaAtOnce) {
+    write_text(folder / "keys.sh", fmt::format(R"(xdotool search --sync --onlyvisible --name '[(]front[)]$' >{0}
+        xdotool mousemove 20 60
+        while [ ! -f '{1}' ]; do xdotool key ctrl+s; sleep 0.5; done
+        xdotool key ctrl+q
+    )",
+                                               file("window"), settings()));
+    Process input({"timeout", "90", "sh", file("keys.sh")},
+                  ProcessOptions{.environment = {"DISPLAY=" + display->name()}});
+    const Outcome outcome = run_program(words("view", scene, "--exposure 0"), on_display(60));
+    input.wait();
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto saved = json_file(settings()).at("size");
+    EXPECT_LT(saved[0], 1000) << "the display has 1280 pixels, of which the side bar takes more than 300";
 }
 
 TEST_F(ViewInput, OtherEnvironmentsAreMetered) {

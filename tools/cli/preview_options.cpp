@@ -22,6 +22,7 @@ void check_preview_options(const CLI::App& app, const RenderArguments& a) {
 
 void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
     if (app.count("--frame") > 0 && !a.animation) throw UsageError("--frame", "needs --animation");
+    if (a.settings.preview.any()) exclude(app, "--denoise", "--preview");
 }
 
 void add_preview_options(CLI::App& app, PreviewArguments& a) {
@@ -83,6 +84,7 @@ void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     a.mip_levels = a.settings.texture_lod;
     if (a.width && a.height) a.aspect = double(*a.width) / *a.height;
     check_preview_options(app, a);
+    if (a.settings.denoise) a.settings.preview = {};
 }
 
 std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* const* argv) {

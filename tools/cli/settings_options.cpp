@@ -44,10 +44,11 @@ struct Override {
     const char* option;
 };
 constexpr Override kOverrides[] = {
-    {"display", "--view"},  {"view", "--display"},           {"samples", "--time"},         {"samples", "--error"},
-    {"preview", "--error"}, {"preview", "--shutter"},        {"preview", "--denoise"},      {"preview", "--adaptive"},
-    {"preview", "--crop"},  {"preview", "--overscan"},       {"preview", "--sample-parts"}, {"preview", "--checkpoint"},
-    {"exposure", "--iso"},  {"exposure", "--shutter-speed"}, {"exposure", "--fstop"},       {"aperture", "--fstop"}};
+    {"display", "--view"},    {"view", "--display"},     {"samples", "--time"},           {"samples", "--error"},
+    {"preview", "--error"},   {"preview", "--shutter"},  {"preview", "--denoise"},        {"preview", "--adaptive"},
+    {"preview", "--crop"},    {"preview", "--overscan"}, {"preview", "--sample-parts"},   {"preview", "--checkpoint"},
+    {"denoise", "--preview"}, {"exposure", "--iso"},     {"exposure", "--shutter-speed"}, {"exposure", "--fstop"},
+    {"aperture", "--fstop"}};
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>

@@ -23,7 +23,8 @@ constexpr std::pair<const char*, const char*> kMouse[] = {
     {"middle drag, Shift and drag", "moves sideways"},
     {"right drag, wheel", "moves closer or farther"},
     {"double click", "sets the focus on the surface under the mouse"},
-    {"W A S D Q E", "fly, or walk horizontally"},
+    {"W A S D Q E", "fly, or walk horizontally; with Shift four times as fast"},
+    {"wheel in the modes Fly and Walk", "changes the speed"},
 };
 
 ImVec2 vec(const ivec2& v) {
@@ -31,6 +32,14 @@ ImVec2 vec(const ivec2& v) {
 }
 
 void camera_items(PanelContext& c) {
+    constexpr std::pair<const char*, dvec3> kSides[] = {{"front (+Z)", {0, 0, 1}}, {"back (-Z)", {0, 0, -1}},
+                                                        {"right (+X)", {1, 0, 0}}, {"left (-X)", {-1, 0, 0}},
+                                                        {"top (+Y)", {0, 1, 0}},   {"bottom (-Y)", {0, -1, 0}}};
+    if (ImGui::BeginMenu("View from")) {
+        for (const auto& [side, direction] : kSides)
+            if (ImGui::MenuItem(side)) c.requests.pose = seen_from(c.session.pose(), direction);
+        ImGui::EndMenu();
+    }
     ImGui::Separator();
     const auto& cameras = c.session.scene().cameras;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -67,7 +76,8 @@ void menu_bar(PanelContext& c) {
         if (!ImGui::BeginMenu(name(menu))) continue;
         for (const ActionRow& row : actions()) {
             if (row.menu != menu || row.action == Action::recall) continue;
-            if (ImGui::MenuItem(row.label, row.keys)) c.requests.actions.push_back(row.action);
+            if (ImGui::MenuItem(row.label, row.keys, false, c.now.available(row.action)))
+                c.requests.actions.push_back(row.action);
             tooltip(row.help);
         }
         if (menu == Menu::view) layer_items(c);
@@ -158,7 +168,8 @@ void messages(const Rectangle& area, Toasts& toasts) {
         ImGui::SetNextWindowBgAlpha(0.9f);
         ImGui::Begin(fmt::format("message {}", i).c_str(), nullptr,
                      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                         ImGuiWindowFlags_NoFocusOnAppearing);
+                         ImGuiWindowFlags_NoFocusOnAppearing |
+                         (toast.error ? 0 : ImGuiWindowFlags_NoInputs));  // clicks reach the picture behind
         ImGui::PushTextWrapPos(style.WindowPadding.x + wrap);
         if (toast.error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
         ImGui::TextUnformatted(words.c_str());

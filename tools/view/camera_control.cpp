@@ -110,6 +110,11 @@ CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect) {
     return pose;
 }
 
+CameraPose seen_from(CameraPose pose, const dvec3& direction) {
+    pose.from = pose.at + glm::length(pose.from - pose.at) * glm::normalize(direction);
+    return look_at(pose, pose.at);
+}
+
 Ray ray_through(const Camera& camera, const dvec2& point, const ivec2& size) {
     const dmat4& m = camera.camera_to_world;
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);

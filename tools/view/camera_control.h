@@ -29,6 +29,9 @@ CameraPose look_at(CameraPose pose, const dvec3& point);
 /// height) shows the whole box. An empty box changes nothing.
 CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect);
 
+/// Looks at the same point from a direction, at the same distance.
+CameraPose seen_from(CameraPose pose, const dvec3& direction);
+
 struct Ray {
     dvec3 origin;      // position, world units
     dvec3 direction;   // unit vector, world space

@@ -40,19 +40,16 @@ void mouse_mode(Navigation& navigation) {
     if (radio("Walk", navigation.mode == Mode::walk, "a drag turns the head; W A S D Q E walk horizontally", true))
         navigation.mode = Mode::walk;
     if (navigation.mode != Mode::orbit)
-        slider("Speed", navigation.speed, 0.01f, 100, "%.2f", "scene diagonals per ten seconds", kLogarithmic);
+        slider("Speed", navigation.speed, kLeastSpeed, kMostSpeed, "%.3g m/s",
+               "the wheel changes it; Shift moves four times as fast", kLogarithmic);
 }
 
 void lens(PanelContext& c) {
     heading("Lens");
     Lens& lens = c.session.transform.camera.lens;
     bool blurs = lens.blurs();
-    if (checkbox("Depth of field", blurs, "blurs what is out of focus; L focuses on the surface under the mouse")) {
-        if (blurs)
-            c.session.focus_lens(dvec2(0.5), ivec2(1));
-        else
-            lens.focus = {.kind = Focus::Kind::none};
-    }
+    if (checkbox("Depth of field", blurs, "blurs what is out of focus; L focuses on the surface under the mouse"))
+        c.session.set_depth_of_field(blurs);
     if (button(c.now.picking ? "Click into the picture ..." : "Pick focus",
                "focuses on the surface that is clicked next, as does L under the mouse"))
         c.requests.pick_focus = true;
@@ -97,7 +94,7 @@ void size(PanelContext& c) {
 void bookmarks(PanelContext& c) {
     heading("Bookmarks");
     auto& all = c.session.bookmarks;
-    if (button("Add bookmark", "stores the view (B)")) c.requests.actions.push_back(Action::bookmark);
+    action_button(c, Action::bookmark);
     for (std::size_t i = 0; i < all.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
         if (ImGui::Button(all[i].name.c_str())) c.requests.pose = all[i].pose;
@@ -124,7 +121,24 @@ void camera_section(PanelContext& c) {
         pose.vertical_fov = glm::radians(double{degrees});
         c.requests.pose = pose;
     }
-    if (button("Reset", "returns to the initial view (R)")) c.requests.actions.push_back(Action::reset_camera);
+    if (!pose.orthographic) {
+        // The sensor is as long as the longer side of the picture.
+        const double set = c.session.transform.camera.lens.sensor;
+        const double sensor = set > 0 ? set : Lens::kUsualSensor;
+        const double longer = std::max(double(c.now.size.x) / std::max(c.now.size.y, 1), 1.0);
+        auto length = static_cast<float>(sensor / 2 / (std::tan(pose.vertical_fov / 2) * longer));
+        if (slider("Focal length", length, 8, 300, "%.1f mm",
+                   fmt::format("with a sensor of {:.4g} mm along the longer side of the picture", sensor).c_str(),
+                   kLogarithmic)) {
+            pose.vertical_fov = 2 * std::atan(sensor / 2 / (double{length} * longer));
+            c.requests.pose = pose;
+        }
+    }
+    action_button(c, Action::reset_camera, false, "Reset");
+    action_button(c, Action::previous_view, true, "Previous");
+    action_button(c, Action::next_view, true, "Next");
+    action_button(c, Action::frame_selected, false);
+    action_button(c, Action::frame_all, true);
     size(c);
     lens(c);
     bookmarks(c);

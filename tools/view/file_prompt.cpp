@@ -16,6 +16,7 @@ namespace halflight::view {
 namespace {
 
 constexpr std::array<std::string_view, 4> kScenes = {"glb", "gltf", "exr", "hdr"};
+constexpr std::array<std::string_view, 2> kEnvironments = {"exr", "hdr"};
 constexpr std::array<std::string_view, 2> kPictures = {"exr", "png"};
 constexpr std::array<std::string_view, 1> kSettings = {"json"};
 
@@ -29,14 +30,18 @@ struct PurposeRow {
 const PurposeRow& row_of(FilePrompt::Purpose purpose) {
     static constexpr PurposeRow kRows[] = {
         {"Open a scene or an environment", "scenes .glb, .gltf; environments .exr, .hdr", "Open", kScenes},
+        {"Choose an environment", "environments .exr, .hdr", "Open", kEnvironments},
         {"Compare with a picture", "pictures .exr, .png", "Open", kPictures},
-        {"Save settings as", "settings .json", "Save", kSettings}};
+        {"Save settings as", "settings .json", "Save", kSettings},
+        {"Save the picture as", "pictures .exr, .png", "Save", kPictures}};
     return kRows[static_cast<std::size_t>(purpose)];
 }
 
 }  // namespace
 
-void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first, const std::string& name) {
+void FilePrompt::ask(Purpose purpose, const std::filesystem::path& first, const std::string& name,
+                     const std::string& note) {
+    note_ = note;
     purpose_ = purpose;
     asked_ = asking_ = true;
     problem_.clear();
@@ -81,8 +86,10 @@ std::optional<std::filesystem::path> FilePrompt::take(const std::string& name) {
         enter(path);
         return std::nullopt;
     }
-    const bool saves = purpose_ == Purpose::save;
-    if (saves && !has_extension(path, "json")) path += ".json";
+    const bool saves = purpose_ == Purpose::save || purpose_ == Purpose::picture;
+    const auto known = [&](std::string_view extension) { return has_extension(path, std::string(extension).c_str()); };
+    if (saves && std::ranges::none_of(row_of(purpose_).extensions, known))
+        path += purpose_ == Purpose::save ? ".json" : ".png";
     const bool exists = std::filesystem::exists(path, unknown);
     if (saves ? !exists || path == to_replace_ : exists) return path;
     problem_ = saves ? fmt::format("{} exists; Save replaces it", path.string())
@@ -124,7 +131,9 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
     ImGui::TextUnformatted(shortened(folder().string(), ImGui::GetContentRegionAvail().x).c_str());
     tooltip(folder().string().c_str());
     // Below the list: the field, two lines for a problem, which may wrap, and the buttons.
-    const float below = 2 * ImGui::GetFrameHeightWithSpacing() + 2 * ImGui::GetTextLineHeightWithSpacing();
+    const bool layers = purpose_ == Purpose::picture;
+    const float below = (layers ? 3 : 2) * ImGui::GetFrameHeightWithSpacing() +
+                        (2 + !note_.empty()) * ImGui::GetTextLineHeightWithSpacing();
     ImGui::BeginChild("files", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * height)}, true);
     list_entries(taken);
     ImGui::EndChild();
@@ -135,6 +144,8 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
         taken = name_.data();
         ImGui::SetKeyboardFocusHere(-1);  // a folder that was entered is followed by another name
     }
+    if (layers) checkbox("All layers in an .exr", all_layers_, "adds the components and the data of each pixel");
+    if (!note_.empty()) faint_text(note_);
     const float lines = ImGui::GetCursorPosY();
     if (problem_.empty())
         faint_text(row.files);
@@ -147,7 +158,7 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
     if (file || cancelled) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
     if (!file) return std::nullopt;
-    return Answer{purpose_, *file};
+    return Answer{purpose_, *file, layers && all_layers_};
 }
 
 }  // namespace halflight::view

@@ -17,7 +17,9 @@ constexpr double kMiddle = 0.12;      // half size of the handle in the middle, 
 constexpr double kGap = 0.2;          // distance of the other handles from the origin, lengths of handles
 constexpr double kLeastScale = 1e-6;  // least factor of a scale
 constexpr int kRingSteps = 64;        // lines of a ring
-constexpr double kEdgeOn = 0.08;      // cosine of the angle below which a ring counts as seen from the side
+constexpr double kShort = 0.25;       // length below which a handle is not shown, lengths of handles
+constexpr double kLeastFactor = 0.01, kMostFactor = 100;  // factors on a scale by one drag
+constexpr double kEdgeOn = 0.08;  // cosine of the angle below which a ring counts as seen from the side
 
 NodeEdit own_edit(const SceneEdits& edits, const std::string& name) {
     const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);
@@ -30,6 +32,13 @@ dmat3 rotation(int axis, double degrees) {
     return dmat3(glm::rotate(dmat4(1), glm::radians(degrees), around));
 }
 
+/// Returns scaling and rotation of an edit.
+dmat3 linear(const NodeEdit& edit) {
+    dmat3 m = rotation(2, edit.rotate.z) * rotation(1, edit.rotate.y) * rotation(0, edit.rotate.x);
+    for (int i = 0; i < 3; ++i) m[i] *= edit.scale[i];
+    return m;
+}
+
 double distance(const dvec2& p, const PictureLine& line) {
     const dvec2 d = line[1] - line[0];
     const double length = glm::dot(d, d);
@@ -38,6 +47,13 @@ double distance(const dvec2& p, const PictureLine& line) {
 }
 
 }  // namespace
+
+void keep_pivot(const NodeFrame& frame, const NodeEdit& before, NodeEdit& edit) {
+    constexpr double kRounding = 1e-12;  // share of the distance between pivot and origin
+    const dvec3 arm = frame.pivot - frame.origin, shift = (linear(before) - linear(edit)) * arm;
+    for (int i = 0; i < 3; ++i)
+        if (std::abs(shift[i]) > kRounding * glm::length(arm)) edit.translate[i] += shift[i];
+}
 
 const char* name(GizmoMode mode) {
     return kNames[static_cast<std::size_t>(mode)];
@@ -62,9 +78,10 @@ std::optional<Gizmo::Axes> Gizmo::axes(const Session& session) const {
         return a;
     }
     if (s.kind != ObjectKind::node || mode == GizmoMode::none || session.in_pages()) return std::nullopt;
-    const NodeFrame frame = session.node_frame(s.index);
+    const NodeFrame frame = a.frame = session.node_frame(s.index);
     const NodeEdit edit = own_edit(session.edits, session.references().nodes.at(s.index));
-    a.origin = dvec3(frame.above * dvec4(frame.origin + edit.translate, 1));
+    const dvec3 place = frame.origin + edit.translate + linear(edit) * (frame.pivot - frame.origin);
+    a.origin = dvec3(frame.above * dvec4(place, 1));
     a.to_world = dmat3(frame.above);
     const dmat3 z = rotation(2, edit.rotate.z), zy = z * rotation(1, edit.rotate.y);
     const dmat3 turned = mode == GizmoMode::scale ? zy * rotation(0, edit.rotate.x) : dmat3(1);
@@ -76,6 +93,12 @@ std::optional<Gizmo::Axes> Gizmo::axes(const Session& session) const {
     for (const dvec3& axis : a.axes)
         if (!(glm::length(axis) > 0) || !std::isfinite(glm::length(axis))) return std::nullopt;
     return a;
+}
+
+bool Gizmo::can_move(const Session& session) {
+    Gizmo moving;
+    moving.mode = GizmoMode::move;
+    return moving.axes(session).has_value();
 }
 
 std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& size, double length) const {
@@ -94,6 +117,8 @@ std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& s
         Handle handle{axis, {}};
         const dvec3 along = reach * glm::normalize(a->axes[axis]);
         if (mode != GizmoMode::rotate) {
+            const auto end = projection.pixel(a->origin + along);
+            if (!end || glm::length(*end - *middle) < kShort * length) continue;
             add(handle.lines, a->origin + kGap * along, a->origin + along);
         } else {
             const dvec3 other = std::abs(along.x) < 0.5 * reach ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -118,11 +143,15 @@ std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& s
 
 std::optional<int> Gizmo::axis_at(const std::vector<Handle>& handles, const dvec2& point, double reach) {
     std::optional<int> nearest;
-    for (const Handle& handle : handles)
+    for (const Handle& handle : handles) {
+        if (handle.axis == kAll && point.x >= handle.lines[0][0].x && point.y >= handle.lines[0][0].y &&
+            point.x <= handle.lines[2][0].x && point.y <= handle.lines[2][0].y)
+            return kAll;
         for (const PictureLine& line : handle.lines) {
             const double d = distance(point, line);
             if (d < reach) nearest = handle.axis, reach = d;
         }
+    }
     return nearest;
 }
 
@@ -199,7 +228,7 @@ void Gizmo::drag(Session& session, const dvec2& point) {
         const dvec3 axis = glm::normalize(d.at.axes[d.axis == kAll ? 0 : d.axis]);
         const double start = along(d, axis, d.first);
         const double factor = d.axis == kAll ? std::exp((point.x - d.first.x) / d.length)
-                              : start != 0   ? along(d, axis, point) / start
+                              : start != 0   ? std::clamp(along(d, axis, point) / start, kLeastFactor, kMostFactor)
                                              : 1;
         for (int i = 0; i < 3; ++i) {
             if (d.axis != kAll && d.axis != i) continue;
@@ -214,6 +243,7 @@ void Gizmo::drag(Session& session, const dvec2& point) {
             glm::clamp(d.position + moved, kEditPosition.lower, kEditPosition.upper);
         return;
     }
+    keep_pivot(d.at.frame, d.node, edit);
     edit.translate = glm::clamp(edit.translate + moved, kEditPosition.lower, kEditPosition.upper);
     node_edit(session.edits, session.references().nodes[d.object.index]) = edit;
 }

@@ -10,6 +10,9 @@
 
 namespace halflight::view {
 
+/// Changes the translation of an edit so that rotation and scale leave the pivot where `before` has put it.
+void keep_pivot(const NodeFrame& frame, const NodeEdit& before, NodeEdit& edit);
+
 enum class GizmoMode { none, move, rotate, scale };
 const char* name(GizmoMode mode);
 /// Returns the mode of a name. Throws Error for other names.
@@ -27,9 +30,12 @@ class Gizmo {
 
     GizmoMode mode = GizmoMode::none;
 
-    /// Returns the handles of the selected object; none where it cannot be moved. length: that of the handles, pixels.
+    /// Returns whether handles of some mode can move the selected object.
+    static bool can_move(const Session& session);
+    /// Returns the handles of the selected object; none where it cannot be moved. Axes that point at the camera have
+    /// none. length: that of the handles, pixels.
     std::vector<Handle> handles(const Session& session, const ivec2& size, double length) const;
-    /// Returns the axis of the handle at a pixel, within `reach` pixels.
+    /// Returns the axis of the handle at a pixel, within `reach` pixels. The square in the middle counts as a whole.
     static std::optional<int> axis_at(const std::vector<Handle>& handles, const dvec2& point, double reach);
 
     /// Starts to drag the handle of an axis at a pixel.
@@ -47,6 +53,7 @@ class Gizmo {
         dvec3 axes[3];      // change of place per unit of translation; otherwise directions
         dmat3 to_world{1};  // translations of the edit to the world
         bool is_light = false;
+        NodeFrame frame{};  // that of a node
     };
     struct Drag {
         int axis;

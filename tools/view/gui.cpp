@@ -43,6 +43,8 @@ std::string name_of(const InputEvent& e, bool signs) {
             return "Space";
         case GLFW_KEY_DELETE:
             return "Delete";
+        case GLFW_KEY_HOME:
+            return "Home";
         case GLFW_KEY_ESCAPE:
             return "Escape";
         default:
@@ -196,6 +198,7 @@ Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
     const ImGuiIO& io = ImGui::GetIO();
     Input in;
     in.seconds = double{io.DeltaTime};
+    in.fast = io.KeyShift;
     if (!io.WantCaptureMouse) {
         // Movement that comes in one frame with a press was before it.
         const bool pressed = ImGui::IsMouseClicked(ImGuiMouseButton_Left) ||

@@ -12,6 +12,7 @@
 #include "api/halflight/edit_text.h"
 #include "engine/scene/black_body.h"
 #include "engine/scene/material_properties.h"
+#include "tools/view/gizmo.h"
 #include "tools/view/outliner.h"
 #include "tools/view/widgets.h"
 
@@ -64,18 +65,24 @@ void node(PanelContext& c, std::size_t index) {
     for (const GizmoMode mode : {GizmoMode::none, GizmoMode::move, GizmoMode::rotate, GizmoMode::scale})
         if (radio(view::name(mode), c.handles == mode, "what the handles on the picture do", mode != GizmoMode::none))
             c.handles = mode;
+    bool& on_origin = c.session.pivots_on_origin;
+    text("Pivot of rotation and scale");
+    if (radio("centre", !on_origin, "the centre of the object's bounds stays where it is")) on_origin = false;
+    if (radio("origin", on_origin, "the node's origin stays where it is, as in edits of the command line", true))
+        on_origin = true;
     drag("Translate, metres", edit.translate, 0.002f * static_cast<float>(c.session.diagonal()),
          "along the world's axes");
     drag("Rotate, degrees", edit.rotate, 0.5f, "about the world's X, then Y, then Z axis");
     drag("Scale", edit.scale, 0.01f, "factors along the world's axes");
     for (int i = 0; i < 3; ++i)
         if (edit.scale[i] == 0) edit.scale[i] = before.scale[i];
-    edit.translate = glm::clamp(edit.translate, kEditPosition.lower, kEditPosition.upper);
     edit.rotate = glm::clamp(edit.rotate, kEditRotation.lower, kEditRotation.upper);
     edit.scale = glm::clamp(edit.scale, kEditScale.lower, kEditScale.upper);
+    const NodeFrame frame = c.session.node_frame(index);
+    if (edit.translate == before.translate) keep_pivot(frame, before, edit);
+    edit.translate = glm::clamp(edit.translate, kEditPosition.lower, kEditPosition.upper);
     if (edit.matrix) faint_text("A matrix of the edits replaces the node's own transform.");
     if (button("Reset transform", "restores the transform of the scene")) edit = {};
-    const NodeFrame frame = c.session.node_frame(index);
     const dvec3 origin(frame.above * dvec4(frame.origin + edit.translate, 1));
     value("Origin", fmt::format("{:.5g}, {:.5g}, {:.5g}", origin.x, origin.y, origin.z), "world space, metres");
     value("Instances", fmt::format("{}", meshes.size()), "of this node and of those below it");

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "api/halflight/edit_text.h"
+#include "engine/scene/black_body.h"
 #include "engine/scene/light_types.h"
 #include "tools/view/inspector.h"
 #include "tools/view/outliner.h"
@@ -13,7 +14,12 @@
 namespace halflight::view {
 namespace {
 
-constexpr float kUsualKelvin = 4000;  // temperature that a light gets first
+/// Returns the temperature of the black body whose colour is nearest.
+float kelvin_of(const vec3& color) {
+    const float most = std::max({color.r, color.g, color.b});
+    const vec3 hue = most > 0 ? color / most : vec3(1);
+    return static_cast<float>(std::round(nearest_black_body(hue, kEditTemperature.lower, double{kMostKelvin})));
+}
 
 /// Returns the edit of the light's own name; a default one where there is none.
 LightEdit own_edit(const SceneEdits& edits, const std::string& name) {
@@ -27,7 +33,7 @@ void color_of_light(const PunctualLight& shown, LightEdit& edit) {
         edit.temperature.reset();
     }
     if (radio("Kelvin", edit.temperature.has_value(), "the colour is that of a black body", true) && !edit.temperature)
-        edit.temperature = kUsualKelvin, edit.color.reset();
+        edit.temperature = kelvin_of(edit.color.value_or(color_of(shown).color)), edit.color.reset();
     if (edit.temperature) {
         slider("Temperature", *edit.temperature, static_cast<float>(kEditTemperature.lower), kMostKelvin, "%.0f K",
                "colour of a black body: 2700 is a warm lamp, 6500 daylight", kClamp);
@@ -88,14 +94,18 @@ void choose_environment(PanelContext& c) {
                 "light from all directions. neutral, studio, sky and overcast give a white floor a radiance of 1; the "
                 "clear sky with its sun is as bright as outdoors, in nits"))
         return;
+    SwitchedOff& before = c.session.switched_off;
+    if (const auto* sky = std::get_if<ClearSky>(&c.session.environment())) before.sky = *sky;
+    if (const auto* color = std::get_if<vec3>(&c.session.environment()); color && name_of(*color) == kColor)
+        before.color = *color;
     if (chosen == kFile)
-        c.requests.actions.push_back(Action::open);
+        c.requests.ask_environment = true;
     else if (chosen == kOfFile)
         c.requests.environment = EnvironmentChoice();
     else if (chosen == kClearSky)
-        c.requests.environment = ClearSky{.elevation = 40, .azimuth = 135};
+        c.requests.environment = before.sky;
     else if (chosen == kColor)
-        c.requests.environment = vec3(0.5f);
+        c.requests.environment = before.color;
     else
         c.requests.environment = parse_environment("environment", chosen);
 }

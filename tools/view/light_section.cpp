@@ -11,6 +11,25 @@ namespace {
 
 constexpr std::size_t kMost = 100;  // lights, and emissive materials, that are listed; the section Scene lists all
 
+/// Opens the next properties, and scrolls to them, if they belong to an object that has just been selected.
+void open_if(PanelContext& c, bool selected) {
+    if (!selected || c.outliner.lit == c.session.selection) return;
+    ImGui::SetNextItemOpen(true);
+    ImGui::SetScrollHereY(0);
+}
+
+/// Returns whether a material is selected, or is one of the selected node or mesh.
+bool is_selected(const Session& session, std::size_t material) {
+    const Selection& s = session.selection;
+    if (s.kind == ObjectKind::material) return s.index == material;
+    std::vector<int> meshes = session.meshes_of_node();
+    if (s.kind == ObjectKind::mesh) meshes = {static_cast<int>(s.index)};
+    return std::ranges::any_of(meshes, [&](int mesh) {
+        const auto& used = session.scene().meshes[static_cast<std::size_t>(mesh)].triangle_material;
+        return std::ranges::find(used, static_cast<std::uint32_t>(material)) != used.end();
+    });
+}
+
 /// Shows the emission of each emissive material: artists count panels as lights.
 void emissive_materials(PanelContext& c) {
     const Scene& scene = c.session.scene();
@@ -19,11 +38,13 @@ void emissive_materials(PanelContext& c) {
         if (has_emission(scene.materials[i])) emissive.push_back(i);
     if (emissive.empty()) return;
     const std::vector<Material> shown = c.session.edited_values().materials;
+    const bool other = c.outliner.lit != c.session.selection;
     ImGui::PushID("surfaces");
     for (std::size_t k = 0; k < std::min(emissive.size(), kMost); ++k) {
         const std::size_t i = emissive[k];
         ImGui::PushID(static_cast<int>(i));
         const std::string& name = scene.materials[i].name;
+        open_if(c, other && is_selected(c.session, i));
         if (foldable(name.empty() ? c.session.name_of({ObjectKind::material, i}) : name, false))
             emission_property(c, i, shown[i]);
         ImGui::PopID();
@@ -48,9 +69,13 @@ void light_section(PanelContext& c) {
     heading("Lights");
     if (scene.lights.empty()) faint_text("The scene has no lights beside environment and emissive surfaces.");
     ImGui::PushID("lights");
-    for (std::size_t i = 0; i < std::min(scene.lights.size(), kMost); ++i) {
+    const Selection& selected = c.session.selection;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const Selection object{ObjectKind::light, i};
+        if (i >= kMost && selected != object) continue;
         const std::string& name = scene.lights[i].name;
         ImGui::PushID(static_cast<int>(i));
+        open_if(c, selected == object);
         if (foldable(name.empty() ? c.session.name_of({ObjectKind::light, i}) : name, scene.lights.size() <= 3))
             light_properties_of(c, i);
         ImGui::PopID();
@@ -58,6 +83,7 @@ void light_section(PanelContext& c) {
     ImGui::PopID();
     if (scene.lights.size() > kMost)
         faint_text(fmt::format("The section Scene lists all {} lights.", scene.lights.size()));
+    c.outliner.lit = selected;
 }
 
 }  // namespace halflight::view

@@ -1,6 +1,4 @@
 // The section "Look": layer, components, exposure, colour, comparison. Nothing here needs new samples.
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "tools/view/side_bar.h"
@@ -23,15 +21,36 @@ void layer(PanelContext& c) {
     }
 }
 
+/// Shows the settings of a camera that decide the exposure.
+void physical_camera(PanelContext& c) {
+    PhysicalCamera& camera = c.session.transform.camera;
+    bool exposes = camera.exposes();
+    if (checkbox("Exposure of a camera", exposes,
+                 "ISO, shutter speed and f-number decide the exposure, for light in physical units; \"Exposure\" "
+                 "corrects it"))
+        c.session.set_physical_exposure(exposes);
+    if (!exposes) return;
+    float iso = camera.iso > 0 ? camera.iso : float(PhysicalCamera::kUsualIso);
+    if (slider("ISO", iso, 25, 409600, "%.0f", "sensitivity", kLogarithmic)) camera.iso = iso;
+    const double seconds =
+        camera.shutter_speed.seconds > 0 ? double{camera.shutter_speed.seconds} : PhysicalCamera::kUsualSeconds;
+    auto speed = static_cast<float>(1 / seconds);
+    if (slider("Shutter speed", speed, 0.03f, 8000, speed >= 1 ? "1/%.0f s" : "1/%.2f s",
+               "exposure time, seconds; it blurs no motion", kLogarithmic))
+        camera.shutter_speed = {1 / speed};
+    float fstop = camera.lens.fstop > 0 ? camera.lens.fstop : float(PhysicalCamera::kUsualFstop);
+    if (slider("F-number", fstop, 0.7f, 64, "f/%.1f", "f-number, also that of the depth of field", kLogarithmic))
+        camera.lens.fstop = fstop;
+}
+
 void color(PanelContext& c) {
     heading("Colour");
     ViewTransform& t = c.session.transform;
     float stops = t.exposure.stops;
     slider("Exposure", "exposure", stops, "%.2f stops", kClamp);
     if (stops != t.exposure.stops) t.exposure = stops;
-    const ActionRow& meter = row_of(Action::meter);
-    if (button(meter.label, fmt::format("{} ({})", meter.help, meter.keys).c_str()))
-        c.requests.actions.push_back(meter.action);
+    action_button(c, Action::meter);
+    physical_camera(c);
     std::string display = t.display.empty() ? c.colors.default_display() : t.display;
     const std::vector<std::string> displays = c.colors.displays();
     if (choose("Display", display, displays, "kind of display")) {
@@ -51,12 +70,9 @@ void color(PanelContext& c) {
 void comparison(PanelContext& c) {
     heading("Comparison");
     if (!c.now.picture) return faint_text("There is no picture yet.");
-    if (button(c.now.comparing ? "Replace B" : "Keep as B", "keeps the picture as B for comparison (K)"))
-        c.requests.actions.push_back(Action::keep);
-    if (button("File as B ...", "takes the picture of a file as B (Ctrl+Shift+K)", true))
-        c.requests.actions.push_back(Action::compare_file);
-    if (c.now.comparing && button("Close comparison", "removes the picture B (Ctrl+K)", true))
-        c.requests.actions.push_back(Action::close_comparison);
+    action_button(c, Action::keep, false, c.now.comparing ? "Replace B" : "Keep as B");
+    action_button(c, Action::compare_file, true, "File as B ...");
+    action_button(c, Action::close_comparison, true);
     if (!c.now.comparing) return;
     for (const ComparisonModeRow& row : kComparisonModes)
         if (radio(row.name, c.now.comparison == row.mode, row.help, &row != kComparisonModes))

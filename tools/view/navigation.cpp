@@ -12,6 +12,14 @@ constexpr double kLongest = 0.1;  // maximum time step, seconds: drawing may hav
 
 }  // namespace
 
+void Navigation::suit(const Session& session) {
+    constexpr double kReach = 4;  // seconds to the point that the camera orbits
+    const double wanted = glm::length(session.pose().at - session.pose().from) / kReach;
+    const double power = std::pow(10, std::floor(std::log10(wanted)));
+    const double steps = wanted / power;  // [1, 10)
+    speed = std::clamp(static_cast<float>(power * (steps < 2 ? 1 : steps < 5 ? 2 : 5)), kLeastSpeed, kMostSpeed);
+}
+
 void Navigation::steer(Session& session, const Input& in, const ivec2& size) {
     moving_ = in.movement != dvec3(0);
     if (in.drag != dvec2(0)) {
@@ -29,11 +37,11 @@ void Navigation::steer(Session& session, const Input& in, const ivec2& size) {
         if (mode == NavigationMode::orbit)
             session.move(dolly(session.pose(), std::exp(-kDollyNotch * in.wheel), session.diagonal()));
         else
-            speed = std::clamp(speed * static_cast<float>(std::exp(kSpeedNotch * in.wheel)), 0.01f, 100.0f);
+            speed = std::clamp(speed * static_cast<float>(std::exp(kSpeedNotch * in.wheel)), kLeastSpeed, kMostSpeed);
     }
     if (in.double_click) session.focus(*in.double_click, size);
     if (!moving_) return;
-    const double step = 0.1 * double{speed} * session.diagonal() * std::min(in.seconds, kLongest);
+    const double step = double{speed} * double{in.fast ? kFast : 1} * std::min(in.seconds, kLongest);
     session.move((mode == NavigationMode::walk ? walk : fly)(session.pose(), step * in.movement));
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "tools/view/inspector.h"
 #include "tools/view/outliner.h"
@@ -82,6 +83,7 @@ void object_list(PanelContext& c) {
     const float line_height = ImGui::GetTextLineHeightWithSpacing();
     const float height = std::clamp(kShare * ImGui::GetWindowHeight(), kLeast * line_height, kMost * line_height);
     ImGui::BeginChild("objects", {0, height}, true);
+    if (std::exchange(c.outliner.listed, c.outliner.search) != c.outliner.search) ImGui::SetScrollY(0);
     // A heading stands before the objects of each kind; a click on it folds them.
     std::vector<int> lines;  // index of a row; -1 - index: heading before that row
     std::array<int, 8> counts{};

@@ -22,10 +22,10 @@ constexpr double kHandle = 90, kHandleReach = 9;  // pixels of the window at sca
 /// Draws in pixels of the picture.
 class Pen {
   public:
-    Pen(const Rectangle& picture, const ivec2& size)
+    Pen(const Rectangle& picture, const Rectangle& clip, const ivec2& size)
         : list_(*ImGui::GetBackgroundDrawList()), origin_(picture.origin), scale_(dvec2(picture.size) / dvec2(size)) {
-        list_.PushClipRect({float(picture.origin.x), float(picture.origin.y)},
-                           {float(picture.end().x), float(picture.end().y)}, true);
+        list_.PushClipRect({float(clip.origin.x), float(clip.origin.y)}, {float(clip.end().x), float(clip.end().y)},
+                           true);
     }
     ~Pen() { list_.PopClipRect(); }
     Pen(const Pen&) = delete;
@@ -111,12 +111,16 @@ std::optional<std::size_t> ObjectOverlay::light_at(const Session& session, const
     return std::nullopt;
 }
 
-void ObjectOverlay::draw(const Session& session, const Gizmo& gizmo, const Rectangle& picture, const ivec2& size,
+void ObjectOverlay::draw(const Session& session, const Gizmo& gizmo, const WindowLayout& layout, const ivec2& size,
                          float scale, std::optional<int> lit, bool lights) {
     if (size.x == 0 || size.y == 0) return;
-    Pen pen(picture, size);
-    if (lights) draw_lights(pen, session, size, scale);
-    pen.lines(outline_.lines(session, size), kLine, 1.5f * scale);
+    const Rectangle& picture = layout.picture;
+    {
+        Pen inside(picture, picture, size);
+        if (lights) draw_lights(inside, session, size, scale);
+        inside.lines(outline_.lines(session, size), kLine, 1.5f * scale);
+    }
+    Pen pen(picture, layout.area, size);
     for (const Gizmo::Handle& handle : gizmo.handles(session, size, handle_length(picture, size, scale))) {
         const ImU32 color = lit == handle.axis ? kLit : kAxes[handle.axis];
         pen.lines(handle.lines, color, (lit == handle.axis ? 4 : 3) * scale);

@@ -11,9 +11,9 @@ namespace halflight::view {
 
 class ObjectOverlay {
   public:
-    /// Draws on the picture in its rectangle; call it between Gui::begin() and draw(). scale: size of text and
-    /// controls. lit: axis of the handle under the mouse. lights: marks the lights.
-    void draw(const Session& session, const Gizmo& gizmo, const Rectangle& picture, const ivec2& size, float scale,
+    /// Draws on the picture, and handles also beside it; call it between Gui::begin() and draw(). scale: size of text
+    /// and controls. lit: axis of the handle under the mouse. lights: marks the lights.
+    void draw(const Session& session, const Gizmo& gizmo, const WindowLayout& layout, const ivec2& size, float scale,
               std::optional<int> lit, bool lights);
 
     /// Returns the length of handles, and the distance within which the mouse meets them, pixels of the picture.

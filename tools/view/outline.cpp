@@ -39,19 +39,22 @@ const std::vector<PictureLine>& Outline::lines(const Session& session, const ive
     WorldBounds box;
     for (const std::size_t i : instances) {
         triangles += scene.meshes[static_cast<std::size_t>(picker.instances()[i].mesh)].triangles.size();
-        const WorldBounds own = picker.bounds(i);
-        box.lower = glm::min(box.lower, own.lower), box.upper = glm::max(box.upper, own.upper);
+        box = united(box, picker.bounds(i));
     }
     if (triangles > kMostTriangles) {
         add_box(box, projection, lines_);
         return lines_;
     }
+    Coverage coverage(size);
+    std::vector<PictureLine> edges;
     for (const std::size_t i : instances) {
         const Instance& instance = picker.instances()[i];
         const auto mesh = static_cast<std::size_t>(instance.mesh);
-        edges_.try_emplace(mesh, scene.meshes[mesh])
-            .first->second.add_outline(instance.object_to_world, projection, lines_);
+        const MeshEdges& own = edges_.try_emplace(mesh, scene.meshes[mesh]).first->second;
+        own.add_faces(instance.object_to_world, projection, coverage);
+        own.add_outline(instance.object_to_world, projection, edges);
     }
+    for (const PictureLine& edge : edges) coverage.add_outer_parts(edge, lines_);
     return lines_;
 }
 

@@ -13,8 +13,9 @@ namespace halflight::view {
 /// Finds the lines, and keeps them while nothing changes that they depend on.
 class Outline {
   public:
-    /// Returns the outline of the session's selected node, with everything below it, or mesh. Objects of very many
-    /// triangles give the edges of their bounding box. Other objects, and scenes in pages, give no lines.
+    /// Returns the outline of the session's selected node, with everything below it, or mesh: the edges of the area
+    /// that it covers. Objects of very many triangles give the edges of their bounding box. Other objects, and scenes
+    /// in pages, give no lines.
     const std::vector<PictureLine>& lines(const Session& session, const ivec2& size);
 
   private:

@@ -24,6 +24,8 @@ class Outliner {
     std::array<bool, 8> folded{};    // kinds, by ObjectKind, whose rows the user has folded
     Selection scrolled_to{};         // object to which the list has been scrolled
     Selection inspected{};           // object whose properties have been scrolled into view
+    Selection lit{};                 // object whose light the section Light has opened
+    std::array<char, 128> listed{};  // search text of the rows that the list has shown last
 
     /// Returns the rows of the session's scene whose labels contain the search text, without regard to case. The rows
     /// of a kind stand next to each other.

@@ -41,6 +41,10 @@ double distance(const dvec3& origin, const dvec3& direction, double begin, const
 
 }  // namespace
 
+WorldBounds united(const WorldBounds& a, const WorldBounds& b) {
+    return {glm::min(a.lower, b.lower), glm::max(a.upper, b.upper)};
+}
+
 Picker::Picker(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)), instances_(scene_->instances) {
     for (const Mesh& mesh : scene_->meshes) {
         Bounds& box = boxes_.emplace_back();
@@ -98,6 +102,23 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
     if (box.empty()) return 1;
     const double ahead = glm::dot(0.5 * box.lower + 0.5 * box.upper - ray.origin, ray.direction);
     return ahead > 0 ? ahead : std::max(glm::length(box.upper - box.lower), 1e-6);
+}
+
+double orbit_distance(const Camera& camera, const Picker& picker, const Scene& scene) {
+    constexpr double kFree = 0.9;    // share of the free distance that an orbit may use
+    constexpr double kLeast = 0.05;  // least distance, share of the distance to the surface ahead
+    const double ahead = distance_ahead(camera, picker, scene);
+    if (camera.orthographic) return ahead;
+    double distance = ahead;
+    const dmat4& m = camera.camera_to_world;
+    // To the left and to the right, and half backwards.
+    for (const double side : {-1.0, 1.0})
+        for (const double back : {0.0, 1.0}) {
+            const dvec3 direction = glm::normalize(side * dvec3(m[0]) + back * dvec3(m[2]));
+            if (const auto picked = picker.pick({dvec3(m[3]), direction}))
+                distance = std::min(distance, kFree * glm::length(picked->position - dvec3(m[3])));
+        }
+    return std::max(distance, kLeast * ahead);
 }
 
 }  // namespace halflight::view

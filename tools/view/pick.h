@@ -9,6 +9,9 @@
 
 namespace halflight::view {
 
+/// Returns the bounds of two bounds together.
+WorldBounds united(const WorldBounds& a, const WorldBounds& b);
+
 struct PickResult {
     dvec3 position;        // hit point, world units
     std::size_t instance;  // index into Picker::instances()
@@ -34,5 +37,8 @@ class Picker {
 
 /// Returns the distance from a camera to the surface in the middle of its view, else to the scene's centre.
 double distance_ahead(const Camera& camera, const Picker& picker, const Scene& scene);
+/// Returns the distance of the point that the camera orbits at first: distance_ahead(), but less where walls stand near
+/// the camera, because an orbit moves the camera aside by about this distance.
+double orbit_distance(const Camera& camera, const Picker& picker, const Scene& scene);
 
 }  // namespace halflight::view

@@ -59,6 +59,7 @@ void Viewer::step_script() {
             throw Error(fmt::format("{}:{}", arguments_.script->string(), command.line), error.what());
         }
         if (!opening_.valid()) edit_history_.record(session_.document(), false);
+        view_history_.settle(session_.view());
         ++next_command_;
         frames_due_ = std::max(frames_due_, 1);
     }
@@ -145,13 +146,19 @@ nlohmann::ordered_json Viewer::state() const {
         region = {w.first.x, w.first.y, w.end.x, w.end.y};
     }
     return {{"layer", session_.layer_view.layer},
-            {"exposure", session_.transform.exposure.stops},
+            {"exposure", session_.transform.stops()},
             {"bookmarks", session_.bookmarks.size()},
             {"messages", toasts_.total()},
             {"clicks", gui_.clicks()},
             {"view", thread_.view()},
             {"samples", newest ? newest->samples() : 0},
-            {"region", region}};
+            {"region", region},
+            {"selection", session_.name_of(session_.selection)},
+            {"size", {picture_size_.x, picture_size_.y}},
+            {"animation", session_.timeline().animation},
+            {"frame", session_.timeline().frame},
+            {"focus", session_.transform.camera.lens.blurs() ? session_.transform.camera.lens.focus.distance : 0},
+            {"camera", {session_.pose().from.x, session_.pose().from.y, session_.pose().from.z}}};
 }
 
 void Viewer::execute(const Command& c) {
@@ -247,7 +254,14 @@ void Viewer::execute(const Command& c) {
     }
     if (c.name == "tint") session_.edits.environment_tint = vec3(n(0), n(1), n(2));
     if (c.name == "clay") session_.edits.clay = c.on();
-    if (c.name == "preview") session_.modes.preview = preview_named(c.words[0]);
+    if (c.name == "preview") session_.modes.preview = preview_named(c.words[0]), session_.modes.denoise = false;
+    if (c.name == "denoise") {
+        constexpr std::array<std::string_view, 3> kNames = {"off", "preview", "always"};
+        const auto known = std::ranges::find(kNames, c.words[0]);
+        if (known == kNames.end())
+            throw Error("denoise", "unknown choice '{}'; valid are {}", c.words[0], fmt::join(kNames, ", "));
+        session_.set_denoising(static_cast<Denoising>(known - kNames.begin()));
+    }
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
     if (c.name == "backfaces") session_.modes.backfaces = settings_with("backfaces", c.words[0]).backfaces;
     if (c.name == "region") {

@@ -21,7 +21,9 @@ std::string progress_line(const Progress& p) {
         line = done ? fmt::format("{} sample{}, done", p.samples, p.samples == 1 ? "" : "s")
                     : fmt::format("{} of {} samples", p.samples, p.limit);
         if (!done && p.seconds) line += fmt::format(", {} left", rough_time(*p.seconds * (p.limit - p.samples)));
-        if (p.relmse) line += fmt::format(", error {:.2g}", std::sqrt(*p.relmse));
+        if (p.denoised > 0) line += fmt::format(", denoised at {}", p.denoised);
+        if (p.relmse)
+            line += fmt::format(", error {}{:.2g}", p.denoised > 0 ? "without denoising " : "", std::sqrt(*p.relmse));
         if (!p.activity.empty() && p.activity != "rendering") line += fmt::format(" ({})", p.activity);
         if (p.region) line = fmt::format("region {}x{}: {}", p.region->x, p.region->y, line);
     } else if (p.divisor > 1) {

@@ -17,11 +17,13 @@ struct Progress {
     int divisor = 1;                  // Picture::divisor of the newest picture; 0: there is no picture
     std::optional<double> seconds{};  // time per sample; none: unknown yet
     std::optional<double> relmse{};   // estimated relMSE; none: unknown yet
+    int denoised = 0;                 // samples of the denoised picture that is shown; 0: it is none
     std::optional<ivec2> region{};    // size of the region that takes samples, pixels; none: the whole picture does
 };
 
 /// Returns the line: "loading room.glb", "compiling, pass 3 of 12", "64 of 1024 samples, 2 min left, error 0.03". The
-/// error is the root of the relMSE. A region is named first: "region 320x200: 64 of 1024 samples".
+/// error is the root of the relMSE, of a denoised picture that of its samples before denoising. A region is named
+/// first: "region 320x200: 64 of 1024 samples".
 std::string progress_line(const Progress& progress);
 /// Returns the share of the samples that are done, [0, 1].
 double share_done(const Progress& progress);

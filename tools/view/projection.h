@@ -23,12 +23,12 @@ class Projection {
     bool perspective() const { return !orthographic_; }
     /// Returns the length of a world unit at a point of the world, pixels; none behind the camera.
     std::optional<double> pixels_per_unit(const dvec3& world) const;
+    /// Returns the pixel of a point in camera space, which is in front of the camera.
+    dvec2 flat(const dvec3& camera_space) const;
     /// Adds the line between two points in camera space, as far as it is in front of the camera.
     void add_line(dvec3 a, dvec3 b, std::vector<PictureLine>& lines) const;
 
   private:
-    dvec2 flat(const dvec3& camera_space) const;
-
     dmat4 to_camera_;
     bool orthographic_;
     ivec2 size_;

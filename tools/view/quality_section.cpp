@@ -1,19 +1,43 @@
 // The section "Quality": samples, light paths, preview modes, tracing.
-#include <fmt/format.h>
-
 #include "tools/view/side_bar.h"
 #include "tools/view/widgets.h"
 
 namespace halflight::view {
 namespace {
 
-void modes(PreviewModes& modes) {
+struct DenoisingRow {
+    Denoising denoising;
+    const char* name;
+    const char* help;
+};
+constexpr DenoisingRow kDenoising[] = {
+    {Denoising::off, "Off", "the picture is the mean of its samples"},
+    {Denoising::preview, "Preview only", "a quick filter on pictures of few samples; it ends at 256 samples"},
+    {Denoising::always, "Always",
+     "the denoiser of final pictures (--denoise), each time the samples have doubled; saved pictures have it, too"}};
+
+void denoising(PanelContext& c) {
+    heading("Denoise");
+    for (const DenoisingRow& row : kDenoising)
+        if (radio(row.name, c.session.denoising() == row.denoising, row.help, &row != kDenoising))
+            c.session.set_denoising(row.denoising);
+}
+
+void modes(PanelContext& c) {
+    PreviewModes& modes = c.session.modes;
     heading("Preview modes");
     faint_text("Biased: less noise in early pictures. All but the clamp fade out as samples are added.");
-    for (const PreviewMode& mode : known_preview_modes())
+    ImGui::BeginDisabled(modes.denoise);  // it starts from unbiased samples
+    for (const PreviewMode& mode : known_preview_modes()) {
+        if (mode.flag == &Preview::filter) continue;  // one of the choices above
         checkbox(mode.description, modes.preview.*mode.flag, "a bias, which the window names");
+    }
+    ImGui::EndDisabled();
     bool clamped = modes.clamp > 0;
-    if (checkbox("Clamp indirect light", clamped, setting("clamp").help)) modes.clamp = clamped ? 10.0f : 0.0f;
+    if (checkbox("Clamp indirect light", clamped, setting("clamp").help)) {
+        if (!clamped) c.session.switched_off.clamp = modes.clamp;
+        modes.clamp = clamped ? c.session.switched_off.clamp : 0;
+    }
     if (clamped) slider("Luminance", "clamp", modes.clamp, "%.2f", kLogarithmic);
 }
 
@@ -36,13 +60,8 @@ void backfaces(Backfaces& chosen) {
 }
 
 void region(PanelContext& c) {
-    const auto act = [&](Action action, bool same_line) {
-        const ActionRow& row = row_of(action);
-        if (button(row.label, fmt::format("{} ({})", row.help, row.keys).c_str(), same_line))
-            c.requests.actions.push_back(action);
-    };
-    act(Action::draw_region, false);
-    if (c.session.region) act(Action::whole_picture, true);
+    action_button(c, Action::draw_region);
+    action_button(c, Action::whole_picture, true);
 }
 
 }  // namespace
@@ -53,7 +72,8 @@ void quality_section(PanelContext& c) {
     slider("Bounces", "bounces", c.session.bounces);
     backfaces(c.session.modes.backfaces);
     region(c);
-    modes(c.session.modes);
+    denoising(c);
+    modes(c);
     heading("Tracing");
     culling(c.session.culling);
 }

@@ -28,10 +28,16 @@ std::vector<std::string> with(std::vector<std::string> aovs, const std::vector<s
 /// Decides when pictures are made of the samples so far, and which have all layers.
 class Looks {
   public:
+    /// denoises: each picture is denoised, which takes as long as several samples, so pictures are made only when the
+    /// samples have doubled. shown: there is a coarse picture already.
+    explicit Looks(bool denoises = false, bool shown = false) : denoises_(denoises), shown_(shown) {}
     bool wanted = false;  // a picture must be made at once
 
     bool due(int samples, int limit) const {
-        const double share = samples >= 2 * published_ ? kEarlyShare : kLookShare;
+        constexpr int kFirstDenoised = 4;  // samples
+        const bool doubled = samples >= 2 * published_;
+        const double share = doubled ? kEarlyShare : kLookShare;
+        if (denoises_ && !wanted && samples < limit && (!doubled || (shown_ && samples < kFirstDenoised))) return false;
         return wanted ||
                (published_ < samples && (published_ == 0 || samples >= limit ||
                                          now() - looked_ > std::max(kLookEvery, cost_ * (1 - share) / share)));
@@ -54,6 +60,7 @@ class Looks {
     }
 
   private:
+    bool denoises_, shown_;
     int published_ = 0;     // samples of the last published picture
     int complete_ = 0;      // samples of the last complete picture
     double looked_ = -1e9;  // time of the last publication, seconds
@@ -77,7 +84,8 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     frame.samples = 1;
     // The time for filtering the first picture is better spent on its resolution.
     const Preview& modes = job.request.modes.preview;
-    const RendererCache::Kind kind{divisor, modes.filter && (!first || modes.temporal)};
+    const bool filters = modes.filter || job.request.modes.denoise;
+    const RendererCache::Kind kind{divisor, filters && (!first || modes.temporal)};
     const bool is_new = renderers.is_new(kind);
     Renderer& renderer = renderers.renderer(kind);
     const double start = now();
@@ -110,10 +118,10 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     FrameSettings frame;
     renderers.fill_frame_settings(frame);
     frame.samples = kMostSamples;
-    const RendererCache::Kind kind{1, made.modes.preview.filter};
+    const RendererCache::Kind kind{1, made.modes.preview.filter, made.modes.denoise};
     const bool is_new = renderers.is_new(kind);
     Renderer& renderer = renderers.renderer(kind);
-    Looks looks;
+    Looks looks(made.modes.denoise, shown);
     const Interruptible stops([&] { go_on(job, shown, !looks.none()); });
     compiled_ = false;
     StandingPicture standing;  // regions whose pixels have more samples than the whole picture

@@ -147,6 +147,7 @@ RenderSettings RendererCache::settings(const Kind& kind) const {
     s.backfaces = request_.modes.backfaces;
     s.preview = request_.modes.preview;
     s.preview.filter = kind.filtered;
+    s.denoise = kind.denoised;
     s.radiance_cache = radiance_cache_;
     s.culling = request_.culling;
     s.measure = request_.measure;

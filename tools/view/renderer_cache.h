@@ -35,6 +35,7 @@ class RendererCache {
     struct Kind {
         int divisor = 1;  ///< the size of the last prepared request is divided by it
         bool filtered = false;
+        bool denoised = false;
         auto operator<=>(const Kind&) const = default;
     };
     /// Returns whether the first picture of this kind has not been made yet; it takes longer than others.

@@ -18,6 +18,7 @@ struct PreviewModes {
     Preview preview{};  // RenderSettings::preview; from some number of samples on, the picture is a plain mean
     float clamp = 0;    // RenderSettings::clamp
     Backfaces backfaces = Backfaces::automatic;  // RenderSettings::backfaces
+    bool denoise = false;  // RenderSettings::denoise of the whole picture; coarse ones are filtered. Excludes `preview`
     bool operator==(const PreviewModes&) const = default;
 };
 

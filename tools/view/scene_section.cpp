@@ -45,11 +45,11 @@ void scene_section(PanelContext& c) {
     tooltip(c.session.file().string().c_str());
     if (c.session.took_settings())
         faint_text(fmt::format("with the settings of {}", c.session.settings_file().filename().string()));
-    if (button("Open ...", "opens a scene or an environment (Ctrl+O)")) c.requests.actions.push_back(Action::open);
-    if (button("Save settings", "saves the settings (Ctrl+S)", true)) c.requests.actions.push_back(Action::save);
-    if (button("Save .png", "saves the picture as shown (P)")) c.requests.actions.push_back(Action::screenshot);
-    if (button("Save .exr", "saves the linear picture with the layer shown (Ctrl+E)", true))
-        c.requests.actions.push_back(Action::exr);
+    action_button(c, Action::open);
+    action_button(c, Action::save, true);
+    action_button(c, Action::screenshot);
+    action_button(c, Action::exr, true);
+    action_button(c, Action::picture_as, true);
     if (c.session.timeline().file && !c.session.timeline().animations.empty()) animation(c.session.timeline(), c);
     heading("Objects");
     variants(c);

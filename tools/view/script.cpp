@@ -76,6 +76,7 @@ constexpr std::array kForms = {
     Form{"bounces", "i", 0, 1024},
     Form{"preview", "t"},
     Form{"clamp", "n", 0, 1e9},
+    Form{"denoise", "t"},
     Form{"backfaces", "t"},
     Form{"culling", "t"},
     Form{"section", "t"},

@@ -52,6 +52,7 @@
 //     clay on|off              grey diffuse material for the whole scene
 //     bounces N                maximum number of bounces
 //     preview LIST             preview modes, as for --preview: NAME,... or none
+//     denoise NAME             off, preview or always
 //     clamp L                  maximum luminance of a sample of indirect light, biased; 0 for none
 //     backfaces NAME           as for --backfaces
 //     culling NAME             as for --culling
@@ -69,7 +70,7 @@
 //     histogram FILE.json      distribution of luminance
 //     input SECONDS            takes real input of mouse and keys for that time
 //     input until FILE         takes real input until a file exists
-//     state FILE.json          layer, exposure, bookmarks, samples, views so far
+//     state FILE.json          layer, exposure, selection, camera, bookmarks, samples, views so far
 //     timings FILE.json        timings of the pictures since the last `timings`
 //     quit                     ends the viewer, like the end of the file
 //

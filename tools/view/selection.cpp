@@ -26,10 +26,21 @@ MeshEdges::MeshEdges(const Mesh& mesh) {
     std::ranges::sort(sides_, {}, [](const Side& s) { return std::tuple(s.a, s.b, s.face); });
 }
 
-void MeshEdges::add_outline(const dmat4& object_to_world, const Projection& projection,
-                            std::vector<PictureLine>& lines) const {
+/// Returns the vertices in camera space.
+std::vector<dvec3> MeshEdges::in_camera(const dmat4& object_to_world, const Projection& projection) const {
     std::vector<dvec3> points;
     for (const dvec3& p : points_) points.push_back(projection.to_camera(dvec3(object_to_world * dvec4(p, 1))));
+    return points;
+}
+
+void MeshEdges::add_faces(const dmat4& object_to_world, const Projection& projection, Coverage& coverage) const {
+    const std::vector<dvec3> points = in_camera(object_to_world, projection);
+    for (const uvec3& f : faces_) coverage.add(projection, points[f.x], points[f.y], points[f.z]);
+}
+
+void MeshEdges::add_outline(const dmat4& object_to_world, const Projection& projection,
+                            std::vector<PictureLine>& lines) const {
+    const std::vector<dvec3> points = in_camera(object_to_world, projection);
     std::vector<bool> front;
     for (const uvec3& f : faces_) {
         const dvec3 &a = points[f.x], &b = points[f.y], &c = points[f.z];

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tools/view/projection.h"
+#include "tools/view/coverage.h"
 
 namespace halflight::view {
 
@@ -24,8 +24,12 @@ class MeshEdges {
     /// Adds the outline of an instance: edges between faces that are seen from the front and from behind, and edges of
     /// a single face.
     void add_outline(const dmat4& object_to_world, const Projection& projection, std::vector<PictureLine>& lines) const;
+    /// Adds the faces of an instance.
+    void add_faces(const dmat4& object_to_world, const Projection& projection, Coverage& coverage) const;
 
   private:
+    std::vector<dvec3> in_camera(const dmat4& object_to_world, const Projection& projection) const;
+
     struct Side {
         std::uint32_t a, b;  // vertices, a < b
         std::uint32_t face;

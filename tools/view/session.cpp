@@ -35,7 +35,8 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
     transform = document.settings.view;
     samples = document.settings.samples;
     bounces = document.settings.bounces.value_or(bounces);
-    modes = {document.settings.preview, document.settings.clamp, document.settings.backfaces};
+    modes = {document.settings.preview, document.settings.clamp, document.settings.backfaces,
+             document.settings.denoise};
     bookmarks = document.bookmarks;
     if (document.variant != arguments_.variant) {
         const EnvironmentChoice before = std::exchange(arguments_.environment, document.environment);
@@ -82,22 +83,27 @@ void Session::move(const CameraPose& pose) {
 }
 
 void Session::take_camera(std::size_t index) {
-    scene_camera_ = index;
+    scene_camera_ = first_camera_ = index;
     take_lens(camera());
-    pose_ = pose_of(camera(), distance_ahead(camera(), picker(), *scene_));
+    pose_ = first_pose_ = pose_of(camera(), orbit_distance(camera(), picker(), *scene_));
 }
 
 void Session::take_camera(const std::string& name_or_number) {
     const ChosenCamera chosen = choose_camera(*scene_, {.camera = name_or_number});
     if (chosen.index) return take_camera(*chosen.index);
-    scene_camera_.reset();
-    pose_ = pose_of(chosen.camera, distance_ahead(chosen.camera, picker(), *scene_));
+    scene_camera_.reset(), first_camera_.reset();
+    pose_ = first_pose_ = pose_of(chosen.camera, orbit_distance(chosen.camera, picker(), *scene_));
 }
 
 void Session::reset_camera() {
-    pose_ = first_pose_;
-    scene_camera_ = first_camera_;
+    take_view({first_pose_, first_camera_});
     take_lens(camera());
+}
+
+void Session::take_view(const View& view) {
+    pose_ = view.pose;
+    scene_camera_ = view.camera;
+    if (scene_camera_) take_lens(camera());  // a free camera keeps the lens that is in use
     follow_camera();
 }
 
@@ -151,10 +157,7 @@ bool Session::focus(const dvec2& point, const ivec2& size) {
 }
 
 void Session::focus_lens(const dvec2& point, const ivec2& size) {
-    constexpr float kUsualFstop = 2.8f;
-    constexpr double kUsualAperture = 10;  // mm, where there is no focal length
-    Lens& lens = transform.camera.lens;
-    Focus& focus = lens.focus;
+    Focus focus;
     if (pages_) {
         focus = {.kind = Focus::Kind::point, .point = glm::clamp(point / dvec2(size), 0.0, 1.0)};
     } else {
@@ -163,14 +166,86 @@ void Session::focus_lens(const dvec2& point, const ivec2& size) {
         focus = {.kind = Focus::Kind::distance, .distance = std::numeric_limits<double>::infinity()};
         if (picked) focus.distance = -glm::dot(picked->position - dvec3(m[3]), dvec3(m[2]));
     }
+    choose_focus(focus, {});
+}
+
+void Session::choose_focus(const Focus& focus, const Lens& usual) {
+    constexpr float kUsualFstop = 2.8f;
+    constexpr double kUsualAperture = 10;  // mm, where there is no focal length
+    PhysicalCamera& physical = transform.camera;
+    Lens& lens = physical.lens;
+    const bool exposes = physical.exposes();
+    lens.focus = focus;
+    if (lens.fstop == 0) lens.fstop = usual.fstop;
+    if (lens.aperture == 0) lens.aperture = usual.aperture;
     if (camera().orthographic && lens.aperture == 0) lens.aperture = kUsualAperture;
     if (lens.fstop == 0 && lens.aperture == 0) lens.fstop = kUsualFstop;
+    // An f-number alone exposes, but not beside a focus. The usual exposure time keeps the exposure.
+    if (exposes && !physical.exposes()) physical.shutter_speed = {float(PhysicalCamera::kUsualSeconds)};
+}
+
+void Session::set_depth_of_field(bool on) {
+    PhysicalCamera& physical = transform.camera;
+    Lens& lens = physical.lens;
+    if (!on) {
+        switched_off.lens = lens;
+        lens.focus = {.kind = Focus::Kind::none};
+        lens.aperture = 0;
+        // Without a focus, the f-number would decide the exposure.
+        if (physical.iso == 0 && physical.shutter_speed.seconds == 0) lens.fstop = 0;
+    } else if (const Lens& before = switched_off.lens; before.focus.chosen()) {
+        choose_focus(before.focus, before);
+    } else {
+        focus_lens(dvec2(0.5), ivec2(1));
+    }
+}
+
+Denoising Session::denoising() const {
+    return modes.denoise ? Denoising::always : modes.preview.filter ? Denoising::preview : Denoising::off;
+}
+
+void Session::set_denoising(Denoising denoising) {
+    if (denoising == Denoising::always && !modes.denoise) switched_off.preview = std::exchange(modes.preview, {});
+    if (denoising != Denoising::always && modes.denoise) modes.preview = switched_off.preview;
+    modes.denoise = denoising == Denoising::always;
+    modes.preview.filter = denoising == Denoising::preview;
+}
+
+void Session::set_physical_exposure(bool on) {
+    PhysicalCamera& physical = transform.camera;
+    if (on == physical.exposes()) return;
+    if (on) {
+        switched_off.exposure = std::exchange(transform.exposure, 0.0f);
+        physical.iso = switched_off.iso;
+        physical.shutter_speed = switched_off.shutter_speed;
+        return;
+    }
+    switched_off.iso = physical.iso > 0 ? physical.iso : float(PhysicalCamera::kUsualIso);
+    switched_off.shutter_speed = physical.shutter_speed;
+    transform.exposure = switched_off.exposure;
+    physical.iso = 0, physical.shutter_speed = {};
+    if (!physical.lens.blurs()) physical.lens.fstop = 0;
 }
 
 bool Session::frame_object(const dvec2& point, const ivec2& size) {
     const auto picked = pick(point, size);
-    if (picked) move(frame(pose_, picker().bounds(picked->instance), double(size.x) / size.y));
-    return picked.has_value();
+    return picked && frame_bounds(picker().bounds(picked->instance), size);
+}
+
+bool Session::frame_selection(const ivec2& size) {
+    return frame_bounds(selected_bounds(), size);
+}
+
+bool Session::frame_all(const ivec2& size) {
+    WorldBounds all;
+    for (std::size_t i = 0; i < picker().instances().size(); ++i) all = united(all, picker().bounds(i));
+    return frame_bounds(pages_ ? world_bounds(*scene_) : all, size);
+}
+
+bool Session::frame_bounds(const WorldBounds& box, const ivec2& size) {
+    if (box.empty()) return false;
+    move(frame(pose_, box, double(size.x) / size.y));
+    return true;
 }
 
 void Session::bookmark(const std::string& name) {
@@ -237,6 +312,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.bounces = bounces;
     s.settings.preview = modes.preview;
     s.settings.clamp = modes.clamp;
+    s.settings.denoise = modes.denoise;
     s.settings.backfaces = modes.backfaces;
     s.variant = arguments_.variant;
     s.line_width = arguments_.line_width;

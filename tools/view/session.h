@@ -45,6 +45,34 @@ struct ObjectReferences {
 struct NodeFrame {
     dvec3 origin;  // origin of the node before its edit, but after its matrix, world units
     dmat4 above;   // world to world: the motion by edits of the nodes above
+    dvec3 pivot;   // point that stays where it is when the edit rotates or scales the node, in the space of `origin`
+};
+
+/// What the camera shows.
+struct View {
+    CameraPose pose;
+    std::optional<std::size_t> camera{};  // camera of the scene that is in use; none: a free one
+    /// Views of the same camera are equal, also where an animation moves it.
+    bool operator==(const View& o) const { return camera == o.camera && (camera || pose == o.pose); }
+};
+
+/// Which pictures are denoised.
+enum class Denoising {
+    off,
+    preview,  // pictures of few samples, by Preview::filter
+    always,   // all pictures, as RenderSettings::denoise does
+};
+
+/// Values of options that are switched off. They return when the option is switched on again.
+struct SwitchedOff {
+    Lens lens{};          // depth of field
+    Exposure exposure{};  // exposure without a physical camera
+    float iso = float(PhysicalCamera::kUsualIso);
+    ExposureTime shutter_speed{};
+    Preview preview{.cache = true};                 // preview modes that denoising excludes
+    float clamp = 10;                               // PreviewModes::clamp
+    ClearSky sky{.elevation = 40, .azimuth = 135};  // environment
+    vec3 color{0.5f};                               // colour of the environment
 };
 
 /// Functions that load something are defined in session_opening.cpp.
@@ -70,6 +98,9 @@ class Session {
     bool measure = false;
     std::vector<Bookmark> bookmarks;
     Selection selection;
+    SwitchedOff switched_off;
+    bool pivots_on_origin =
+        false;  // nodes rotate and scale about their origin; false: about the centre of their bounds
     std::optional<Region> region{};  // part of the picture that takes further samples; none: the whole picture
 
     const std::filesystem::path& file() const { return file_; }
@@ -105,6 +136,8 @@ class Session {
     /// Returns kind and reference of an object: "node crate".
     std::string name_of(const Selection& object) const;
     NodeFrame node_frame(std::size_t index) const;  ///< Returns the place of a node.
+    /// Returns the bounds of the selected object, world units; empty ones for objects without a place.
+    WorldBounds selected_bounds() const;
 
     /// Returns the picker of the scene with the edits that move or hide surfaces.
     const Picker& picker() const;
@@ -160,14 +193,26 @@ class Session {
     void move(const CameraPose& pose);  ///< Throws Error for an invalid pose and keeps the earlier one.
     void take_camera(std::size_t index);
     void take_camera(const std::string& name_or_number);  ///< Throws Error that lists the scene's cameras.
-    void reset_camera();                                  ///< Restores the camera of the start.
+    void reset_camera();                                  ///< Restores the camera that was chosen last.
+    View view() const { return {pose_, scene_camera_}; }
+    void take_view(const View& view);  ///< Restores a view of the same scene.
     /// Looks at the surface visible at a pixel; returns false if there is none. Throws what move() throws.
     bool focus(const dvec2& point, const ivec2& size);
     /// Focuses the lens on the surface visible at a pixel, or at infinity; the lens stays there when the camera moves.
     /// Scenes in pages keep the point of the picture instead. A lens without an aperture gets a usual f-number.
     void focus_lens(const dvec2& point, const ivec2& size);
+    /// Switches depth of field on, with the focus and the aperture that it had, or off. The exposure stays.
+    void set_depth_of_field(bool on);
+    Denoising denoising() const;
+    void set_denoising(Denoising denoising);  ///< Changes `modes`.
+    /// Lets ISO, shutter speed and f-number decide the exposure, or ends this. The depth of field stays.
+    void set_physical_exposure(bool on);
     /// Looks at the object visible at a pixel from a distance that shows the whole object; otherwise like focus().
     bool frame_object(const dvec2& point, const ivec2& size);
+    /// Looks at the selected object, or at all surfaces, from a distance that shows them whole. Returns false if there
+    /// are none.
+    bool frame_selection(const ivec2& size);
+    bool frame_all(const ivec2& size);
     void bookmark(const std::string& name);  ///< Saves the pose; replaces a bookmark of this name.
     void bookmark();                         ///< Saves the pose as "view N" with the first free N from 1.
     void recall(const std::string& name);    ///< Takes the pose of a bookmark. Throws Error if there is none.
@@ -187,8 +232,13 @@ class Session {
 
   private:
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
-    /// Returns whether a node is the selected one or hangs below it.
-    bool below_selection(int node) const;
+    /// Focuses the lens. usual: aperture of a lens that has none.
+    void choose_focus(const Focus& focus, const Lens& usual);
+    bool frame_bounds(const WorldBounds& box, const ivec2& size);
+    /// Returns whether a node is `top` or hangs below it.
+    bool below(int node, std::size_t top) const;
+    /// Returns the centre of the surfaces of a node, with those below it, before edits; none without surfaces.
+    std::optional<dvec3> centre(std::size_t node) const;
     /// Returns the instances as edits move and hide them; unchanged ones where the edits do not suit the scene, which
     /// the picture reports.
     static std::vector<Instance> moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits);
@@ -221,10 +271,16 @@ class Session {
     std::shared_ptr<const Picker> picker_;
     mutable std::optional<Picker> edited_picker_;  // cache of picker(), for `picked_edits_`
     mutable SceneEdits picked_edits_;
+    struct Centre {
+        std::shared_ptr<const Scene> scene;
+        std::size_t node;
+        std::optional<dvec3> centre;
+    };
+    mutable std::optional<Centre> centre_;  // cache of centre()
     double diagonal_ = 1;
     CameraPose pose_;
-    CameraPose first_pose_;
-    std::optional<std::size_t> scene_camera_, first_camera_;
+    CameraPose first_pose_;                                   // pose that reset_camera() restores
+    std::optional<std::size_t> scene_camera_, first_camera_;  // cameras of these poses
     std::optional<Lens> taken_lens_;  // lens in use, taken from a camera of the scene; none: not taken
     Lens asked_lens_;                 // lens in use before it was taken
 };

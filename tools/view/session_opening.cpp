@@ -180,7 +180,7 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     const Picker moved = opened.pages
                              ? *opened.picker
                              : opened.picker->with_instances(moved_instances(*opened.scene, *opened.tree, a.edits));
-    const double ahead = distance_ahead(chosen.camera, moved, *opened.scene);
+    const double ahead = orbit_distance(chosen.camera, moved, *opened.scene);
     opened.start = {a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, ahead), chosen.index};
     return opened;
 }
@@ -195,6 +195,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.settings.samples = samples;
         a.settings.preview = modes.preview;
         a.settings.clamp = modes.clamp;
+        a.settings.denoise = modes.denoise;
         a.settings.backfaces = modes.backfaces;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
@@ -289,7 +290,7 @@ void Session::open(Opened opened) {
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
-    if (opened.start) edits = arguments_.edits, selection = {}, region.reset();
+    if (opened.start) edits = arguments_.edits, selection = {}, region.reset(), switched_off = {};
     find_references(opened.start.has_value());
     if (!opened.start) return follow_camera();
     warning_ = std::move(opened.warning);
@@ -298,7 +299,8 @@ void Session::open(Opened opened) {
     transform = arguments_.settings.view;
     bounces = arguments_.settings.bounces.value_or(default_bounces(*scene_));
     samples = arguments_.settings.samples;
-    modes = {arguments_.settings.preview, arguments_.settings.clamp, arguments_.settings.backfaces};
+    modes = {arguments_.settings.preview, arguments_.settings.clamp, arguments_.settings.backfaces,
+             arguments_.settings.denoise};
     bookmarks = arguments_.bookmarks;
     if (scene_camera_) take_lens(camera());
     with_lens(camera(), transform.camera.lens);  // throws for a lens that cannot be used

@@ -6,6 +6,7 @@
 
 #include "api/halflight/object_names.h"
 #include "api/node_edits.h"
+#include "engine/scene/light_types.h"
 #include "tools/view/session.h"
 
 namespace halflight::view {
@@ -90,7 +91,8 @@ std::vector<std::size_t> Session::selected_instances() const {
     if (pages_ || (!node_selected && selection.kind != ObjectKind::mesh)) return selected;
     const std::vector<Instance>& all = picker().instances();
     for (std::size_t i = 0; i < all.size(); ++i)
-        if (node_selected ? below_selection(all[i].node) : static_cast<std::size_t>(all[i].mesh) == selection.index)
+        if (node_selected ? below(all[i].node, selection.index)
+                          : static_cast<std::size_t>(all[i].mesh) == selection.index)
             selected.push_back(i);
     return selected;
 }
@@ -99,14 +101,46 @@ std::vector<int> Session::meshes_of_node() const {
     std::vector<int> meshes;
     if (selection.kind != ObjectKind::node) return meshes;
     for (const Instance& instance : scene_->instances)
-        if (below_selection(instance.node)) meshes.push_back(instance.mesh);
+        if (below(instance.node, selection.index)) meshes.push_back(instance.mesh);
     return meshes;
 }
 
-bool Session::below_selection(int node) const {
+WorldBounds Session::selected_bounds() const {
+    const double least = 0.01 * diagonal_;  // half the size of objects that are points
+    WorldBounds box;
+    if (selection.kind == ObjectKind::light) {
+        const PunctualLight light = edited_values().lights.at(selection.index);
+        const dvec3 radius(std::max(double{light.radius}, least));
+        if (row_of(light.type).has_position) box = {light.position - radius, light.position + radius};
+    } else if (selection.kind == ObjectKind::camera) {
+        const dvec3 place(timeline_.cameras.at(selection.index).camera_to_world[3]);
+        box = {place - least, place + least};
+    } else if (selection.kind == ObjectKind::material && !pages_) {
+        const auto material = static_cast<std::uint32_t>(selection.index);
+        const std::vector<Instance>& all = picker().instances();
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const auto& used = scene_->meshes[static_cast<std::size_t>(all[i].mesh)].triangle_material;
+            if (std::ranges::find(used, material) != used.end()) box = united(box, picker().bounds(i));
+        }
+    } else {
+        for (const std::size_t i : selected_instances()) box = united(box, picker().bounds(i));
+    }
+    return box;
+}
+
+bool Session::below(int node, std::size_t top) const {
     for (; node != kNone; node = tree_->nodes[static_cast<std::size_t>(node)].parent)
-        if (static_cast<std::size_t>(node) == selection.index) return true;
+        if (static_cast<std::size_t>(node) == top) return true;
     return false;
+}
+
+std::optional<dvec3> Session::centre(std::size_t node) const {
+    if (centre_ && centre_->scene == scene_ && centre_->node == node) return centre_->centre;
+    WorldBounds box;
+    for (std::size_t i = 0; i < picker_->instances().size(); ++i)
+        if (below(picker_->instances()[i].node, node)) box = united(box, picker_->bounds(i));
+    centre_ = {scene_, node, box.empty() ? std::nullopt : std::optional(0.5 * box.lower + 0.5 * box.upper)};
+    return centre_->centre;
 }
 
 void Session::select(const dvec2& point, const ivec2& size) {
@@ -160,10 +194,16 @@ std::string Session::name_of(const Selection& object) const {
 }
 
 NodeFrame Session::node_frame(std::size_t index) const {
-    NodeFrame frame{dvec3(tree_->nodes[index].to_world[3]), dmat4(1)};
+    const dmat4& own_matrix = tree_->nodes[index].to_world;
+    NodeFrame frame{dvec3(own_matrix[3]), dmat4(1), dvec3(own_matrix[3])};
+    const auto middle = pivots_on_origin ? std::nullopt : centre(index);
+    if (middle) frame.pivot = *middle;
     const auto own = std::ranges::find(edits.nodes, references_.nodes[index], &NamedEdit<NodeEdit>::name);
     if (own != edits.nodes.end() && own->edit.matrix) {
-        frame.origin = dvec3((*own->edit.matrix)[3]);
+        frame.origin = frame.pivot = dvec3((*own->edit.matrix)[3]);
+        const bool invertible = glm::determinant(own_matrix) != 0;
+        if (middle && invertible)
+            frame.pivot = dvec3(*own->edit.matrix * (glm::inverse(own_matrix) * dvec4(*middle, 1)));
         return frame;
     }
     const int parent = tree_->nodes[index].parent;

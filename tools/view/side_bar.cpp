@@ -1,5 +1,7 @@
 #include "tools/view/side_bar.h"
 
+#include <fmt/format.h>
+
 #include <array>
 
 #include "tools/view/widgets.h"
@@ -37,6 +39,14 @@ void section_buttons(std::string& section) {
 }
 
 }  // namespace
+
+void action_button(PanelContext& c, Action action, bool same_line, const char* label) {
+    const ActionRow& row = row_of(action);
+    ImGui::BeginDisabled(!c.now.available(action));
+    if (button(label ? label : row.label, fmt::format("{} ({})", row.help, row.keys).c_str(), same_line))
+        c.requests.actions.push_back(action);
+    ImGui::EndDisabled();
+}
 
 std::span<const Section> sections() {
     return kSections;

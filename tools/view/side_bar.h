@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,11 +42,12 @@ struct PanelState {
     std::optional<ivec2> pixel{};       // pixel under the mouse; none: the mouse is elsewhere
     bool comparing = false;             // a comparison picture exists
     ComparisonMode comparison = ComparisonMode::split;
-    bool picking = false;       // the next click in the picture focuses the lens
-    bool playing = false;       // the animation is playing
-    std::uint32_t frame = 0;    // frame of the animation that is shown or requested
-    ivec2 size{0};              // size of the picture, pixels
-    bool fills_window = false;  // whether resizing the window changes that size
+    bool picking = false;                   // the next click in the picture focuses the lens
+    bool playing = false;                   // the animation is playing
+    std::uint32_t frame = 0;                // frame of the animation that is shown or requested
+    ivec2 size{0};                          // size of the picture, pixels
+    bool fills_window = false;              // whether resizing the window changes that size
+    std::function<bool(Action)> available;  // returns whether an action would have an effect
 };
 
 /// Actions requested in the side bar and in the menu. The viewer performs them.
@@ -64,6 +66,7 @@ struct PanelRequests {
     std::optional<std::filesystem::path> against{};  // file to compare with
     std::optional<ComparisonMode> comparison{};
     bool pick_focus = false;                         // the next click in the picture focuses the lens
+    bool ask_environment = false;                    // the user wants to choose a file
     std::optional<EnvironmentChoice> environment{};  // environment to take
     std::optional<std::string> variant{};            // material variant to take
     std::vector<std::string> done{};  // actions that the sections have carried out, as messages to the user
@@ -87,6 +90,10 @@ struct Section {
     void (*declare)(PanelContext&);
 };
 std::span<const Section> sections();
+
+/// Shows a button that requests an action. It is grey where the action would have no effect. label: that of the menu
+/// unless given.
+void action_button(PanelContext& c, Action action, bool same_line = false, const char* label = nullptr);
 
 void scene_section(PanelContext& c);
 void camera_section(PanelContext& c);

@@ -6,18 +6,18 @@
 
 namespace halflight::view {
 
-/// Messages that disappear after some seconds, except errors, which stay until they are dismissed.
+/// Messages that disappear after some seconds, errors later than others unless they are dismissed.
 class Toasts {
   public:
     struct Toast {
         std::string text;
         bool error = false;
-        double until = 0;     // time at which it disappears, seconds; errors have none
+        double until = 0;     // time at which it disappears, seconds
         int count = 1;        // how often the same message has come
         std::string topic{};  // subject of which only the last message counts; empty: none
     };
-    /// Adds a message at `now`, seconds. It replaces the message of the same topic. A message that repeats the newest
-    /// one is counted instead.
+    /// Adds a message at `now`, seconds. It replaces the message of the same topic. A message that is shown already is
+    /// counted instead.
     void tell(std::string text, double now, std::string topic = {});
     void fail(std::string text, double now);
     /// Removes messages whose time is over; returns whether any was removed.

@@ -66,6 +66,9 @@ Viewer::Viewer(const PreviewArguments& arguments)
     processor_ = colors_.view(transform_);
     display_.set_view(processor_);
     edit_history_.start(session_.document());
+    view_history_.start(session_.view());
+    navigation_.suit(session_);
+    if (!scripted()) window_size_ = {0, 0};  // a picture that fills the window takes its size from the first frame on
     tell_of_settings();
     if (gui_.has_font()) return;
     Console(arguments.log_level).warn("{}", kNoFont);
@@ -136,7 +139,7 @@ void Viewer::run() {
         const bool event = window_.wait(patience);
         if (event || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
         if (!window_.events().empty()) frames_due_ = kFramesAfterInput, last_input_ = now();
-        if (!scripted()) open_dropped_files(), advance_playback();
+        if (takes_input()) open_dropped_files(), advance_playback();
         report_files();
         if (toasts_.expire(now()) || turns) frames_due_ = std::max(frames_due_, 1);
         reload_shaders();
@@ -259,6 +262,7 @@ Progress Viewer::progress() const {
                                 : 0,
             .seconds = sample_clock_.seconds(),
             .relmse = whole ? newest->relmse : std::nullopt,
+            .denoised = whole && newest->result.stats.denoised ? newest->result.stats.samples : 0,
             .region = requested_ && requested_->region ? std::optional(requested_->region->size()) : std::nullopt};
 }
 
@@ -285,12 +289,14 @@ void Viewer::declare() {
     if (takes_input() && !unsaved_prompt_.asking() && !file_prompt_.asking()) {
         const dvec2 point = picture_point(now, picture_size_, gui_.mouse());
         const bool in_picture = now.picture.contains(gui_.mouse()) && !ImGui::GetIO().WantCaptureMouse;
+        if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) press_used_ = false;
         if (picking_ && in_picture && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
             picking_ = false;
+            press_used_ = true;
             attempt([&] { perform(Action::focus_lens, {}, point); });
         } else {
             Input input = gui_.input(now, picture_size_);
-            if (drag_region(now) || drag_handles(now))
+            if (press_used_ || drag_region(now) || drag_handles(now))
                 input.left = false, input.double_click.reset();
             else
                 select_clicked(now);
@@ -300,7 +306,9 @@ void Viewer::declare() {
         const bool open = shortcuts_shown_ || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
         for (const KeyPress& press : gui_.pressed())
             if (const ActionRow* row = action_of(press); row && !(open && row->action == Action::unselect))
-                attempt([&] { perform(row->action, press, point); });
+                attempt([&] { perform(row->action, press, in_picture ? std::optional(point) : std::nullopt); });
+        const bool held = std::ranges::any_of(ImGui::GetIO().MouseDown, std::identity());
+        view_history_.record(session_.view(), view::now(), held || navigation_.moving() || ImGui::IsAnyItemActive());
     }
     if (panels_shown_) {
         const auto complete = thread_.complete_picture();
@@ -318,14 +326,15 @@ void Viewer::declare() {
                                .playing = play_.has_value(),
                                .frame = next_frame(),
                                .size = picture_size_,
-                               .fills_window = fills_window_};
+                               .fills_window = fills_window_,
+                               .available = [this](Action action) { return available(action); }};
         PanelContext context{session_, colors_, navigation_, outliner_, gizmo_.mode, state, requests};
         menu_bar(context);
         side_bar(now.side, section_, context);
         status_line(now.status, work, picture_text(now));
     }
     if (panels_shown_)
-        object_overlay_.draw(session_, gizmo_, now.picture, picture_size_, gui_.scale(), lit_handle_,
+        object_overlay_.draw(session_, gizmo_, now, picture_size_, gui_.scale(), lit_handle_,
                              section_ == "Scene" || section_ == "Light");
     if (panels_shown_ || drawing_region_) show_region(now);
     if (panels_shown_ || !scripted()) {

@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <new>
 #include <optional>
@@ -26,6 +27,7 @@
 #include "tools/view/timings.h"
 #include "tools/view/toasts.h"
 #include "tools/view/unsaved_prompt.h"
+#include "tools/view/view_history.h"
 
 namespace halflight::view {
 
@@ -85,7 +87,12 @@ class Viewer {
 
     // The following functions are defined in viewer_actions.cpp.
 
-    void perform(Action action, const KeyPress& press, const dvec2& point);
+    /// point: pixel of the picture under the mouse; none: the mouse is elsewhere.
+    void perform(Action action, const KeyPress& press, const std::optional<dvec2>& point);
+    bool available(Action action) const;  // Returns whether an action would have an effect now.
+    void play_or_stop();
+    void show_other_view(bool next);  // Restores the view before the last move of the camera, or after it.
+    void frame_object(const std::optional<dvec2>& point);
     void perform(const PanelRequests& requests);
     void recall(std::size_t number);
     void step_layer(int step);
@@ -99,9 +106,10 @@ class Viewer {
     float shown_split() const;                     // Returns the split of Display::draw() in the current mode.
     bool settings_changed() const;                 // Returns whether another program has written the settings file.
     void save(const std::filesystem::path& file);  // Saves the settings; later saves go to the same file.
-    void screenshot(const std::filesystem::path& path);
-    /// Saves the picture under an unused name, ".png" or ".exr"; a coarse one is saved once it has full resolution.
-    void save_picture(const std::string& extension);
+    /// all_layers: an .exr takes all layers, not only the one shown.
+    void screenshot(const std::filesystem::path& path, bool all_layers = false);
+    /// Saves the picture; a coarse one is saved once it has full resolution.
+    void save_picture(const std::filesystem::path& path, bool all_layers = false);
     void save_waiting_pictures();
     std::filesystem::path unused_name(const char* extension);
     void report_files();  // Tells the user which files have been written.
@@ -170,6 +178,7 @@ class Viewer {
     Timings timings_;
     PassHistory history_;
     EditHistory edit_history_;
+    ViewHistory view_history_;
     // State at the last click that was not the second of two; none after an opening, which may have changed the scene.
     std::optional<SavedSettings> before_click_;
     bool reverts_ = false;   // all edits of the scene have to be removed
@@ -211,6 +220,8 @@ class Viewer {
     ivec2 comparison_size_{0};               // size of picture B, pixels
     ComparisonMode comparison_mode_ = ComparisonMode::split;
     bool picking_ = false;                // the next click in the picture focuses the lens
+    bool press_used_ = false;             // the last press of the left button has done something else than navigate
+    bool plays_next_ = false;             // the animation that is being opened will play
     bool drawing_region_ = false;         // the next drag in the picture draws a region
     std::optional<dvec2> region_corner_;  // where that drag began, pixels of the picture
     int samples_before_region_ = 0;  // samples that the view had when the region was set; 0: no region, or a later view
@@ -231,7 +242,7 @@ class Viewer {
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     std::set<std::filesystem::path> names_;   // names of files that have been given out
-    std::set<std::string> waiting_pictures_;  // extensions of pictures that are saved at full resolution
+    std::map<std::filesystem::path, bool> waiting_pictures_;  // pictures to save at full resolution: with all layers?
     FileWriter writer_;
     RenderThread thread_;  // last member, so that it ends first
 };

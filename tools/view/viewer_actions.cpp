@@ -33,7 +33,7 @@ std::string region_note(const Picture& picture) {
 
 }  // namespace
 
-void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
+void Viewer::perform(Action action, const KeyPress& press, const std::optional<dvec2>& point) {
     Exposure& exposure = session_.transform.exposure;
     const auto expose = [&](float stops) {
         exposure = std::clamp(stops, -kMostStops, kMostStops);
@@ -51,9 +51,12 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return file_prompt_.ask(FilePrompt::Purpose::save, session_.settings_file().parent_path(),
                                     session_.settings_file().filename().string());
         case Action::screenshot:
-            return save_picture("png");
+            return save_picture(unused_name("png"));
         case Action::exr:
-            return save_picture("exr");
+            return save_picture(unused_name("exr"));
+        case Action::picture_as:
+            return file_prompt_.ask(FilePrompt::Purpose::picture, ".", session_.file().stem().string() + ".png",
+                                    picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : "");
         case Action::quit:
             return window_.close();
         case Action::undo:
@@ -70,7 +73,7 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::hide_object:
             return hide_selected();
         case Action::unselect:
-            if (!leave_region()) session_.selection = {};
+            if (!leave_region() && !std::exchange(picking_, false)) session_.selection = {};
             return;
         case Action::hide_panels:
             panels_shown_ = !panels_shown_;
@@ -87,7 +90,7 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             return expose(0);
         case Action::meter:
             if (session_.transform.camera.exposes())
-                return tell("The exposure is that of the physical camera: ISO, shutter speed, f-number", "exposure");
+                return tell("\"Exposure of a camera\" in the section Look sets the exposure", "exposure");
             request_picture();
             return meter_again(request_);
         case Action::next_layer:
@@ -102,25 +105,32 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
         case Action::whole_picture:
             set_region({});
             return tell("Whole picture");
-        case Action::frame_object:
-            return tell(session_.frame_object(point, picture_size_) ? "Object framed" : "No object under the mouse");
+        case Action::frame_selected:
+            return frame_object(point);
+        case Action::frame_all:
+            return tell(session_.frame_all(picture_size_) ? "All objects framed" : "The scene has no objects to frame");
+        case Action::previous_view:
+            return show_other_view(false);
+        case Action::next_view:
+            return show_other_view(true);
         case Action::focus_lens:
-            session_.focus_lens(point, picture_size_);
+            picking_ = !point;
+            if (picking_) return tell("Click the surface to focus on");
+            session_.focus_lens(*point, picture_size_);
             return tell("Lens focused");
-        case Action::reset_camera:
+        case Action::reset_camera: {
             session_.reset_camera();
-            return tell("Initial view");
+            const auto camera = session_.scene_camera();
+            return tell(camera ? fmt::format("View of {}", session_.name_of({ObjectKind::camera, *camera}))
+                               : "Initial view");
+        }
         case Action::bookmark:
             session_.bookmark();
             return tell(fmt::format("Bookmark \"{}\" added", session_.bookmarks.back().name));
         case Action::recall:
             return recall(static_cast<std::size_t>(press.key[0] - '1'));
         case Action::play:
-            set_playing(!play_);
-            return tell(play_                                 ? "Playing"
-                        : session_.timeline().playing.empty() ? "No animation is chosen"
-                                                              : "Stopped",
-                        "play");
+            return play_or_stop();
         case Action::keep:
             return compare(true);
         case Action::close_comparison:
@@ -129,6 +139,81 @@ void Viewer::perform(Action action, const KeyPress& press, const dvec2& point) {
             shortcuts_shown_ = !shortcuts_shown_;
             return;
     }
+}
+
+bool Viewer::available(Action action) const {
+    switch (action) {
+        case Action::screenshot:
+        case Action::exr:
+        case Action::picture_as:
+        case Action::keep:
+            return picture_ != nullptr;
+        case Action::undo:
+            return edit_history_.can_undo();
+        case Action::redo:
+            return edit_history_.can_redo();
+        case Action::revert: {
+            const SavedSettings now = session_.document();
+            return !(now.edits == SceneEdits()) || !(now.environment == EnvironmentChoice()) || !now.variant.empty();
+        }
+        case Action::handles:
+            return gizmo_.can_move(session_);
+        case Action::hide_object:
+            return can_be_hidden(session_.selection, session_);
+        case Action::unselect:
+            return session_.selection.kind != ObjectKind::none || drawing_region_ || picking_;
+        case Action::reset_exposure:
+            return session_.transform.exposure.stops != 0;
+        case Action::meter:
+            return !session_.transform.camera.exposes();
+        case Action::final_layer:
+            return session_.layer_view.layer != kFinal;
+        case Action::whole_picture:
+            return session_.region.has_value();
+        case Action::frame_selected:
+            return !session_.selected_bounds().empty();
+        case Action::previous_view:
+            return view_history_.can_go_back(session_.view());
+        case Action::next_view:
+            return view_history_.can_go_forward(session_.view());
+        case Action::recall:
+            return !session_.bookmarks.empty();
+        case Action::play:
+            return !session_.timeline().animations.empty();
+        case Action::close_comparison:
+            return comparison_.has_value();
+        default:
+            return true;
+    }
+}
+
+void Viewer::frame_object(const std::optional<dvec2>& point) {
+    if (session_.frame_selection(picture_size_))
+        return tell(fmt::format("Framed: {}", session_.name_of(session_.selection)));
+    if (session_.selection.kind != ObjectKind::none)
+        return tell(fmt::format("{} has no place that could be framed", session_.name_of(session_.selection)));
+    if (!point) return tell("Nothing is selected");
+    tell(session_.frame_object(*point, picture_size_) ? "Object framed" : "No object under the mouse");
+}
+
+void Viewer::show_other_view(bool next) {
+    const auto view = next ? view_history_.forward(session_.view()) : view_history_.back(session_.view());
+    if (!view) return tell(next ? "There is no later view" : "There is no earlier view");
+    session_.take_view(*view);
+    tell(next ? "Next view" : "Previous view");
+}
+
+void Viewer::play_or_stop() {
+    const Timeline& t = session_.timeline();
+    if (t.animations.empty()) return tell("The scene has no animations", "play");
+    if (t.playing.empty()) {
+        next_pose_ = {t.animations.front(), 0};
+        plays_next_ = true;
+        tell(fmt::format("Playing {}", t.animations.front()), "play");
+        return open_next();
+    }
+    set_playing(!play_);
+    tell(play_ ? "Playing" : "Stopped", "play");
 }
 
 void Viewer::recall(std::size_t number) {
@@ -197,11 +282,16 @@ void Viewer::take(const FilePrompt::Answer& answer, PanelRequests& requests) {
         case FilePrompt::Purpose::open:
             requests.open = answer.file;
             return;
+        case FilePrompt::Purpose::environment:
+            requests.environment = answer.file;
+            return;
         case FilePrompt::Purpose::compare:
             requests.against = answer.file;
             return;
         case FilePrompt::Purpose::save:
             return save(answer.file);
+        case FilePrompt::Purpose::picture:
+            return attempt([&] { save_picture(answer.file, answer.all_layers); });
     }
 }
 
@@ -225,12 +315,13 @@ void Viewer::perform(const PanelRequests& requests) {
     if (requests.against) attempt([&] { compare_with(*requests.against); });
     if (requests.comparison) attempt([&] { set_comparison(*requests.comparison); });
     if (requests.pick_focus) picking_ = !picking_;
+    if (requests.ask_environment) file_prompt_.ask(FilePrompt::Purpose::environment, session_.file().parent_path());
     if (requests.open) to_open_.push_back(*requests.open);
     if (requests.environment) change_environment(*requests.environment);
     if (requests.variant) change_variant(*requests.variant);
     if (requests.frame) next_pose_ = requests.frame;
     if (requests.frame || requests.play) set_playing(requests.play.value_or(false));
-    for (const Action action : requests.actions) attempt([&] { perform(action, {}, dvec2(picture_size_) / 2.0); });
+    for (const Action action : requests.actions) attempt([&] { perform(action, {}, std::nullopt); });
 }
 
 /// Returns an unused file name in the current folder, made of the scene's name.
@@ -253,39 +344,41 @@ void Viewer::save(const std::filesystem::path& file) {
     writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
 }
 
-void Viewer::screenshot(const std::filesystem::path& path) {
+void Viewer::screenshot(const std::filesystem::path& path, bool all_layers) {
     if (!picture_) throw Error(path.string(), "not written: there is no picture yet");
+    const auto complete = all_layers ? thread_.complete_picture() : nullptr;
+    const bool all = complete && complete->view == picture_->view && complete->divisor == 1;
+    const std::shared_ptr<const Picture> picture = all ? complete : picture_;
     if (!has_extension(path, "exr"))
         return writer_.write(path.string(), [path, image = display_.read(shown_split())] { write_png(path, image); });
-    const RenderStats& stats = picture_->result.stats;
+    const RenderStats& stats = picture->result.stats;
     PictureInfo facts{
-        .camera = picture_->camera,
+        .camera = picture->camera,
         .working_space = colors_.linear_space(""),
         .samples = stats.samples,
         .comments =
             fmt::format("scene {}, shown by halflight view, {} samples{}, {}", session_.file().filename().string(),
-                        stats.samples, region_note(*picture_), session_.description()),
+                        stats.samples, region_note(*picture), session_.description()),
         .filter = text(PixelFilter{}),
-        .lens =
-            lens_text(picture_->camera, stats.lens, {picture_->result.beauty.width, picture_->result.beauty.height}),
+        .lens = lens_text(picture->camera, stats.lens, {picture->result.beauty.width, picture->result.beauty.height}),
         .shutter = "",
-        .bias = fmt::format("{}", fmt::join(layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
+        .bias = fmt::format("{}", fmt::join(!all && layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
         .error = ""};
-    writer_.write(path.string(), [path, facts = std::move(facts), picture = picture_, view = layer_view_] {
-        write_picture(path, shown_result(view, picture->aovs, picture->result), facts);
+    writer_.write(path.string(), [path, facts = std::move(facts), picture, view = layer_view_, all] {
+        write_picture(path, all ? picture->result : shown_result(view, picture->aovs, picture->result), facts);
     });
 }
 
-void Viewer::save_picture(const std::string& extension) {
-    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(unused_name(extension.c_str()));
-    waiting_pictures_.insert(extension);
+void Viewer::save_picture(const std::filesystem::path& path, bool all_layers) {
+    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(path, all_layers);
+    waiting_pictures_[path] = all_layers;
     tell("The picture is saved once it has full resolution");
 }
 
 void Viewer::save_waiting_pictures() {
     if (waiting_pictures_.empty() || !picture_ || picture_->divisor > 1 || drawn_request_ != request_) return;
-    for (const std::string& extension : std::exchange(waiting_pictures_, {}))
-        attempt([&] { screenshot(unused_name(extension.c_str())); });
+    for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
+        attempt([&, to = path, all = all_layers] { screenshot(to, all); });
 }
 
 void Viewer::report_files() {

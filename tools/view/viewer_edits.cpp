@@ -102,7 +102,9 @@ void Viewer::change_variant(const std::string& variant) {
 void Viewer::step_handles() {
     constexpr int kModes = 4;
     gizmo_.mode = static_cast<GizmoMode>((static_cast<int>(gizmo_.mode) + 1) % kModes);
-    tell(fmt::format("Handles: {}", name(gizmo_.mode)), "handles");
+    tell(fmt::format("Handles: {}{}", name(gizmo_.mode),
+                     Gizmo::can_move(session_) ? "" : " (nothing is selected that they could move)"),
+         "handles");
 }
 
 void Viewer::hide_selected() {
@@ -122,7 +124,8 @@ bool Viewer::drag_handles(const WindowLayout& layout) {
         return true;
     }
     lit_handle_.reset();
-    const bool free = panels_shown_ && !ImGui::GetIO().WantCaptureMouse && layout.picture.contains(gui_.mouse());
+    // Handles reach beyond the picture.
+    const bool free = panels_shown_ && !ImGui::GetIO().WantCaptureMouse && layout.area.contains(gui_.mouse());
     if (!free || (ImGui::IsMouseDown(ImGuiMouseButton_Left) && !ImGui::IsMouseClicked(ImGuiMouseButton_Left)))
         return false;
     const double length = ObjectOverlay::handle_length(layout.picture, picture_size_, gui_.scale());

@@ -72,6 +72,7 @@ bool Viewer::finish_opening() {
                 next_pose_.reset();  // drops a frame request for the previous file
             else
                 play_ = going_on;
+            plays_next_ &= pose_only || next_pose_;
             pose_pending_ = true;
             const bool other_scene = opened.start.has_value();
             const EnvironmentChoice light = session_.environment();
@@ -81,12 +82,15 @@ bool Viewer::finish_opening() {
                 saving_.clear();  // its file belongs to the scene before
                 metered_.clear();
                 first_metered_ = request_ + 1;
+                view_history_.start(session_.view());
+                navigation_.suit(session_);
             } else if (!restores && of_other_kind(light, session_.environment()) && has_metered_exposure()) {
                 meter_again(request_ + 1);
             }
             const std::string name = std::exchange(opening_name_, {});
             if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));
             if (other_scene) tell_of_settings();
+            if (pose_only && std::exchange(plays_next_, false)) set_playing(true);
         });
     }
     return !opening_.valid() && to_open_.empty() && !next_pose_ && !next_change_;

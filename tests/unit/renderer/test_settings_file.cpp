@@ -166,6 +166,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
         {R"("size": [640])", "size: "},
         {R"("size": [640, 65537])", "size[1]: "},
         {R"("preview": "cache,blur")", "preview: "},
+        {R"("preview": "cache", "denoise": true)", "denoise: "},
         {R"("clamp": -1)", "clamp: "},
         {R"("clay": 1)", "clay: "},
         {R"("hide": [1])", "hide[0]: "},

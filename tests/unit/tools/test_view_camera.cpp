@@ -99,6 +99,15 @@ TEST(CameraControl, TurnAndFly) {
     expect_near(walk(rolled, {1, 0, 1}).from, {1, 0, 1});
 }
 
+TEST(CameraControl, SeesTheFocusFromEachSide) {
+    for (const dvec3& side : {dvec3(1, 0, 0), dvec3(0, 0, -1), dvec3(0, 1, 0), dvec3(0, -1, 0)}) {
+        const CameraPose seen = seen_from(front(), side);
+        EXPECT_NO_THROW(camera_of(seen));
+        EXPECT_EQ(seen.at, front().at);
+        EXPECT_LT(glm::length(seen.from - 2.0 * side), 0.01);
+    }
+}
+
 TEST(CameraControl, OrthographicViewsZoom) {
     const CameraPose pose = orthographic(front(), 4);
     EXPECT_EQ(dolly(pose, 0.5, 1), orthographic(front(), 2));

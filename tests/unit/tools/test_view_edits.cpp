@@ -172,6 +172,36 @@ TEST_F(ViewEdits, OutlinesFollowEdits) {
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_LT(after[i][0].y, before[i][0].y) << "higher in the picture";
 }
 
+/// Edges of faces before others of the same object are none of its outline.
+TEST(ViewOutline, LeavesOutEdgesInside) {
+    Mesh squares;
+    for (const double half : {1.0, 0.5})
+        for (const dvec2 corner : {dvec2(-1, -1), dvec2(1, -1), dvec2(1, 1), dvec2(-1, 1)})
+            squares.positions.emplace_back(half * corner.x, half * corner.y, half < 1 ? 0.5 : 0);
+    squares.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+    Camera camera;
+    camera.camera_to_world = glm::translate(dmat4(1), dvec3(0, 0, 4));
+    camera.vertical_fov = kPi / 2;
+    const ivec2 size(400, 200);
+    const auto outline = [&](const dvec3& moved) {
+        const Projection projection(camera, size);
+        const MeshEdges edges(squares);
+        const dmat4 to_world = glm::translate(dmat4(1), moved);
+        Coverage coverage(size);
+        edges.add_faces(to_world, projection, coverage);
+        std::vector<PictureLine> all, lines;
+        edges.add_outline(to_world, projection, all);
+        EXPECT_EQ(all.size(), moved == dvec3(0) ? 8u : 4u);
+        for (const PictureLine& line : all) coverage.add_outer_parts(line, lines);
+        return lines;
+    };
+    const auto lines = outline({});
+    ASSERT_EQ(lines.size(), 4u);
+    for (const auto& line : lines)
+        for (const dvec2& p : line) EXPECT_NEAR(glm::length(p - dvec2(200, 100)), 25 * std::sqrt(2), 1e-6);
+    EXPECT_GT(outline({0, 0, 3.7}).size(), 0u) << "the small square is behind the camera";
+}
+
 /// A square of 2 x 2 at distance 4, seen with a vertical field of view of 90 degrees, is 2 of 8 units high.
 TEST(ViewOutline, IsWhereTheCameraSeesIt) {
     Mesh square;
@@ -246,7 +276,7 @@ TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
         return session.edits.nodes.empty() ? NodeEdit() : session.edits.nodes[0].edit;
     };
     gizmo.mode = GizmoMode::move;
-    ASSERT_EQ(gizmo.handles(session, kSize, kLength).size(), 4u);
+    ASSERT_EQ(gizmo.handles(session, kSize, kLength).size(), 3u) << "Z points at the camera";
     const dvec2 x = end_of(0);
     NodeEdit moved = drag(0, x, x + dvec2(30, 0));
     EXPECT_NE(moved.translate.x, 0);
@@ -260,7 +290,22 @@ TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
     const NodeEdit scaled = drag(1, y, y - dvec2(0, 30));
     EXPECT_NEAR(scaled.scale.y, 1.5, 0.02) << "the handle is 60 pixels long";
     EXPECT_EQ(scaled.scale.x, 1);
-    EXPECT_EQ(scaled.translate, dvec3(0));
+    const auto middle = [&] {
+        const WorldBounds box = session.selected_bounds();
+        return 0.5 * (box.lower + box.upper);
+    };
+    session.edits = {};
+    const dvec3 centre = middle();
+    const auto square = gizmo.handles(session, kSize, kLength).back().lines;
+    const dvec2 inside = 0.5 * (square[0][0] + square[2][0]);
+    const NodeEdit all = drag(Gizmo::kAll, inside, inside + dvec2(37, 0));
+    EXPECT_NEAR(all.scale.x, std::exp(37 / kLength), 1e-9);
+    EXPECT_EQ(all.scale, dvec3(all.scale.x)) << "the middle scales along all axes";
+    EXPECT_LT(glm::length(middle() - centre), 1e-6) << "the object stays where it is";
+    session.edits = {};
+    session.pivots_on_origin = true;
+    EXPECT_EQ(drag(1, end_of(1), end_of(1) - dvec2(0, 30)).translate, dvec3(0));
+    session.pivots_on_origin = false;
 
     session.edits = {};
     gizmo.mode = GizmoMode::rotate;

@@ -14,6 +14,7 @@
 #include "tests/support/error_message.h"
 #include "tests/unit/tools/view_scenes.h"
 #include "tools/view/navigation.h"
+#include "tools/view/view_history.h"
 
 namespace halflight::view {
 namespace {
@@ -75,6 +76,32 @@ TEST_F(ViewSession, TheLensFocusesOnThePickedSurface) {
     EXPECT_TRUE(session.request(kSize).camera.lens.blurs());
 }
 
+TEST_F(ViewSession, DepthOfFieldLeavesTheExposureAndKeepsItsFocus) {
+    session.set_depth_of_field(true);
+    session.focus_lens({100, 300}, kSize);
+    session.transform.camera.lens.fstop = 4;
+    const PhysicalCamera before = session.transform.camera;
+    session.set_depth_of_field(false);
+    EXPECT_FALSE(session.request(kSize).camera.lens.blurs());
+    EXPECT_FALSE(session.transform.camera.exposes()) << "the f-number has become an exposure";
+    session.set_depth_of_field(true);
+    EXPECT_EQ(session.transform.camera, before);
+    // An f-number that exposes goes on to do so.
+    session.transform.camera = {};
+    session.transform.camera.lens.fstop = 8;
+    const float stops = session.transform.stops();
+    for (const bool on : {true, false, true}) {
+        session.set_depth_of_field(on);
+        EXPECT_EQ(session.request(kSize).camera.lens.blurs(), on);
+        EXPECT_EQ(session.transform.stops(), stops) << on;
+    }
+    session.set_physical_exposure(false);
+    EXPECT_TRUE(session.request(kSize).camera.lens.blurs());
+    EXPECT_FALSE(session.transform.camera.exposes());
+    session.set_physical_exposure(true);
+    EXPECT_EQ(session.transform.stops(), stops);
+}
+
 TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
     const TemporaryFolder folder;
     const PreviewArguments a = arguments_for(folder / "two.gltf");
@@ -87,8 +114,11 @@ TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
     EXPECT_FALSE(two.request(kSize).camera.lens.blurs());
     two.take_camera("lens");
     EXPECT_EQ(two.request(kSize).camera.lens.focus.distance, 3);
+    two.move(orbit(two.pose(), {0.1, 0}));
     two.reset_camera();
-    EXPECT_FALSE(two.request(kSize).camera.lens.blurs()) << "the first camera is a pinhole";
+    EXPECT_EQ(two.scene_camera(), 1u) << "the camera that was chosen last";
+    two.take_camera("pinhole");
+    EXPECT_FALSE(two.request(kSize).camera.lens.blurs());
     EXPECT_EQ(two.saved(kSize).settings.view.camera.lens, Lens());
 }
 
@@ -151,9 +181,15 @@ TEST_F(ViewSession, FlyingRotatesTheCamera) {
     steer({.movement = {0, 0, 1}, .seconds = 0.05});
     EXPECT_TRUE(navigation.moving());
     const double step = glm::length(session.pose().from - start.from);
-    const WorldBounds box = world_bounds(session.scene());
-    EXPECT_NEAR(step, 0.1 * 0.05 * glm::length(box.upper - box.lower), 1e-9);
+    EXPECT_NEAR(step, 0.05, 1e-9) << "metres per second";
     session.reset_camera();
+    steer({.fast = true, .movement = {0, 0, 1}, .seconds = 0.05});
+    EXPECT_NEAR(glm::length(session.pose().from - start.from), 4 * step, 1e-9);
+    session.reset_camera();
+    navigation.suit(session);
+    EXPECT_GT(distance() / double{navigation.speed}, 2) << "seconds to what the camera sees";
+    EXPECT_LT(distance() / double{navigation.speed}, 10);
+    navigation.speed = 1;
     steer({.movement = {0, 0, 1}, .seconds = 60});
     EXPECT_NEAR(glm::length(session.pose().from - start.from), 2 * step, 1e-9) << "a pause does not move the camera";
     steer({});
@@ -169,6 +205,63 @@ TEST_F(ViewSession, ADoubleClickAimsTheCamera) {
     const CameraPose away = session.pose();
     EXPECT_FALSE(session.focus({256, 256}, kSize)) << "there is nothing";
     EXPECT_EQ(session.pose(), away);
+}
+
+TEST_F(ViewSession, FramesTheSelectedObject) {
+    EXPECT_FALSE(session.frame_selection(kSize));
+    WorldBounds block;
+    const char* const names[] = {"node:short block", "node:tall block", "material:red", "camera:0"};
+    for (const char* name : names) {
+        session.select(name);
+        block = session.selected_bounds();
+        EXPECT_TRUE(session.frame_selection(kSize)) << name;
+        EXPECT_LT(glm::length(session.pose().at - 0.5 * (block.lower + block.upper)), 1e-9) << name;
+    }
+    session.select("environment");
+    EXPECT_FALSE(session.frame_selection(kSize)) << "it has no place";
+    EXPECT_TRUE(session.frame_all(kSize));
+    const WorldBounds box = world_bounds(session.scene());
+    EXPECT_LT(glm::length(session.pose().at - 0.5 * (box.lower + box.upper)), 1e-6);
+}
+
+TEST_F(ViewSession, ViewsAreTakenBack) {
+    ViewHistory history;
+    history.start(session.view());
+    std::vector<View> views = {session.view()};
+    double time = 0;
+    for (const double angle : {0.1, 0.2}) {
+        for (int i = 0; i < 3; ++i) {
+            steer({.drag = {angle, 0}, .left = true});
+            history.record(session.view(), time += 0.1, i < 2);
+        }
+        history.record(session.view(), time += 1, false);
+        views.push_back(session.view());
+    }
+    for (std::size_t i = 2; i-- > 0;) {
+        EXPECT_EQ(history.back(session.view()), views[i]) << "a drag is one move";
+        session.take_view(views[i]);
+    }
+    EXPECT_FALSE(history.back(session.view()));
+    EXPECT_EQ(session.scene_camera(), 0u);
+    EXPECT_EQ(history.forward(session.view()), views[1]);
+    session.take_view(views[1]);
+    steer({.drag = {0, 0.1}, .left = true});
+    EXPECT_EQ(history.back(session.view()), views[1]) << "a move counts from its first frame on";
+    EXPECT_TRUE(history.can_go_forward(views[1]));
+}
+
+/// An orbit about the surface ahead would leave a narrow room through its side.
+TEST_F(ViewSession, OrbitsBeforeNearbyWalls) {
+    Camera camera = session.camera();
+    const Picker picker(session.shared_scene());
+    const WorldBounds box = world_bounds(session.scene());
+    EXPECT_EQ(orbit_distance(camera, picker, session.scene()), distance_ahead(camera, picker, session.scene()));
+    const dvec3 middle = 0.5 * (box.lower + box.upper);
+    const double aside = 0.2 * (box.upper.x - box.lower.x);  // from the left wall
+    camera.camera_to_world[3] = dvec4(box.lower.x + aside, middle.y, box.upper.z, 1);
+    const double distance = orbit_distance(camera, picker, session.scene());
+    EXPECT_LT(distance, aside);
+    EXPECT_GT(distance, 0.5 * aside);
 }
 
 TEST_F(ViewSession, BookmarksAreReplacedByName) {

@@ -134,7 +134,7 @@ TEST(Actions, DocumentsHaveTheTable) {
     }
 }
 
-TEST(Toasts, DisappearUnlessTheyAreErrors) {
+TEST(Toasts, DisappearErrorsLater) {
     Toasts toasts;
     toasts.tell("saved", 0);
     toasts.tell("saved", 1);
@@ -143,10 +143,19 @@ TEST(Toasts, DisappearUnlessTheyAreErrors) {
     EXPECT_EQ(toasts.all()[0].count, 2);
     EXPECT_EQ(toasts.total(), 3u);
     EXPECT_FALSE(toasts.expire(4.5)) << "the second message has renewed the first";
-    EXPECT_TRUE(toasts.expire(1000));
+    EXPECT_TRUE(toasts.expire(6));
     ASSERT_EQ(toasts.all().size(), 1u);
     EXPECT_TRUE(toasts.all()[0].error);
+    toasts.tell("Layer depth", 6, "layer");
+    toasts.fail("broken", 7);
+    ASSERT_EQ(toasts.all().size(), 2u) << "the same error is shown once, whatever came between";
+    EXPECT_EQ(toasts.all()[1].count, 2);
+    EXPECT_TRUE(toasts.expire(26.5));
+    ASSERT_EQ(toasts.all().size(), 1u) << "it was repeated at 7 s";
     toasts.dismiss(0);
+    EXPECT_TRUE(toasts.all().empty());
+    toasts.fail("broken", 30);
+    EXPECT_TRUE(toasts.expire(1000));
     EXPECT_TRUE(toasts.all().empty());
     toasts.tell("Layer depth", 0, "layer");
     toasts.tell("Layer normal", 1, "layer");

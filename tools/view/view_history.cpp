@@ -1,0 +1,46 @@
+#include "tools/view/view_history.h"
+
+#include <utility>
+
+namespace halflight::view {
+namespace {
+
+constexpr std::size_t kMost = 1000;  // views to restore
+constexpr double kRest = 0.4;        // time without a change after which a move has ended, seconds
+
+}  // namespace
+
+void ViewHistory::start(const View& now) {
+    before_.clear(), after_.clear();
+    current_ = seen_ = now;
+}
+
+void ViewHistory::settle(const View& now) {
+    if (now == current_) return;
+    before_.push_back(std::exchange(current_, now));
+    if (before_.size() > kMost) before_.erase(before_.begin());
+    after_.clear();
+}
+
+void ViewHistory::record(const View& now, double time, bool busy) {
+    if (busy || !(now == std::exchange(seen_, now))) changed_ = time;
+    if (time - changed_ >= kRest) settle(now);
+}
+
+std::optional<View> ViewHistory::back(const View& now) {
+    settle(now);
+    if (before_.empty()) return std::nullopt;
+    after_.push_back(std::exchange(current_, before_.back()));
+    before_.pop_back();
+    return current_;
+}
+
+std::optional<View> ViewHistory::forward(const View& now) {
+    settle(now);
+    if (after_.empty()) return std::nullopt;
+    before_.push_back(std::exchange(current_, after_.back()));
+    after_.pop_back();
+    return current_;
+}
+
+}  // namespace halflight::view
