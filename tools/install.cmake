@@ -33,7 +33,7 @@ install(FILES ${PROJECT_BINARY_DIR}/halflight-config.cmake ${PROJECT_BINARY_DIR}
     DESTINATION ${package_folder})
 
 # Man pages and completions; see tools/halflight/CMakeLists.txt.
-install(DIRECTORY ${PROJECT_BINARY_DIR}/manual/ DESTINATION ${CMAKE_INSTALL_DATADIR})
+install(DIRECTORY ${PROJECT_BINARY_DIR}/manual/ DESTINATION ${CMAKE_INSTALL_DATADIR} OPTIONAL)
 
 # Desktops: the entry with its icon, and thumbnails of file managers. shared-mime-info 2.0 and later knows the types of glTF.
 install(FILES ${PROJECT_SOURCE_DIR}/tools/desktop/halflight.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications)

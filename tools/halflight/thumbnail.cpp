@@ -49,7 +49,7 @@ void add_thumbnail_options(CLI::App& app, ThumbnailArguments& a) {
     a.settings.samples = 64;
     a.settings.time_limit = 1;
     a.in_memory = true;
-    a.log_level = LogLevel::warning;
+    a.needs_surfaces = true;
     Options options(app);
     options.group("Picture");
     options.value("--size", "PIXELS", "width and height, 16 to 1024 (default 256)",
