@@ -31,3 +31,18 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/halflight-config.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/halflight-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/halflight-config.cmake ${PROJECT_BINARY_DIR}/halflight-config-version.cmake
     DESTINATION ${package_folder})
+
+# Man pages and completions; see tools/halflight/CMakeLists.txt.
+install(DIRECTORY ${PROJECT_BINARY_DIR}/manual/ DESTINATION ${CMAKE_INSTALL_DATADIR} OPTIONAL)
+
+# Desktops: the entry with its icon, and thumbnails of file managers. shared-mime-info 2.0 and later knows the types of glTF.
+install(FILES ${PROJECT_SOURCE_DIR}/tools/desktop/halflight.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications)
+install(FILES ${PROJECT_SOURCE_DIR}/tools/desktop/halflight.svg
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps)
+install(FILES ${PROJECT_SOURCE_DIR}/tools/desktop/halflight.thumbnailer DESTINATION ${CMAKE_INSTALL_DATADIR}/thumbnailers)
+
+# Documents. Links from README.md to docs/ stay as they are.
+set(documents ${CMAKE_INSTALL_DATADIR}/doc/halflight)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${documents})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${documents} RENAME copyright)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${documents})

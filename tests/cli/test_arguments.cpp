@@ -84,6 +84,7 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"render a.glb o.exr --animation all",
          R"(--shutter-times 4 | --shutter-ramp 1 | --shutter-ramp 2 --shutter 1 | --shutter-position left --shutter 1 |
             --shutter-times 5 --shutter 0.5 --samples 4)"},
+        {"render --demo o.png", "a.glb | a.glb b.png"},
         {"render a.glb o.png", "--aov albedo | --jpeg-quality 5"},
         {"render a.glb o.jpg", "--jpeg-quality 0"},
         {"render a.glb o.tif", "--tiff-type 12 | --working-space acescg | --exposure 1 --tiff-type float"},

@@ -148,6 +148,15 @@ TEST_F(FirstPicture, ASequenceHasOneExposure) {
     EXPECT_EQ(told.find("by metering"), told.rfind("by metering")) << "one note";
 }
 
+TEST_F(FirstPicture, DemoNeedsNoFile) {
+    const Strings small = words("--width 32 --samples 1 --reproducible --seed 3");
+    done(words("render --demo", file("a.exr"), file("a.png"), small));
+    done(words("render", file("b.png"), small, "--demo"));
+    done(words("render", HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb", file("c.png"), small));
+    for (const char* demo : {"a.png", "b.png"}) EXPECT_EQ(read_text(file(demo)), read_text(file("c.png"))) << demo;
+    EXPECT_TRUE(std::filesystem::exists(file("a.exr")));
+}
+
 TEST_F(FirstPicture, TurntableTurnsOnce) {
     render(blocks(), "turn.##.exr", words("--turntable 4 --reproducible"));
     EXPECT_FALSE(std::filesystem::exists(file("turn.04.exr")));

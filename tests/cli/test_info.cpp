@@ -140,7 +140,10 @@ TEST_F(Info, HelpAndVersion) {
         EXPECT_EQ(help.err, "");
         expect_has(help.out, "Usage: halflight");
     }
-    EXPECT_TRUE(std::regex_match(done({"--version"}).out, std::regex(R"(halflight \d+\.\d+\.\d+\n)")));
+    const std::regex versions(R"(halflight \d+\.\d+\.\d+\nbuild: [0-9a-f]{16}, .+\ndriver: .*OpenGL 4.*\n)"
+                              R"(libraries: Embree \d[\d.]+, OpenColorIO \d[\d.]+, OpenEXR .+\n)");
+    const Outcome told = done({"--version"});
+    EXPECT_TRUE(std::regex_match(told.out, versions)) << told.out;
 }
 
 using Statistics = Output;

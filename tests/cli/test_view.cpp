@@ -8,6 +8,18 @@ namespace {
 
 using View = ViewTest;
 
+TEST_F(View, ShowsTheDemoSceneWithoutAName) {
+    const auto shown = [&](const Strings& named, const std::string& picture) {
+        write_text(file("script.txt"), fmt::format("wait samples 2\nscreenshot {}\nquit\n", file(picture)));
+        expect_done(run_program(words("view", named, "--size 64x48 --preview none --script", file("script.txt")),
+                                on_display()));
+        return png(picture);
+    };
+    const Image demo = shown({}, "a.png");
+    EXPECT_EQ(difference(demo, shown({HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb"}, "b.png")), 0);
+    EXPECT_GT(mean(demo), 0.02);
+}
+
 TEST_F(View, PicturesEqualThoseOfRender) {
     show(R"(
         wait first

@@ -56,7 +56,7 @@ def commands(text):
                 head, mark, tail = line.partition(";") if not line.startswith("for ") else (line, "", "")
                 for pattern, option in options:
                     if not re.search(pattern, head):
-                        head = re.sub(rf"({command} \S+)", rf"\1 {option}", head)
+                        head = re.sub(rf"({command}(?: \S+)?)", rf"\1 {option}", head)
                 line = head + mark + tail
             if line:
                 yield line

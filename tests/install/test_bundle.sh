@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# test_bundle.sh PROGRAM: bundles the program, moves the bundle, and renders from it with an empty environment.
+# test_bundle.sh PROGRAM: bundles the program, moves the bundle from its archive, and renders with an empty environment.
 set -euo pipefail
 program=$1
 here=$(cd "$(dirname "$0")" && pwd)
@@ -11,7 +11,10 @@ fail() {
     exit 1
 }
 
-"$here/../../tools/bundle" --program "$program" first
+XZ_OPT=-0 "$here/../../tools/bundle" --program "$program" --archive first
+rm -r first
+sha256sum --check first.tar.xz.sha256
+tar -xf first.tar.xz
 mv first "bundle, moved"
 halflight="$work/bundle, moved/bin/halflight"
 
@@ -29,7 +32,8 @@ done
 
 cp -r "$here/../cli/room" room
 env -i "$halflight" render room/room.gltf a.exr a.png --width 16 --height 16 --samples 1
-[ -s a.exr ] && [ -s a.png ]
+env -i "$halflight" render --demo b.png --width 16 --samples 1
+[ -s a.exr ] && [ -s a.png ] && [ -s b.png ] && [ -s "bundle, moved/share/man/man1/halflight-render.1" ]
 
 # bundle leaves a folder that is not empty unchanged.
 ! "$here/../../tools/bundle" --program "$program" room 2>/dev/null || fail "overwrote a folder"

@@ -13,7 +13,8 @@ mv "$work/first" "$work/prefix" # it must not know where it was installed to
 
 cp -r "$here/../cli/room" room
 env -i "$work/prefix/bin/halflight" render room/room.gltf a.exr a.png --width 16 --height 16 --samples 1
-[ -s a.exr ] && [ -s a.png ]
+env -i "$work/prefix/bin/halflight" render --demo d.png --width 16 --samples 1
+[ -s a.exr ] && [ -s a.png ] && [ -s d.png ]
 
 cmake -S "$here/consumer" -B consumer -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix"
 cmake --build consumer

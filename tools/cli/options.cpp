@@ -154,11 +154,10 @@ void add_camera_options(Options& options, ViewArguments& a) {
 
 void add_environment_options(Options& options, SceneChoice& choice) {
     options.value(
-        "--env", "FILE|COLOUR|NAME|none",
-        "environment: an equirectangular .exr or .hdr; a constant radiance as R,G,B, #rrggbb or white; neutral, "
-        "studio, sky, overcast or grey; none. By default a scene gets a neutral sky if its cameras see little by its "
-        "own "
-        "light",
+        "--env", "FILE|COLOUR|NAME",
+        "environment: an equirectangular .exr or .hdr, a constant radiance as R,G,B, #rrggbb or white, or a name. By "
+        "default a scene gets a neutral sky if its cameras see little by its own light: neutral, studio, sky, "
+        "overcast, grey, none",
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_environment, name, text); });
     options.value(
         "--sky", "ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]]",
@@ -259,8 +258,8 @@ void add_threads_option(Options& options) {
 
 void add_log_options(Options& options, LogChoice& choice) {
     options.value("--log-level", "LEVEL",
-                  "messages on stderr: error, warning, note or detail, each with those before it (default note). "
-                  "Progress is shown with note and detail",
+                  "messages on stderr, each level with those before it; progress is shown with note and detail: error, "
+                  "warning, note, detail (default note)",
                   [&](const auto& name, const auto& text) {
                       const auto level = log_level_named(text);
                       if (!level) throw UsageError(name, "expects error, warning, note or detail, not '{}'", text);

@@ -53,6 +53,8 @@ struct ViewArguments : SceneChoice, CameraChoice, LogChoice {
 
 /// Arguments of `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments, OutputOptions {
+    bool demo = false;                                   // the scene is demo_scene()
+    bool needs_surfaces = false;                         // refuses scenes without surfaces
     std::optional<std::filesystem::path> settings_file;  // settings file, whose contents are in `settings` already
     // distinct pictures; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;

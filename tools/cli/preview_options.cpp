@@ -1,3 +1,4 @@
+#include "tools/cli/installation.h"
 #include "tools/cli/options.h"
 
 namespace halflight {
@@ -26,7 +27,8 @@ void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
 }
 
 void add_preview_options(CLI::App& app, PreviewArguments& a) {
-    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb (default: one that is installed with the program)")
+        ->type_name("");
     a.width = 1280, a.height = 720;
     a.settings.preview = {.cache = true, .filter = true};
     Options options(app);
@@ -78,6 +80,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
 void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_leftovers(app, "halflight view");
     check_log_options(app);
+    if (a.scene.empty()) a.scene = demo_scene();
     check_camera_options(app, a);
     check_environment_options(app);
     use_settings(app, a);

@@ -7,6 +7,7 @@
 #include "engine/core/suggestion.h"
 #include "tools/cli/options.h"
 #include "tools/halflight/converge_options.h"
+#include "tools/halflight/manual.h"
 #include "tools/halflight/render_options.h"
 
 namespace halflight {
@@ -76,7 +77,7 @@ void check_command(const CLI::App& app) {
 Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
     app.set_help_flag("-h,--help", "prints this help and exits");
-    app.set_version_flag("--version", "halflight " HALFLIGHT_VERSION, "prints the version and exits");
+    app.set_version_flag("--version", "halflight", "prints the versions of program, driver and libraries, and exits");
     app.allow_extras();
     app.require_subcommand(0, 1);  // later words may be files with the name of a command
 
@@ -93,6 +94,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App& preview_app = *app.add_subcommand("view", "Shows a scene in an interactive window");
     preview_app.allow_extras();
     add_preview_options(preview_app, preview);
+
+    ThumbnailArguments thumbnail;
+    CLI::App& thumbnail_app =
+        *app.add_subcommand("thumbnail", "Makes a small denoised picture of a scene within limits of time and memory");
+    thumbnail_app.allow_extras();
+    add_thumbnail_options(thumbnail_app, thumbnail);
 
     ConvergeArguments converge;
     CLI::App& converge_app = *app.add_subcommand("converge", "Measures error against run time and writes a report");
@@ -120,6 +127,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
                       "measures, with --needs, the time that leaving out each part saves; takes minutes");
     info_app.add_flag("--list-settings", settings_page,
                       "prints the tables of all render settings and layers in Markdown");
+    std::optional<std::filesystem::path> manual;
+    info_app
+        .add_option("--write-manual", manual,
+                    "writes man pages, and completions for bash, zsh and fish, below a folder such as ~/.local/share")
+        ->type_name("DIR");
     info_app.add_flag("--json", info.json, "prints JSON");
     info_app.add_flag("--allow-outside", info.picture.allow_outside,
                       "allows the scene to name files outside its folder");
@@ -159,17 +171,18 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
         return help_of(app);
-    } catch (const CLI::CallForVersion& version) {
-        return Help{version.what()};
+    } catch (const CLI::CallForVersion&) {
+        return Version{};
     } catch (const CLI::ParseError& error) {
-        throw usage_error(error, render_app.parsed()     ? "halflight render"
-                                 : merge_app.parsed()    ? "halflight merge"
-                                 : preview_app.parsed()  ? "halflight view"
-                                 : converge_app.parsed() ? "halflight converge"
-                                 : pack_app.parsed()     ? "halflight pack"
-                                 : bench_app.parsed()    ? "halflight bench"
-                                 : compare_app.parsed()  ? "halflight compare"
-                                                         : "halflight info");
+        throw usage_error(error, render_app.parsed()      ? "halflight render"
+                                 : merge_app.parsed()     ? "halflight merge"
+                                 : thumbnail_app.parsed() ? "halflight thumbnail"
+                                 : preview_app.parsed()   ? "halflight view"
+                                 : converge_app.parsed()  ? "halflight converge"
+                                 : pack_app.parsed()      ? "halflight pack"
+                                 : bench_app.parsed()     ? "halflight bench"
+                                 : compare_app.parsed()   ? "halflight compare"
+                                                          : "halflight info");
     }
     check_command(app);
     if (render_app.parsed()) {
@@ -179,6 +192,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (merge_app.parsed()) {
         finish_render_options(merge_app, merge);
         return merge;
+    }
+    if (thumbnail_app.parsed()) {
+        finish_thumbnail_options(thumbnail_app, thumbnail);
+        return thumbnail;
     }
     if (preview_app.parsed()) {
         finish_preview_options(preview_app, preview);
@@ -198,6 +215,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
             std::string page = settings_markdown();
             page.pop_back();  // Help ends without a newline
             return Help{page};
+        }
+        if (manual) {
+            Manual written;
+            for (auto& [path, text] : manual_files(app)) written.files[*manual / path] = std::move(text);
+            return written;
         }
         check(info, info_app);
         take_size_options(info_app, info.picture);

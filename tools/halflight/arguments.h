@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -41,6 +42,21 @@ struct InfoArguments {
     bool json = false;
 };
 
+/// `halflight --version`.
+struct Version {};
+
+/// Man pages and completions that `halflight info --write-manual` writes: text by path.
+struct Manual {
+    std::map<std::filesystem::path, std::string> files;
+};
+
+/// Arguments of `halflight thumbnail`.
+struct ThumbnailArguments : RenderArguments {
+    ThumbnailArguments() { width = height = 256; }
+    int limit = 30;                            // wall time after which the program ends, seconds
+    std::size_t bytes = std::size_t{2} << 30;  // memory of the program, bytes
+};
+
 /// Arguments of `halflight pack`.
 struct PackArguments : LogChoice {
     std::filesystem::path scene;
@@ -51,8 +67,8 @@ struct PackArguments : LogChoice {
 using bench::BenchArguments;      // `halflight bench`
 using compare::CompareArguments;  // `halflight compare`
 
-using Arguments = std::variant<Help, RenderArguments, PreviewArguments, ConvergeArguments, InfoArguments, PackArguments,
-                               BenchArguments, CompareArguments>;
+using Arguments = std::variant<Help, Version, Manual, RenderArguments, ThumbnailArguments, PreviewArguments,
+                               ConvergeArguments, InfoArguments, PackArguments, BenchArguments, CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
 }  // namespace halflight

@@ -13,7 +13,12 @@ class Interrupted : public Error {
     int signal;
 };
 
+/// Prints the versions of the program, the driver and the libraries.
+void print_version();
+void write_manual(const Manual& manual);
 void run_render(const RenderArguments& arguments);
+/// Renders under the limits of the arguments. Does not return where the time is up.
+void run_thumbnail(const ThumbnailArguments& arguments);
 /// Replaces the process by `halflight-view` with the same command line, so that this program needs no window system.
 /// Throws Error if that program is not in the same folder.
 [[noreturn]] void start_viewer(char** argv);

@@ -117,6 +117,7 @@ void render_picture(const RenderArguments& a) {
     times.context = clock.lap();
     LoadedScene scene = reading.get();
     check_render_files(a, scene.files());
+    if (a.needs_surfaces && scene.scene().instances.empty()) throw Error(a.scene.string(), "has no surfaces to show");
     PoseWarnings warnings(scene);
     const ChosenCamera chosen = scene.camera(scene.time_of(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),

@@ -13,6 +13,7 @@
 #include "renderer/render.h"
 #include "renderer/replicates.h"
 #include "renderer/settings_check.h"
+#include "tools/cli/installation.h"
 #include "tools/halflight/render_parts.h"
 
 namespace halflight {
@@ -55,21 +56,20 @@ void add_file_options(Options& options, RenderArguments& a) {
     options.group("Files");
     std::vector<std::string> names;
     for (const ExrCompression compression : kExrCompressions) names.emplace_back(name(compression));
-    options.value(
-        "--exr-compression", "NAME",
-        fmt::format("compression of the .exr: {} (default zip). pxr24, dwaa and dwab change values; layers of "
-                    "data then need --exr-parts, and stay exact",
-                    fmt::join(names, ", ")),
-        [&](const auto& option, const auto& text) {
-            try {
-                a.exr.compression = exr_compression_named(text);
-            } catch (const Error& error) {
-                throw UsageError(option, "{}", error.reason());
-            }
-        });
+    options.value("--exr-compression", "NAME",
+                  fmt::format("compression of the .exr. pxr24, dwaa and dwab change values; layers of data then need "
+                              "--exr-parts, and stay exact: {} (default zip)",
+                              fmt::join(names, ", ")),
+                  [&](const auto& option, const auto& text) {
+                      try {
+                          a.exr.compression = exr_compression_named(text);
+                      } catch (const Error& error) {
+                          throw UsageError(option, "{}", error.reason());
+                      }
+                  });
     options.value("--aov-names", "NAME",
-                  "names of layers in the .exr: halflight, blender or arnold (default halflight); "
-                  "docs/colour-and-layers.md has the table",
+                  "names of layers in the .exr, by the table in docs/colour-and-layers.md: halflight, blender, arnold "
+                  "(default halflight)",
                   [&](const auto& option, const auto& text) {
                       const auto names_of = aov_names_named(text);
                       if (!names_of) throw UsageError(option, "expects halflight, blender or arnold, not '{}'", text);
@@ -111,17 +111,17 @@ void add_run_options(Options& options, RenderArguments& a) {
         "fails if any pass yields a NaN, an infinity or a negative radiance, for scenes that break the rules of glTF, "
         "and for images that cannot be read");
     add_page_options(options, a);
-    options.value("--page-schedule", "NAME",
-                  fmt::format("how pages are found that rays need: demand, set or queries (default {}); see "
-                              "docs/page-files.md",
-                              name(paging::kDefaultPageSchedule)),
-                  [&](const auto& option, const auto& text) {
-                      const auto found =
-                          std::ranges::find(paging::kPageSchedules, text, [](auto s) { return std::string(name(s)); });
-                      if (found == std::end(paging::kPageSchedules))
-                          throw UsageError(option, "expects demand, set or queries, not '{}'", text);
-                      a.settings.page_schedule = *found;
-                  });
+    options.value(
+        "--page-schedule", "NAME",
+        fmt::format("how pages are found that rays need (docs/page-files.md): demand, set, queries (default {})",
+                    name(paging::kDefaultPageSchedule)),
+        [&](const auto& option, const auto& text) {
+            const auto found =
+                std::ranges::find(paging::kPageSchedules, text, [](auto s) { return std::string(name(s)); });
+            if (found == std::end(paging::kPageSchedules))
+                throw UsageError(option, "expects demand, set or queries, not '{}'", text);
+            a.settings.page_schedule = *found;
+        });
     options.value("--texture-pool", "SIZE",
                   "loads textures in tiles, and sets the memory for tiles on the device, such as 512M. By default, "
                   "textures that do not fit into the memory budget get half of what it has left",
@@ -147,6 +147,18 @@ void add_run_options(Options& options, RenderArguments& a) {
         "--dump-graph", "FILE.dot|.txt",
         "writes the render graph of the frame: .dot for Graphviz, .txt a table with a row for each group of passes",
         a.graph);
+}
+
+/// Sets the scene of --demo, for which the first name is an output.
+void take_demo_scene(const CLI::App& app, RenderArguments& a) {
+    if (!a.demo) {
+        if (a.scene.empty()) throw UsageError("SCENE", "is missing; see halflight {} --help", app.get_name());
+        return;
+    }
+    if (!a.scene.empty()) a.outputs.insert(a.outputs.begin(), a.scene);
+    const auto scene = std::ranges::find_if_not(a.outputs, is_picture_name);
+    if (scene != a.outputs.end()) throw UsageError(scene->string(), "cannot be given together with --demo");
+    a.scene = demo_scene();
 }
 
 /// Accepts outputs before the scene: if the first name is an output and one of the others is none, they change places.
@@ -304,11 +316,12 @@ void add_light_options(Options& options, ViewArguments& a) {
 
 void add_render_options(CLI::App& app, RenderArguments& a) {
     app.allow_extras();
-    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb; --demo replaces it")->type_name("");
     app.add_option("OUTPUT", a.outputs, ".exr: scene-linear, with layers; .png, .jpg, .tif: through the view transform")
         ->type_name("");
     Options options(app);
     options.group("Files");
+    options.flag("--demo", a.demo, "renders a scene that is installed with the program");
     options.repeated("--output,-o", "FILE", "adds an output, like a name after the scene",
                      [&](const auto& name, const auto& text) {
                          if (text.empty()) throw UsageError(name, "expects the name of a file");
@@ -329,6 +342,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
 void finish_render_options(const CLI::App& app, RenderArguments& a) {
     check_leftovers(app, "halflight " + app.get_name());
     check_log_options(app);
+    take_demo_scene(app, a);
     take_scene_among_outputs(a);
     if (a.turntable > 0 && a.frames.empty()) {
         a.frames.resize(static_cast<std::size_t>(a.turntable));

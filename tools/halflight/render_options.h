@@ -28,4 +28,9 @@ void add_render_options(CLI::App& app, RenderArguments& arguments);
 /// Completes and checks the arguments of a command with these options.
 void finish_render_options(const CLI::App& app, RenderArguments& arguments);
 
+/// Declares all options of `halflight thumbnail`.
+void add_thumbnail_options(CLI::App& app, ThumbnailArguments& arguments);
+/// Completes and checks its arguments.
+void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& arguments);
+
 }  // namespace halflight

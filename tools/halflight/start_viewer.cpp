@@ -3,15 +3,13 @@
 #include <cerrno>
 #include <system_error>
 
+#include "tools/cli/installation.h"
 #include "tools/halflight/commands.h"
 
 namespace halflight {
 
 void start_viewer(char** argv) {
-    std::error_code none;
-    const auto own = std::filesystem::read_symlink("/proc/self/exe", none);
-    if (none) throw Error("halflight-view", "cannot be started: /proc is not there, which tells its folder");
-    const auto viewer = own.parent_path() / "halflight-view";
+    const auto viewer = program_folder() / "halflight-view";
     execv(viewer.c_str(), argv);
     throw Error(viewer.string(), "cannot be started: {}; the viewer is a separate program, which some builds lack",
                 std::generic_category().message(errno));

@@ -15,6 +15,11 @@ import os as _os
 from collections import namedtuple as _namedtuple
 from collections.abc import Mapping as _Mapping
 
+try:
+    import numpy as _numpy  # noqa: F401; the native module needs it, and fails without naming it
+except ImportError as _error:
+    raise ImportError(f"halflight needs the package numpy ({_error}); Debian's package is python3-numpy") from None
+
 from . import _native
 from ._native import Error
 
