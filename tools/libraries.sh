@@ -41,7 +41,8 @@ find_libraries() {
     patchelf --force-rpath --set-rpath "\$ORIGIN/$2:$system_folders:\$ORIGIN/$2/fallback" "$1"
 }
 
-# copy_licences FOLDER: copies those of the libraries' Debian packages; -dev packages cover the code that is compiled in.
+# copy_licences FOLDER: copies the licences of the libraries' Debian packages; -dev packages cover the code that is
+# compiled in.
 copy_licences() {
     local name path package
     mkdir -p "$1"
@@ -50,7 +51,7 @@ copy_licences() {
             path=$(readlink -f "${path_of[$name]}") # without /usr, it may be known under another path
             dpkg-query --search "*/$(basename "${path%/*}")/${path##*/}" | sed -n '1s/:.*//p'
         done
-        sed -n 's/ *#.*//; /^libglfw3-dev$/d; /^libimgui-dev$/d; /-dev$/p' "$root/tools/packages.txt" # without the viewer's
+        sed -n 's/ *#.*//; /^libglfw3-dev$/d; /^libimgui-dev$/d; /^dpkg-dev$/d; /^libgtest-dev$/d; /^libexpat1-dev$/d; /-dev$/p' "$root/tools/packages.txt" # without those of viewer, tests and packaging
     } | sort -u | while read -r package; do
         cp "/usr/share/doc/$package/copyright" "$1/$package.txt"
     done

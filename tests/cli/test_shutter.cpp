@@ -305,6 +305,29 @@ TEST_F(Shutter, PartsOfTheSceneMayComeAndGo) {
     }
 }
 
+// The only lamp is off at the frame's own time, at 0 s, and goes on while the shutter is open.
+TEST_F(Shutter, LightOfTheOpeningAloneMerges) {
+    GltfBuilder b;
+    Json& floor = b.add_mesh({{"POSITION", b.floats("VEC3", {-1, 0, -1, -1, 0, 1, 1, 0, 1})}});
+    floor["material"] = b.push("materials", Json::object());
+    b.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    b.push("nodes", {{"translation", {0, 1, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    animate_pointer(b, "/extensions/KHR_lights_punctual/lights/0/intensity", "SCALAR", {0, 30});
+    write_text(file("dawn.glb"), b.glb());
+    const Strings settings = words("--width 32 --height 32 --fps 1 --animation all --samples 4 --shutter 1 --env none");
+    const auto made = [&](const char* command, const char* name, const char* more) {
+        done(words(command, file("dawn.glb"), file(name), settings, more));
+    };
+    made("render", "whole.exr", "--sample-parts 2");
+    made("render", "parts.exr", "--part 1/2");
+    made("render", "parts.exr", "--part 2/2");
+    made("merge", "parts.exr", "--sample-parts 2");
+    EXPECT_TRUE(same_pixels(file("whole.exr"), file("parts.exr")));
+    const std::vector<float> light = read_exr(file("whole.exr")).find("R")->values;
+    EXPECT_GT(*std::ranges::max_element(light), 0);
+}
+
 TEST_F(Shutter, MotionIsOfSquareAndCamera) {
     for (const auto& [animation, camera, pixels] : {std::tuple("slide", "still", 8.0),
                                                     {"pan", "panning", 8.0},

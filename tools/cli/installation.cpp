@@ -1,5 +1,6 @@
 #include "tools/cli/installation.h"
 
+#include "api/halflight/settings_file.h"
 #include "engine/core/error.h"
 
 namespace halflight {
@@ -11,9 +12,22 @@ std::filesystem::path program_folder() {
     return program.parent_path();
 }
 
+namespace {
+
+std::filesystem::path installed_demo() {
+    return (program_folder() / HALFLIGHT_DATA_FOLDER "/demo.glb").lexically_normal();
+}
+
+}  // namespace
+
+std::filesystem::path settings_file_for(const std::filesystem::path& scene) {
+    const std::filesystem::path usual = settings_file_of(scene);
+    return scene == installed_demo() ? usual.filename() : usual;
+}
+
 std::filesystem::path demo_scene() {
     const std::filesystem::path folder = program_folder();
-    const auto installed = (folder / HALFLIGHT_DATA_FOLDER "/demo.glb").lexically_normal();
+    const std::filesystem::path installed = installed_demo();
     std::error_code none;
     for (const std::filesystem::path& scene : {installed, folder / "demo.glb"})
         if (std::filesystem::exists(scene, none)) return scene;

@@ -9,6 +9,7 @@
 
 #include "api/halflight/settings_file.h"
 #include "engine/io/files.h"
+#include "tools/cli/installation.h"
 #include "tools/cli/options.h"
 #include "tools/cli/settings_parts.h"
 
@@ -101,7 +102,7 @@ auto given_to(const CLI::App& app) {
 /// Reads the settings file of the viewer, without entries that cannot be used. `given` has the names of the options
 /// that were given.
 void take_file(const std::set<std::string>& given, PreviewArguments& a) {
-    const auto file = a.settings_file.value_or(settings_file_of(a.scene));
+    const auto file = a.settings_file.value_or(settings_file_for(a.scene));
     a.settings_version = versioned(file);
     std::error_code none;
     if (!std::filesystem::exists(file, none)) return;

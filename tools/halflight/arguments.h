@@ -53,8 +53,9 @@ struct Manual {
 /// Arguments of `halflight thumbnail`.
 struct ThumbnailArguments : RenderArguments {
     ThumbnailArguments() { width = height = 256; }
-    int limit = 30;                            // wall time after which the program ends, seconds
-    std::size_t bytes = std::size_t{2} << 30;  // memory of the program, bytes
+    int limit = 30;                                // wall time after which the program ends, seconds
+    std::size_t bytes = std::size_t{2} << 30;      // memory of the program, bytes
+    std::optional<std::filesystem::path> named{};  // name of a picture without an extension; none: that of the output
 };
 
 /// Arguments of `halflight pack`.

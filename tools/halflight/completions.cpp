@@ -149,7 +149,8 @@ _halflight_names() {
         [[ $name != "$typed"* ]] || COMPREPLY+=("$name")
     done < <(
         [ $# = 1 ] || printf '%s\n' "${@:2}"
-        halflight info "${scene//[\\\"\']/}" --names 2>/dev/null </dev/null | NAMES
+        scene=${scene//[\\\"\']/}
+        timeout 2 halflight info "${scene/#\~\//$HOME/}" --names 2>/dev/null </dev/null | NAMES
     )
     compopt -o filenames # quotes blanks
     [[ ${COMPREPLY[0]-} != *= ]] || compopt -o nospace
@@ -175,7 +176,7 @@ constexpr const char* kZshStart = R"zsh(#compdef halflight
 # _halflight_names OPTION WORD...: offers the words, and the names in the scene of the command line.
 _halflight_names() {
     local -a scenes=(${(M)words:#*.(glb|gltf)})
-    local -a names=(${(f)"$(halflight info ${(Q)scenes[1]} --names 2>/dev/null </dev/null | NAMES)"})
+    local -a names=(${(f)"$(timeout 2 halflight info ${${(Q)scenes[1]}/#\~\//$HOME/} --names 2>/dev/null </dev/null | NAMES)"})
     compadd -- ${@:2} ${names:#*=}
     compadd -S '' -- ${(M)names:#*=}
 }
@@ -197,7 +198,7 @@ end
 function __halflight_names
     for word in (commandline -opc)
         if string match -qr '\.(glb|gltf)$' -- $word
-            sh -c 'halflight info "$2" --names 2>/dev/null </dev/null | NAMES' sh $argv[1] $word
+            sh -c 'timeout 2 halflight info "$2" --names 2>/dev/null </dev/null | NAMES' sh $argv[1] (string replace -r '^~/' $HOME/ -- $word)
             return
         end
     end

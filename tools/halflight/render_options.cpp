@@ -156,7 +156,8 @@ void take_demo_scene(const CLI::App& app, RenderArguments& a) {
         return;
     }
     if (!a.scene.empty()) a.outputs.insert(a.outputs.begin(), a.scene);
-    const auto scene = std::ranges::find_if_not(a.outputs, is_picture_name);
+    const auto scene = std::ranges::find_if(
+        a.outputs, [](const auto& path) { return has_extension(path, "glb") || has_extension(path, "gltf"); });
     if (scene != a.outputs.end()) throw UsageError(scene->string(), "cannot be given together with --demo");
     a.scene = demo_scene();
 }

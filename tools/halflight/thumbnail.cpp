@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
+#include <utility>
 
 #include "engine/core/memory_ledger.h"
 #include "engine/io/file_kind.h"
@@ -21,22 +23,23 @@ constexpr std::size_t kAddressesBeside = std::size_t{1} << 30;  // code, stacks 
 char out_of_time[512];
 
 void end_process(int) {
-    const auto written = write(STDERR_FILENO, out_of_time, std::strlen(out_of_time));
-    _exit(written < 0 ? 2 : 1);
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, out_of_time, std::strlen(out_of_time));
+    _exit(1);
 }
 
 /// Ends the process after its time, whatever it then does, and refuses memory beyond its limit. Scenes of strangers may
 /// take any amount of both.
 void limit_process(const ThumbnailArguments& a) {
     fmt::format_to_n(out_of_time, sizeof out_of_time - 1,
-                     "halflight: {}: not rendered within {} s, which --limit can change\n", a.scene.string(), a.limit);
+                     "halflight: {:.400}: not rendered within {} s, which --limit can change\n", a.scene.string(),
+                     a.limit);
     std::signal(SIGALRM, end_process);
     alarm(static_cast<unsigned>(a.limit));
     MemoryLedger& ledger = MemoryLedger::process();
     ledger.set_limit(std::min(ledger.limit(), a.bytes));
     rlimit addresses{};
     getrlimit(RLIMIT_AS, &addresses);
-    addresses.rlim_cur = std::min<rlim_t>(addresses.rlim_max, a.bytes + kAddressesBeside);
+    addresses.rlim_cur = std::min<rlim_t>(addresses.rlim_cur, a.bytes + kAddressesBeside);
     setrlimit(RLIMIT_AS, &addresses);
 }
 
@@ -72,6 +75,11 @@ void add_thumbnail_options(CLI::App& app, ThumbnailArguments& a) {
 void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
     check_leftovers(app, "halflight thumbnail");
     check_log_options(app);
+    // Some file managers want a temporary file without an extension, or a hidden one such as
+    // .gnome_desktop_thumbnail.X.
+    const bool temporary = !is_picture_name(a.outputs[0]) && a.outputs[0].filename().string().starts_with(".");
+    if (!a.outputs[0].has_extension() || temporary)
+        a.named = std::exchange(a.outputs[0], a.outputs[0].string() + ".png");
     if (!is_picture_name(a.outputs[0]) || has_exr(a))
         throw UsageError(a.outputs[0].string(), "a thumbnail is a .png, .jpg or .tif");
     check_render_files(a);
@@ -82,6 +90,9 @@ void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
 void run_thumbnail(const ThumbnailArguments& a) {
     limit_process(a);
     run_render(a);
+    std::error_code error;
+    if (a.named) std::filesystem::rename(a.outputs[0], *a.named, error);
+    if (error) throw Error(a.named->string(), "cannot be written: {}", error.message());
 }
 
 }  // namespace halflight

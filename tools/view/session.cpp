@@ -1,4 +1,5 @@
 #include "tools/view/session.h"
+#include "tools/cli/installation.h"
 
 #include <fmt/format.h>
 
@@ -291,7 +292,7 @@ Request Session::request(const ivec2& size) const {
 }
 
 std::filesystem::path Session::settings_file() const {
-    return arguments_.settings_file.value_or(settings_file_of(file_));
+    return arguments_.settings_file.value_or(settings_file_for(file_));
 }
 
 SavedSettings Session::saved(const ivec2& size) const {
