@@ -50,7 +50,7 @@ int shutter_times(const Shutter& shutter, const LoadedScene& scene, const Render
     if (shutter.times) return *shutter.times < samples ? *shutter.times : 0;
     if (settings.time_limit > 0) return 0;               // any number of samples may be taken
     constexpr int kLeastTimes = 8, kKnownSamples = 256;  // an error target may end the picture early
-    constexpr double kMost = 1.0 / 3;                    // time of all poses over that of all samples
+    constexpr double kMost = 0.25;                       // time of all poses over that of all samples
     const double pixels = double(settings.width) * double(settings.height);
     const double share = scene.surfaces_move() ? kMost * pixels / std::max(cost_of_pose(scene.scene()), 1.0) : 1;
     const double most = settings.error ? std::min(samples, kKnownSamples) : samples;
