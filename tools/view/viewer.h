@@ -111,6 +111,7 @@ class Viewer {
     void screenshot(const std::filesystem::path& path, bool all_layers = false);
     /// Returns the newest picture of the current view with all layers in full resolution; null: there is none yet.
     std::shared_ptr<const Picture> complete_picture() const;
+    bool in_full() const;  // Returns whether the shown picture is of the open scene and has full resolution.
     /// Saves the picture, once it has full resolution and the layers that are wanted.
     void save_picture(const std::filesystem::path& path, bool all_layers = false);
     void save_numbered(const char* extension);  // Saves the picture under an unused name, once while it is waited for.
@@ -243,6 +244,7 @@ class Viewer {
     std::shared_ptr<const Picture> picture_;  // displayed picture
     std::optional<Image> reference_;          // RGB; a script's `reference`
     std::optional<double> relmse_;            // relMSE of the displayed picture against it, else Picture::relmse
+    std::uint64_t first_of_scene_ = 0;        // number of the first request of the scene that is open
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     std::set<std::filesystem::path> names_;   // names of files that have been given out

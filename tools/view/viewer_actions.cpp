@@ -343,6 +343,10 @@ void Viewer::save(const std::filesystem::path& file) {
     writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
 }
 
+bool Viewer::in_full() const {
+    return picture_ && picture_->divisor == 1 && picture_->request >= first_of_scene_;
+}
+
 std::shared_ptr<const Picture> Viewer::complete_picture() const {
     auto complete = thread_.complete_picture();
     const bool fits = complete && picture_ && complete->view == picture_->view && complete->divisor == 1;
@@ -379,8 +383,7 @@ void Viewer::screenshot(const std::filesystem::path& path, bool all_layers) {
 
 void Viewer::save_picture(const std::filesystem::path& path, bool all_layers) {
     const bool all = all_layers && has_extension(path, "exr");
-    const bool there = picture_ && picture_->divisor == 1 && (!all || complete_picture());
-    if (scripted() || !picture_ || there) return screenshot(path, all);
+    if (scripted() || !picture_ || (in_full() && (!all || complete_picture()))) return screenshot(path, all);
     waiting_pictures_[path] = all;
     tell(fmt::format("The picture is saved once it has {}", all ? "all layers in full resolution" : "full resolution"));
 }
@@ -393,7 +396,7 @@ void Viewer::save_numbered(const char* extension) {
 }
 
 void Viewer::save_waiting_pictures() {
-    if (waiting_pictures_.empty() || !picture_ || picture_->divisor > 1 || drawn_request_ != request_) return;
+    if (waiting_pictures_.empty() || !in_full() || drawn_request_ != request_) return;
     for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
         if (all_layers && !complete_picture())
             waiting_pictures_[path] = true;

@@ -84,7 +84,7 @@ bool Viewer::finish_opening() {
                 for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
                     toasts_.fail(fmt::format("{} was not saved: another scene was opened", path.string()), now());
                 metered_.clear();
-                first_metered_ = request_ + 1;
+                first_metered_ = first_of_scene_ = request_ + 1;
                 view_history_.start(session_.view());
                 navigation_.suit(session_);
             } else if (!restores && of_other_kind(light, session_.environment()) && has_metered_exposure()) {
