@@ -72,11 +72,16 @@ TEST_F(RealInput, SavesInAnotherFile) {
 }
 
 TEST_F(RealInput, SavesThePictureUnderAName) {
-    input_state(fmt::format("xdotool mousemove 100 200 key h key ctrl+p sleep 1.5 key ctrl+a type {}\n"
-                            "xdotool key Return sleep 1.5",
-                            file("named.exr")),
+    // The second time with the box "All layers" and the button "Save" of the dialog.
+    input_state(fmt::format(R"(
+        xdotool mousemove 100 200 key h key ctrl+p sleep 1.5 key ctrl+a type {}
+        xdotool key Return sleep 1 key ctrl+p sleep 1 key ctrl+a type {}
+        xdotool mousemove 18 145 sleep 0.2 click 1 sleep 0.2 mousemove 27 223 sleep 0.2 click 1 sleep 1)",
+                            file("named.exr"), file("all.exr")),
                 "wait samples 1");
     EXPECT_EQ(exr("named.exr").width, size.x);
+    EXPECT_EQ(channel_names(read_exr(file("named.exr"))).size(), 4u);
+    EXPECT_GT(channel_names(read_exr(file("all.exr"))).size(), 20u) << "the box adds all layers";
 }
 
 TEST_F(RealInput, ChosenSizesStayInOtherWindows) {

@@ -61,6 +61,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
         }
         if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.pose = *pose;
     }
+    std::set<std::string_view> taken;
     for (const Setting& setting : known_settings()) {
         const auto overrides = [&](const Override& o) {
             // An f-number beside a focus sets no exposure. The table has the focus before the exposure.
@@ -69,9 +70,16 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
             return o.setting == setting.name && given(o.option) && !blurs;
         };
         if (s.given.contains(setting.name) && !given(fmt::format("--{}", setting.name).c_str()) &&
-            std::ranges::none_of(kOverrides, overrides))
+            std::ranges::none_of(kOverrides, overrides)) {
             copy_setting(setting, s.settings, a.settings);
+            taken.insert(setting.name);
+        }
     }
+    // Denoising and preview modes exclude each other: an entry of the file ends the other one, which it does not name.
+    bool& denoise = a.settings.denoise;
+    Preview& preview = a.settings.preview;
+    if (taken.contains("preview") && preview.any() && !taken.contains("denoise")) denoise = false;
+    if (taken.contains("denoise") && denoise && !taken.contains("preview")) preview = {};
     const Optics& optics = a.settings.optics;
     const bool own_aspect = optics.projection != Projection::camera || eyes_in_picture(optics) != dvec2(1);
     if constexpr (std::is_same_v<A, PreviewArguments>) a.chose_size |= s.size.has_value();

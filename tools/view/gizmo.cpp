@@ -227,9 +227,10 @@ void Gizmo::drag(Session& session, const dvec2& point) {
     } else if (mode == GizmoMode::scale) {
         const dvec3 axis = glm::normalize(d.at.axes[d.axis == kAll ? 0 : d.axis]);
         const double start = along(d, axis, d.first);
-        const double factor = d.axis == kAll ? std::exp((point.x - d.first.x) / d.length)
-                              : start != 0   ? std::clamp(along(d, axis, point) / start, kLeastFactor, kMostFactor)
+        const double wanted = d.axis == kAll ? std::exp((point.x - d.first.x) / d.length)
+                              : start != 0   ? along(d, axis, point) / start
                                              : 1;
+        const double factor = std::clamp(wanted, kLeastFactor, kMostFactor);
         for (int i = 0; i < 3; ++i) {
             if (d.axis != kAll && d.axis != i) continue;
             const double scale = std::clamp(d.node.scale[i] * factor, kEditScale.lower, kEditScale.upper);

@@ -32,12 +32,15 @@ void physical_camera(PanelContext& c) {
     if (!exposes) return;
     float iso = camera.iso > 0 ? camera.iso : float(PhysicalCamera::kUsualIso);
     if (slider("ISO", iso, 25, 409600, "%.0f", "sensitivity", kLogarithmic)) camera.iso = iso;
-    const double seconds =
-        camera.shutter_speed.seconds > 0 ? double{camera.shutter_speed.seconds} : PhysicalCamera::kUsualSeconds;
-    auto speed = static_cast<float>(1 / seconds);
-    if (slider("Shutter speed", speed, 0.03f, 8000, speed >= 1 ? "1/%.0f s" : "1/%.2f s",
-               "exposure time, seconds; it blurs no motion", kLogarithmic))
-        camera.shutter_speed = {1 / speed};
+    constexpr float kSlowest = 0.03f, kFastest = 8000;  // 1/s
+    float seconds =
+        camera.shutter_speed.seconds > 0 ? camera.shutter_speed.seconds : float(PhysicalCamera::kUsualSeconds);
+    // A fraction below one second. The limits of the seconds are swapped, so that the knob stays in its place.
+    const bool fraction = seconds < 1;
+    float shown = fraction ? 1 / seconds : seconds;
+    if (slider("Shutter speed", shown, fraction ? kSlowest : 1 / kSlowest, fraction ? kFastest : 1 / kFastest,
+               fraction ? "1/%.0f s" : "%.1f s", "exposure time, seconds; it blurs no motion", kLogarithmic))
+        camera.shutter_speed = {fraction ? 1 / shown : shown};
     float fstop = camera.lens.fstop > 0 ? camera.lens.fstop : float(PhysicalCamera::kUsualFstop);
     if (slider("F-number", fstop, 0.7f, 64, "f/%.1f", "f-number, also that of the depth of field", kLogarithmic))
         camera.lens.fstop = fstop;

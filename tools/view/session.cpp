@@ -28,6 +28,7 @@ SavedSettings Session::document() const {
     SavedSettings document = saved({0, 0});
     document.camera = std::monostate();
     document.moment.reset();
+    document.settings.denoise = modes.denoise;
     return document;
 }
 
@@ -85,6 +86,7 @@ void Session::move(const CameraPose& pose) {
 
 void Session::take_camera(std::size_t index) {
     scene_camera_ = first_camera_ = index;
+    switched_off.lens = {};  // that of another camera
     take_lens(camera());
     pose_ = first_pose_ = pose_of(camera(), orbit_distance(camera(), picker(), *scene_));
 }
@@ -98,7 +100,7 @@ void Session::take_camera(const std::string& name_or_number) {
 
 void Session::reset_camera() {
     take_view({first_pose_, first_camera_});
-    take_lens(camera());
+    if (!first_camera_) take_lens(camera());
 }
 
 void Session::take_view(const View& view) {
@@ -219,10 +221,12 @@ void Session::set_physical_exposure(bool on) {
         switched_off.exposure = std::exchange(transform.exposure, 0.0f);
         physical.iso = switched_off.iso;
         physical.shutter_speed = switched_off.shutter_speed;
+        if (physical.lens.fstop == 0) physical.lens.fstop = switched_off.fstop;
         return;
     }
     switched_off.iso = physical.iso > 0 ? physical.iso : float(PhysicalCamera::kUsualIso);
     switched_off.shutter_speed = physical.shutter_speed;
+    switched_off.fstop = physical.lens.fstop;
     transform.exposure = switched_off.exposure;
     physical.iso = 0, physical.shutter_speed = {};
     if (!physical.lens.blurs()) physical.lens.fstop = 0;
@@ -313,7 +317,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.bounces = bounces;
     s.settings.preview = modes.preview;
     s.settings.clamp = modes.clamp;
-    s.settings.denoise = modes.denoise;
+    s.settings.denoise = modes.denoise && samples >= 2;  // `render` denoises no fewer
     s.settings.backfaces = modes.backfaces;
     s.variant = arguments_.variant;
     s.line_width = arguments_.line_width;

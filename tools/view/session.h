@@ -69,6 +69,7 @@ struct SwitchedOff {
     Exposure exposure{};  // exposure without a physical camera
     float iso = float(PhysicalCamera::kUsualIso);
     ExposureTime shutter_speed{};
+    float fstop = 0;                                // f-number of that exposure
     Preview preview{.cache = true};                 // preview modes that denoising excludes
     float clamp = 10;                               // PreviewModes::clamp
     ClearSky sky{.elevation = 40, .azimuth = 135};  // environment
@@ -99,8 +100,8 @@ class Session {
     std::vector<Bookmark> bookmarks;
     Selection selection;
     SwitchedOff switched_off;
-    bool pivots_on_origin =
-        false;  // nodes rotate and scale about their origin; false: about the centre of their bounds
+    // Nodes rotate and scale about their origin; false: about the centre of their bounds.
+    bool pivots_on_origin = false;
     std::optional<Region> region{};  // part of the picture that takes further samples; none: the whole picture
 
     const std::filesystem::path& file() const { return file_; }
@@ -272,11 +273,10 @@ class Session {
     mutable std::optional<Picker> edited_picker_;  // cache of picker(), for `picked_edits_`
     mutable SceneEdits picked_edits_;
     struct Centre {
-        std::shared_ptr<const Scene> scene;
         std::size_t node;
         std::optional<dvec3> centre;
     };
-    mutable std::optional<Centre> centre_;  // cache of centre()
+    mutable std::optional<Centre> centre_;  // cache of centre(), for the current scene
     double diagonal_ = 1;
     CameraPose pose_;
     CameraPose first_pose_;                                   // pose that reset_camera() restores

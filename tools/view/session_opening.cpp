@@ -286,7 +286,7 @@ void Session::open(Opened opened) {
     own_environment_ = std::move(opened.own_environment);
     lit_elsewhere_ = opened.lit_elsewhere;
     variants_ = std::move(opened.variants);
-    edited_picker_.reset();
+    edited_picker_.reset(), centre_.reset();
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;

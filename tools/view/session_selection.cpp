@@ -117,11 +117,12 @@ WorldBounds Session::selected_bounds() const {
         box = {place - least, place + least};
     } else if (selection.kind == ObjectKind::material && !pages_) {
         const auto material = static_cast<std::uint32_t>(selection.index);
+        std::vector<bool> shows_it;  // by mesh
+        for (const Mesh& mesh : scene_->meshes)
+            shows_it.push_back(std::ranges::find(mesh.triangle_material, material) != mesh.triangle_material.end());
         const std::vector<Instance>& all = picker().instances();
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            const auto& used = scene_->meshes[static_cast<std::size_t>(all[i].mesh)].triangle_material;
-            if (std::ranges::find(used, material) != used.end()) box = united(box, picker().bounds(i));
-        }
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (shows_it[static_cast<std::size_t>(all[i].mesh)]) box = united(box, picker().bounds(i));
     } else {
         for (const std::size_t i : selected_instances()) box = united(box, picker().bounds(i));
     }
@@ -135,11 +136,11 @@ bool Session::below(int node, std::size_t top) const {
 }
 
 std::optional<dvec3> Session::centre(std::size_t node) const {
-    if (centre_ && centre_->scene == scene_ && centre_->node == node) return centre_->centre;
+    if (centre_ && centre_->node == node) return centre_->centre;
     WorldBounds box;
     for (std::size_t i = 0; i < picker_->instances().size(); ++i)
         if (below(picker_->instances()[i].node, node)) box = united(box, picker_->bounds(i));
-    centre_ = {scene_, node, box.empty() ? std::nullopt : std::optional(0.5 * box.lower + 0.5 * box.upper)};
+    centre_ = {node, box.empty() ? std::nullopt : std::optional(0.5 * box.lower + 0.5 * box.upper)};
     return centre_->centre;
 }
 

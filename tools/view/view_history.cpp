@@ -13,9 +13,11 @@ constexpr double kRest = 0.4;        // time without a change after which a move
 void ViewHistory::start(const View& now) {
     before_.clear(), after_.clear();
     current_ = seen_ = now;
+    busy_ = false;
 }
 
 void ViewHistory::settle(const View& now) {
+    seen_ = now;
     if (now == current_) return;
     before_.push_back(std::exchange(current_, now));
     if (before_.size() > kMost) before_.erase(before_.begin());
@@ -23,7 +25,10 @@ void ViewHistory::settle(const View& now) {
 }
 
 void ViewHistory::record(const View& now, double time, bool busy) {
-    if (busy || !(now == std::exchange(seen_, now))) changed_ = time;
+    if (!busy_ && time - changed_ >= kRest) settle(View(seen_));  // ended, although no frame has been drawn since
+    if (busy || !(now == seen_)) changed_ = time;
+    seen_ = now;
+    busy_ = busy;
     if (time - changed_ >= kRest) settle(now);
 }
 
@@ -32,7 +37,7 @@ std::optional<View> ViewHistory::back(const View& now) {
     if (before_.empty()) return std::nullopt;
     after_.push_back(std::exchange(current_, before_.back()));
     before_.pop_back();
-    return current_;
+    return seen_ = current_;
 }
 
 std::optional<View> ViewHistory::forward(const View& now) {
@@ -40,7 +45,7 @@ std::optional<View> ViewHistory::forward(const View& now) {
     if (after_.empty()) return std::nullopt;
     before_.push_back(std::exchange(current_, after_.back()));
     after_.pop_back();
-    return current_;
+    return seen_ = current_;
 }
 
 }  // namespace halflight::view

@@ -24,8 +24,9 @@ class ViewHistory {
 
   private:
     View current_{};
-    View seen_{};                       // view of the last record()
+    View seen_{};                       // last view that was recorded or restored
     double changed_ = 0;                // time at which it changed, seconds
+    bool busy_ = false;                 // the last record() was busy
     std::vector<View> before_, after_;  // views to restore, the next one last
 };
 

@@ -302,6 +302,7 @@ void Viewer::declare() {
                 select_clicked(now);
             attempt([&] { navigation_.steer(session_, input, picture_size_); });
         }
+        if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) press_used_ = false;
         // Escape closes lists, menus and sheets first.
         const bool open = shortcuts_shown_ || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
         for (const KeyPress& press : gui_.pressed())

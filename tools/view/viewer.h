@@ -90,8 +90,9 @@ class Viewer {
     /// point: pixel of the picture under the mouse; none: the mouse is elsewhere.
     void perform(Action action, const KeyPress& press, const std::optional<dvec2>& point);
     bool available(Action action) const;  // Returns whether an action would have an effect now.
-    void play_or_stop();
-    void show_other_view(bool next);  // Restores the view before the last move of the camera, or after it.
+    void play_or_stop();                  // Plays the first animation where none has been chosen.
+    void show_other_view(bool next);      // Restores the view before the last move of the camera, or after it.
+    // Looks at the selected object, else at the one visible at a pixel.
     void frame_object(const std::optional<dvec2>& point);
     void perform(const PanelRequests& requests);
     void recall(std::size_t number);
@@ -108,8 +109,12 @@ class Viewer {
     void save(const std::filesystem::path& file);  // Saves the settings; later saves go to the same file.
     /// all_layers: an .exr takes all layers, not only the one shown.
     void screenshot(const std::filesystem::path& path, bool all_layers = false);
-    /// Saves the picture; a coarse one is saved once it has full resolution.
+    /// Returns the newest picture of the current view with all layers in full resolution; null: there is none yet.
+    std::shared_ptr<const Picture> complete_picture() const;
+    bool in_full() const;  // Returns whether the shown picture is of the open scene and has full resolution.
+    /// Saves the picture, once it has full resolution and the layers that are wanted.
     void save_picture(const std::filesystem::path& path, bool all_layers = false);
+    void save_numbered(const char* extension);  // Saves the picture under an unused name, once while it is waited for.
     void save_waiting_pictures();
     std::filesystem::path unused_name(const char* extension);
     void report_files();  // Tells the user which files have been written.
@@ -239,6 +244,7 @@ class Viewer {
     std::shared_ptr<const Picture> picture_;  // displayed picture
     std::optional<Image> reference_;          // RGB; a script's `reference`
     std::optional<double> relmse_;            // relMSE of the displayed picture against it, else Picture::relmse
+    std::uint64_t first_of_scene_ = 0;        // number of the first request of the scene that is open
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
     int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     std::set<std::filesystem::path> names_;   // names of files that have been given out

@@ -51,9 +51,9 @@ void Viewer::perform(Action action, const KeyPress& press, const std::optional<d
             return file_prompt_.ask(FilePrompt::Purpose::save, session_.settings_file().parent_path(),
                                     session_.settings_file().filename().string());
         case Action::screenshot:
-            return save_picture(unused_name("png"));
+            return save_numbered("png");
         case Action::exr:
-            return save_picture(unused_name("exr"));
+            return save_numbered("exr");
         case Action::picture_as:
             return file_prompt_.ask(FilePrompt::Purpose::picture, ".", session_.file().stem().string() + ".png",
                                     picture_ && picture_->samples() > 0 ? with_samples(picture_->samples()) : "");
@@ -152,10 +152,9 @@ bool Viewer::available(Action action) const {
             return edit_history_.can_undo();
         case Action::redo:
             return edit_history_.can_redo();
-        case Action::revert: {
-            const SavedSettings now = session_.document();
-            return !(now.edits == SceneEdits()) || !(now.environment == EnvironmentChoice()) || !now.variant.empty();
-        }
+        case Action::revert:
+            return !(session_.edits == SceneEdits()) || !(session_.environment() == EnvironmentChoice()) ||
+                   !session_.variant().empty();
         case Action::handles:
             return gizmo_.can_move(session_);
         case Action::hide_object:
@@ -171,7 +170,7 @@ bool Viewer::available(Action action) const {
         case Action::whole_picture:
             return session_.region.has_value();
         case Action::frame_selected:
-            return !session_.selected_bounds().empty();
+            return session_.selection.kind != ObjectKind::none && session_.selection.kind != ObjectKind::environment;
         case Action::previous_view:
             return view_history_.can_go_back(session_.view());
         case Action::next_view:
@@ -344,13 +343,26 @@ void Viewer::save(const std::filesystem::path& file) {
     writer_.write(file.string(), [file, settings = session_.saved(picture_size_)] { write_settings(file, settings); });
 }
 
+bool Viewer::in_full() const {
+    return picture_ && picture_->divisor == 1 && picture_->request >= first_of_scene_;
+}
+
+std::shared_ptr<const Picture> Viewer::complete_picture() const {
+    auto complete = thread_.complete_picture();
+    const bool fits = complete && picture_ && complete->view == picture_->view && complete->divisor == 1;
+    return fits ? complete : nullptr;
+}
+
 void Viewer::screenshot(const std::filesystem::path& path, bool all_layers) {
     if (!picture_) throw Error(path.string(), "not written: there is no picture yet");
-    const auto complete = all_layers ? thread_.complete_picture() : nullptr;
-    const bool all = complete && complete->view == picture_->view && complete->divisor == 1;
-    const std::shared_ptr<const Picture> picture = all ? complete : picture_;
     if (!has_extension(path, "exr"))
         return writer_.write(path.string(), [path, image = display_.read(shown_split())] { write_png(path, image); });
+    const auto complete = all_layers ? complete_picture() : nullptr;
+    if (all_layers && !complete) throw Error(path.string(), "not written: there is no picture with all layers yet");
+    const bool all = complete != nullptr;
+    const std::shared_ptr<const Picture> picture = all ? complete : picture_;
+    if (all && picture->samples() < picture_->samples())
+        tell(fmt::format("All layers are of a picture of {} samples", picture->samples()));
     const RenderStats& stats = picture->result.stats;
     PictureInfo facts{
         .camera = picture->camera,
@@ -370,15 +382,26 @@ void Viewer::screenshot(const std::filesystem::path& path, bool all_layers) {
 }
 
 void Viewer::save_picture(const std::filesystem::path& path, bool all_layers) {
-    if (scripted() || !picture_ || picture_->divisor == 1) return screenshot(path, all_layers);
-    waiting_pictures_[path] = all_layers;
-    tell("The picture is saved once it has full resolution");
+    const bool all = all_layers && has_extension(path, "exr");
+    if (scripted() || !picture_ || (in_full() && (!all || complete_picture()))) return screenshot(path, all);
+    waiting_pictures_[path] = all;
+    tell(fmt::format("The picture is saved once it has {}", all ? "all layers in full resolution" : "full resolution"));
+}
+
+void Viewer::save_numbered(const char* extension) {
+    const bool waits = std::ranges::any_of(waiting_pictures_, [&](const auto& picture) {
+        return names_.contains(picture.first) && has_extension(picture.first, extension);
+    });
+    if (!waits) save_picture(unused_name(extension));
 }
 
 void Viewer::save_waiting_pictures() {
-    if (waiting_pictures_.empty() || !picture_ || picture_->divisor > 1 || drawn_request_ != request_) return;
+    if (waiting_pictures_.empty() || !in_full() || drawn_request_ != request_) return;
     for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
-        attempt([&, to = path, all = all_layers] { screenshot(to, all); });
+        if (all_layers && !complete_picture())
+            waiting_pictures_[path] = true;
+        else
+            attempt([&, to = path, all = all_layers] { screenshot(to, all); });
 }
 
 void Viewer::report_files() {

@@ -65,14 +65,15 @@ bool Viewer::finish_opening() {
         before_click_.reset();
         const bool restores = std::exchange(restoring_, false);
         const bool pose_only = std::exchange(opening_pose_, {}).has_value();
-        const std::optional<Play> going_on = std::exchange(play_, {});  // restored unless opening fails
+        const bool plays = pose_only && std::exchange(plays_next_, false);  // also ends where opening fails
+        const std::optional<Play> going_on = std::exchange(play_, {});      // restored unless opening fails
         attempt([&] {
             Session::Opened opened = opening_.get();
             if (opened.start)
                 next_pose_.reset();  // drops a frame request for the previous file
             else
                 play_ = going_on;
-            plays_next_ &= pose_only || next_pose_;
+            plays_next_ &= next_pose_.has_value();
             pose_pending_ = true;
             const bool other_scene = opened.start.has_value();
             const EnvironmentChoice light = session_.environment();
@@ -80,8 +81,10 @@ bool Viewer::finish_opening() {
             if (other_scene) {
                 edit_history_.start(session_.document());
                 saving_.clear();  // its file belongs to the scene before
+                for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
+                    toasts_.fail(fmt::format("{} was not saved: another scene was opened", path.string()), now());
                 metered_.clear();
-                first_metered_ = request_ + 1;
+                first_metered_ = first_of_scene_ = request_ + 1;
                 view_history_.start(session_.view());
                 navigation_.suit(session_);
             } else if (!restores && of_other_kind(light, session_.environment()) && has_metered_exposure()) {
@@ -90,7 +93,7 @@ bool Viewer::finish_opening() {
             const std::string name = std::exchange(opening_name_, {});
             if (!pose_only && !name.empty()) tell(fmt::format("Opened {}", name));
             if (other_scene) tell_of_settings();
-            if (pose_only && std::exchange(plays_next_, false)) set_playing(true);
+            if (plays) set_playing(true);
         });
     }
     return !opening_.valid() && to_open_.empty() && !next_pose_ && !next_change_;

@@ -303,6 +303,8 @@ TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
     EXPECT_EQ(all.scale, dvec3(all.scale.x)) << "the middle scales along all axes";
     EXPECT_LT(glm::length(middle() - centre), 1e-6) << "the object stays where it is";
     session.edits = {};
+    EXPECT_EQ(drag(Gizmo::kAll, inside, inside + dvec2(100 * kLength, 0)).scale, dvec3(100)) << "the limit of a drag";
+    session.edits = {};
     session.pivots_on_origin = true;
     EXPECT_EQ(drag(1, end_of(1), end_of(1) - dvec2(0, 30)).translate, dvec3(0));
     session.pivots_on_origin = false;

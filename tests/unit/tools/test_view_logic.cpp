@@ -112,7 +112,7 @@ TEST(Script, InvalidLinesAreNamed) {
                                                          {"light 0.5 2", "whole number, not '0.5'"},
                                                          {"light 12 0.5 0.5 2", "0 to 1, not 2"},
                                                          {"clay perhaps", "on or off"},
-                                                         {"key X", "'X'"},
+                                                         {"key Q", "'Q'"},
                                                          {"screenshot a.jpg", ".png"},
                                                          {"camera \"main", "quotation mark"}};
     for (const auto& [line, named] : cases) {

@@ -100,6 +100,9 @@ TEST_F(ViewSession, DepthOfFieldLeavesTheExposureAndKeepsItsFocus) {
     EXPECT_FALSE(session.transform.camera.exposes());
     session.set_physical_exposure(true);
     EXPECT_EQ(session.transform.stops(), stops);
+    session.set_depth_of_field(false);
+    for (const bool on : {false, true}) session.set_physical_exposure(on);
+    EXPECT_EQ(session.transform.stops(), stops) << "the f-number returns, also without a focus";
 }
 
 TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
@@ -120,6 +123,11 @@ TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
     two.take_camera("pinhole");
     EXPECT_FALSE(two.request(kSize).camera.lens.blurs());
     EXPECT_EQ(two.saved(kSize).settings.view.camera.lens, Lens());
+    two.take_camera("lens");
+    two.set_depth_of_field(false);
+    two.take_camera("pinhole");
+    two.set_depth_of_field(true);
+    EXPECT_NE(two.request(kSize).camera.lens.focus.distance, 3) << "the focus of the other camera";
 }
 
 TEST_F(ViewSession, ScenesInPages) {
@@ -248,6 +256,17 @@ TEST_F(ViewSession, ViewsAreTakenBack) {
     steer({.drag = {0, 0.1}, .left = true});
     EXPECT_EQ(history.back(session.view()), views[1]) << "a move counts from its first frame on";
     EXPECT_TRUE(history.can_go_forward(views[1]));
+    // No frame need be drawn between the end of a move and the next press.
+    session.take_view(views[1]);
+    history.start(session.view());
+    for (int i = 0; i < 2; ++i) {
+        steer({.drag = {0.1, 0}, .left = true});
+        history.record(session.view(), time += 1, true);
+        views[i] = session.view();
+        history.record(session.view(), time += 0.1, false);
+    }
+    EXPECT_EQ(history.back(views[1]), views[0]);
+    EXPECT_EQ(history.back(views[0]).has_value(), true);
 }
 
 /// An orbit about the surface ahead would leave a narrow room through its side.
@@ -338,12 +357,16 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
 TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
-    const Request before = session.request(kSize);
+    std::optional<Request> before = session.request(kSize);
     const auto reading = session.opening(other);
+    session.node_frame(0);
+    const std::weak_ptr<const Scene> first = session.shared_scene();
     Session::Opened opened;
     std::thread([&] { opened = reading(); }).join();
-    EXPECT_TRUE(session.request(kSize) == before) << "it is not taken yet";
-    session.open(opened);
+    EXPECT_TRUE(session.request(kSize) == *before) << "it is not taken yet";
+    session.open(std::move(opened));
+    before.reset();
+    EXPECT_TRUE(first.expired()) << "nothing keeps the closed scene";
     EXPECT_EQ(session.file(), other);
     EXPECT_EQ(session.camera().name, "front");
 
@@ -440,6 +463,14 @@ TEST_F(ViewSession, SavesSizeAndModes) {
     EXPECT_EQ((PreviewModes{saved.settings.preview, saved.settings.clamp}), modes);
     EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
 
+    session.set_denoising(Denoising::always);
+    EXPECT_TRUE(session.saved(kSize).settings.denoise);
+    session.samples = 1;
+    EXPECT_FALSE(session.saved(kSize).settings.denoise) << "`render` refuses the file";
+    EXPECT_TRUE(session.document().settings.denoise) << "undo keeps it";
+    session.set_denoising(Denoising::off);
+    session.modes = modes;
+
     // A scene with settings replaces the current ones. A scene without settings leaves them unchanged.
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
@@ -449,6 +480,15 @@ TEST_F(ViewSession, SavesSizeAndModes) {
                      R"({"halflight_settings": 1, "size": [8, 80], "preview": "temporal", "clamp": 0})");
     session.open(session.opening(other)());
     EXPECT_EQ(session.modes, (PreviewModes{{.temporal = true}, 0}));
+
+    // Denoising and preview modes exclude each other, so an entry of the file ends what the session has.
+    session.set_denoising(Denoising::always);
+    test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "preview": "cache,filter"})");
+    session.open(session.opening(other)());
+    EXPECT_EQ(session.modes, (PreviewModes{{.cache = true, .filter = true}, 0}));
+    test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "denoise": true})");
+    session.open(session.opening(other)());
+    EXPECT_EQ(session.modes, (PreviewModes{.denoise = true}));
 }
 
 TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {
