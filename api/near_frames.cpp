@@ -97,6 +97,7 @@ RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int rea
     std::stable_partition(frames.begin(), frames.end(), [&](std::uint32_t n) { return n == frame; });
     for (const std::uint32_t n : frames) {
         if (held_.contains(n)) continue;
+        if (n != frame && held_.at(frame).lit_otherwise.contains(n)) continue;  // it could not serve
         const auto of_all = [&](RenderProgress p) {
             p.samples_done += rendered * p.samples_total;
             p.samples_total *= missing;

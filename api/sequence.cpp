@@ -458,6 +458,8 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
         if (const std::uint32_t last = *std::ranges::max_element(frames); scene.time_of(last - 1.0) > *end)
             log.warn("frames up to {} are beyond the end of the animation, {:g} s: they show its last pose", last,
                      *end);
+    if (scene.animation_end() && !frames.empty() && *std::ranges::min_element(frames) < scene.choice().frame_offset)
+        log.warn("frames before {}, which is at 0 s, show the first pose", scene.choice().frame_offset);
     settings.pictures = static_cast<int>(todo.size()) * (1 + 2 * neighbour_frames(settings));
     if (o.stats) append_line(*o.stats, "");
 

@@ -14,8 +14,9 @@ void check_preview_options(const CLI::App& app, const RenderArguments& a) {
     const Preview& preview = a.settings.preview;
     if (!preview.any()) return;
     exclude(app, "--preview", "--error");  // an error is known for the unbiased mean only
-    // The radiance cache and the history have the light and the surfaces of one time.
-    if (preview.cache || preview.temporal) exclude(app, "--preview", "--shutter");
+    if ((preview.cache || preview.temporal) && app.count("--shutter") > 0)
+        throw UsageError("--preview",
+                         "the modes cache and temporal, which have the light of one time, exclude --shutter");
     if (!preview.temporal) return;
     if (a.frames.empty()) throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
     exclude(app, "--preview", "--part");
