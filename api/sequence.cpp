@@ -465,9 +465,9 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
 
     SequenceTally tally{.frames = frames.size(), .kept = frames.size() - todo.size()};
     if (tally.kept > 0) log.note("{} of {} frames are there already", tally.kept, frames.size());
-    const auto discard_checkpoints = [&] {  // processes that were killed late may have left some
-        if (o.checkpoint)
-            for (const std::uint32_t frame : frames) Checkpoint::discard(checkpoint_folder(o, frame));
+    // Runs that were killed may have left some, which whole frames do not need.
+    const auto discard_checkpoints = [&] {
+        for (const std::uint32_t frame : frames) Checkpoint::discard(checkpoint_folder(o, frame));
     };
     if (todo.empty() && !o.movie) {
         discard_checkpoints();
