@@ -34,7 +34,7 @@ const char* name(ShutterPosition position);
 ShutterPosition parse_shutter_position(const std::string& subject, const std::string& text);
 
 /// Motion blur: the shutter is open around the time of each frame, and each sample has a time in it. A camera that
-/// jumps (LoadedScene::in_shot()) shows the shot of the frame's own time alone. Motion blur cannot be combined with the
+/// jumps (LoadedScene::shot()) shows the shot of the frame's own time alone. Motion blur cannot be combined with the
 /// preview modes cache and temporal, which have the light and the surfaces of one time.
 struct Shutter {
     double open = 0;             // opening time in frames, [0, kMostShutter]; 0: no motion blur

@@ -152,6 +152,18 @@ std::filesystem::path write_blinking_scene(const std::filesystem::path& folder, 
     return scene.write(folder / "blinking.glb");
 }
 
+std::filesystem::path write_fading_scene(const std::filesystem::path& folder, float first, float last) {
+    AnimatedScene scene;
+    GltfBuilder& b = scene.b;
+    Json& floor = b.add_mesh({{"POSITION", b.floats("VEC3", {-1, 0, -1, -1, 0, 1, 1, 0, 1})}});
+    floor["material"] = b.push("materials", Json::object());
+    b.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    b.push("nodes", {{"translation", {0, 1, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    animate_pointer(b, "/extensions/KHR_lights_punctual/lights/0/intensity", "SCALAR", {first, last});
+    return scene.write(folder / "fading.glb");
+}
+
 std::filesystem::path write_sliding_light(const std::filesystem::path& folder, double fps) {
     AnimatedScene scene;
     GltfBuilder& b = scene.b;

@@ -28,6 +28,9 @@ std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& fo
 std::filesystem::path write_blinking_scene(const std::filesystem::path& folder,
                                            const std::array<vec3, 3>& scales = {vec3(1), vec3(0), vec3(1)});
 
+/// Writes a scene of a triangle on the floor under a lamp whose intensity, cd, goes from `first` at 0 s to `last` at 1 s.
+std::filesystem::path write_fading_scene(const std::filesystem::path& folder, float first, float last);
+
 /// Writes a scene with "slider", a square of side 1 and radiance 1 in the plane z = 0, seen by orthographic cameras of
 /// 4 x 4 units. Animation "slide" moves it by 2 units per second along +x, through the middle at 1 s. Animation "pan"
 /// moves the camera "panning" along -x at the same speed; the camera "still" is static. Animation "cut" moves the camera

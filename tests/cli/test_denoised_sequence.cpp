@@ -61,15 +61,7 @@ TEST_F(DenoisedSequence, NeighboursAreNamedAndChangeTheFrame) {
 
 // The lamp fades by a 24th of its light in a frame, and before frame 0 not at all.
 TEST_F(DenoisedSequence, FramesThatAreLitOtherwiseAreNoNeighbours) {
-    GltfBuilder b;
-    Json& floor = b.add_mesh({{"POSITION", b.floats("VEC3", {-1, 0, -1, -1, 0, 1, 1, 0, 1})}});
-    floor["material"] = b.push("materials", Json::object());
-    b.json["extensionsUsed"] = {"KHR_lights_punctual"};
-    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
-    b.push("nodes", {{"translation", {0, 1, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
-    animate_pointer(b, "/extensions/KHR_lights_punctual/lights/0/intensity", "SCALAR", {30, 0});
-    scene = file("fading.glb");
-    write_text(scene, b.glb());
+    scene = write_fading_scene(folder.path, 30, 0);
     make("fading", "0,3", words("--denoise --frame-offset 2"));
     expect_has(bias_of(file("fading", 0)), "also over 2 neighbouring frames");
     EXPECT_FALSE(has(bias_of(file("fading", 3)), "neighbouring"));

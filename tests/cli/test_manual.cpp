@@ -130,7 +130,7 @@ TEST_F(ManualTest, CompletionsHaveTheOptionsOfTheHelpTexts) {
     }
 }
 
-/// What a shell offers as the value of an option is a value that the parser accepts.
+/// The parser accepts every value that a shell offers for an option.
 TEST_F(ManualTest, OfferedValuesAreAccepted) {
     if (!exists(kBashCompletion)) GTEST_SKIP() << "needs bash-completion";
     std::string script;

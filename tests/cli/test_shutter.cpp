@@ -238,7 +238,7 @@ TEST_F(Shutter, OpeningHasPositionAndRamp) {
     EXPECT_NEAR(middle(centre), 16, 0.1);
     EXPECT_NEAR(middle(profile("--shutter 0.5 --shutter-position start")), 20, 0.1);
     EXPECT_NEAR(middle(profile("--shutter 0.5 --shutter-position end")), 12, 0.1);
-    // With a ramp of 1 the times have the density of a triangle.
+    // A ramp of 1 gives the times the density of a triangle.
     const std::vector<double> ramp = profile("--shutter 1 --shutter-ramp 1");
     constexpr int kSteps = 4096;
     std::vector<double> expected(kSide, 0.0);
@@ -307,17 +307,10 @@ TEST_F(Shutter, PartsOfTheSceneMayComeAndGo) {
 
 // The only lamp is off at the frame's own time, at 0 s, and goes on while the shutter is open.
 TEST_F(Shutter, LightOfTheOpeningAloneMerges) {
-    GltfBuilder b;
-    Json& floor = b.add_mesh({{"POSITION", b.floats("VEC3", {-1, 0, -1, -1, 0, 1, 1, 0, 1})}});
-    floor["material"] = b.push("materials", Json::object());
-    b.json["extensionsUsed"] = {"KHR_lights_punctual"};
-    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
-    b.push("nodes", {{"translation", {0, 1, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
-    animate_pointer(b, "/extensions/KHR_lights_punctual/lights/0/intensity", "SCALAR", {0, 30});
-    write_text(file("dawn.glb"), b.glb());
+    const std::string dawn = write_fading_scene(folder.path, 0, 30);
     const Strings settings = words("--width 32 --height 32 --fps 1 --animation all --samples 4 --shutter 1 --env none");
     const auto made = [&](const char* command, const char* name, const char* more) {
-        done(words(command, file("dawn.glb"), file(name), settings, more));
+        done(words(command, dawn, file(name), settings, more));
     };
     made("render", "whole.exr", "--sample-parts 2");
     made("render", "parts.exr", "--part 1/2");

@@ -10,7 +10,6 @@ Coverage::Coverage(const ivec2& size)
     : size_(glm::max(size, ivec2(0))), pixels_(std::size_t(size_.x) * size_t(size_.y)) {}
 
 void Coverage::add(const Projection& projection, const dvec3& a, const dvec3& b, const dvec3& c) {
-    constexpr double kNear = 1e-4;  // share of the distance of the farthest corner
     const std::array<dvec3, 3> triangle = {a, b, c};
     const double farthest = -std::min({a.z, b.z, c.z});
     const double near = projection.perspective() ? -kNear * farthest : std::numeric_limits<double>::infinity();

@@ -29,7 +29,6 @@ std::optional<double> Projection::pixels_per_unit(const dvec3& world) const {
 }
 
 void Projection::add_line(dvec3 a, dvec3 b, std::vector<PictureLine>& lines) const {
-    constexpr double kNear = 1e-4;  // share of the distance of the farther point
     if (!orthographic_) {
         const double farther = -std::min(a.z, b.z);
         if (!(farther > 0)) return;

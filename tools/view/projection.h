@@ -12,6 +12,9 @@ namespace halflight::view {
 /// A line of a picture, pixels from its upper left corner.
 using PictureLine = std::array<dvec2, 2>;
 
+/// Distance of the plane that clips lines and triangles, as a share of that of their farthest corner.
+inline constexpr double kNear = 1e-4;
+
 /// Projects points to the pixels of a picture that a camera sees.
 class Projection {
   public:

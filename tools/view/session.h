@@ -48,7 +48,7 @@ struct NodeFrame {
     dvec3 pivot;   // point that stays where it is when the edit rotates or scales the node, in the space of `origin`
 };
 
-/// What the camera shows.
+/// View of the scene: the pose of the camera, and the camera in use.
 struct View {
     CameraPose pose;
     std::optional<std::size_t> camera{};  // camera of the scene that is in use; none: a free one
