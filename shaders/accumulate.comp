@@ -2,7 +2,7 @@
 // radiances are counted, by the pass that they come from, and taken as zero.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #endif
 #include "shaders/scene_tables.glsl"
@@ -12,19 +12,19 @@ layout(local_size_x = 64) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 
 // Drivers need not have more than eight storage blocks, so other read-only inputs are texture buffers.
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
 uniform samplerBuffer light;      // RGBA32F: DirectLight, two texels each
 uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
 #endif
 #endif
-#ifdef HALFLIGHT_PATHS
+#if HALFLIGHT_PATHS
 #include "shaders/lib/state_texels.glsl"
 #endif
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
 uniform usamplerBuffer light_occluded;  // R32UI: answers to the last shadow rays
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 uniform usamplerBuffer later_sun_occluded;  // R32UI: answers to the last sun rays
 uniform samplerBuffer sun_light;            // RGBA32F: radiance of sun samples
 #endif
@@ -32,45 +32,45 @@ uniform samplerBuffer sun_light;            // RGBA32F: radiance of sun samples
 
 // Sums of all samples so far; they are updated in place.
 layout(std430) buffer EmissionSums { double emission_sums[]; };  // rgb, coverage
-#if defined(HALFLIGHT_LIGHT_SAMPLES) || defined(HALFLIGHT_PATHS)
-#define HALFLIGHT_DIRECT
+#define HALFLIGHT_DIRECT (HALFLIGHT_LIGHT_SAMPLES || HALFLIGHT_PATHS)
+#if HALFLIGHT_DIRECT
 layout(std430) buffer DirectSums { double direct_sums[]; };  // diffuse rgb, glossy rgb
 #endif
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
 layout(std430) buffer IndirectSums { double indirect_sums[]; };  // diffuse rgb, glossy rgb
 #endif
-#ifdef HALFLIGHT_SQUARES
+#if HALFLIGHT_SQUARES
 layout(std430) buffer SquareSums { double square_sums[]; };
 #endif
-#ifdef HALFLIGHT_FEATURES
+#if HALFLIGHT_FEATURES
 layout(std430) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
 #endif
-#ifdef HALFLIGHT_HALVES
+#if HALFLIGHT_HALVES
 layout(std430) buffer HalfSums { double half_sums[]; };  // Accumulated::halves
 #endif
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 layout(std430) buffer GroupSums { double group_sums[]; };  // rgb of each light group
 #endif
 layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
 uniform samplerBuffer chains;  // RGBA32F: SpecularChain, three texels each
 #endif
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_REUSE
 uniform samplerBuffer received;  // RGBA32F: DirectLight, two texels each
 #endif
 
-#ifdef HALFLIGHT_SEEN
+#if HALFLIGHT_SEEN
 uniform samplerBuffer light_seen;  // RGBA32F: emission seen by camera rays
 #endif
 
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/lib/hit_texels.glsl"
-#ifdef HALFLIGHT_PATHS
+#if HALFLIGHT_PATHS
 uniform samplerBuffer group_light;  // RGBA32F: kGroupRows rows for each path
 #endif
 #endif
 
-#ifdef HALFLIGHT_CLAMP
+#if HALFLIGHT_CLAMP
 uniform float most_luminance;  // highest luminance of a sample's indirect light
 #endif
 
@@ -82,12 +82,12 @@ uniform float most_luminance;  // highest luminance of a sample's indirect light
 #include "shaders/lib/path_pixel.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/lib/group_rows.glsl"
 #include "shaders/lib/light_of_hit.glsl"
 #endif
 
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 // Adds light to a group of a pixel.
 void add_to_group(uint to, uint group, dvec3 light) {
     uint first = (to * HALFLIGHT_LIGHT_GROUPS + group) * 3u;
@@ -101,7 +101,7 @@ dvec3 part_of(vec3 part, vec3 whole) {
 }
 #endif
 
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
 // Adds the direct light of a sample, given the answer to its shadow ray.
 void add_sample(int ray, uint answer, uint to, inout dvec3 diffuse, inout dvec3 glossy) {
     vec4 of_diffuse = texelFetch(light, 2 * ray);
@@ -109,7 +109,7 @@ void add_sample(int ray, uint answer, uint to, inout dvec3 diffuse, inout dvec3 
     dvec3 by_glossy = dvec3(guarded(answered_light(texelFetch(light, 2 * ray + 1).rgb, answer), kCountShadow));
     diffuse += by_diffuse;
     glossy += by_glossy;
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     add_to_group(to, word_of_float(of_diffuse.w), by_diffuse + by_glossy);
 #endif
 }
@@ -118,8 +118,8 @@ void add_sample(int ray, uint answer, uint to, inout dvec3 diffuse, inout dvec3 
 // Adds the sample of a path to the sums at index `to`.
 void add(uint path, uint to) {
     SurfacePoint point = load_surface_point(path);
-#ifdef HALFLIGHT_SEEN
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_SEEN
+#if HALFLIGHT_LIGHT_GROUPS
     uint seen_row = path * (1u + HALFLIGHT_LIGHT_GROUPS);
 #else
     uint seen_row = path;
@@ -130,10 +130,10 @@ void add(uint path, uint to) {
     dvec3 beauty = emission;  // no sum of doubles overflows for finite floats
     for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[to * 4u + i], emission[i]);
     ADD(emission_sums[to * 4u + 3u], point.is_surface ? 1.0 : 0.0);
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     for (uint i = 0u; i < (frame.begins != 0u ? 3u * HALFLIGHT_LIGHT_GROUPS : 0u); ++i)
         group_sums[to * 3u * HALFLIGHT_LIGHT_GROUPS + i] = 0.0lf;
-#ifdef HALFLIGHT_SEEN
+#if HALFLIGHT_SEEN
     for (uint g = 0u; g < HALFLIGHT_LIGHT_GROUPS; ++g)
         add_to_group(to, g, part_of(texelFetch(light_seen, int(seen_row + 1u + g)).rgb, point.emission));
 #else
@@ -144,29 +144,29 @@ void add(uint path, uint to) {
 #endif
 #endif
 
-#ifdef HALFLIGHT_DIRECT
+#if HALFLIGHT_DIRECT
     dvec3 diffuse = dvec3(0.0);
     dvec3 glossy = dvec3(0.0);
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
     if (point.is_surface) {
         uint paths = gl_NumWorkGroups.x * 64u;
         for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
             uint ray = i * paths + path;
             add_sample(int(ray), texelFetch(occluded, int(ray)).x, to, diffuse, glossy);
         }
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
         uint sun = HALFLIGHT_SHADOW_RAYS * paths + path;
         add_sample(int(sun), texelFetch(sun_occluded, int(path)).x, to, diffuse, glossy);
 #endif
     }
 #endif
-#ifdef HALFLIGHT_PATHS
+#if HALFLIGHT_PATHS
     PathState state = load_state(path);
     uint lobe = state.lobe;
     vec3 met = lobe == kLobeNone ? vec3(0.0) : guarded(state.direct, kCountScatter);
     diffuse += dvec3(lobe == kLobeDiffuse ? met : vec3(0.0));
     glossy += dvec3(lobe == kLobeGlossy ? met : vec3(0.0));
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     int group_row = int(path * kGroupRows);
     uvec2 last_groups = uvec2(0u);  // groups of the light that the first ray met, and of the last light sample
     if (lobe != kLobeNone) last_groups = words_of_floats(texelFetch(group_light, group_row)).xy;
@@ -180,17 +180,17 @@ void add(uint path, uint to) {
     }
 #endif
 
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
     vec3 later = vec3(0.0);
     vec3 sampled = vec3(0.0);  // light of the last samples: of a light, of the sun
     vec3 of_sun = vec3(0.0);
     if (lobe != kLobeNone) {
         later = state.indirect;
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
         if (state.pending_light != 0u) {
             sampled = answered_light(state.pending, texelFetch(light_occluded, int(path)).x);
             later += sampled;
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
             of_sun = answered_light(texelFetch(sun_light, int(own_sun_light(path))).rgb,
                                     texelFetch(later_sun_occluded, int(path)).x);
             later += of_sun;
@@ -202,29 +202,29 @@ void add(uint path, uint to) {
     later = guarded(later, kCountContinuation);
     dvec3 later_diffuse = dvec3(lobe == kLobeDiffuse ? later : vec3(0.0));
     dvec3 later_glossy = dvec3(lobe == kLobeGlossy ? later : vec3(0.0));
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_REUSE
     vec3 from_group_diffuse = texelFetch(received, 2 * int(path)).rgb;
     vec3 from_group_glossy = texelFetch(received, 2 * int(path) + 1).rgb;
     later_diffuse += dvec3(guarded(from_group_diffuse, kCountReuse));
     later_glossy += dvec3(guarded(from_group_glossy, kCountReuse));
 #endif
     double kept = 1.0lf;
-#ifdef HALFLIGHT_CLAMP
+#if HALFLIGHT_CLAMP
     double luminance = dot(later_diffuse + later_glossy, dvec3(kToLuminance));
     kept = luminance > most_luminance ? most_luminance / luminance : 1.0lf;
     later_diffuse *= kept;
     later_glossy *= kept;
 #endif
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     for (uint g = 0u; g < HALFLIGHT_LIGHT_GROUPS; ++g) {
         vec3 own = vec3(0.0);
         if (lobe != kLobeNone) own = texelFetch(group_light, group_row + int(kOwnGroups + g)).rgb;
         own += g == last_groups.y ? sampled : vec3(0.0);
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
         own += g == sun_group() ? of_sun : vec3(0.0);
 #endif
         dvec3 part = part_of(own, all_later);
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_REUSE
         int from = 2 * int(path + (1u + g) * gl_NumWorkGroups.x * 64u);
         part += part_of(texelFetch(received, from).rgb, from_group_diffuse);
         part += part_of(texelFetch(received, from + 1).rgb, from_group_glossy);
@@ -239,10 +239,10 @@ void add(uint path, uint to) {
     }
 #endif
 
-#if defined(HALFLIGHT_FEATURES) || defined(HALFLIGHT_HALVES)
+#if HALFLIGHT_FEATURES || HALFLIGHT_HALVES
     Bsdf b = load_bsdf(path);
 #endif
-#ifdef HALFLIGHT_FEATURES
+#if HALFLIGHT_FEATURES
     vec3 wo = -camera_direction(frame, path, seen_position(path, point));
     vec3 albedo = guarded(point.is_surface ? reflectance(b, wo) : vec3(0.0), kCountGBuffer);
     // Samples of one colour channel have three times its light, and the albedo of the mean sample.
@@ -254,12 +254,12 @@ void add(uint path, uint to) {
     }
 #endif
 
-#ifdef HALFLIGHT_HALVES
-#ifndef HALFLIGHT_DIRECT
+#if HALFLIGHT_HALVES
+#if !HALFLIGHT_DIRECT
     dvec3 diffuse = dvec3(0.0);
     dvec3 glossy = dvec3(0.0);
 #endif
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
     glossy += later_glossy;
 #else
     dvec3 later_diffuse = dvec3(0.0);
@@ -275,7 +275,7 @@ void add(uint path, uint to) {
     }
     float depth = camera_depth(frame, path, seen_position(path, point));
     ADD(half_sums[first + 12u], point.is_surface ? log(max(depth, kLeastDepth)) : 0.0);
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
     vec4 of_throughput = texelFetch(chains, 3 * int(path));
     vec4 of_albedo = texelFetch(chains, 3 * int(path) + 1);
     vec4 of_normal = texelFetch(chains, 3 * int(path) + 2);
@@ -293,7 +293,7 @@ void add(uint path, uint to) {
 #endif
 #endif
 
-#ifdef HALFLIGHT_SQUARES
+#if HALFLIGHT_SQUARES
     for (uint i = 0u; i < 3u; ++i)
         ADD(square_sums[to * 3u + i], beauty[i] * beauty[i]);
 #endif
@@ -301,7 +301,7 @@ void add(uint path, uint to) {
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_SAMPLED_BLOCKS
+#if HALFLIGHT_SAMPLED_BLOCKS
     // Entries of one block follow each other. The paths of the first entry add the samples of all.
     uint block = sampled_block(path).block;
     bool first = path < 256u || sampled_block(path - 256u).block != block;

@@ -12,7 +12,7 @@ layout(std430) readonly buffer Hits { Hit hits[]; };
 
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/surface_record.glsl"
-#define HALFLIGHT_MAKE_AOV_RECORD
+#define HALFLIGHT_MAKE_AOV_RECORD 1
 #include "shaders/shared/aov.h"
 
 layout(std430) writeonly buffer Records { AovRecord records[]; };

@@ -7,11 +7,11 @@
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
 uniform samplerBuffer light;         // RGBA32F: DirectLight, two texels each
 uniform usamplerBuffer occluded;     // R32UI: answers to shadow rays
 uniform usamplerBuffer by_catchers;  // R32UI: answers without the objects that are no catchers
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 uniform usamplerBuffer sun_occluded;
 uniform usamplerBuffer sun_by_catchers;
 #endif
@@ -26,7 +26,7 @@ layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/surface_record.glsl"
 
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
 // Returns the luminance of a light sample, given the answer to its shadow ray.
 double luminance_of_sample(int ray, uint answer) {
     vec3 arrives = guarded(answered_light(texelFetch(light, 2 * ray).rgb, answer), kCountShadow);
@@ -38,7 +38,7 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     SurfacePoint point = load_surface_point(path);
     dvec2 lit = dvec2(0.0);
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
     uint paths = gl_NumWorkGroups.x * 64u;
     if (point.catches) {
         for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
@@ -46,7 +46,7 @@ void main() {
             lit.x += luminance_of_sample(ray, texelFetch(occluded, ray).x);
             lit.y += luminance_of_sample(ray, texelFetch(by_catchers, ray).x);
         }
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
         int sun = int(HALFLIGHT_SHADOW_RAYS * paths + path);
         lit.x += luminance_of_sample(sun, texelFetch(sun_occluded, int(path)).x);
         lit.y += luminance_of_sample(sun, texelFetch(sun_by_catchers, int(path)).x);

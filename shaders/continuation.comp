@@ -23,57 +23,54 @@ uniform usamplerBuffer arriving_header;  // RGBA32UI: ListHeader
 layout(std430) buffer PathRays { Ray path_rays[]; };
 #include "shaders/lib/hit_texels.glsl"
 layout(std430) buffer States { PathState states[]; };
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
 uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
 #endif
 #endif
-#ifndef HALFLIGHT_LAST_VERTEX
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if !HALFLIGHT_LAST_VERTEX
+#if HALFLIGHT_LIGHT_SAMPLES
 layout(std430) writeonly buffer ShadowRays { Ray shadow_rays[]; };
 layout(std430) writeonly buffer Lit { uint lit[]; };
 layout(std430) buffer LitHeader { ListHeader lit_header; };
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 layout(std430) writeonly buffer SunRays { Ray sun_rays[]; };
 #endif
 #endif
 layout(std430) writeonly buffer Leaving { uint leaving[]; };
 layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #endif
-#ifdef HALFLIGHT_RECEIVERS
+#if HALFLIGHT_RECEIVERS
 layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 #endif
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
 uniform samplerBuffer met_lamps;  // RGBA32F: MetLamp, two texels each
 #endif
-#if defined(HALFLIGHT_TEXTURE_LEVELS) && !defined(HALFLIGHT_LAST_VERTEX)
+#if HALFLIGHT_TEXTURE_LEVELS && !HALFLIGHT_LAST_VERTEX
 #include "shaders/lib/ray_cone.glsl"
 layout(std430) buffer Cones { RayCone cones[]; };
 #endif
-#if defined(HALFLIGHT_VOLUME) && !defined(HALFLIGHT_LAST_VERTEX)
+#if HALFLIGHT_VOLUME && !HALFLIGHT_LAST_VERTEX
 layout(std430) buffer Media { vec4 media[]; };  // media of the rays (medium_towards())
 #endif
-#if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
-#define HALFLIGHT_APART  // diffuse light of vertex 1 is no part of the path's own light
-#endif
-#ifdef HALFLIGHT_REUSE
+// Diffuse light of vertex 1 is no part of the path's own light.
+#define HALFLIGHT_APART (HALFLIGHT_REUSE || HALFLIGHT_RADIANCE_CACHE)
+#define HALFLIGHT_CELLS (HALFLIGHT_RADIANCE_CACHE && !HALFLIGHT_REUSE && (HALFLIGHT_FIRST_HIT || HALFLIGHT_CACHE_TAKEN))
+#define HALFLIGHT_CACHE_ASKED (HALFLIGHT_RADIANCE_CACHE && !HALFLIGHT_REUSE && HALFLIGHT_FIRST_HIT)
+#if HALFLIGHT_REUSE
 layout(std430) buffer Points { ReusePoint points[]; };
-#elif defined(HALFLIGHT_RADIANCE_CACHE)
+#elif HALFLIGHT_RADIANCE_CACHE
 layout(std430) buffer Points { CachePoint points[]; };
-#if defined(HALFLIGHT_FIRST_HIT) || defined(HALFLIGHT_CACHE_TAKEN)
-#define HALFLIGHT_CELLS
 #endif
-#ifdef HALFLIGHT_FIRST_HIT
-#define HALFLIGHT_CACHE_ASKED
+#if HALFLIGHT_CACHE_ASKED
 layout(std430) buffer Cells { CacheCell cells[]; };
 #endif
-#endif
 
-#if defined(HALFLIGHT_SUN) && (defined(HALFLIGHT_PENDING) || defined(HALFLIGHT_LIGHT_SAMPLES))
+#if HALFLIGHT_SUN && (HALFLIGHT_PENDING || HALFLIGHT_LIGHT_SAMPLES)
 layout(std430) buffer SunLight { vec4 sun_light[]; };
 #endif
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/lib/group_rows.glsl"
 layout(std430) buffer GroupLight { vec4 group_light[]; };
 #endif
@@ -86,25 +83,25 @@ uniform uint depth;  // number of this vertex, > 0
 #include "shaders/lib/path_list.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
-#ifdef HALFLIGHT_CELLS
+#if HALFLIGHT_CELLS
 #include "shaders/lib/radiance_cache.glsl"
 #endif
 
-#ifndef HALFLIGHT_LAST_VERTEX
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if !HALFLIGHT_LAST_VERTEX
+#if HALFLIGHT_LIGHT_SAMPLES
 DEFINE_APPEND(append_lit, lit_header)
 #endif
 DEFINE_APPEND(append_leaving, leaving_header)
 #endif
 
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 // Adds light to a group. first: kOwnGroups or kGivenGroups.
 void add_to_group(uint path, uint first, uint group, vec3 light) {
     if (contributes(light)) group_light[path * kGroupRows + first + group].rgb += light;
 }
 #endif
 
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
 float largest(vec3 light) { return max(light.r, max(light.g, light.b)); }
 
 // Keeps the light `met` behind the lamp that the path has met, or that of the lamp, in proportion, because the light met
@@ -122,13 +119,13 @@ bool choose_met(uint path, inout vec3 met) {
 
 // Stores what this vertex may have changed: stores cost more than anything else here.
 void store_state(uint path, PathState state) {
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_FIRST_HIT
     states[path].direct = state.direct;
     states[path].reuse = state.reuse;
 #endif
     states[path].indirect = state.indirect;
     states[path].pending_light = state.pending_light;
-#ifndef HALFLIGHT_LAST_VERTEX
+#if !HALFLIGHT_LAST_VERTEX
     states[path].throughput = state.throughput;
     states[path].pdf = state.pdf;
     states[path].pending = state.pending;
@@ -147,42 +144,42 @@ void main() {
     vec3 direction = normalize(ray.direction);
     vec3 wo = -direction;
 
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
     bool answers = state.pending_light != 0u;
     if (answers) state.indirect += answered_light(state.pending, texelFetch(occluded, int(path)).x);
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
     if (answers) state.indirect += answered_light(sun_light[own_sun_light(path)].rgb, texelFetch(sun_occluded, int(path)).x);
 #endif
 #endif
-#if defined(HALFLIGHT_APART) && !defined(HALFLIGHT_FIRST_HIT)
+#if HALFLIGHT_APART && !HALFLIGHT_FIRST_HIT
     bool has_point = (state.reuse & kReusePoint) != 0u;
     bool gives = (state.reuse & kReuseRest) != 0u;
     vec3 given = points[path].light;
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
     if (answers) given += answered_light(points[path].pending, texelFetch(occluded, int(path)).x);
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
     if (answers) given += answered_light(sun_light[given_sun_light(path)].rgb, texelFetch(sun_occluded, int(path)).x);
 #endif
 #endif
 #endif
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     uint groups = path * kGroupRows;
     if (active_path) {
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_FIRST_HIT
         for (uint i = 1u; i < kGroupRows; ++i) group_light[groups + i] = vec4(0.0);
 #endif
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
         if (answers) {
             uint group = word_of_float(group_light[groups].y);
             uint answer = texelFetch(occluded, int(path)).x;
             add_to_group(path, kOwnGroups, group, answered_light(state.pending, answer));
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_REUSE
             add_to_group(path, kGivenGroups, group, answered_light(points[path].pending, answer));
 #endif
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
             uint of_sun = texelFetch(sun_occluded, int(path)).x;
             add_to_group(path, kOwnGroups, sun_group(), answered_light(sun_light[own_sun_light(path)].rgb, of_sun));
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_REUSE
             add_to_group(path, kGivenGroups, sun_group(), answered_light(sun_light[given_sun_light(path)].rgb, of_sun));
 #endif
 #endif
@@ -197,40 +194,40 @@ void main() {
     hit.instance = is_hit ? hit.instance : 0u;
     vec3 geometric_normal = load_geometric_normal(path);
 
-#ifdef HALFLIGHT_RECEIVERS
+#if HALFLIGHT_RECEIVERS
     Receiver from = receivers[path];
 #else
     Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any receiver will do
 #endif
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), geometric_normal)
                            : environment_pdf(from, direction);
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_FIRST_HIT
     density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
 #endif
     vec3 met = at.emission * (state.throughput * met_light_weight(state.pdf, density));
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     uint met_group = group_of_met(hit, is_hit);
 #endif
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
     bool keeps_lamp = choose_met(path, met);
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     met_group = keeps_lamp ? word_of_float(texelFetch(met_lamps, 2 * int(path) + 1).x) : met_group;
 #endif
 #endif
-#ifdef HALFLIGHT_LIGHT_GROUPS
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_FIRST_HIT
     if (active_path) group_light[groups].x = float_of_word(met_group);
 #else
     uint first_group = kOwnGroups;
-#ifdef HALFLIGHT_APART
+#if HALFLIGHT_APART
     first_group = gives ? kGivenGroups : kOwnGroups;
 #endif
     if (active_path) add_to_group(path, first_group, met_group, met);
 #endif
 #endif
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_FIRST_HIT
     state.direct = met;
-#elif defined(HALFLIGHT_APART)
+#elif HALFLIGHT_APART
     given += gives ? met : vec3(0.0);
     state.indirect += gives ? vec3(0.0) : met;
     if (active_path && has_point) points[path].light = given;
@@ -238,37 +235,37 @@ void main() {
     state.indirect += met;
 #endif
 
-#ifdef HALFLIGHT_LAST_VERTEX
+#if HALFLIGHT_LAST_VERTEX
     if (active_path) store_state(path, state);
 #else
     Bsdf b = load_bsdf(path);
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     vec4 before = media[path];
 #else
     const vec4 before = vec4(0.0);
 #endif
     Sampler random = path_sampler(frame, path);
-#ifdef HALFLIGHT_CELLS
+#if HALFLIGHT_CELLS
     int finest = cache_level(distance(at.position, frame.camera_position.xyz));
     int levels = cache_levels(finest, hit.t * length(ray.direction), state.pdf, -dot(geometric_normal, direction));
     bool may_know = active_path && is_hit && state.pdf > 0.0 && levels > 0 && contributes(b.diffuse);
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     may_know = may_know && !contributes(b.diffuse_through);  // cells hold the light on one side
 #endif
 #endif
-#ifdef HALFLIGHT_CACHE_TAKEN
+#if HALFLIGHT_CACHE_TAKEN
     uint known = may_know && !gives ? known_cell(at.position, geometric_normal, finest, levels) : kNoCacheCell;
     vec3 from_cell = cache_mean(known == kNoCacheCell ? 0u : known);
     state.indirect += known != kNoCacheCell ? state.throughput * b.diffuse * from_cell : vec3(0.0);
     b.diffuse = known != kNoCacheCell ? vec3(0.0) : b.diffuse;
 #endif
-#ifdef HALFLIGHT_APART
+#if HALFLIGHT_APART
     vec3 given_pending = vec3(0.0);
     vec3 given_sun = vec3(0.0);
-#ifdef HALFLIGHT_FIRST_HIT
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_REUSE
     bool has_point = is_hit && state.pdf > 0.0 && points[path].share > 0.0;
-#ifdef HALFLIGHT_PANES
+#if HALFLIGHT_PANES
     has_point = has_point && (state.reuse & kReuseThroughPane) == 0u;
 #endif
     bool is_apart = has_point;
@@ -283,34 +280,34 @@ void main() {
 #endif
 #endif
 
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
     NextEvent e = sample_next_event(at.position, at.offset, b, wo, before, random,
                                     vertex_dimension(depth, kDimensionLight), 1u);
-#if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
+#if HALFLIGHT_APART && HALFLIGHT_FIRST_HIT
     given_pending = has_point ? e.diffuse : vec3(0.0);
     e.diffuse = is_apart ? vec3(0.0) : e.diffuse;
 #endif
     state.pending = state.throughput * (e.diffuse + e.glossy);
     bool asks = contributes(state.pending);
-#ifdef HALFLIGHT_APART
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_APART
+#if HALFLIGHT_FIRST_HIT
     asks = asks || contributes(given_pending);
 #else
     given_pending = gives ? state.pending : vec3(0.0);
     state.pending = gives ? vec3(0.0) : state.pending;
 #endif
 #endif
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
     NextEvent sun = sample_sun_event(at.position, at.offset, b, wo, before, random,
                                      vertex_dimension(depth, kDimensionLight));
-#if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
+#if HALFLIGHT_APART && HALFLIGHT_FIRST_HIT
     given_sun = has_point ? sun.diffuse : vec3(0.0);
     sun.diffuse = is_apart ? vec3(0.0) : sun.diffuse;
 #endif
     vec3 own_sun = state.throughput * (sun.diffuse + sun.glossy);
     bool asks_sun = contributes(own_sun);
-#ifdef HALFLIGHT_APART
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_APART
+#if HALFLIGHT_FIRST_HIT
     asks_sun = asks_sun || contributes(given_sun);
 #else
     given_sun = gives ? own_sun : vec3(0.0);
@@ -322,7 +319,7 @@ void main() {
     asks = asks || asks_sun;
 #endif
     bool is_lit = active_path && is_hit && asks;
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     if (is_lit) group_light[groups].y = float_of_word(e.group);
 #endif
     state.pending_light = is_lit ? 1u : 0u;
@@ -331,22 +328,22 @@ void main() {
     vec2 choice = sample_2d(random, vertex_dimension(depth, kDimensionLobe));
     vec2 xi = sample_2d(random, vertex_dimension(depth, kDimensionDirection));
     bool is_diffuse = picks_diffuse(b, choice.x);
-#ifdef HALFLIGHT_DIFFUSE
+#if HALFLIGHT_DIFFUSE
     BsdfSample s = sample_diffuse(b, wo, xi, choice.y);
 #else
     BsdfSample s = sample_glossy(b, wo, xi, choice.y);
 #endif
-#if defined(HALFLIGHT_DIFFUSE) && defined(HALFLIGHT_GLOSSY)
+#if HALFLIGHT_DIFFUSE && HALFLIGHT_GLOSSY
     BsdfSample glossy = sample_glossy(b, wo, xi, choice.y);
     s.direction = is_diffuse ? s.direction : glossy.direction;
     s.weight = is_diffuse ? s.weight : glossy.weight;
     s.pdf = is_diffuse ? s.pdf : glossy.pdf;
 #endif
-#if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
+#if HALFLIGHT_APART && HALFLIGHT_FIRST_HIT
     bool gives = has_point && is_diffuse;
     state.throughput = gives ? vec3(1.0) : state.throughput;  // each receiver has its own BSDF
     state.reuse = (has_point ? kReusePoint : 0u) | (gives ? kReuseRest : 0u);
-#ifdef HALFLIGHT_RADIANCE_CACHE
+#if HALFLIGHT_RADIANCE_CACHE
     state.reuse |= is_apart ? kReuseCell : 0u;
 #endif
 #endif
@@ -354,7 +351,7 @@ void main() {
     state.throughput *= s.weight / p;
     state.pdf = p * s.pdf;
     bool goes_on = active_path && is_hit && contributes(state.throughput);
-#if defined(HALFLIGHT_RADIANCE_CACHE) && defined(HALFLIGHT_FIRST_HIT)
+#if HALFLIGHT_RADIANCE_CACHE && HALFLIGHT_FIRST_HIT
     goes_on = goes_on && !(is_known && is_diffuse);
 #endif
     // Roulette would end a path with NaN throughput unnoticed. Here the path ends where it is counted.
@@ -362,7 +359,7 @@ void main() {
         state.indirect = state.throughput;
         goes_on = false;
     }
-#ifndef HALFLIGHT_FIRST_HIT
+#if !HALFLIGHT_FIRST_HIT
     // Roulette starts at depth 3. The test is no variant, which would take longer to compile than it saves.
     float survival = min(max(state.throughput.r, max(state.throughput.g, state.throughput.b)), 0.95);
     bool survives = sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;
@@ -370,14 +367,14 @@ void main() {
     state.throughput = depth < 3u ? state.throughput : state.throughput / survival;
 #endif
 
-#ifdef HALFLIGHT_LIGHT_SAMPLES
+#if HALFLIGHT_LIGHT_SAMPLES
     uint lit_place = append_lit(is_lit);
     if (is_lit) {
         shadow_rays[path] = e.ray;
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
         sun_rays[path] = sun.ray;
         sun_light[own_sun_light(path)] = vec4(own_sun, 0.0);
-#ifdef HALFLIGHT_APART
+#if HALFLIGHT_APART
         sun_light[given_sun_light(path)] = vec4(given_sun, 0.0);
 #endif
 #endif
@@ -386,25 +383,25 @@ void main() {
 #endif
     uint leaving_place = append_leaving(goes_on);
     if (goes_on) {
-#ifdef HALFLIGHT_BACKFACES
+#if HALFLIGHT_BACKFACES
         bool marked = ray.t_min > 0.0 && state.pdf == 0.0;
 #else
         const bool marked = false;
 #endif
         path_rays[path] = ray_from(at.position, at.offset, b.geometric_normal, s.direction, marked);
         leaving[leaving_place] = path;
-#ifdef HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(cones[path], hit.t * length(ray.direction), s.pdf);
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
         media[path] = medium_towards(b, before, s.direction);
 #endif
-#ifdef HALFLIGHT_RECEIVERS
+#if HALFLIGHT_RECEIVERS
         receivers[path] = receiver_at(at.position, b.geometric_normal);
 #endif
     }
-#ifdef HALFLIGHT_APART
-#if defined(HALFLIGHT_FIRST_HIT) && defined(HALFLIGHT_RADIANCE_CACHE)
+#if HALFLIGHT_APART
+#if HALFLIGHT_FIRST_HIT && HALFLIGHT_RADIANCE_CACHE
     point.pending = given_pending;
     if (active_path && is_apart) points[path] = point;
 #else

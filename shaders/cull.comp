@@ -22,7 +22,7 @@ layout(local_size_x = 64) in;
 
 layout(std430) writeonly buffer Lists { uvec4 lists[]; };
 layout(std430) buffer Counts { uint tiles_culled; };
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 #endif
 
@@ -126,7 +126,7 @@ float pick(vec4 v, int i) {
 }
 
 void put_box(inout TileEntry e, const int box, vec3 lower, vec3 upper, uint word) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     e.texels[box] = uvec4(floatBitsToUint(lower), word);
     e.texels[box + 1] = uvec4(floatBitsToUint(upper), 0u);
 #else
@@ -146,14 +146,14 @@ uint child_reference(NodeBoxes n, int child) {
 TileEntry root_entry(ShaftSpace space) {
     TileEntry e;
     put_box(e, kEntryBox, space.lower, space.upper, kBvhTag | 1u);
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
     put_box(e, kInstanceBox, space.lower, space.upper, kNoInstance);
     put_box(e, kBlockBox, space.lower, space.upper, 0u);
 #endif
     return e;
 }
 
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
 #include "shaders/lib/block_boxes.glsl"
 
 // Returns the boxes of a node within an instance, in the units of the hierarchy over the instances.
@@ -196,7 +196,7 @@ void main() {
     Shaft shaft = bounds_of(space, tile);
     // The bounds of a tile without rays are inverted. Its list is never read.
     bool asked = gl_GlobalInvocationID.x < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     bool stale = asked;  // a place in a list belongs to another pixel in the next run
 #else
     Earlier earlier = load_earlier(tile);
@@ -213,18 +213,18 @@ void main() {
     int waiting_count = 0;
     int leaves = 0;
     int others = 0;
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
     vec3 margin = block_margin(space, shaft);
 #endif
     uvec2 sums = uvec2(seed);
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     TileBlockers blockers = TileBlockers(0u, blockers_of[tile].latest);
 #endif
     bool more = stale;
     TileEntry entry = root_entry(space);
     do {
         if (more) {
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
             uint instance = box_word(entry, kInstanceBox);
             bool inside = instance != kNoInstance;
             uint block = inside ? block_head(instance) : 0u;
@@ -255,7 +255,7 @@ void main() {
                     TileEntry child;
                     uint reference = child_reference(n, c);
                     put_child(child, kEntryBox, n, c, reference);
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
                     bool is_instance = reference >= (kBvhTag | kBvhInstance);
                     put_child(child, kInstanceBox, n, c, is_instance ? reference & kBvhIndexMask : kNoInstance);
                     for (int t = kInstanceBox; t < kBlockBox; ++t) {
@@ -274,7 +274,7 @@ void main() {
                         for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child.texels[t];
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
                         // A block's leaf may occur several times where there are instances.
                         if (leaf && reference == blockers.latest) blockers.entries |= first_word(entry_bit(leaves));
 #endif
@@ -286,7 +286,7 @@ void main() {
             more = waiting_count > 0;
             if (more) {
                 --waiting_count;
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
                 int texel = waiting_texel(first_waiting);
                 ++first_waiting;
 #else
@@ -314,7 +314,7 @@ void main() {
         lists[record + 2] = uvec4(floatBitsToUint(shaft.end_lower), 0u);
         lists[record + 3] = uvec4(floatBitsToUint(shaft.end_upper), 0u);
         atomicAdd(tiles_culled, 1u);
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
         blockers_of[tile] = blockers;
 #endif
     }

@@ -3,7 +3,7 @@
 #include "shaders/shared/aov.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
-#ifdef HALFLIGHT_COUNT
+#if HALFLIGHT_COUNT
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/traverse.glsl"
@@ -29,7 +29,7 @@ layout(std430) writeonly buffer Records { DebugRecord records[]; };
 void main() {
     uint path = gl_GlobalInvocationID.x;
     DebugRecord record = DebugRecord(0u, 0u, 0u, 0u, 0u);
-#ifdef HALFLIGHT_COUNT
+#if HALFLIGHT_COUNT
     traverse(rays[path], alpha_key_of_path(frame, path, 0u), false);
     record.nodes = nodes_visited;
 #endif

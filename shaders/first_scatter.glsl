@@ -5,7 +5,7 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/scene_tables.glsl"
-#ifdef HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_TEXTURE_LEVELS
 #include "shaders/lib/ray_cone.glsl"
 #endif
 
@@ -17,14 +17,14 @@ layout(std430) writeonly buffer PathRays { Ray path_rays[]; };
 layout(std430) writeonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer List { uint list[]; };
 layout(std430) buffer Header { ListHeader header; };
-#ifdef HALFLIGHT_RECEIVERS
+#if HALFLIGHT_RECEIVERS
 layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
 #endif
 
-#ifdef HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_TEXTURE_LEVELS
 layout(std430) writeonly buffer Cones { RayCone cones[]; };
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
 layout(std430) writeonly buffer Media { vec4 media[]; };
 #endif
 
@@ -55,26 +55,26 @@ void main() {
     bool wanted = point.is_surface && is_diffuse && s.weight != vec3(0.0);
     const uint lobe = kLobeDiffuse;
 #endif
-#ifdef HALFLIGHT_FIRST_SCATTER
+#if HALFLIGHT_FIRST_SCATTER
     if (!wanted) states[path].lobe = kLobeNone;
 #endif
     uint place = append_path(wanted);
     if (wanted) {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
-#if COMPONENT_GLOSSY && defined(HALFLIGHT_BACKFACES)
+#if COMPONENT_GLOSSY && HALFLIGHT_BACKFACES
         bool marked = s.pdf == 0.0;  // what the camera sees in a perfect mirror or through clear glass
 #else
         const bool marked = false;
 #endif
         path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction, marked);
         list[place] = path;
-#ifdef HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_TEXTURE_LEVELS
         cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
         media[path] = medium_towards(b, vec4(0.0), s.direction);
 #endif
-#ifdef HALFLIGHT_RECEIVERS
+#if HALFLIGHT_RECEIVERS
         receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
 #endif
     }

@@ -8,13 +8,13 @@ layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint first_triangle;  // first triangle of the block
 
 flat in uint instance;
-#ifdef HALFLIGHT_CULL_SEEN
+#if HALFLIGHT_CULL_SEEN
 flat in uint mirrored;
 #endif
 
 layout(location = 0) out uvec2 visibility;  // triangle + 1, instance
 
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
@@ -23,13 +23,13 @@ layout(location = 0) out uvec2 visibility;  // triangle + 1, instance
 
 void main() {
     uint triangle = first_triangle + uint(gl_PrimitiveID);
-#ifdef HALFLIGHT_CULL_SEEN
+#if HALFLIGHT_CULL_SEEN
     uint word = triangle_row(triangle).w;
     bool turned = ((word & kTriangleMirrored) != 0u) != (mirrored != 0u);
     // The picture's first row is the lowest one of the target, so fronts appear clockwise.
     if ((word & kTriangleOneSided) != 0u && gl_FrontFacing != turned) discard;
 #endif
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
     // Opaque triangles run this code, too: alpha_accept is true for them, and a branch would save nothing here.
     ivec2 pixel = ivec2(gl_FragCoord.xy) + ivec2(0, frame.window_y);
     Ray ray = camera_ray(frame, pixel);

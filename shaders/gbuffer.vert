@@ -11,13 +11,13 @@ layout(location = 1) in uint block_instance;  // one per instance
 uniform float viewport_share;
 
 flat out uint instance;
-#ifdef HALFLIGHT_CULL_SEEN
+#if HALFLIGHT_CULL_SEEN
 flat out uint mirrored;  // 1: the transform of the instance mirrors
 #endif
 
 void main() {
     instance = block_instance;
-#ifdef HALFLIGHT_CULL_SEEN
+#if HALFLIGHT_CULL_SEEN
     mirrored = mirrors(block_instance) ? 1u : 0u;
 #endif
     gl_Position = frame.view_projection * vec4(block_to_world(block_instance, block_position), 1.0);

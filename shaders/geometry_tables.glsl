@@ -25,7 +25,7 @@ vec4 instance_row(uint instance, int first, int row) {
 
 // Returns whether the transform of an instance mirrors.
 bool mirrors(uint instance) {
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     vec3 x = instance_row(instance, kInstanceBlockToWorld, 0).xyz, y = instance_row(instance, kInstanceBlockToWorld, 1).xyz;
     return dot(cross(x, y), instance_row(instance, kInstanceBlockToWorld, 2).xyz) < 0.0;
 #else
@@ -35,7 +35,7 @@ bool mirrors(uint instance) {
 
 // Transforms a position to world space relative to the tables' origin.
 vec3 block_to_world(uint instance, vec3 position) {
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     vec4 p = vec4(position, 1.0);
     return vec3(dot(instance_row(instance, kInstanceBlockToWorld, 0), p),
                 dot(instance_row(instance, kInstanceBlockToWorld, 1), p),

@@ -12,7 +12,7 @@ uniform sampler2D spread;  // rgb: light of fireflies, spread; a: HALFLIGHT_OVER
 uniform sampler2D errors;  // rg: terms of the best share of filtered light, averaged
 uniform sampler2D albedo;
 uniform sampler2D picture_before;
-#ifdef HALFLIGHT_WEIGHTS_BEFORE
+#if HALFLIGHT_WEIGHTS_BEFORE
 uniform sampler2D weights_before;
 #endif
 layout(rgba32f) writeonly uniform image2D picture;
@@ -30,7 +30,7 @@ void main() {
     vec4 one = texelFetch(first, pixel, 0);
     vec4 before = texelFetch(picture_before, pixel, 0);
     vec4 shares = vec4(0.0, 0.0, 0.0, 1.0);
-#ifdef HALFLIGHT_WEIGHTS_BEFORE
+#if HALFLIGHT_WEIGHTS_BEFORE
     shares = texelFetch(weights_before, pixel, 0);
 #endif
     float share = one.a > 0.0 ? min(best_share(texelFetch(errors, pixel, 0).rg) / whole, 1.0) : 0.0;
@@ -42,7 +42,7 @@ void main() {
     // Where nothing is changed, the sum adds nothing: the mean stays as it is, bit for bit.
     vec3 made = max(before.rgb + texelFetch(albedo, pixel, 0).rgb * change, vec3(0.0));
     bool good = one.a > 0.0 && all_finite(made);
-#ifdef HALFLIGHT_OVER_FRAMES
+#if HALFLIGHT_OVER_FRAMES
     share = 1.0 - (1.0 - share) * (1.0 - spread_here.a);
 #endif
     shares[component] = good ? share : 0.0;

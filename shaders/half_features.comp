@@ -15,7 +15,7 @@ layout(rgba32f) writeonly uniform image2D guide;
 layout(rgba32f) writeonly uniform image2D reflectance;
 layout(rgba32f) writeonly uniform image2D diffuse_albedo;
 layout(rgba32f) writeonly uniform image2D glossy_albedo;
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
 layout(rgba32f) writeonly uniform image2D glossy_guide;
 layout(rgba32f) writeonly uniform image2D glossy_reflectance;
 #endif
@@ -33,7 +33,7 @@ void main() {
     double covered = emission[path * 4u + 3u];
     double of_covered = covered > 0.0LF ? 1.0LF / covered : 0.0LF;
     vec3 all, diffuse, glossy, normal;
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
     vec3 instead, turned;  // differences that specular chains make in the mean albedo and normal
 #endif
     uint at = path * kHalfStride;
@@ -43,7 +43,7 @@ void main() {
         all[i] = float(whole * of_covered);
         diffuse[i] = max(float(own * share), kLeastFilteredAlbedo);
         double of_glossy = whole - own;
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
         of_glossy += half_sums[at + kHalfSums + i];
         instead[i] = float(half_sums[at + kHalfSums + i] * of_covered);
         turned[i] = float(half_sums[at + kHalfSums + 3u + i] * of_covered);
@@ -59,7 +59,7 @@ void main() {
         imageStore(reflectance, to, vec4(all, 1.0));
         imageStore(diffuse_albedo, to, vec4(diffuse, 1.0));
         imageStore(glossy_albedo, to, vec4(glossy, 1.0));
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
         float behind = float(half_sums[at + kHalfSums + 6u] * of_covered);
         float bounces = float(half_sums[at + kHalfSums + 7u] * of_covered);
         imageStore(glossy_guide, to, vec4(normal + turned, depth + behind));

@@ -5,10 +5,10 @@
 layout(local_size_x = 64) in;
 
 layout(std430) readonly buffer Emission { double emission[]; };  // rgb, coverage
-#ifdef HALFLIGHT_DIRECT
+#if HALFLIGHT_DIRECT
 layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
 #endif
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
 layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
 #endif
 layout(std430) readonly buffer Features { double features[]; };   // albedo, normal
@@ -31,10 +31,10 @@ const int kGlossy = 2;
 double whole_sum(uint path, uint channel) {
     double sum = 0.0LF;
     uint at = path * 6u + channel + (component == kGlossy ? 3u : 0u);
-#ifdef HALFLIGHT_DIRECT
+#if HALFLIGHT_DIRECT
     if (component != kIndirectDiffuse) sum += direct[at];
 #endif
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
     if (component != 0) sum += indirect[at];
 #endif
     return sum;
@@ -51,7 +51,7 @@ void main() {
         double rest = max(whole_sum(path, i) - own, 0.0LF);
         double albedo = half_sums[path * kHalfStride + 9u + i];
         if (component == kGlossy) albedo = features[path * 6u + i] - albedo;
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
         if (component == kGlossy) albedo += half_sums[path * kHalfStride + kHalfSums + i];
 #endif
         albedo = max(albedo / double(samples), double(kLeastFilteredAlbedo));

@@ -15,9 +15,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D first;   // filtered halves; HALFLIGHT_LOST: before the filter
 uniform sampler2D second;
 
-#if defined(HALFLIGHT_LIGHT) || defined(HALFLIGHT_LOST)
+#if HALFLIGHT_LIGHT || HALFLIGHT_LOST
 uniform sampler2D albedo;
-#ifdef HALFLIGHT_LOST
+#if HALFLIGHT_LOST
 uniform sampler2D light;   // rg: luminance of the filtered halves
 uniform sampler2D around;  // rg: weighted sum of `light`
 layout(rgba32f) writeonly uniform image2D lost;  // rg: share of light lost, by half
@@ -43,10 +43,10 @@ const float kLeastLoss = 1e-3;  // share of the light; smaller losses are roundi
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, textureSize(first, 0)))) return;
-#if defined(HALFLIGHT_LOST)
+#if HALFLIGHT_LOST
     vec2 own = luminance_at(pixel) - texelFetch(light, pixel, 0).rg;
     imageStore(lost, pixel, vec4(own / max(texelFetch(around, pixel, 0).rg, vec2(kLeastLight)), 0.0, 0.0));
-#elif defined(HALFLIGHT_LIGHT)
+#elif HALFLIGHT_LIGHT
     imageStore(light, pixel, vec4(luminance_at(pixel), 0.0, 0.0));
 #else
     // Only what both halves have lost is given back: their noise is independent.

@@ -8,7 +8,7 @@
 // Variants: HALFLIGHT_LIGHT converts the halves of light, otherwise a property is smoothed.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#ifdef HALFLIGHT_LIGHT
+#if HALFLIGHT_LIGHT
 uniform sampler2D half_before;
 uniform sampler2D albedo_before;
 uniform sampler2D albedo_after;
@@ -22,7 +22,7 @@ const float kRadiusShare = 0.5;  // share of the circle's radius that counts
 #endif
 layout(rgba32f) writeonly uniform image2D after;
 
-#ifndef HALFLIGHT_LIGHT
+#if !HALFLIGHT_LIGHT
 // Returns the radius at a pixel; 0 where there is no surface.
 float radius_at(ivec2 pixel) {
     vec4 g = texelFetch(guide, pixel, 0);
@@ -35,7 +35,7 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     ivec2 size = imageSize(after);
     if (any(greaterThanEqual(pixel, size))) return;
-#ifdef HALFLIGHT_LIGHT
+#if HALFLIGHT_LIGHT
     vec4 own = texelFetch(half_before, pixel, 0);
     vec3 scale = texelFetch(albedo_before, pixel, 0).rgb / texelFetch(albedo_after, pixel, 0).rgb;
     imageStore(after, pixel, vec4(min(own.rgb * scale, vec3(kMostFilteredLight)), own.a));

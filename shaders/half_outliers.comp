@@ -10,7 +10,7 @@ layout(rgba32f) writeonly uniform image2D outliers;  // rg: share of the excess 
 #include "shaders/lib/halves.glsl"
 
 // An outlier's luminance over that of the mean around it.
-#ifdef HALFLIGHT_PREVIEW
+#if HALFLIGHT_PREVIEW
 const float kMostOfMean = 5.0;
 #else
 const float kMostOfMean = 10.0;

@@ -8,10 +8,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shaders/lib/halves.glsl"
 
-#ifdef HALFLIGHT_RECEIVERS
+#if HALFLIGHT_RECEIVERS
 uniform sampler2D removed;      // a: 0 where there is nothing to filter
 uniform sampler2D albedo;
-#ifdef HALFLIGHT_LEVEL
+#if HALFLIGHT_LEVEL
 uniform sampler2D levels;       // shaders/half_fireflies.comp writes them
 uniform sampler2D few_levels;   // weighted sum of `levels` over kNoiseRadius
 uniform sampler2D more_levels;  // weighted sum of `levels` over kAroundRadius
@@ -25,7 +25,7 @@ const float kLastShare = 1e-6;
 // Returns the level of the darker half.
 float darker(vec4 sums) { return min(sums.r, sums.g) / max(sums.a, kLeastReach); }
 #endif
-#elif defined(HALFLIGHT_EXCESS)
+#elif HALFLIGHT_EXCESS
 uniform sampler2D removed;    // rgb: light of fireflies over albedo
 uniform sampler2D albedo;
 uniform sampler2D reach;      // rgb: weighted sum of the receivers
@@ -38,9 +38,9 @@ layout(rgba32f) writeonly uniform image2D made;
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(made)))) return;
-#if defined(HALFLIGHT_RECEIVERS)
+#if HALFLIGHT_RECEIVERS
     float level = 1.0;
-#ifdef HALFLIGHT_LEVEL
+#if HALFLIGHT_LEVEL
     vec4 all = texelFetch(around, pixel, 0);
     // Fireflies, and highlights that count as such, are no level for others. Highlights are bright in both halves, and get
     // their light back.
@@ -51,7 +51,7 @@ void main() {
 #endif
     bool receives = texelFetch(removed, pixel, 0).a > 0.0;
     imageStore(made, pixel, receives ? vec4(level * texelFetch(albedo, pixel, 0).rgb, level) : vec4(0.0));
-#elif defined(HALFLIGHT_EXCESS)
+#elif HALFLIGHT_EXCESS
     vec3 light = texelFetch(removed, pixel, 0).rgb * texelFetch(albedo, pixel, 0).rgb;
     imageStore(made, pixel, vec4(light / max(texelFetch(reach, pixel, 0).rgb, vec3(kLeastLight)), 0.0));
 #else

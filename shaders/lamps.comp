@@ -19,7 +19,7 @@ uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 layout(std430) readonly buffer States { PathState states[]; };
 layout(std430) readonly buffer Receivers { Receiver receivers[]; };  // origins of the rays
 layout(std430) writeonly buffer MetLamps { MetLamp met_lamps[]; };
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
 uniform samplerBuffer media;  // RGBA32F: media of the rays (medium_towards())
 #endif
 
@@ -44,7 +44,7 @@ struct Search {
     MetLamp kept;
 };
 
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
 SizedLight light_of_row(Search ray, int row) {
     return sized_light(ray.from.position, texelFetch(scene_lights, row), texelFetch(scene_lights, row + 1).xyz,
                        texelFetch(scene_lights, row + 2).y);
@@ -66,11 +66,11 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
 void meet(inout Search ray, int row, float way, float probability, uint group, float factor) {
     SizedLight light = light_of_row(ray, row);
     vec3 radiance = texelFetch(scene_lights, row + 3).rgb * light.radiance;
-#ifdef HALFLIGHT_SPOT_LIGHTS
+#if HALFLIGHT_SPOT_LIGHTS
     bool is_spot = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightSpot;
     radiance *= is_spot ? spot_falloff(row, -ray.direction) : 1.0;
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     radiance *= transmittance(ray.medium, isinf(way) ? endless_way(ray.medium) : way);
 #endif
     vec3 more = ray.throughput * radiance *
@@ -84,14 +84,14 @@ void meet(inout Search ray, int row, float way, float probability, uint group, f
 }
 
 uint group_of(uint light) {
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     return group_of_light(light);
 #else
     return 0u;
 #endif
 }
 
-#if defined(HALFLIGHT_LIGHT_TREE) && defined(HALFLIGHT_SIZED_LAMPS)
+#if HALFLIGHT_LIGHT_TREE && HALFLIGHT_SIZED_LAMPS
 // Meets the balls of the light tree, whose nodes bound them. Returns whether the walk has come to its end.
 bool meet_lamps_of_tree(inout Search ray, float factor) {
     const uint kMostWaiting = 3u * (kLightTreeDepth / 2u) + 4u;
@@ -172,21 +172,21 @@ void main() {
     s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t * length(ray.direction) : 0.0;
     s.pdf = states[path].pdf;
     s.throughput = states[path].throughput;
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     s.medium = texelFetch(media, int(path));
 #endif
     s.sum = 0.0;
     s.kept = MetLamp(vec3(0.0), infinity(), float_of_word(0u), 0u, 0u, 0u);
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
     s.number = sample_1d(path_sampler(frame, path),
                          vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
-#ifdef HALFLIGHT_FIRST_HIT
+#if HALFLIGHT_FIRST_HIT
     const float factor = float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
 #else
     const float factor = 1.0;
 #endif
     uint lights = uint(textureSize(scene_lights) / kLightStride);
-#if defined(HALFLIGHT_SUN) && defined(HALFLIGHT_SIZED_SUNS)
+#if HALFLIGHT_SUN && HALFLIGHT_SIZED_SUNS
     int sun = int(lights - 1u) * kLightStride;
     float way_to_sun = distance_to(s, light_of_row(s, sun), true);
     if (way_to_sun >= 0.0) meet(s, sun, way_to_sun, 1.0, group_of(lights - 1u), 1.0);
@@ -209,7 +209,7 @@ void main() {
         if (way >= 0.0) meet(s, row, way, texelFetch(scene_lights, row + 3).w, group_of(light), factor);
     }
     bool finished = light == end;
-#if defined(HALFLIGHT_LIGHT_TREE) && defined(HALFLIGHT_SIZED_LAMPS)
+#if HALFLIGHT_LIGHT_TREE && HALFLIGHT_SIZED_LAMPS
     finished = meet_lamps_of_tree(s, factor) && finished;
 #endif
     // Drivers end long loops: llvmpipe after 65535 steps of all loops of a kernel. The NaN is counted later.

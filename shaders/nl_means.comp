@@ -5,7 +5,7 @@
 // A work group filters a tile. For each offset within the window it compares all pixels of the tile with those at the
 // offset, and sums the differences over patches by columns and rows.
 const int kTile = 32;     // width and height of the tile, pixels
-#ifdef HALFLIGHT_PREVIEW
+#if HALFLIGHT_PREVIEW
 const int kPatch = 1;     // radius of patches, pixels
 const int kWindow = 2;    // radius of the window, multiples of `stride`
 uniform int stride;       // distance of the offsets, pixels
@@ -53,7 +53,7 @@ vec2 difference(ivec2 p, ivec2 q, ivec2 size) {
 
 // Returns the sums over the patches of the pixels that an invocation filters, along rows or columns.
 vec2[kOwn] patch_sums(vec2 v[kOwn + 2 * kPatch]) {
-#ifdef HALFLIGHT_PREVIEW
+#if HALFLIGHT_PREVIEW
     return vec2[](v[0] + v[1] + v[2], v[1] + v[2] + v[3], v[2] + v[3] + v[4], v[3] + v[4] + v[5]);
 #else
     // The sums start with what they share.

@@ -6,7 +6,7 @@
 // HALFLIGHT_SELECT (only lists the rays that meet one of the root's boxes: software drivers run the whole kernel for rays
 // that meet nothing).
 #include "shaders/trace_scene.glsl"
-#ifdef HALFLIGHT_SELECT
+#if HALFLIGHT_SELECT
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/ray_texels.glsl"
 #else
@@ -21,23 +21,23 @@
 
 layout(local_size_x = 64) in;
 
-#if defined(HALFLIGHT_LIST) || !defined(HALFLIGHT_SELECT)
+#if HALFLIGHT_LIST || !HALFLIGHT_SELECT
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
-#ifdef HALFLIGHT_SELECT
-#ifdef HALFLIGHT_SCATTERED
+#if HALFLIGHT_SELECT
+#if HALFLIGHT_SCATTERED
 #include "shaders/lib/hit_texels.glsl"
 #endif
 layout(std430) writeonly buffer Selected { uint selected[]; };
 layout(std430) buffer SelectedHeader { ListHeader selected_header; };
-#ifndef HALFLIGHT_SCATTERED
+#if !HALFLIGHT_SCATTERED
 uniform usamplerBuffer occluded;  // R32UI: answers to the rays
 #endif
-#elif defined(HALFLIGHT_SCATTERED)
+#elif HALFLIGHT_SCATTERED
 layout(std430) buffer Hits { Hit hits[]; };
 layout(std430) buffer States { PathState states[]; };
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
 layout(std430) buffer MetLamps { MetLamp met_lamps[]; };
 #endif
 #else
@@ -47,16 +47,16 @@ layout(std430) buffer Occluded { uint occluded[]; };
 // Panes on a ray, at most. Rays through more count as unfinished.
 const uint kMostPanes = 255u;
 
-#ifdef HALFLIGHT_SELECT
+#if HALFLIGHT_SELECT
 void main() {
     uint path = gl_GlobalInvocationID.x;
     bool asks = true;
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     asks = path < header.count;
     path = list[asks ? path : 0u];
 #endif
     Ray ray = load_ray(path);
-#ifdef HALFLIGHT_SCATTERED
+#if HALFLIGHT_SCATTERED
     ray.t_max = min(ray.t_max, load_hit(path).t);
 #else
     asks = asks && texelFetch(occluded, int(path)).x == kFree;
@@ -76,7 +76,7 @@ void main() {
     path = list[path];
     Ray ray = load_ray(path);
     uint key = alpha_key(path);
-#ifdef HALFLIGHT_SCATTERED
+#if HALFLIGHT_SCATTERED
     ray.t_max = min(ray.t_max, hits[path].t);
     bool stops = false;
 #endif
@@ -95,7 +95,7 @@ void main() {
         Material material = evaluate_material(surface, -direction);
         material.channel = 0;  // panes do not disperse
         vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction));
-#ifdef HALFLIGHT_SCATTERED
+#if HALFLIGHT_SCATTERED
         float chance = pane_chance(passed);
         stops = goes_on && finished && unit_float(hash_combine(key, panes + 1u)) >= chance;
         if (stops) {
@@ -104,7 +104,7 @@ void main() {
         }
         goes_on = goes_on && !stops;
         passed /= max(chance, 1e-30);
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
         if ((stops || goes_on) && hit.t * length(ray.direction) < met_lamps[path].distance)
             met_lamps[path].light *= stops ? vec3(0.0) : passed;
 #endif
@@ -114,7 +114,7 @@ void main() {
         if (!finished || panes > kMostPanes) {
             share = vec3(not_a_number());
             goes_on = false;
-#if defined(HALFLIGHT_SCATTERED) && defined(HALFLIGHT_SIZED_LIGHTS)
+#if HALFLIGHT_SCATTERED && HALFLIGHT_SIZED_LIGHTS
             met_lamps[path].light = share;  // behind panes that were not counted
 #endif
         }
@@ -125,7 +125,7 @@ void main() {
     } while (goes_on && share != vec3(0.0));
 
     if (panes == 0u && share == vec3(1.0)) return;
-#ifdef HALFLIGHT_SCATTERED
+#if HALFLIGHT_SCATTERED
     states[path].throughput *= share;
     states[path].reuse |= kReuseThroughPane;
 #else

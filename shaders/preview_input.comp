@@ -8,10 +8,10 @@
 layout(local_size_x = 64) in;
 
 layout(std430) readonly buffer Emission { double emission[]; };  // rgb, coverage
-#ifdef HALFLIGHT_DIRECT
+#if HALFLIGHT_DIRECT
 layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
 #endif
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
 layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
 #endif
 layout(std430) readonly buffer Features { double features[]; };   // albedo, normal
@@ -24,7 +24,7 @@ layout(rgba32f) writeonly uniform image2D second;
 layout(rgba32f) writeonly uniform image2D guide;
 layout(rgba32f) writeonly uniform image2D albedo;
 layout(rgba32f) writeonly uniform image2D beauty;
-#ifdef HALFLIGHT_PLACES
+#if HALFLIGHT_PLACES
 layout(std430) readonly buffer Records { AovRecord records[]; };
 layout(rgba32f) writeonly uniform image2D place;
 #endif
@@ -47,10 +47,10 @@ void main() {
     vec3 reflectance, normal, of_first, of_second;
     for (uint i = 0u; i < 3u; ++i) {
         double whole = 0.0LF;
-#ifdef HALFLIGHT_DIRECT
+#if HALFLIGHT_DIRECT
         whole += direct[path * 6u + i] + direct[path * 6u + 3u + i];
 #endif
-#ifdef HALFLIGHT_INDIRECT
+#if HALFLIGHT_INDIRECT
         whole += indirect[path * 6u + i] + indirect[path * 6u + 3u + i];
 #endif
         uint at = path * stride + i;
@@ -72,7 +72,7 @@ void main() {
         imageStore(guide, to, seen ? vec4(normal, depth) : vec4(0.0));
         imageStore(albedo, to, seen ? vec4(reflectance, 1.0) : vec4(0.0));
         imageStore(beauty, to, texelFetch(mean, pixel, 0));
-#ifdef HALFLIGHT_PLACES
+#if HALFLIGHT_PLACES
         AovRecord record = records[path];
         imageStore(place, to, seen && record.triangle != kMiss ? vec4(record.position, 1.0) : vec4(0.0));
 #endif

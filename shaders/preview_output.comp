@@ -9,7 +9,7 @@ uniform sampler2D first;  // halves of the reflected light contained in `beauty`
 uniform sampler2D second;
 uniform sampler2D accumulated_first;  // halves of the light accumulated over earlier pictures
 uniform sampler2D accumulated_second;
-#ifdef HALFLIGHT_FILTERED
+#if HALFLIGHT_FILTERED
 uniform sampler2D filtered_first;  // halves of accumulated light, filtered (LightHalves)
 uniform sampler2D filtered_second;
 uniform sampler2D spread;  // rgb: light of fireflies over albedo, spread
@@ -20,7 +20,7 @@ layout(rgba32f) writeonly uniform image2D picture;
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_light.glsl"
 
-#ifdef HALFLIGHT_FILTERED
+#if HALFLIGHT_FILTERED
 // Returns the filtered light at a pixel. Alpha is 0 where there is none. Where neighbours served as one of the halves
 // (shaders/preview_halves.comp), the halves count alike, or else their checkerboard would be seen.
 vec4 filtered_at(ivec2 pixel) {
@@ -59,7 +59,7 @@ void main() {
     vec4 two = texelFetch(second, pixel, 0);
     vec3 own = light_of(one, two);
     vec3 shown = light_of(texelFetch(accumulated_first, pixel, 0), texelFetch(accumulated_second, pixel, 0));
-#ifdef HALFLIGHT_FILTERED
+#if HALFLIGHT_FILTERED
     vec4 filtered = despeckled(pixel);
     float strength = clamp((kFilterEnds - one.a - two.a) / (kFilterEnds - kFilterWeakens), 0.0, 1.0);
     shown += filtered.a > 0.0 ? strength * (filtered.rgb - shown) : vec3(0.0);

@@ -8,9 +8,9 @@ layout(local_size_x = 64) in;
 layout(std430) buffer States { PathState states[]; };
 layout(std430) readonly buffer Points { CachePoint points[]; };
 layout(std430) buffer Cells { CacheCell cells[]; };
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
 layout(std430) readonly buffer Occluded { uint occluded[]; };
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
 layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif

@@ -11,7 +11,7 @@
 
 layout(std430) writeonly buffer Shafts { vec4 shafts[]; };
 layout(std430) writeonly buffer Alive { uvec2 alive[]; };
-#ifdef HALFLIGHT_ENDS
+#if HALFLIGHT_ENDS
 layout(std430) readonly buffer Ends { float ends_of_rays[]; };
 #endif
 
@@ -27,10 +27,10 @@ void main() {
     for (uint entry = first; entry < count; ++entry) {
         uint path = path_of(entry);
         Ray ray = load_ray(path);
-#ifdef HALFLIGHT_ENDS
+#if HALFLIGHT_ENDS
         ray.t_max = min(ray.t_max, ends_of_rays[path]);
 #endif
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
         occluded[path] = kFree;
 #else
         hits[path] = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);

@@ -8,7 +8,7 @@
 uniform sampler2D tile_depth;  // maximum reach of the tile's rays
 
 flat in uint block_candidates;
-#ifdef HALFLIGHT_WIDE
+#if HALFLIGHT_WIDE
 layout(location = 0) out uint list_size;
 layout(std430) writeonly buffer Lists { uint lists[]; };
 #endif
@@ -23,7 +23,7 @@ void main() {
         float near = candidate_near(shaft, uint(findLSB(left)));
         met += near >= 0.0 && near <= reach ? 1 : 0;
     }
-#ifdef HALFLIGHT_WIDE
+#if HALFLIGHT_WIDE
     if (met <= HALFLIGHT_WIDE) discard;
     lists[tile * kRasterList] = 1u | 15u << kRasterSlotShift;
     list_size = 1u;

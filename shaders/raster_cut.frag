@@ -32,7 +32,7 @@ void main() {
     TimedTest test = shaft_test(shaft, hull, slack);
     float reach = reach_of(texelFetch(tile_depth, ivec2(texel), 0).x);
     BvhHead head = bvh_head(0u);
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     vec3 cell = vec3(1.0);
     ShaftTest inside = test.test;
 #else

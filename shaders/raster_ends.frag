@@ -19,7 +19,7 @@ void main() {
     for (uint word = 0u; word < 2u; ++word) {
         for (uint left = living[word]; left != 0u && end < greatest_t; left &= left - 1u) {
             uint path = path_of(tile * 64u + word * 32u + uint(findLSB(left)));
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
             if (occluded[path] == kFree) end = greatest_t;
 #else
             float t = hits[path].t;

@@ -16,7 +16,7 @@ void main() {
     uint path = path_of(idle ? 0u : entry);
     Ray ray = load_ray(path);
     uint key = alpha_key(path);
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     bool over = idle || occluded[path] != kFree;
     Hit hit = search(ray, first_entry, over ? 0u : list_size, no_hit(), key, true);
     if (hit.triangle != kMiss) {

@@ -24,82 +24,79 @@
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-#ifdef HALFLIGHT_TILE_REQUESTS
+#if HALFLIGHT_TILE_REQUESTS
 layout(std430) buffer TileRequests { uint requested_count; uint waiting_count; uint requested_tiles[]; };
 layout(std430) buffer TileBits { uint requested_bits[]; };                 // one bit per tile
 layout(std430) writeonly buffer TileWaiting { uvec2 waiting[]; };          // invocation, a tile that it misses
 layout(std430) readonly buffer TileAgain { uint invocations_again[]; };    // invocations of this run
 uniform uint again_count;  // number of `invocations_again`; 0: all invocations run
 #endif
-#ifdef HALFLIGHT_LIST
-#define HALFLIGHT_TRACED
+#define HALFLIGHT_RAYS_ARE_THERE (HALFLIGHT_TRACED || HALFLIGHT_LIST)
+#define HALFLIGHT_SEEN_GROUPS (HALFLIGHT_SEEN && HALFLIGHT_LIGHT_GROUPS)
+#define HALFLIGHT_STORE_SURFACE (!HALFLIGHT_SEEN)
+#define HALFLIGHT_CHOOSE_LEVELS HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_LIST
 uniform usamplerBuffer list;    // R32UI: path indices
 uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 #endif
-#ifdef HALFLIGHT_TRACED
+#if HALFLIGHT_RAYS_ARE_THERE
 #include "shaders/lib/hit_texels.glsl"
 #include "shaders/lib/ray_texels.glsl"
 #else
 layout(rg32ui) readonly uniform uimage2D visibility;
-#ifdef HALFLIGHT_STORE_RAYS
+#if HALFLIGHT_STORE_RAYS
 layout(std430) writeonly buffer Rays { Ray rays[]; };
 #endif
-#ifdef HALFLIGHT_STORE_HITS
+#if HALFLIGHT_STORE_HITS
 layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
 #endif
-#if defined(HALFLIGHT_SEEN) && defined(HALFLIGHT_LIGHT_GROUPS)
-#define HALFLIGHT_SEEN_GROUPS
-#endif
-#ifdef HALFLIGHT_SEEN
+#if HALFLIGHT_SEEN
 layout(std430) buffer LightSeen { vec4 light_seen[]; };
 
 uniform float weight;  // weight of the rays in the mean
 uniform bool begins;   // true: the mean is empty so far
 #else
 layout(std430) writeonly buffer Surfaces { vec4 surfaces[]; };
-
-#define HALFLIGHT_STORE_SURFACE
 #endif
-#ifdef HALFLIGHT_REUSE_POINTS
+#if HALFLIGHT_REUSE_POINTS
 layout(std430) writeonly buffer Points { ReusePoint points[]; };
 #endif
 
-#ifdef HALFLIGHT_TEXTURE_LEVELS
-#define HALFLIGHT_CHOOSE_LEVELS
+#if HALFLIGHT_TEXTURE_LEVELS
 #include "shaders/lib/ray_cone.glsl"
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 uniform samplerBuffer cones;  // RG32F: RayCone of each path
 #endif
 #endif
-#if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_LIST)
+#if HALFLIGHT_VOLUME && HALFLIGHT_LIST
 uniform samplerBuffer media;  // RGBA32F: medium of each path's ray (shaders/lib/medium.glsl)
 #endif
-#ifndef HALFLIGHT_TRACED
+#if !HALFLIGHT_RAYS_ARE_THERE
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/primary_search.glsl"
 #endif
 #include "shaders/lib/finite.glsl"
-#ifndef HALFLIGHT_LIST
+#if !HALFLIGHT_LIST
 #include "shaders/lib/path_pixel.glsl"
 #endif
-#ifdef HALFLIGHT_DISPERSION
+#if HALFLIGHT_DISPERSION
 #include "shaders/lib/dimensions.glsl"
 #endif
 #include "shaders/lib/material.glsl"
-#ifdef HALFLIGHT_STORE_SURFACE
+#if HALFLIGHT_STORE_SURFACE
 #include "shaders/lib/surface_record.glsl"
 #endif
-#ifdef HALFLIGHT_REUSE_POINTS
+#if HALFLIGHT_REUSE_POINTS
 #include "shaders/lib/reuse.glsl"
 #endif
 #include "shaders/lib/environment.glsl"
-#ifdef HALFLIGHT_SEEN_GROUPS
+#if HALFLIGHT_SEEN_GROUPS
 #include "shaders/lib/light_of_hit.glsl"
 #endif
 
-#ifdef HALFLIGHT_REUSE_POINTS
+#if HALFLIGHT_REUSE_POINTS
 // Returns the second vertex of a path as a point to be shared, all but its light. A point that cannot be shared has a
 // share of 0.
 ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
@@ -123,7 +120,7 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
 }
 #endif
 
-#ifdef HALFLIGHT_CHOOSE_LEVELS
+#if HALFLIGHT_CHOOSE_LEVELS
 // Returns the area that a cone of this width covers in both sets of texture coordinates. cosine: at the hit.
 vec2 footprint_at(Hit hit, float width, float cosine) {
     uvec3 corners = triangle_corners(hit.triangle);
@@ -144,7 +141,7 @@ vec2 footprint_at(Hit hit, float width, float cosine) {
 
 // Returns whether a ray from the camera has met a shadow catcher.
 bool met_catcher(Hit hit, bool is_hit) {
-#if defined(HALFLIGHT_CATCHERS) && !defined(HALFLIGHT_LIST)
+#if HALFLIGHT_CATCHERS && !HALFLIGHT_LIST
     return is_hit && catches_shadows(hit.triangle);
 #else
     return false;
@@ -153,13 +150,13 @@ bool met_catcher(Hit hit, bool is_hit) {
 
 void main() {
     uint invocation = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_TILE_REQUESTS
+#if HALFLIGHT_TILE_REQUESTS
     bool runs = again_count == 0u || invocation < again_count;
     if (again_count > 0u) invocation = invocations_again[min(invocation, again_count - 1u)];
 #else
     const bool runs = true;
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     bool listed = runs && invocation < texelFetch(header, 0).w;
     uint path = texelFetch(list, int(listed ? invocation : 0u)).x;
     const bool inside = true;
@@ -169,7 +166,7 @@ void main() {
     ivec2 pixel = ivec2(pixel_in_band(frame, path));
     bool inside = pixel.x < frame.band_columns && pixel.y < frame.band_rows;
 #endif
-#ifdef HALFLIGHT_TRACED
+#if HALFLIGHT_RAYS_ARE_THERE
     Ray ray = load_ray(path);
     Hit hit = load_hit(path);
     bool is_hit = hit.triangle != kMiss && finite(hit.t);
@@ -177,10 +174,10 @@ void main() {
     // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
-#ifdef HALFLIGHT_SEEN_GROUPS
+#if HALFLIGHT_SEEN_GROUPS
     uint group = group_of_met(hit, is_hit && !met_catcher(hit, is_hit));
 #endif
-#ifdef HALFLIGHT_GATHERED_ROWS
+#if HALFLIGHT_GATHERED_ROWS
     hit.triangle = listed ? invocation : 0u;
 #endif
 #else
@@ -191,18 +188,18 @@ void main() {
     Hit hit = seen.hit;
     bool is_hit = inside && seen.is_hit && hit.t <= ray.t_max;
     const bool unfinished = false;
-#ifdef HALFLIGHT_SEEN_GROUPS
+#if HALFLIGHT_SEEN_GROUPS
     uint group = group_of_met(hit, is_hit && !met_catcher(hit, is_hit));
 #endif
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     vec3 direction = normalize(ray.direction);
 #else
     vec3 direction = ray.direction;
 #endif
     Surface surface = surface_at(hit, ray.direction);
-#ifdef HALFLIGHT_CHOOSE_LEVELS
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_CHOOSE_LEVELS
+#if HALFLIGHT_LIST
     vec2 of_path = texelFetch(cones, int(path)).xy;
     RayCone cone = RayCone(of_path.x, of_path.y);
 #else
@@ -210,21 +207,21 @@ void main() {
 #endif
     float width = cone_width(cone, hit.t * length(ray.direction));
     uv_footprint = footprint_at(hit, width, -dot(surface.geometric_normal, direction));
-#ifdef HALFLIGHT_BY_CHANCE
+#if HALFLIGHT_BY_CHANCE
     if (in_pane(triangle_row(hit.triangle).w)) uv_footprint = vec2(0.0);  // the chance was that of level 0
 #endif
 #endif
-#ifdef HALFLIGHT_TILE_REQUESTS
+#if HALFLIGHT_TILE_REQUESTS
     tiles_wanted = listed && is_hit;
 #endif
     Material material = evaluate_material(surface, -direction);
-#ifdef HALFLIGHT_TILE_REQUESTS
+#if HALFLIGHT_TILE_REQUESTS
     if (missing_tile != kNoTile) {
         waiting[atomicAdd(waiting_count, 1u)] = uvec2(invocation, missing_tile);
         listed = false;
     }
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     const bool sees_environment = true;
 #else
     bool sees_environment = inside && ray.t_max >= 0.0 && frame.transparent == 0u;  // not where the ray is dead
@@ -233,17 +230,17 @@ void main() {
     bool shown = is_hit && !catches;
     vec3 emission = shown ? material.emission : sees_environment ? environment_radiance(direction) : vec3(0.0);
     if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
-#ifdef HALFLIGHT_BY_CHANCE
+#if HALFLIGHT_BY_CHANCE
     bool met_pane = is_hit && in_pane(triangle_row(hit.triangle).w);
-#ifdef HALFLIGHT_LAST_VERTEX
+#if HALFLIGHT_LAST_VERTEX
     material.channel = 0;  // panes do not disperse
     Bsdf of_pane = make_bsdf(material, surface.geometric_normal, -direction);
     if (met_pane) emission *= make_met_pane(of_pane);
 #endif
 #endif
-#if defined(HALFLIGHT_VOLUME) && defined(HALFLIGHT_STORE_SURFACE)
+#if HALFLIGHT_VOLUME && HALFLIGHT_STORE_SURFACE
     // The ray's medium is that of its origin for emitted light, like that of light samples.
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     vec4 medium = texelFetch(media, int(path));
 #else
     vec4 medium = vec4(0.0);
@@ -251,8 +248,8 @@ void main() {
     float way = is_hit ? hit.t * length(ray.direction) : endless_way(medium);
     emission *= transmittance(medium, way);
 #endif
-#ifdef HALFLIGHT_SEEN
-#ifdef HALFLIGHT_SEEN_GROUPS
+#if HALFLIGHT_SEEN
+#if HALFLIGHT_SEEN_GROUPS
     const uint rows = 1u + HALFLIGHT_LIGHT_GROUPS;  // the mean, and its parts by light group
     for (uint i = 0u; i < rows; ++i) {
         vec4 before = begins ? vec4(0.0) : light_seen[path * rows + i];
@@ -263,10 +260,10 @@ void main() {
     vec4 before = begins ? vec4(0.0) : light_seen[path];
     if (listed) light_seen[path] = before + weight * vec4(emission, 0.0);
 #endif
-#elif defined(HALFLIGHT_LAST_VERTEX)
+#elif HALFLIGHT_LAST_VERTEX
     if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
 #else
-#ifdef HALFLIGHT_DISPERSION
+#if HALFLIGHT_DISPERSION
     float pick = sample_1d(path_sampler(frame, path), vertex_dimension(0u, kDimensionRoulette));  // no roulette there
     material.channel = min(int(3.0 * pick), 2);
 #endif
@@ -280,37 +277,37 @@ void main() {
     vec3 horizon = lifted ? smooth_normal : surface.geometric_normal;
     vec3 origin = surface.position + lift * horizon;
     Bsdf b = make_bsdf(material, horizon, -direction);
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     vec3 light = vec3(1.0);
-#ifdef HALFLIGHT_DISPERSION
+#if HALFLIGHT_DISPERSION
     if (b.disperses) light = dispersed_light(medium, material.channel);
 #endif
     bool one_channel = is_one_channel(medium);
     if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
     scale_lobes(b, light * transmittance(medium, way));
 #endif
-#ifdef HALFLIGHT_BY_CHANCE
+#if HALFLIGHT_BY_CHANCE
     if (met_pane) emission *= make_met_pane(b);
 #endif
     if (catches) make_catcher(b);
     if (listed) store_surface(path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
-#ifdef HALFLIGHT_REUSE_POINTS
+#if HALFLIGHT_REUSE_POINTS
     if (lifted && dot(surface.smooth_normal, direction) >= 0.0) material.bent = true;  // the horizon depends on wo
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
-#ifdef HALFLIGHT_BY_CHANCE
+#if HALFLIGHT_BY_CHANCE
     if (met_pane) point.share = 0.0;  // other receivers would have met it by another chance
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     if (medium.w > 0.0 || one_channel) point.share = 0.0;  // neither is light inside of solids shared, nor one channel
 #endif
     if (listed && is_hit) points[path] = point;
 #endif
 #endif
-#ifdef HALFLIGHT_STORE_RAYS
+#if HALFLIGHT_STORE_RAYS
     ray.t_max = inside ? ray.t_max : -1.0;
     rays[path] = ray;
 #endif
-#ifdef HALFLIGHT_STORE_HITS
+#if HALFLIGHT_STORE_HITS
     hit.triangle = is_hit ? hit.triangle : kMiss;
     hits[path] = hit;
 #endif

@@ -4,7 +4,7 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #endif
 #include "shaders/scene_tables.glsl"
@@ -75,7 +75,7 @@ void main() {
     Bsdf b = load_bsdf(path);
     uint grouping = sample_grouping(frame.seed, frame.sample_index);
     receive(path, kAllLight, density, from, b, grouping);
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     for (uint part = 1u; part <= HALFLIGHT_LIGHT_GROUPS; ++part) {
         barrier();  // all invocations have read `given`
         receive(path, part, density, from, b, grouping);

@@ -14,28 +14,28 @@ layout(binding = UNIT_LIGHT_OF_TRIANGLE) uniform usamplerBuffer light_of_triangl
 layout(binding = UNIT_ENVIRONMENT) uniform samplerBuffer environment_map;
 layout(binding = UNIT_ENVIRONMENT_WARP) uniform samplerBuffer environment_warp;
 layout(binding = UNIT_LIGHT_TREE) uniform usamplerBuffer light_tree;
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 layout(binding = UNIT_LIGHT_GROUPS) uniform usamplerBuffer light_groups;
 #endif
 layout(binding = UNIT_ALBEDO) uniform samplerBuffer albedo_table;
-#ifdef HALFLIGHT_TILED_TEXTURES
+#if HALFLIGHT_TILED_TEXTURES
 layout(binding = UNIT_TILE_SLOTS) uniform usamplerBuffer tile_slots;
 #endif
-#ifdef HALFLIGHT_COLOR_BANK_1
+#if HALFLIGHT_COLOR_BANK_1
 layout(binding = UNIT_COLOR_BANKS) uniform samplerBuffer color_bank_1;
 #endif
-#ifdef HALFLIGHT_COLOR_BANK_2
+#if HALFLIGHT_COLOR_BANK_2
 layout(binding = UNIT_COLOR_BANKS + 1) uniform samplerBuffer color_bank_2;
 #endif
-#ifdef HALFLIGHT_COLOR_BANK_3
+#if HALFLIGHT_COLOR_BANK_3
 layout(binding = UNIT_COLOR_BANKS + 2) uniform samplerBuffer color_bank_3;
 #endif
-#ifdef HALFLIGHT_DATA_BANK_1
+#if HALFLIGHT_DATA_BANK_1
 layout(binding = UNIT_DATA_BANKS) uniform samplerBuffer data_bank_1;
 #endif
-#ifdef HALFLIGHT_DATA_BANK_2
+#if HALFLIGHT_DATA_BANK_2
 layout(binding = UNIT_DATA_BANKS + 1) uniform samplerBuffer data_bank_2;
 #endif
-#ifdef HALFLIGHT_DATA_BANK_3
+#if HALFLIGHT_DATA_BANK_3
 layout(binding = UNIT_DATA_BANKS + 2) uniform samplerBuffer data_bank_3;
 #endif

@@ -18,7 +18,7 @@ layout(std430) writeonly buffer Light { DirectLight light[]; };
 #include "shaders/lib/surface_record.glsl"
 
 void main() {
-#ifdef HALFLIGHT_SUN_SAMPLES
+#if HALFLIGHT_SUN_SAMPLES
     const uint rays = 1u;
     uint first_place = HALFLIGHT_SHADOW_RAYS * gl_NumWorkGroups.x * 64u;
 #else
@@ -32,7 +32,7 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
     Sampler random = path_sampler(frame, path);
-#ifdef HALFLIGHT_SUN_SAMPLES
+#if HALFLIGHT_SUN_SAMPLES
     NextEvent e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0), random,
                                    vertex_dimension(0u, kDimensionLight));
 #else
@@ -45,7 +45,7 @@ void main() {
     bool receives = point.is_surface || point.catches;
     vec3 diffuse = receives ? e.diffuse : vec3(0.0);
     vec3 glossy = receives ? e.glossy : vec3(0.0);
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     float group = float_of_word(e.group);
 #else
     const float group = 0.0;

@@ -12,22 +12,22 @@ layout(local_size_x = 64) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) buffer Chains { SpecularChain chains[]; };
 layout(std430) buffer PathRays { Ray path_rays[]; };
-#ifdef HALFLIGHT_CHAIN_PLACES
+#if HALFLIGHT_CHAIN_PLACES
 layout(std430) buffer Places { ChainPlace places[]; };
 #endif
-#ifndef HALFLIGHT_CHAIN_BEGINS
+#if !HALFLIGHT_CHAIN_BEGINS
 uniform usamplerBuffer arriving;         // R32UI: path indices
 uniform usamplerBuffer arriving_header;  // RGBA32UI: ListHeader
 #include "shaders/lib/hit_texels.glsl"
 #endif
-#ifndef HALFLIGHT_LAST_VERTEX
+#if !HALFLIGHT_LAST_VERTEX
 layout(std430) writeonly buffer Leaving { uint leaving[]; };
 layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
-#ifdef HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_TEXTURE_LEVELS
 #include "shaders/lib/ray_cone.glsl"
 layout(std430) buffer Cones { RayCone cones[]; };
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
 layout(std430) buffer Media { vec4 media[]; };
 #endif
 #endif
@@ -42,7 +42,7 @@ uniform uint depth;  // number of this vertex, 0: the first surface
 #include "shaders/lib/surface_record.glsl"
 #include "shaders/lib/specular_chain.glsl"
 
-#ifndef HALFLIGHT_LAST_VERTEX
+#if !HALFLIGHT_LAST_VERTEX
 DEFINE_APPEND(append_leaving, leaving_header)
 #endif
 
@@ -54,7 +54,7 @@ vec3 end_albedo(SurfacePoint at, Bsdf b, vec3 wo) {
 
 void main() {
     uint entry = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_CHAIN_BEGINS
+#if HALFLIGHT_CHAIN_BEGINS
     bool active_path = true;
     uint path = entry;
     const float way = 0.0;
@@ -67,7 +67,7 @@ void main() {
     SurfacePoint at = load_surface_point(path);
     Bsdf b = load_bsdf(path);
     vec3 position = seen_position(path, at);
-#ifdef HALFLIGHT_CHAIN_BEGINS
+#if HALFLIGHT_CHAIN_BEGINS
     vec3 wo = -camera_direction(frame, path, position);
     SpecularChain chain = SpecularChain(vec3(1.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0);
     vec3 others = vec3(0.0);  // the denoiser filters glossy light apart
@@ -78,11 +78,11 @@ void main() {
     chain.way += way;
     vec3 others = b.diffuse + b.diffuse_through;
 #endif
-#ifdef HALFLIGHT_CHAIN_PLACES
+#if HALFLIGHT_CHAIN_PLACES
     b.alpha = b.alpha <= kMostSharpRoughness * kMostSharpRoughness ? 0.0 : b.alpha;
     b.alpha_across = b.alpha_across <= kMostSharpRoughness * kMostSharpRoughness ? 0.0 : b.alpha_across;
     b.coat_alpha = b.coat_alpha <= kMostSharpRoughness * kMostSharpRoughness ? 0.0 : b.coat_alpha;
-#ifdef HALFLIGHT_CHAIN_BEGINS
+#if HALFLIGHT_CHAIN_BEGINS
     ChainPlace place = ChainPlace(position, kMiss, position, 0u, vec3(1.0, 0.0, 0.0), 0.0, vec3(0.0, 1.0, 0.0), 0.0,
                                   vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0);
 #else
@@ -91,7 +91,7 @@ void main() {
 #endif
 #endif
     bool goes_on = false;
-#ifndef HALFLIGHT_LAST_VERTEX
+#if !HALFLIGHT_LAST_VERTEX
     vec2 xi = sample_2d(path_sampler(frame, path), vertex_dimension(depth, kDimensionDirection));
     SpecularBranch branch = specular_branch(b, wo, xi, others);
     vec3 throughput = chain.throughput * branch.weight;
@@ -103,9 +103,9 @@ void main() {
         chain.bounces += 1.0;
         path_rays[path] = ray_from(at.position, at.offset, b.geometric_normal, branch.direction);
         leaving[leaving_place] = path;
-#ifdef HALFLIGHT_TEXTURE_LEVELS
-#ifdef HALFLIGHT_CHAIN_BEGINS
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_TEXTURE_LEVELS
+#if HALFLIGHT_CHAIN_BEGINS
+#if HALFLIGHT_OPTICS
         vec3 eye = camera_ray_of_path(frame, path).origin;
 #else
         vec3 eye = frame.camera_position.xyz;
@@ -115,14 +115,14 @@ void main() {
         cones[path] = scattered_cone(cones[path], way, 0.0);
 #endif
 #endif
-#ifdef HALFLIGHT_VOLUME
-#ifdef HALFLIGHT_CHAIN_BEGINS
+#if HALFLIGHT_VOLUME
+#if HALFLIGHT_CHAIN_BEGINS
         media[path] = medium_towards(b, vec4(0.0), branch.direction);
 #else
         media[path] = medium_towards(b, media[path], branch.direction);
 #endif
 #endif
-#ifdef HALFLIGHT_CHAIN_PLACES
+#if HALFLIGHT_CHAIN_PLACES
         // The mirror image moves by the reflected motion.
         mat3 turned = mat3(place.turned_x, place.turned_y, place.turned_z);
         turned -= 2.0 * outerProduct(turned * branch.facet, branch.facet);
@@ -134,12 +134,12 @@ void main() {
 #endif
     }
 #endif
-#ifndef HALFLIGHT_CHAIN_BEGINS
+#if !HALFLIGHT_CHAIN_BEGINS
     if (!goes_on) {
         chain.albedo += chain.throughput * end_albedo(at, b, wo);
         chain.normal = at.is_surface ? b.normal : vec3(0.0);
         chain.escaped = at.is_surface ? 0.0 : 1.0;
-#ifdef HALFLIGHT_CHAIN_PLACES
+#if HALFLIGHT_CHAIN_PLACES
         place.position = position;
         place.triangle = at.is_surface ? hit.triangle : kMiss;
         place.instance = hit.instance;
@@ -148,7 +148,7 @@ void main() {
 #endif
     if (active_path) {
         chains[path] = chain;
-#ifdef HALFLIGHT_CHAIN_PLACES
+#if HALFLIGHT_CHAIN_PLACES
         places[path] = place;
 #endif
     }

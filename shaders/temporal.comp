@@ -11,7 +11,7 @@ uniform sampler2D first;
 uniform sampler2D second;
 uniform sampler2D guide;
 uniform sampler2D place;
-#ifdef HALFLIGHT_HISTORY
+#if HALFLIGHT_HISTORY
 uniform sampler2D earlier_first;
 uniform sampler2D earlier_second;
 uniform sampler2D earlier_guide;
@@ -21,7 +21,7 @@ uniform mat4 to_earlier;      // matrix from the earlier picture's origin to its
 uniform vec3 origin_shift;    // vector from the earlier picture's origin to the new origin
 uniform float earlier_pixel;  // height of a pixel of the earlier picture where its clip space's w is 1, world units
 uniform float earlier_share;  // weight of the earlier samples, (0,1]
-#ifdef HALFLIGHT_MOVED
+#if HALFLIGHT_MOVED
 uniform sampler2D before;  // xyz: earlier position of the surface, relative to the earlier picture's origin
 #endif
 #endif
@@ -34,7 +34,7 @@ layout(rgba32f) writeonly uniform image2D to_place;
 #include "shaders/lib/halves.glsl"
 #include "shaders/lib/preview_light.glsl"
 
-#ifdef HALFLIGHT_HISTORY
+#if HALFLIGHT_HISTORY
 const float kSameNormal = 0.5;  // cosine; mapped normals differ between single samples
 const float kSamePlane = 2.0;   // distance of a point from the other tangent plane, pixels of the earlier picture
 const int kClipRadius = 3;      // pixels; with kClipDeviations, the likely range of the new light
@@ -136,8 +136,8 @@ void main() {
     vec4 new_second = texelFetch(second, pixel, 0);
     vec4 new_guide = texelFetch(guide, pixel, 0);
     vec4 new_place = texelFetch(place, pixel, 0);
-#ifdef HALFLIGHT_HISTORY
-#ifdef HALFLIGHT_MOVED
+#if HALFLIGHT_HISTORY
+#if HALFLIGHT_MOVED
     vec3 at = texelFetch(before, pixel, 0).xyz;
 #else
     vec3 at = new_place.xyz + origin_shift;

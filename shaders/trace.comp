@@ -5,24 +5,24 @@
 
 layout(local_size_x = 64) in;
 
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else
 layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     if (path >= header.count) return;
     path = list[path];
 #endif
     uint key = alpha_key(path);
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     Hit hit = traverse(load_ray(path), key, true);
     occluded[path] = hit.triangle == kMiss ? kFree : floatBitsToUint(hit.t) != floatBitsToUint(not_a_number()) ? kOccluded : kUnfinished;
 #else

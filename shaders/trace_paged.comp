@@ -8,7 +8,7 @@
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/batch_rays.glsl"
 
-#ifdef HALFLIGHT_TOUCH
+#if HALFLIGHT_TOUCH
 layout(std430) writeonly buffer Touched { uint touched_slots[]; };
 #endif
 uniform uint top;  // texel of the head of the hierarchy over all pages, whose root follows
@@ -18,12 +18,12 @@ uniform uint top;  // texel of the head of the hierarchy over all pages, whose r
 
 layout(local_size_x = 64) in;
 
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 layout(std430) buffer Occluded { uint occluded[]; };
 #else
 layout(std430) buffer Hits { Hit hits[]; };
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
@@ -39,7 +39,7 @@ uniform uint group_stride;           // one work group in so many traces its ray
 void main() {
     if (gl_WorkGroupID.x % group_stride != 0u) return;
     uint path = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     if (path >= header.count) return;
     path = list[path];
 #endif
@@ -52,7 +52,7 @@ void main() {
     stack[0] = TRAVERSAL_ROOT;
     stack_near[0] = floatBitsToInt(ray.t_min);
     int entries = ray.t_max >= ray.t_min && !still_waits ? 1 : 0;
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     Hit hit = traverse_from(ray, entries, no_hit(), alpha_key(path), true);
     bool finished = floatBitsToUint(hit.t) != floatBitsToUint(not_a_number());
     occluded[path] = hit.triangle == kMiss ? kFree : finished ? kOccluded : kUnfinished;

@@ -3,7 +3,7 @@
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
 layout(binding = UNIT_NODES) uniform samplerBuffer trace_nodes;
 #else
 layout(binding = UNIT_NODES) uniform usamplerBuffer trace_nodes;

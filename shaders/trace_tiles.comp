@@ -9,11 +9,7 @@
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
 #include "shaders/trace_scene.glsl"
-#ifdef HALFLIGHT_TWO_LEVEL
-#define HALFLIGHT_STACK_MORE 2 * kTileEntries
-#else
-#define HALFLIGHT_STACK_MORE kTileEntries
-#endif
+#define HALFLIGHT_STACK_MORE ((1 + HALFLIGHT_TWO_LEVEL) * kTileEntries)
 #include "shaders/lib/traverse.glsl"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"
@@ -25,7 +21,7 @@ const int kGroupRays = min(kTileRays, 64);
 layout(local_size_x = kGroupRays) in;
 #endif
 
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 const bool kAnyHit = true;
 layout(std430) buffer Occluded { uint occluded[]; };
 #ifndef TILE_REST
@@ -40,7 +36,7 @@ uniform uint tiles;
 layout(std430) buffer Rest { RestEntry rest[]; };
 
 void store_answer(uint path, Hit hit) {
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     bool finished = floatBitsToUint(hit.t) != floatBitsToUint(not_a_number());
     occluded[path] = hit.triangle == kMiss ? kFree : finished ? kOccluded : kUnfinished;
 #else
@@ -77,7 +73,7 @@ void share_entries(uint tile) {
         entry_lower_corner[i] = box_lower(e, kEntryBox);
         entry_upper_corner[i] = box_upper(e, kEntryBox);
     }
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     if (gl_LocalInvocationIndex == 0u) {
         entry_blockers = blockers_of[tile].entries;
         group_remembered = 0u;
@@ -87,7 +83,7 @@ void share_entries(uint tile) {
 }
 
 uint shared_blockers() {
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     return entry_blockers;
 #else
     return 0u;
@@ -164,7 +160,7 @@ void main() {
                 enters = kAnyHit || near <= floatBitsToInt(nearest.t);
             }
         } while (any_entry(met) && !enters);
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
         TileEntry e = load_entry(tile, i);
         uint reference = entry_reference(e);
         bool inside = box_word(e, kInstanceBox) != kNoInstance;
@@ -199,7 +195,7 @@ void main() {
                 if (h.nearer) {
                     nearest = h.hit;
                     found = true;
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
                     again = h.alpha_tested;
 #endif
                     blocker = TileBlockers(first_word(entry_bit(i)), reference);
@@ -217,7 +213,7 @@ void main() {
     barrier();
     if (gl_LocalInvocationIndex == 0u) atomicAdd(rest_head.remembered, group_remembered);
 #endif
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     // Two invocations may write at once. The lost write is found again in the next run.
     if ((blocker.entries & ~blockers) != 0u) blockers_of[tile] = TileBlockers(blockers | blocker.entries, blocker.latest);
 #endif
@@ -252,7 +248,7 @@ void main() {
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
     Hit known = no_hit();
-#ifndef HALFLIGHT_ANY_HIT
+#if !HALFLIGHT_ANY_HIT
     if (!again) known = hits[r.path];
 #endif
     int entries = 0;
@@ -260,7 +256,7 @@ void main() {
     do {  // closest-hit rays take far entries first
         int i = max(first_entry(others), 0);
         TileEntry e = load_entry(tile, i);
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
         EntryHit h = intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, r.ray.t_max);
         bool inside = box_word(e, kInstanceBox) != kNoInstance && is_inner_node(entry_reference(e));
         if (any_entry(others) && h.met) {

@@ -2,20 +2,20 @@
 // without it the picture is display-encoded already. With HALFLIGHT_DIFFERENCE the absolute difference from another
 // picture is drawn.
 uniform sampler2D picture;
-#ifdef HALFLIGHT_DIFFERENCE
+#if HALFLIGHT_DIFFERENCE
 uniform sampler2D other;
 #endif
-#ifdef HALFLIGHT_VIEW
+#if HALFLIGHT_VIEW
 uniform float exposure_scale;
 #endif
 layout(location = 0) out vec4 color;
 
 void main() {
     vec3 pixel = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
-#ifdef HALFLIGHT_DIFFERENCE
+#if HALFLIGHT_DIFFERENCE
     pixel = abs(pixel - texelFetch(other, ivec2(gl_FragCoord.xy) * textureSize(other, 0) / textureSize(picture, 0), 0).rgb);
 #endif
-#ifdef HALFLIGHT_VIEW
+#if HALFLIGHT_VIEW
     pixel = ocio_view(vec4(pixel * exposure_scale, 1.0)).rgb;
 #endif
     color = vec4(pixel, 1.0);

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <optional>
 #include <regex>
-#include <unordered_set>
+#include <set>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -17,6 +17,8 @@ namespace halflight::gpu {
 namespace {
 
 constexpr std::string_view kRoot = "shaders/";
+constexpr std::string_view kOptional = "OPTIONAL(";
+constexpr std::string_view kFeature = "HALFLIGHT_";
 
 /// Returns the folder that is read instead of the embedded shaders; empty: none.
 std::string development_folder() {
@@ -76,6 +78,10 @@ class Expander {
                 include(*target, name, number);
                 continue;
             }
+            if (trimmed(line).starts_with(kOptional)) {
+                put_optional(trimmed(line), {file, number});
+                continue;
+            }
             if (directive(line, "if")) branch_.push_back(++last_branch_);
             if (directive(line, "el") && !branch_.empty()) branch_.back() = ++last_branch_;  // #else, #elif
             if (directive(line, "endif") && !branch_.empty()) branch_.pop_back();
@@ -130,6 +136,23 @@ class Expander {
         }
     }
 
+    /// Adds a block that exists under a condition, and an array in its place for code that the condition leaves out.
+    void put_optional(std::string_view line, ExpandedSource::Line place) {
+        const std::size_t declaration = line.find("layout(");
+        const std::size_t open = line.find('{'), close = line.find('}');
+        const std::string& name = out_.files[place.file];
+        if (declaration == std::string_view::npos || close == std::string_view::npos || open > close)
+            throw Error(fmt::format("{}:{}", name, place.number), "{}) needs a block in one line", kOptional);
+        const std::string_view condition = trimmed(line.substr(kOptional.size(), declaration - kOptional.size()));
+        std::string members(line.substr(open + 1, close - open - 1));
+        if (const std::size_t array = members.find("[]"); array != std::string::npos) members.insert(array + 1, 1, '1');
+        put(fmt::format("#if ({}", condition), place);
+        put(line.substr(declaration), place);
+        put("#else", place);
+        put(members, place);
+        put("#endif", place);
+    }
+
     std::size_t number_of(const std::string& name) {
         const auto found = std::ranges::find(out_.files, name);
         if (found != out_.files.end()) return static_cast<std::size_t>(found - out_.files.begin());
@@ -149,9 +172,16 @@ class Expander {
     std::size_t last_branch_ = 0;
 };
 
-/// Returns the lines of those defines that the text, or the value of any define, mentions.
+/// Returns the lines of those defines that the text, or the value of any define, mentions. Features that are mentioned
+/// and neither given nor defined by the text are 0.
 std::string mentioned(const Defines& defines, std::string_view text) {
-    std::unordered_set<std::string_view> words;
+    std::set<std::string_view> words, defined;
+    constexpr std::string_view kDefine = "#define ";
+    for (std::size_t at = 0; (at = text.find(kDefine, at)) != std::string_view::npos;) {
+        at += kDefine.size();
+        defined.insert(text.substr(at, std::find_if_not(text.begin() + std::ptrdiff_t(at), text.end(), in_identifier) -
+                                           text.begin() - std::ptrdiff_t(at)));
+    }
     const auto add_words = [&](std::string_view from) {
         for (auto at = from.begin(); (at = std::find_if(at, from.end(), in_identifier)) != from.end();) {
             const auto end = std::find_if_not(at, from.end(), in_identifier);
@@ -163,7 +193,9 @@ std::string mentioned(const Defines& defines, std::string_view text) {
     for (const auto& [name, value] : defines.values()) add_words(value);
     std::string lines;
     for (const auto& [name, value] : defines.values())
-        if (words.contains(name)) lines += fmt::format("#define {} {}\n", name, value);
+        if (words.erase(name) > 0) lines += fmt::format("#define {} {}\n", name, value);
+    for (const std::string_view word : words)
+        if (word.starts_with(kFeature) && !defined.contains(word)) lines += fmt::format("#define {} 0\n", word);
     return lines;
 }
 

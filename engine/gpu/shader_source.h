@@ -7,6 +7,17 @@
 // the preprocessor does not skip (#if). `#version 450 core` and the defines are prepended; #version lines of files are
 // ignored. Defines that a shader does not mention are left out: variants that differ in these alone have the same text,
 // which drivers and the store of binaries compile once.
+//
+// A feature is a macro HALFLIGHT_X. It is 0 unless a variant defines it. Kernels name it once, as a constant, and branch
+// on that: the compiler removes the branches that a variant leaves out.
+//
+//     const bool kVolume = HALFLIGHT_VOLUME != 0;
+//     OPTIONAL(HALFLIGHT_VOLUME) layout(std430) buffer Media { vec4 media[]; };
+//     ...
+//     if (kVolume) media[path] = medium;
+//
+// A block is active even if no code uses it. OPTIONAL declares one only under a condition of the preprocessor, and else
+// variables of the same names, so that code which is left out compiles.
 #pragma once
 
 #include <cstddef>

@@ -10,7 +10,7 @@ struct Coverage {
     float cutoff;  // alpha cutoff, or kAlphaBlend; 0: opaque
 };
 
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 // Returns the coverage at a point; u and v are the weights of the triangle's second and third corner. `row`: its place
 // in the tables.
 Coverage coverage_at(uint row, float u, float v) {
@@ -20,11 +20,11 @@ Coverage coverage_at(uint row, float u, float v) {
     c.alpha = packed_base_color(material).a;
     c.cutoff = packed_alpha_cutoff(material);
     vec3 weights = vec3(1.0 - u - v, u, v);
-#ifdef HALFLIGHT_TEXTURE_BASE_COLOR
+#if HALFLIGHT_TEXTURE_BASE_COLOR
     vec4 uvs = interpolate_uvs(t.xyz, weights);
     c.alpha *= color_texture(base_color_texture_slot(material), uvs.xy, uvs.zw).a;
 #endif
-#ifdef HALFLIGHT_VERTEX_COLORS
+#if HALFLIGHT_VERTEX_COLORS
     c.alpha *= interpolate_color(t.xyz, weights).a;
 #endif
     return c;
@@ -35,7 +35,7 @@ Coverage coverage_at(uint row, float u, float v) {
 // ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. `row`: the
 // triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
 bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint key) {
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
     Coverage c = coverage_at(row, u, v);
     bool blend = c.cutoff == kAlphaBlend;
     float random = unit_float(hash_combine(hash_combine(key, instance), triangle));
@@ -47,7 +47,7 @@ bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.
 float alpha_share(uint row, float u, float v) {
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
     Coverage c = coverage_at(row, u, v);
     return c.cutoff == kAlphaBlend ? clamp(c.alpha, 0.0, 1.0) : (c.alpha >= c.cutoff ? 1.0 : 0.0);
 #else

@@ -4,7 +4,7 @@
 #include "shaders/shared/frame.h"
 #include "shaders/lib/ray_texels.glsl"
 
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 #include "shaders/lib/alpha_key.glsl"
 layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
@@ -14,7 +14,7 @@ uniform uint paths;         // number of groups after which paths repeat, > 0
 
 // Returns the key of a ray, which is not read without HALFLIGHT_ALPHA.
 uint alpha_key(uint ray) {
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
     uint group = ray / rays_of_path;
     uint number = ray % rays_of_path + group / paths;
     return alpha_key_of_path(frame, group % paths, alpha_salt + (number << 16));

@@ -14,7 +14,7 @@ void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, v
     vec4 from[3];
     vec4 to[3];
     for (int a = 0; a < 3; ++a) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
         from[a] = lower[a];
         to[a] = upper[a];
 #else
@@ -32,7 +32,7 @@ void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, v
         }
         l = l / space.cell[a] - margin[a];
         u = u / space.cell[a] + margin[a];
-#ifndef HALFLIGHT_NODES_FLOAT
+#if !HALFLIGHT_NODES_FLOAT
         l = clamp(floor(l), 0.0, kGridCells);
         u = clamp(ceil(u), 0.0, kGridCells);
 #endif

@@ -4,9 +4,8 @@
 // step rounds monotonically. Therefore results depend neither on the order of traversal nor on culling.
 #include "shaders/shared/bvh.h"
 
-#if defined(HALFLIGHT_NODES_FLOAT) || defined(HALFLIGHT_NODES_PAGE)
-#define HALFLIGHT_NODES_WORLD  // bounds are in the units of the hierarchy's space, not in cells
-#endif
+// Bounds are in the units of the hierarchy's space, not in cells.
+#define HALFLIGHT_NODES_WORLD (HALFLIGHT_NODES_FLOAT || HALFLIGHT_NODES_PAGE)
 
 // Slab constants per axis, in the units of the bounds. Entry and exit are moved apart by the possible rounding errors,
 // which makes boxes larger.
@@ -50,7 +49,7 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     vec3 raised = raised_direction(direction);
     // The code is precise, because t is raised to the entry of boxes: all kernels must get equal bits.
     precise vec3 error = side * position_error(origin, base, cell, slack);
-#ifdef HALFLIGHT_NODES_WORLD
+#if HALFLIGHT_NODES_WORLD
     precise vec3 start = origin;
     precise vec3 inverse = 1.0 / raised;
 #else

@@ -3,13 +3,13 @@
 #include "shaders/lib/bsdf_record.glsl"
 #include "shaders/lib/layers.glsl"
 #include "shaders/lib/medium.glsl"
-#ifdef HALFLIGHT_MATERIAL
+#if HALFLIGHT_MATERIAL
 #include "shaders/lib/bsdf_of_material.glsl"
 #endif
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
 
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
 // Returns the part of the specular lobe's factor that the film adds, at x = dot(wo, h).
 vec3 film_reflection(Bsdf b, float x) {
     FilmWaves waves = film_waves(b.film_ior, b.film_thickness, x);
@@ -20,7 +20,7 @@ vec3 film_reflection(Bsdf b, float x) {
 
 // Returns the normal of the specular lobe and of thin transmission. Solids keep n.
 vec3 base_normal(Bsdf b, vec3 wo) {
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     return b.eta > 0.0 ? b.normal : reflecting_normal(b.normal, b.geometric_normal, wo);
 #else
     return b.normal;
@@ -31,19 +31,19 @@ vec3 base_normal(Bsdf b, vec3 wo) {
 // the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
 vec3 reflectance(Bsdf b, vec3 wo) {
     precise vec3 sum = b.diffuse;  // terms of lobes that no material has must not change bits
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     sum += b.diffuse_through;
 #endif
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     vec3 n = base_normal(b, wo);
     vec2 albedo = ggx_albedo(dot(n, wo), b.alpha);
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
     if (b.alpha != b.alpha_across)
         albedo = ggx_albedo(wo * bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across));
 #endif
     float whole = b.alpha > 0.0 ? albedo.x + albedo.y : 1.0;
     sum += b.specular * whole + b.transmission * (b.eta > 0.0 ? 1.0 : whole);
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
     sum += film_reflection(b, 1.0) * whole;
 #endif
 #endif
@@ -52,9 +52,9 @@ vec3 reflectance(Bsdf b, vec3 wo) {
 
 // Returns the component that a uniform number selects; a constant where the scene has only one.
 bool picks_diffuse(Bsdf b, float choice) {
-#ifndef HALFLIGHT_DIFFUSE
+#if !HALFLIGHT_DIFFUSE
     return false;
-#elif !defined(HALFLIGHT_GLOSSY)
+#elif !HALFLIGHT_GLOSSY
     return true;
 #else
     return choice < b.p_diffuse;
@@ -79,10 +79,10 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     BsdfValue value;
     value.pdf_diffuse = 0.0;
     value.diffuse = vec3(0.0);
-#ifdef HALFLIGHT_DIFFUSE
+#if HALFLIGHT_DIFFUSE
     value.pdf_diffuse = reflected ? side_n * 0.318309886184 : 0.0;
     value.diffuse = b.diffuse * value.pdf_diffuse;
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     bool passes = side_g < 0.0 && side_n < 0.0;
     float lambert = passes ? side_n * -0.318309886184 : value.pdf_diffuse;
     value.diffuse = (passes ? b.diffuse_through : b.diffuse) * lambert;
@@ -91,7 +91,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
     value.glossy = vec3(0.0);
     value.pdf_glossy = 0.0;
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     vec3 n = base_normal(b, wo);
     side_n = dot(n, wi);
     bool base_reflects = side_g > 0.0 && side_n > 0.0;
@@ -100,7 +100,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     vec3 edge = b.specular_edge;
     float p = p_specular(b);
     vec3 folded = wi;
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
     bool transmitted = b.eta == 0.0 && side_g < 0.0 && side_n < 0.0;
     lobe = lobe || transmitted;
     scale = transmitted ? b.transmission : scale;
@@ -110,21 +110,21 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
     if (lobe && b.alpha > 0.0) {
         GgxValue ggx = ggx_evaluate(n, b.alpha, wo, folded);
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
         if (b.alpha != b.alpha_across)
             ggx = ggx_evaluate(bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across), wo, folded);
 #endif
         value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
         vec3 film = film_reflection(b, ggx.x);
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
         film = transmitted ? vec3(0.0) : film;
 #endif
         value.glossy += ggx.scattered * film;
 #endif
         value.pdf_glossy = p * ggx.pdf;
     }
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     if (b.eta > 0.0 && !is_solid_mirror(b)) {
         if (reflected) {
             GgxValue ggx = ggx_evaluate(b.normal, b.alpha_across, wo, wi);
@@ -139,14 +139,14 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
         }
     }
 #endif
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     if (b.coat > 0.0 && b.coat_alpha > 0.0 && side_g > 0.0 && dot(b.coat_normal, wi) > 0.0) {
         GgxValue ggx = ggx_evaluate(b.coat_normal, b.coat_alpha, wo, wi);
         value.glossy += vec3(ggx.scattered * b.coat * mix(ggx.schlick, 1.0, kCoatF0)) * b.coat_tint;
         value.pdf_glossy += b.p_coat * ggx.pdf;
     }
 #endif
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     if (reflected && b.sheen != vec3(0.0)) {
         value.glossy += b.sheen * sheen_scattered(b.normal, b.sheen_alpha, wo, wi);
         value.pdf_glossy += b.p_sheen * sheen_pdf(dot(b.normal, wi), b.sheen_alpha);
@@ -166,7 +166,7 @@ struct BsdfSample {
 BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 local = sample_cosine(xi);
     BsdfSample s;
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     if (choice < b.p_through) {
         s.direction = basis_around(b.normal) * -local;
         bool passes = local.z > 0.0 && dot(s.direction, b.geometric_normal) < 0.0;
@@ -179,14 +179,14 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool usable = local.z > 0.0 && dot(s.direction, b.geometric_normal) > 0.0;
     s.pdf = usable ? local.z * 0.318309886184 : 0.0;
     s.weight = usable ? b.diffuse : vec3(0.0);
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     s.pdf *= 1.0 - b.p_through;
     s.weight /= 1.0 - b.p_through;
 #endif
     return s;
 }
 
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
 // Returns the direction that a microfacet reflects or refracts. `split`, uniform in [0, 1), decides which.
 vec3 solid_direction(Bsdf b, vec3 wo, vec3 facet, float split, out bool refracted) {
     float x = dot(wo, facet);
@@ -202,26 +202,26 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 n = base_normal(b, wo);
     vec2 alpha = vec2(b.alpha);
     float p = p_specular(b);
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     coat = choice < b.p_coat;
     n = coat ? b.coat_normal : n;
     alpha = coat ? vec2(b.coat_alpha) : alpha;
     p = coat ? b.p_coat : p;
 #endif
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
     transmitted = !coat && choice < b.p_coat + b.p_transmission;
     p = transmitted ? b.p_transmission : p;
 #endif
     bool sheen = false;
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     sheen = !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
 #endif
     bool mirror = alpha.x == 0.0 && !sheen;
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     n = sheen ? b.normal : n;
 #endif
     mat3 basis = basis_around(n);
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
     if (!coat && b.alpha != b.alpha_across) {
         bool solid_lobe = transmitted && b.eta > 0.0;  // isotropic
         alpha = solid_lobe ? vec2(b.alpha_across) : vec2(b.alpha, b.alpha_across);
@@ -233,7 +233,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
     float x = dot(wo_local, h);
     vec3 local = 2.0 * x * h - wo_local;
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     local = sheen ? sample_sheen(b.sheen_alpha, xi) : local;
 #endif
     bool usable = local.z > 0.0;
@@ -241,7 +241,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 wi = normalize(basis * local);
     float side_g = dot(wi, b.geometric_normal);
     usable = usable && (transmitted ? side_g < 0.0 : side_g > 0.0);
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     bool solid = transmitted && b.eta > 0.0;
     bool solid_mirror = solid && is_solid_mirror(b);
     bool refracted = false;
@@ -263,7 +263,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     BsdfValue value = evaluate_bsdf(b, wo, wi);
     s.pdf = usable ? value.pdf_glossy : 0.0;
     s.weight = s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     if (solid_mirror) {
         s.pdf = 0.0;
         s.weight = usable && p > 0.0 ? (refracted ? b.transmission : b.solid_reflection) / p : vec3(0.0);
@@ -275,7 +275,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
         vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0)) * b.coat_tint
                            : transmitted ? b.transmission
                                          : b.specular + b.specular_edge * schlick;
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
         if (!coat && !transmitted) reflectance += film_reflection(b, x);
 #endif
         s.pdf = 0.0;

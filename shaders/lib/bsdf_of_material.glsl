@@ -13,7 +13,7 @@ float ggx_alpha(float roughness) {
 vec3 dielectric_f0(Material m) { return min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular; }
 
 bool is_solid(Material m) {
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     return m.thickness > 0.0 && (m.transmission + m.diffuse_transmission) * (1.0 - m.metallic) > 0.0;
 #else
     return false;
@@ -33,10 +33,10 @@ Layers layers_of(Material m, vec3 geometric_normal) {
     l.coat_normal = m.coat_normal;
     l.sheen = max(m.sheen_color.r, max(m.sheen_color.g, m.sheen_color.b));
     l.sheen_roughness = max(m.sheen_roughness, kLeastSheenRoughness);
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     l.alpha = ggx_alpha(m.roughness);
 #endif
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     l.coat_alpha = ggx_alpha(m.coat_roughness);
 #endif
     l.rough_direction = vec3(0.0);
@@ -45,7 +45,7 @@ Layers layers_of(Material m, vec3 geometric_normal) {
     l.film_ior = m.film_ior;
     l.film_thickness = m.film_thickness + m.film_thickness_range;
     l.film_f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0));
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
     float alpha_along = mix(m.roughness * m.roughness, 1.0, m.anisotropy * m.anisotropy);
     if (m.anisotropy > 0.0 && alpha_along >= kMirrorAlpha) {
         l.rough_direction = m.rough_direction;
@@ -87,15 +87,15 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.diffuse = (1.0 - m.metallic) * m.base_color;
     b.diffuse_through = vec3(0.0);
     b.p_through = 0.0;
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     b.diffuse_through = (1.0 - m.metallic) * m.diffuse_transmission * m.diffuse_transmission_color;
 #endif
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     vec2 albedo = specular_albedo(layers, wo);
     float whole = albedo.x + albedo.y;  // E_1
     vec3 f0 = dielectric_f0(m);
     vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     bool solid = is_solid(m);
     float solid_share = solid ? m.transmission : 0.0;
     gain *= 1.0 - solid_share;
@@ -104,12 +104,12 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.specular = metal_gain * m.base_color + gain * f0;
     b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
     float below_layers = 1.0;
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
     FilmWaves mean_waves = mean_film_waves(layers, albedo);
     vec3 film_of_dielectric = film_reflectance(mean_waves, b.film_dielectric_f0);
     vec3 film_of_metal = film_reflectance(mean_waves, b.film_metal_f0);
     float on_dielectric = (1.0 - m.metallic) * m.iridescence * m.specular;
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     on_dielectric *= 1.0 - solid_share;
 #endif
     b.film_dielectric = on_dielectric * multiple_scattering_gain(film_of_dielectric, whole);
@@ -121,7 +121,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     float below_specular = specular_share(layers, albedo);
     b.diffuse *= below_specular;
     b.diffuse_through *= below_specular;
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     float sheen_whole = sheen_albedo(dot(m.normal, wo), layers.sheen_roughness);
     float below_sheen = sheen_share(layers, sheen_whole);
     scale_base(b, vec3(below_sheen));
@@ -130,7 +130,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.sheen_alpha = layers.sheen_roughness * layers.sheen_roughness;
 #endif
     float coat_albedo = 0.0;
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     b.coat_normal = reflecting_normal(m.coat_normal, layers.horizon, wo);
     vec2 coat = coat_reflection(layers, wo);
     b.coat = coat.x;
@@ -140,18 +140,18 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.sheen *= 1.0 - coat_albedo;
 #endif
     float transmission = 0.0;
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
     b.transmission = b.diffuse * (m.transmission / whole);
     b.diffuse *= 1.0 - m.transmission;
     b.diffuse_through *= 1.0 - m.transmission;
     transmission = average(b.transmission) * whole;
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     if (solid) {
         float root = min(sqrt(m.dielectric_f0), 0.998);  // an index of refraction up to 999
         float ior = (1.0 + root) / (1.0 - root);
         float factor = solid_share * (1.0 - m.metallic) * below_layers;
-#ifdef HALFLIGHT_DISPERSION
+#if HALFLIGHT_DISPERSION
         b.disperses = m.dispersion > 0.0 && solid_share > 0.0 && ior > 1.0;
         ior = clamp(ior + (ior - 1.0) * 0.025 * m.dispersion * float(m.channel - 1), 1.0, 999.0);
 #endif
@@ -171,24 +171,24 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     }
 #endif
 #endif
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     b.diffuse *= 1.0 - m.diffuse_transmission;
 #endif
     float diffuse = average(b.diffuse);
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     float through = average(b.diffuse_through);
     diffuse += through;
     b.p_through = through > 0.0 ? min(through / diffuse, 1.0) : 0.0;  // a quotient may be rounded up
 #endif
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
     // The bound covers lobes that reflect more beside the mean cosine, where interference leaves little.
     specular += average(b.film_dielectric * max(film_of_dielectric, 0.05) + b.film_metal * max(film_of_metal, 0.05)) *
                 whole;
 #endif
     float glossy = specular + transmission + coat_albedo;
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     float sheen = average(b.sheen) * max(sheen_whole, 1e-3);  // the bound covers errors of the table
     glossy += sheen;
     b.p_sheen = glossy > 0.0 ? sheen / glossy : 0.0;
@@ -198,7 +198,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
 #endif
-#ifndef HALFLIGHT_DIFFUSE
+#if !HALFLIGHT_DIFFUSE
     b.p_diffuse = 0.0;
 #endif
     return b;

@@ -88,7 +88,7 @@ float make_met_pane(inout Bsdf b) {
         b.p_coat = others > 0.0 ? min(b.p_coat / others, 1.0) : 0.0;
         b.p_sheen = others > 0.0 ? min(b.p_sheen / others, 1.0) : 0.0;
         float glossy = (1.0 - b.p_diffuse) * others;
-#ifdef HALFLIGHT_DIFFUSE
+#if HALFLIGHT_DIFFUSE
         b.p_diffuse = glossy > 0.0 ? b.p_diffuse / (b.p_diffuse + glossy) : 1.0;
 #endif
     }
@@ -113,35 +113,35 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[0] = vec4(b.geometric_normal, b.p_diffuse);
     rows[1] = vec4(b.normal, b.alpha);
     rows[2] = vec4(b.diffuse, b.p_transmission);
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     rows[HALFLIGHT_GLOSSY_ROW] = vec4(b.specular, b.p_coat);
     rows[HALFLIGHT_GLOSSY_ROW + 1] = vec4(b.specular_edge, b.coat_alpha);
 #endif
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
     rows[HALFLIGHT_TRANSMISSION_ROW] = vec4(b.transmission, b.solid_specular);
 #endif
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     rows[HALFLIGHT_CLEARCOAT_ROW] = vec4(b.coat_normal, b.coat);
 #endif
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     rows[HALFLIGHT_SHEEN_ROW] = vec4(b.sheen, b.sheen_alpha);
     rows[HALFLIGHT_SHEEN_ROW + 1] = vec4(b.p_sheen, 0.0, 0.0, 0.0);
 #endif
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
     rows[HALFLIGHT_ANISOTROPY_ROW] = vec4(b.rough_direction, b.alpha_across);
 #endif
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
     rows[HALFLIGHT_IRIDESCENCE_ROW] = vec4(b.film_dielectric, b.film_ior);
     rows[HALFLIGHT_IRIDESCENCE_ROW + 1] = vec4(b.film_metal, b.film_thickness);
     rows[HALFLIGHT_IRIDESCENCE_ROW + 2] = vec4(b.film_dielectric_f0, 0.0);
     rows[HALFLIGHT_IRIDESCENCE_ROW + 3] = vec4(b.film_metal_f0, 0.0);
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     rows[HALFLIGHT_VOLUME_ROW] = vec4(b.solid_reflection, b.eta);
     rows[HALFLIGHT_VOLUME_ROW + 1] = vec4(b.absorption, b.thickness);
     rows[HALFLIGHT_VOLUME_ROW + 2] = vec4(b.coat_tint, b.disperses ? -b.solid_gain : b.solid_gain);
 #endif
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW] = vec4(b.diffuse_through, b.p_through);
 #endif
     return rows;
@@ -176,30 +176,30 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     make_thin(b);
     b.diffuse_through = vec3(0.0);
     b.p_through = 0.0;
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     b.specular = rows[HALFLIGHT_GLOSSY_ROW].rgb;
     b.p_coat = rows[HALFLIGHT_GLOSSY_ROW].w;
     b.specular_edge = rows[HALFLIGHT_GLOSSY_ROW + 1].rgb;
     b.coat_alpha = rows[HALFLIGHT_GLOSSY_ROW + 1].w;
 #endif
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
     b.transmission = rows[HALFLIGHT_TRANSMISSION_ROW].rgb;
     b.solid_specular = rows[HALFLIGHT_TRANSMISSION_ROW].w;
 #endif
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     b.coat_normal = rows[HALFLIGHT_CLEARCOAT_ROW].xyz;
     b.coat = rows[HALFLIGHT_CLEARCOAT_ROW].w;
 #endif
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
     b.sheen = rows[HALFLIGHT_SHEEN_ROW].rgb;
     b.sheen_alpha = rows[HALFLIGHT_SHEEN_ROW].w;
     b.p_sheen = rows[HALFLIGHT_SHEEN_ROW + 1].x;
 #endif
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
     b.rough_direction = rows[HALFLIGHT_ANISOTROPY_ROW].xyz;
     b.alpha_across = rows[HALFLIGHT_ANISOTROPY_ROW].w;
 #endif
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
     b.film_dielectric = rows[HALFLIGHT_IRIDESCENCE_ROW].rgb;
     b.film_ior = rows[HALFLIGHT_IRIDESCENCE_ROW].w;
     b.film_metal = rows[HALFLIGHT_IRIDESCENCE_ROW + 1].rgb;
@@ -207,7 +207,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.film_dielectric_f0 = rows[HALFLIGHT_IRIDESCENCE_ROW + 2].rgb;
     b.film_metal_f0 = rows[HALFLIGHT_IRIDESCENCE_ROW + 3].rgb;
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     b.solid_reflection = rows[HALFLIGHT_VOLUME_ROW].rgb;
     b.eta = rows[HALFLIGHT_VOLUME_ROW].w;
     b.absorption = rows[HALFLIGHT_VOLUME_ROW + 1].rgb;
@@ -216,7 +216,7 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     b.solid_gain = abs(rows[HALFLIGHT_VOLUME_ROW + 2].w);
     b.disperses = rows[HALFLIGHT_VOLUME_ROW + 2].w < 0.0;
 #endif
-#ifdef HALFLIGHT_DIFFUSE_TRANSMISSION
+#if HALFLIGHT_DIFFUSE_TRANSMISSION
     b.diffuse_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].rgb;
     b.p_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].w;
 #endif

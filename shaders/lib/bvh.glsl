@@ -15,7 +15,7 @@ struct BvhStep {
 
 const int kBvhFar = 0x7f800000;  // bits of +inf
 
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
 BvhHead bvh_head(uint index) {
     int texel = int(index) * kBvhFloatTexels;
     vec4 base = texelFetch(trace_nodes, texel);
@@ -23,7 +23,7 @@ BvhHead bvh_head(uint index) {
 }
 #else
 BvhHead bvh_head(uint index) {
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
     int texel = int(index);
 #else
     int texel = int(index) * kBvhGridTexels;
@@ -32,7 +32,7 @@ BvhHead bvh_head(uint index) {
     return BvhHead(base.xyz, uintBitsToFloat(texelFetch(trace_nodes, texel + 1).xyz), base.w);
 }
 
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
 // Unpacks four numbers of cells.
 vec4 page_cells(uint word) {
     return vec4(ivec4(word & 0xffu, (word >> 8) & 0xffu, (word >> 16) & 0xffu, word >> 24));
@@ -82,10 +82,10 @@ void order_pair(inout BvhStep s, const int i, const int j) {
 
 // Tests the children `slots` of a node against the part [t_min, t_exit] of the ray.
 BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) {
-#ifndef HALFLIGHT_NODES_PAGE
+#if !HALFLIGHT_NODES_PAGE
     int index = int(node & kBvhIndexMask);
 #endif
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     // The texture fetch selects the side by which the ray enters.
     ivec3 enter = index * kBvhFloatTexels + ivec3(0, 2, 4) + ivec3(ray.backward);
     ivec3 leave = index * kBvhFloatTexels + ivec3(1, 3, 5) - ivec3(ray.backward);
@@ -94,7 +94,7 @@ BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) 
                                    texelFetch(trace_nodes, leave.y), texelFetch(trace_nodes, leave.z), t_min, t_exit);
     BvhStep s;
     s.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
-#elif defined(HALFLIGHT_NODES_PAGE)
+#elif HALFLIGHT_NODES_PAGE
     uvec4 frame = texelFetch(trace_nodes, int(node));
     uvec4 xy = texelFetch(trace_nodes, int(node) + 1);
     uvec4 z = texelFetch(trace_nodes, int(node) + 2);

@@ -5,7 +5,7 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
-#ifdef HALFLIGHT_LENS
+#if HALFLIGHT_LENS
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/sampling.glsl"
 
@@ -27,7 +27,7 @@ vec3 lens_offset(Frame frame, ivec2 pixel) {
 }
 #endif
 
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_OPTICS
 #include "shaders/lib/path_pixel.glsl"
 
 vec3 from_camera(Frame frame, vec3 v) {
@@ -39,7 +39,7 @@ vec3 from_camera(Frame frame, vec3 v) {
 // far. A ray that the camera does not see is dead.
 Ray camera_ray(Frame frame, ivec2 pixel) {
     Ray ray;
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_OPTICS
     bool second = shows_second_eye(frame.optics, pixel, frame.size);
     vec2 plane = plane_of_place(frame.optics, second, vec2(pixel) + frame.jitter, frame.size);
     vec3 eye = eye_place(frame.optics, eye_of(frame.optics, second), plane);
@@ -55,7 +55,7 @@ Ray camera_ray(Frame frame, ivec2 pixel) {
     ray.origin = frame.camera_position.xyz + (perspective ? vec3(0.0) : offset);
     vec3 along = perspective ? frame.camera_forward.xyz + offset : frame.camera_forward.xyz;
 #endif
-#ifdef HALFLIGHT_LENS
+#if HALFLIGHT_LENS
     // All rays of a sample point meet in the plane of focus.
     vec3 lens = lens_offset(frame, pixel);
     ray.origin += lens;
@@ -68,7 +68,7 @@ Ray camera_ray(Frame frame, ivec2 pixel) {
     return ray;
 }
 
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_OPTICS
 // Returns the ray of a path.
 Ray camera_ray_of_path(Frame frame, uint path) {
     ivec2 band = ivec2(frame.band_x, frame.band_y);
@@ -78,12 +78,12 @@ Ray camera_ray_of_path(Frame frame, uint path) {
 
 // Returns the direction of the camera ray of a path that meets a point.
 vec3 camera_direction(Frame frame, uint path, vec3 point) {
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_OPTICS
     return normalize(point - camera_ray_of_path(frame, path).origin);
 #else
     vec3 origin = frame.camera_position.xyz;
     vec3 along = frame.camera_forward.xyz;
-#ifdef HALFLIGHT_LENS
+#if HALFLIGHT_LENS
     vec3 lens = lens_offset(frame_of_path(frame, path), ivec2(pixel_in_band(frame, path)) + ivec2(frame.band_x, frame.band_y));
     origin += lens;
     along = normalize(along - lens * frame.lens_x.w);
@@ -95,7 +95,7 @@ vec3 camera_direction(Frame frame, uint path, vec3 point) {
 // Returns the depth of a point that a path's camera ray meets: along the camera's axis, or where the projection is
 // curved, along the ray.
 float camera_depth(Frame frame, uint path, vec3 point) {
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_OPTICS
     if (frame.optics.projection != kPerspective) return distance(point, camera_ray_of_path(frame, path).origin);
 #endif
     return dot(point - frame.camera_position.xyz, frame.camera_forward.xyz);
@@ -103,7 +103,7 @@ float camera_depth(Frame frame, uint path, vec3 point) {
 
 // Returns the depth that a camera ray of this direction gains per distance.
 float depth_per_distance(Frame frame, vec3 direction) {
-#ifdef HALFLIGHT_OPTICS
+#if HALFLIGHT_OPTICS
     if (frame.optics.projection != kPerspective) return 1.0;
 #endif
     return dot(direction, frame.camera_forward.xyz);

@@ -17,7 +17,7 @@ struct ShaftSpace {
 };
 
 ShaftSpace shaft_space(BvhHead head) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return ShaftSpace(vec3(0.0), vec3(1.0), head.base + kGridCells * head.cell, head.base, head.slack);
 #else
     return ShaftSpace(head.base, head.cell, vec3(kGridCells), vec3(0.0), head.slack);

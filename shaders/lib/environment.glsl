@@ -12,7 +12,7 @@ vec2 environment_uv(vec3 d) {
     return vec2(longitude + 0.5, arctangent(around, d.y) * 0.318309886184);
 }
 
-#ifdef HALFLIGHT_ENVIRONMENT_MAP
+#if HALFLIGHT_ENVIRONMENT_MAP
 ivec2 environment_size() { return ivec2(texelFetch(environment_warp, 2).yz); }
 vec3 environment_texel(int x, int y, ivec2 size) { return texelFetch(environment_map, y * size.x + x).rgb; }
 
@@ -37,16 +37,16 @@ vec3 environment_texel_blend(vec2 uv) {
 
 // Returns the radiance from direction d, of unit length.
 vec3 environment_radiance(vec3 d) {
-#if defined(HALFLIGHT_ENVIRONMENT_MAP)
+#if HALFLIGHT_ENVIRONMENT_MAP
     return environment_texel_blend(environment_uv(d));
-#elif defined(HALFLIGHT_ENVIRONMENT)
+#elif HALFLIGHT_ENVIRONMENT
     return texelFetch(environment_warp, 1).rgb;
 #else
     return vec3(0.0);
 #endif
 }
 
-#ifdef HALFLIGHT_ENVIRONMENT_MAP
+#if HALFLIGHT_ENVIRONMENT_MAP
 // Header of the table (shaders/shared/environment.h).
 struct EnvironmentLayout {
     vec2 cells;  // columns, rows
@@ -141,9 +141,9 @@ float mean_of_texel(mat3 rows) { return dot(kTexelMean, rows * kTexelMean); }
 
 // Returns the illuminance that the environment gives a surface with a normal if nothing is in between, lux.
 float environment_illuminance(vec3 normal) {
-#if defined(HALFLIGHT_ENVIRONMENT_MAP)
+#if HALFLIGHT_ENVIRONMENT_MAP
     return texelFetch(environment_warp, environment_lobe(environment_layout(), normal)).x;
-#elif defined(HALFLIGHT_ENVIRONMENT)
+#elif HALFLIGHT_ENVIRONMENT
     return texelFetch(environment_warp, 1).w;
 #else
     return 0.0;
@@ -152,7 +152,7 @@ float environment_illuminance(vec3 normal) {
 
 // Returns the density per solid angle with which sample_environment() selects direction d (unit).
 float environment_density(vec3 normal, vec3 d) {
-#if defined(HALFLIGHT_ENVIRONMENT_MAP)
+#if HALFLIGHT_ENVIRONMENT_MAP
     EnvironmentLayout l = environment_layout();
     // An atan rounded beyond pi leaves [0, 1] at either end.
     ivec2 cell = ivec2(clamp(floor(environment_uv(d) * l.cells), vec2(0.0), l.cells - 1.0));
@@ -180,7 +180,7 @@ float environment_density(vec3 normal, vec3 d) {
         return texel_density(l, density, mean, environment_radiance(d), length(d.xz));
     }
     return cell_density(l, density, length(d.xz));
-#elif defined(HALFLIGHT_ENVIRONMENT)
+#elif HALFLIGHT_ENVIRONMENT
     return 0.0795774715459;
 #else
     return 0.0;
@@ -196,7 +196,7 @@ struct EnvironmentSample {
 // Samples a direction for a receiver's normal by a point of the unit square.
 EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
     EnvironmentSample s;
-#ifdef HALFLIGHT_ENVIRONMENT_MAP
+#if HALFLIGHT_ENVIRONMENT_MAP
     EnvironmentLayout l = environment_layout();
     int in_lobe = environment_lobe(l, normal) + 1;
     int in_level = l.block_level;

@@ -5,7 +5,7 @@
 // G is HALFLIGHT_LIGHT_GROUPS.
 #include "shaders/shared/word.h"
 
-#ifdef HALFLIGHT_REUSE
+#if HALFLIGHT_REUSE
 const uint kGroupRows = 1u + 2u * HALFLIGHT_LIGHT_GROUPS;
 #else
 const uint kGroupRows = 1u + HALFLIGHT_LIGHT_GROUPS;

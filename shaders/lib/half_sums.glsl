@@ -3,7 +3,7 @@
 #include "shaders/shared/specular_chain.h"
 
 // Number of doubles per path.
-#ifdef HALFLIGHT_SPECULAR_CHAINS
+#if HALFLIGHT_SPECULAR_CHAINS
 const uint kHalfStride = kHalfSums + kChainSums;
 #else
 const uint kHalfStride = kHalfSums;

@@ -10,7 +10,7 @@
 //
 // Variant HALFLIGHT_SLIVERS is for scenes with slivers. In floats, shearing rounds corners relative to their distance,
 // which loses a sliver's height. In doubles (REAL) the corners are exact to 2^-50 of the distance.
-#ifdef HALFLIGHT_SLIVERS
+#if HALFLIGHT_SLIVERS
 #define REAL double
 #define REAL2 dvec2
 #define REAL3 dvec3

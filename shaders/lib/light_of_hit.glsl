@@ -3,10 +3,10 @@
 #include "shaders/shared/light.h"
 #include "shaders/shared/rays.h"
 
-#ifdef HALFLIGHT_AREA_LIGHTS
+#if HALFLIGHT_AREA_LIGHTS
 // Returns the rank of a triangle among the lights of its block, or kNoLight.
 uint light_rank(uint triangle) {
-#ifdef HALFLIGHT_SORTED_EMITTERS
+#if HALFLIGHT_SORTED_EMITTERS
     int count = textureSize(light_of_triangle), rank = 0;  // ranks below `rank` are of lower triangles
     for (int step = 1 << findMSB(max(count, 1)); step > 0; step >>= 1) {
         bool lower = rank + step <= count && texelFetch(light_of_triangle, rank + step - 1).x < triangle;
@@ -23,14 +23,14 @@ uint light_of_hit(Hit hit) {
     uint rank = light_rank(hit.triangle);
     if (rank == kNoLight) return kNoLight;
     uint first = 0u;
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     first = texelFetch(light_of_triangle, textureSize(scene_triangles) + int(hit.instance)).x;
 #endif
     return first + rank;
 }
 #endif
 
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 uint light_group_entry(int entry) { return min(texelFetch(light_groups, entry).x, HALFLIGHT_LIGHT_GROUPS - 1u); }
 uint group_of_light(uint light) { return light_group_entry(2 + int(light)); }
 // Returns the group of the sun that is sampled apart. It has the last row.
@@ -39,7 +39,7 @@ uint sun_group() { return group_of_light(uint(textureSize(scene_lights) / kLight
 // Returns the group of the light that a ray meets. is_hit: it meets a surface, else the environment.
 uint group_of_met(Hit hit, bool is_hit) {
     uint light = kNoLight;
-#ifdef HALFLIGHT_AREA_LIGHTS
+#if HALFLIGHT_AREA_LIGHTS
     light = light_of_hit(hit);
 #endif
     return !is_hit ? light_group_entry(0) : light == kNoLight ? light_group_entry(1) : group_of_light(light);

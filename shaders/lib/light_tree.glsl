@@ -2,7 +2,7 @@
 #include "shaders/shared/light_tree.h"
 #include "shaders/shared/sobol.h"
 
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
 LightTreeHeader light_tree_header() {
     uvec4 row = texelFetch(light_tree, 0);
     return LightTreeHeader(uintBitsToFloat(row.x), uintBitsToFloat(row.y), row.z, row.w);

@@ -18,14 +18,14 @@ struct LightSample {
     vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: no light arrives
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     uint group;      // light group; any where no light arrives
 #endif
 };
 
 Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
 
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 const uint kSuns = 1u;
 
 // Samples the separate sun, which has the last row, by a point of the unit square if it has a size.
@@ -35,7 +35,7 @@ LightSample sample_sun(vec3 position, vec2 xi) {
     s.direction = -texelFetch(scene_lights, row + 1).xyz;
     s.pdf = 0.0;
     s.weight = texelFetch(scene_lights, row + 3).rgb;
-#ifdef HALFLIGHT_SIZED_SUNS
+#if HALFLIGHT_SIZED_SUNS
     SizedLight sun = sized_light(position, texelFetch(scene_lights, row), -s.direction,
                                  texelFetch(scene_lights, row + 2).y);
     if (sun.spread > 0.0) {
@@ -46,7 +46,7 @@ LightSample sample_sun(vec3 position, vec2 xi) {
 #endif
     s.at_infinity = true;
     s.end = position;
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     s.group = sun_group();
 #endif
     return s;
@@ -55,7 +55,7 @@ LightSample sample_sun(vec3 position, vec2 xi) {
 const uint kSuns = 0u;
 #endif
 
-#ifdef HALFLIGHT_LIGHTS
+#if HALFLIGHT_LIGHTS
 // Samples a triangle. `last` is texel 3 of its row, with the density or probability of the whole choice in w.
 void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
     vec4 edge1_triangle = texelFetch(scene_lights, row + 1);
@@ -64,14 +64,14 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 inside = at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
     vec3 point = head.xyz + inside;
     vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
-#ifdef HALFLIGHT_BACKFACES
+#if HALFLIGHT_BACKFACES
     bool turned = edge2_bound.w < 0.0;
     bool emits = HALFLIGHT_BACKFACES != kEveryRay || (dot(face, point - position) < 0.0) != turned ||
                  (triangle_row(word_of_float(edge1_triangle.w)).w & kTriangleOneSided) == 0u;
 #else
     const bool emits = true;
 #endif
-#ifdef HALFLIGHT_SLIVERS
+#if HALFLIGHT_SLIVERS
     // The row's edges are rounded, the table's corners are not, but they lie elsewhere in a moved instance.
     uvec3 corner = triangle_corners(word_of_float(edge1_triangle.w));
     vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
@@ -93,7 +93,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     s.pdf = last.w * square / cosine;
     vec3 emission = last.rgb;
     uint triangle = word_of_float(edge1_triangle.w);
-#ifdef HALFLIGHT_TEXTURE_EMISSION
+#if HALFLIGHT_TEXTURE_EMISSION
     uvec4 t = triangle_row(triangle);
     uint slot = emission_texture_slot(t.w & 0x00ffffffu);
     vec4 uvs = interpolate_uvs(t.xyz, vec3(1.0 - at.x - at.y, at));
@@ -106,7 +106,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     s.weight = visible ? emission / s.pdf : vec3(0.0);
 }
 
-#ifdef HALFLIGHT_SPOT_LIGHTS
+#if HALFLIGHT_SPOT_LIGHTS
 // Returns the share of a spot's intensity that leaves in a direction.
 float spot_falloff(int row, vec3 leaving) {
     vec4 axis = texelFetch(scene_lights, row + 1);
@@ -120,13 +120,13 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
     vec3 to_light = head.xyz - position;
     float square = dot(to_light, to_light);
     bool directional = false;
-#ifdef HALFLIGHT_DIRECTIONAL_LIGHTS
+#if HALFLIGHT_DIRECTIONAL_LIGHTS
     directional = kind == kLightDirectional;
 #endif
     s.direction = directional ? -travel : to_light * inversesqrt(max(square, 1e-37));
     float falloff = directional ? 1.0 : (square > 0.0 ? 1.0 / square : 0.0);
     s.end = head.xyz;
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
     SizedLight light = sized_light(position, head, travel, texelFetch(scene_lights, row + 2).y);
     if (light.spread > 0.0) {
         s.direction = sample_sized(light, xi);
@@ -137,7 +137,7 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
         s.pdf = last.w * density_of(light);
     }
 #endif
-#ifdef HALFLIGHT_SPOT_LIGHTS
+#if HALFLIGHT_SPOT_LIGHTS
     falloff *= kind == kLightSpot ? spot_falloff(row, -s.direction) : 1.0;
 #endif
     s.weight = last.rgb * (isinf(falloff) ? 0.0 : falloff / last.w);
@@ -145,12 +145,12 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
 }
 #endif
 
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
 // Returns the environment's share of the selections that the tree does not leave to the alias table. It is the share of
 // the light that would arrive if nothing were in between. Neither side gets less than an eighth, because it may be the
 // only one that is not occluded.
 float environment_share(Receiver at) {
-#ifdef HALFLIGHT_ENVIRONMENT
+#if HALFLIGHT_ENVIRONMENT
     precise float sky = environment_illuminance(at.normal);
     precise float lamps = light_tree_illuminance(at);
     precise float share = clamp(sky / (sky + lamps), 0.125, 0.875);
@@ -170,9 +170,9 @@ float light_tree_gain(LightWay way, float sky) {
 // Returns the density per solid angle with which sample_light() at a receiver selects direction d (unit) of the
 // environment.
 float environment_pdf(Receiver from, vec3 d) {
-#ifdef HALFLIGHT_ENVIRONMENT
+#if HALFLIGHT_ENVIRONMENT
     float probability = texelFetch(environment_warp, 0).z;
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
     probability += light_tree_header().share * environment_share(from);
 #endif
     return probability * environment_density(from.normal, d);
@@ -189,13 +189,13 @@ LightSample no_light_sample(vec3 position) {
     s.weight = vec3(0.0);
     s.at_infinity = false;
     s.end = position;
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     s.group = 0u;
 #endif
     return s;
 }
 
-#ifdef HALFLIGHT_LIGHTS
+#if HALFLIGHT_LIGHTS
 // Samples a point on a light by a point of the unit square. The row has the light's probability or density; `gain`
 // multiplies it, and 0 stands for no light. `more` is added to the probability of the environment.
 LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float more) {
@@ -204,24 +204,24 @@ LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float 
     vec4 head = texelFetch(scene_lights, row);
     vec4 last = texelFetch(scene_lights, row + 3);
     uint kind = light_kind(word_of_float(head.w));
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     s.group = group_of_light(light);
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
     last.w *= gain;
     if (gain == 0.0) kind = kLightNone;
 #endif
-#ifdef HALFLIGHT_AREA_LIGHTS
+#if HALFLIGHT_AREA_LIGHTS
     if (kind == kLightTriangle) sample_triangle_light(at.position, row, head, last, xi, s);
 #endif
-#ifdef HALFLIGHT_PUNCTUAL_LIGHTS
+#if HALFLIGHT_PUNCTUAL_LIGHTS
     if (kind >= kLightPoint && kind <= kLightDirectional) sample_punctual_light(at.position, row, kind, head, last, xi, s);
 #endif
-#ifdef HALFLIGHT_ENVIRONMENT
+#if HALFLIGHT_ENVIRONMENT
     if (kind == kLightEnvironment) {
         EnvironmentSample e = sample_environment(at.normal, xi);
         float probability = texelFetch(environment_warp, 0).z;
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
         probability += more;
 #endif
         s.direction = e.direction;
@@ -234,7 +234,7 @@ LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float 
 }
 #endif
 
-#ifdef HALFLIGHT_EVERY_LIGHT
+#if HALFLIGHT_EVERY_LIGHT
 // Returns the number of lights of the selection.
 uint light_count() { return uint(textureSize(scene_lights) / kLightStride) - kSuns; }
 #endif
@@ -242,10 +242,10 @@ uint light_count() { return uint(textureSize(scene_lights) / kLightStride) - kSu
 // Samples a light by a point of the unit square. Its first coordinate selects the light; the rest of it, and the second
 // one, select the point on the light. Points that are stratified in the square are stratified on each light.
 LightSample sample_light(Receiver at, SampleBits bits) {
-#ifdef HALFLIGHT_LIGHTS
+#if HALFLIGHT_LIGHTS
     uint choice = bits.x;
     float gain = 1.0, more = 0.0;
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
     float share = light_tree_header().share;
     float sky = environment_share(at);
     precise float tree_share = share * (1.0 - sky);
@@ -257,11 +257,11 @@ LightSample sample_light(Receiver at, SampleBits bits) {
 #endif
     uint light = 0u;
     uint rest = choice;
-#ifdef HALFLIGHT_LIGHT_CHOICE
+#if HALFLIGHT_LIGHT_CHOICE
     uint count = uint(textureSize(scene_lights) / kLightStride) - kSuns;
     uint fraction;
     umulExtended(choice, count, light, fraction);
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
     light = by_tree ? 0u : light;  // the result is unused; row 0 avoids cache misses
 #endif
     vec2 alias = texelFetch(light_alias, int(light)).xy;
@@ -270,7 +270,7 @@ LightSample sample_light(Receiver at, SampleBits bits) {
     light = keep ? light : word_of_float(alias.y);
     rest = left_of_choice(choice, count, u, keep ? 0.0 : alias.x, keep ? alias.x : 1.0 - alias.x);
 #endif
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
     // The density of a light that the table picks includes that of the tree.
     uint head_word = is_sky ? kLightEnvironment
                             : word_of_float(texelFetch(scene_lights, int(light) * kLightStride).w);
@@ -291,12 +291,12 @@ LightSample sample_light(Receiver at, SampleBits bits) {
 // Returns the density per solid angle with which sample_light() at a receiver picks the hit of a ray of unit direction.
 // The hit is at `distance` on a surface of geometric normal n_g. The density is 0 if this is no light.
 float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
-#ifdef HALFLIGHT_AREA_LIGHTS
+#if HALFLIGHT_AREA_LIGHTS
     uint light = light_of_hit(hit);
     if (light == kNoLight) return 0.0;
     int row = int(light) * kLightStride;
     float density = texelFetch(scene_lights, row + 3).w;
-#ifdef HALFLIGHT_LIGHT_TREE
+#if HALFLIGHT_LIGHT_TREE
     uint trail = light_trail(word_of_float(texelFetch(scene_lights, row).w));
     density *= light_tree_gain(light_way(from, true, trail, 0u), environment_share(from));
 #endif

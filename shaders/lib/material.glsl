@@ -2,7 +2,7 @@
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/surface.glsl"
 
-#define HALFLIGHT_MATERIAL  // shaders/lib/bsdf.glsl makes a BSDF from a material
+#define HALFLIGHT_MATERIAL 1  // shaders/lib/bsdf.glsl makes a BSDF from a material
 
 // Bends a normal that faces away from wo towards it (SHADING.md, Surfaces).
 vec3 bend_normal(vec3 n, vec3 wo) {
@@ -11,7 +11,7 @@ vec3 bend_normal(vec3 n, vec3 wo) {
 }
 
 vec3 mapped_normal(Surface s, uint slot, float scale) {
-#ifdef HALFLIGHT_NORMAL_MAPS
+#if HALFLIGHT_NORMAL_MAPS
     vec3 texel = 2.0 * data_texture(slot, s.uv0, s.uv1).xyz - 1.0;
     vec3 bitangent = cross(s.normal, s.tangent.xyz) * s.tangent.w;
     vec3 n = scale * texel.x * s.tangent.xyz + scale * texel.y * bitangent + texel.z * s.normal;
@@ -23,11 +23,11 @@ vec3 mapped_normal(Surface s, uint slot, float scale) {
 #endif
 }
 
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
 // Finds the direction of higher roughness, perpendicular to the bent normal (SHADING.md, Anisotropy).
 void find_rough_direction(inout Material m, Surface s) {
     vec2 direction = vec2(1.0, 0.0);
-#ifdef HALFLIGHT_TEXTURE_ANISOTROPY
+#if HALFLIGHT_TEXTURE_ANISOTROPY
     uint slot = anisotropy_texture_slot(s.material);
     vec3 texel = data_texture(slot, s.uv0, s.uv1).rgb;
     direction = slot != kNoTexture ? 2.0 * texel.rg - 1.0 : direction;
@@ -49,18 +49,18 @@ void find_rough_direction(inout Material m, Surface s) {
 // surface to the origin of the ray.
 Material evaluate_material(Surface s, vec3 wo) {
     Material m = load_material(s.material);
-#ifdef HALFLIGHT_VERTEX_COLORS
+#if HALFLIGHT_VERTEX_COLORS
     m.base_color *= s.color.rgb;
 #endif
-#ifdef HALFLIGHT_TEXTURES
+#if HALFLIGHT_TEXTURES
     multiply_textures(m, s.material, s.uv0, s.uv1);
 #endif
     m.normal = s.normal;
     m.coat_normal = s.normal;
-#ifdef HALFLIGHT_TEXTURE_NORMAL
+#if HALFLIGHT_TEXTURE_NORMAL
     m.normal = mapped_normal(s, normal_texture_slot(s.material), m.normal_scale);
 #endif
-#ifdef HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL
+#if HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL
     m.coat_normal = mapped_normal(s, clearcoat_normal_texture_slot(s.material), m.coat_normal_scale);
 #endif
     m.front = s.front;
@@ -68,10 +68,10 @@ Material evaluate_material(Surface s, vec3 wo) {
     m.normal = bend_normal(m.normal, wo);
     m.coat_normal = bend_normal(m.coat_normal, wo);
     m.rough_direction = vec3(0.0);
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
     find_rough_direction(m, s);
 #endif
-#ifdef HALFLIGHT_UNLIT
+#if HALFLIGHT_UNLIT
     if (m.unlit) {  // every property that scales a lobe is packed as 0
         m.emission = m.base_color;
         m.base_color = vec3(0.0);

@@ -2,7 +2,7 @@
 #include "shaders/lib/bsdf_record.glsl"
 #include "shaders/lib/microfacet.glsl"
 
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
 // A medium is the absorption per world unit on a ray's way, and the length L that stands for an endless way. The length
 // is 0 outside of solids. Its sign bit is set for paths of one colour channel.
 float endless_way(vec4 medium) { return abs(medium.w); }

@@ -3,12 +3,12 @@
 #include "shaders/shared/albedo.h"
 
 // First rows of the parts of the albedo table (engine/tables/albedo.h).
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
 const int kAnisotropyRow = 2 * kAlbedoTableSize;
 #else
 const int kAnisotropyRow = kAlbedoTableSize;
 #endif
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
 const int kSolidTableRow = kAnisotropyRow + kAnisotropyTableRows;
 #else
 const int kSolidTableRow = kAnisotropyRow;
@@ -97,7 +97,7 @@ vec2 ggx_albedo(float cosine, float alpha) {
 
 // --- Anisotropic GGX --------------------------------------------------------------------------------------------------
 
-#ifdef HALFLIGHT_ANISOTROPY
+#if HALFLIGHT_ANISOTROPY
 // Returns length(alpha w.xy, w.z), which takes the place of ggx_root().
 float ggx_root(vec3 local, vec2 alpha) { return length(vec3(alpha * local.xy, local.z)); }
 
@@ -143,7 +143,7 @@ vec2 ggx_albedo(vec3 wo, vec2 alpha) {
 
 // --- Thin film --------------------------------------------------------------------------------------------------------
 
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
 // Terms of the reflectance of a film at one cosine that do not depend on what is below it (SHADING.md, Iridescence).
 struct FilmWaves {
     float ior;          // index of refraction of the film
@@ -200,7 +200,7 @@ vec3 film_reflectance(FilmWaves w, vec3 f0) {
 
 // --- Solid transmission ------------------------------------------------------------------------------------------------
 
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
 // Returns the Fresnel reflectance of a dielectric for unpolarised light, 1 in total internal reflection. x: cosine of wo
 // with the microfacet's normal; eta: index of refraction beyond the surface over that on wo's side.
 float fresnel_dielectric(float x, float eta) {
@@ -277,7 +277,7 @@ float solid_albedo(float cosine, float alpha, float eta, float strength) {
 
 // --- Sheen ------------------------------------------------------------------------------------------------------------
 
-#ifdef HALFLIGHT_SHEEN
+#if HALFLIGHT_SHEEN
 // Returns l_h of the sheen (SHADING.md), times mu_i.
 float sheen_scattered(vec3 n, float alpha, vec3 wo, vec3 wi) {
     vec3 sum = wo + wi;

@@ -9,7 +9,7 @@ struct NextEvent {
     vec3 diffuse;  // radiance towards wo if the light is visible
     vec3 glossy;
     Ray ray;       // shadow ray that decides visibility
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     uint group;    // light group
 #endif
 };
@@ -25,20 +25,20 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     precise NextEvent e;  // precise, so that all shaders compute equal bits (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     vec4 medium = medium_towards(b, before, light.direction);
     vec3 passed = transmittance(medium, light.at_infinity ? endless_way(medium) : distance(light.end, position));
     e.diffuse *= passed;
     e.glossy *= passed;
 #endif
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     e.group = light.group;
 #endif
     return e;
 }
 
-#ifdef HALFLIGHT_EVERY_LIGHT
+#if HALFLIGHT_EVERY_LIGHT
 // Distance of the dimensions of one light's points from those of the next one; no vertex reaches it.
 const uint kDimensionsPerLight = 0x10000u;
 
@@ -57,7 +57,7 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
     uint last = lights - 1u;  // the environment, if there is one
     uint any = u < kAnyLight ? min(uint(u / kAnyLight * float(lights)), last) : lights;
     u = (u - kAnyLight) / (1.0 - kAnyLight);
-#ifdef HALFLIGHT_ENVIRONMENT
+#if HALFLIGHT_ENVIRONMENT
     uint kind = light_kind(word_of_float(texelFetch(scene_lights, int(last) * kLightStride).w));
     float without = kind == kLightEnvironment ? kWithoutSky : 0.0;
     bool only_lamps = u < without;
@@ -76,7 +76,7 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
         float share = sum > 0.0 ? value / sum : 1.0;
         bool left = light > 0u && u >= share;  // false for NaN, which is kept and counted
         u = left ? (u - share) / (1.0 - share) : u / share;
-#ifdef HALFLIGHT_ENVIRONMENT
+#if HALFLIGHT_ENVIRONMENT
         left = left || (light == last && only_lamps && lamps > 0.0);
 #endif
         if (any < lights ? light == any : !left) {
@@ -86,7 +86,7 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
         }
     }
     float probability = sum > 0.0 ? own / sum : 1.0;
-#ifdef HALFLIGHT_ENVIRONMENT
+#if HALFLIGHT_ENVIRONMENT
     if (without > 0.0 && lamps > 0.0) probability = mix(probability, chosen == last ? 0.0 : own / lamps, without);
 #endif
     float scale = 1.0 / mix(probability, 1.0 / float(lights), kAnyLight);
@@ -103,10 +103,10 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
 }
 #endif
 
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 // Samples the sun that is not part of the selection.
 NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension) {
-#ifdef HALFLIGHT_SIZED_SUNS
+#if HALFLIGHT_SIZED_SUNS
     vec2 xi = sample_2d(random, dimension + kDimensionsOfSizes);
 #else
     const vec2 xi = vec2(0.0);

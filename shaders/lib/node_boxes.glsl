@@ -12,7 +12,7 @@ uint mask_of(bvec4 b) { return uint(b.x) | uint(b.y) << 1 | uint(b.z) << 2 | uin
 NodeBoxes load_node(uint node) {
     int index = int(node & kBvhIndexMask);
     NodeBoxes n;
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     for (int a = 0; a < 3; ++a) {
         n.lower[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a);
         n.upper[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a + 1);

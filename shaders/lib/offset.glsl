@@ -14,7 +14,7 @@ float rounding_bound(float n) {
 // of the weights' errors times r_i, which exceeds roundings of the hit's length only in slivers. The worst case is some
 // thirty roundings; many independent ones stay within five (tests/pass/light/test_direct_light.cpp, test_shading_surface.cpp).
 // The bound is at most the triangle's smallest height, so that slivers send no ray far away.
-#ifdef HALFLIGHT_SLIVERS
+#if HALFLIGHT_SLIVERS
 // The tracer with doubles uses the triangle's true plane. The remaining errors are those of the offset direction in
 // floats. The normal has three roundings of its products and three of its length, and the test of a direction's side has
 // four more. A ray with these errors comes closer by as much of its length, which ends at the triangle's furthest corner.

@@ -10,7 +10,7 @@ vec3 face_vector(vec3 e1, vec3 e2) {
 
 // Returns a vector perpendicular to a triangle. Rounded edges of a sliver do not determine its height.
 vec3 face_of_corners(vec3 a, vec3 b, vec3 c) {
-#ifdef HALFLIGHT_SLIVERS
+#if HALFLIGHT_SLIVERS
     dvec3 face = cross(dvec3(b) - dvec3(a), dvec3(c) - dvec3(a));
     dvec3 magnitude = abs(face);
     double largest = max(max(magnitude.x, magnitude.y), magnitude.z);

@@ -8,7 +8,7 @@ int first_place(uint leaf) { return 2 * int(leaf & kBvhPageIndexMask); }
 int places_in(uint leaf) { return leaf < kBvhPageMissing ? 2 * int(leaf >> kBvhPageCountShift) : 0; }
 uint leaf_of(uint pairs, uint first) { return (pairs << kBvhPageCountShift) | first; }
 
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 uniform usamplerBuffer first_rows;  // per texel of a pair: place of its first alpha-tested triangle among the slot's rows
 
 uint row_of(int place, uint triangle) {

@@ -3,7 +3,7 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 
-#ifdef HALFLIGHT_SAMPLED_BLOCKS
+#if HALFLIGHT_SAMPLED_BLOCKS
 #include "shaders/shared/sampled_block.h"
 uniform usamplerBuffer sampled_blocks;  // RGBA32UI: SampledBlock
 

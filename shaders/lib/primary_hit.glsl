@@ -12,7 +12,7 @@ struct PrimaryHit {
 float positive_up_to(float v, float largest) { return v > 0.0 ? min(v, largest) : 0.0; }  // Returns 0 for NaN.
 
 PrimaryHit primary_hit(Ray ray, uint triangle, uint instance) {
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     ray = ray_in_block(ray, instance);
 #endif
     uvec3 corner = triangle_corners(triangle);

@@ -3,7 +3,7 @@
 #include "shaders/lib/hash.glsl"
 #include "shaders/shared/radiance_cache.h"
 
-#ifdef HALFLIGHT_CACHE_TAKEN
+#if HALFLIGHT_CACHE_TAKEN
 uniform usamplerBuffer cells;  // R32UI: kCacheCellWords words per cell
 
 uint cell_word(uint cell, int word) { return texelFetch(cells, int(cell) * kCacheCellWords + word).x; }
@@ -88,7 +88,7 @@ CachePoint cache_point(int levels, vec3 weight) {
     return CachePoint(vec3(0.0), uint(levels), vec3(0.0), 0u, weight, 0u, 0u, kNoCacheCell, kNoCacheCell, kNoCacheCell);
 }
 
-#ifdef HALFLIGHT_CACHE_ASKED
+#if HALFLIGHT_CACHE_ASKED
 // Share of paths that continue at a mature cell, to feed it.
 const float kCacheFed = 1.0 / 8.0;
 

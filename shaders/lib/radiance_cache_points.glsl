@@ -9,10 +9,10 @@
 // Returns the complete CachePoint::light of a path that feeds the cache.
 vec3 found_light(PathState state, CachePoint point, uint path) {
     vec3 light = point.light;
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
     bool answers = state.pending_light != 0u;
     if (answers) light += answered_light(point.pending, occluded[path]);
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
     if (answers) light += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
 #endif
 #endif

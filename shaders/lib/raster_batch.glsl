@@ -4,12 +4,12 @@
 #include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/finite.glsl"
 
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 layout(std430) buffer Occluded { uint occluded[]; };
 #else
 layout(std430) buffer Hits { Hit hits[]; };
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 uint entry_count() { return header.count; }

@@ -4,7 +4,7 @@
 // Returns an upper bound of a ray's end; negative if the ray misses the box of the whole hierarchy.
 float end_of(Ray ray, BvhHead head) {
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     vec3 lower = head.base, upper = head.base + kGridCells * head.cell;
     lower -= abs(lower) * 1.1920928955078125e-7;  // 2^-23: rounding of the sum
     upper += abs(upper) * 1.1920928955078125e-7;

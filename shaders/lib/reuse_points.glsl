@@ -6,9 +6,9 @@
 #include "shaders/shared/reuse.h"
 
 uniform samplerBuffer points;  // RGBA32F: a ReusePoint for each path
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
 uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
 uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
 uniform samplerBuffer sun_light;      // RGBA32F: radiance of sun samples
 #endif
@@ -34,7 +34,7 @@ ReusePoint load_point(uint path) {
     return y;
 }
 
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/lib/group_rows.glsl"
 #include "shaders/lib/light_of_hit.glsl"
 uniform samplerBuffer group_light;  // RGBA32F: kGroupRows rows for each path
@@ -49,20 +49,20 @@ vec3 given_light(uint path, uint part) {
     bool gives = state.lobe != kLobeNone && (state.reuse & kReusePoint) != 0u;
     vec3 light = gives ? point_texel(path, 3).xyz : vec3(0.0);
     bool has_sample = true, has_sun = true;
-#ifdef HALFLIGHT_LIGHT_GROUPS
+#if HALFLIGHT_LIGHT_GROUPS
     int rows = int(path * kGroupRows);
     if (part != kAllLight) {
         light = gives ? texelFetch(group_light, rows + int(kGivenGroups + part - 1u)).rgb : vec3(0.0);
         has_sample = word_of_float(texelFetch(group_light, rows).y) == part - 1u;
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
         has_sun = sun_group() == part - 1u;
 #endif
     }
 #endif
-#ifdef HALFLIGHT_PENDING
+#if HALFLIGHT_PENDING
     bool answers = gives && state.pending_light != 0u;
     if (answers && has_sample) light += answered_light(point_texel(path, 4).xyz, texelFetch(occluded, int(path)).x);
-#ifdef HALFLIGHT_SUN
+#if HALFLIGHT_SUN
     if (answers && has_sun)
         light += answered_light(texelFetch(sun_light, int(given_sun_light(path))).rgb,
                                 texelFetch(sun_occluded, int(path)).x);

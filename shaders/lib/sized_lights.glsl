@@ -5,7 +5,7 @@
 #include "shaders/shared/light.h"
 #include "shaders/shared/word.h"
 
-#ifdef HALFLIGHT_SIZED_LIGHTS
+#if HALFLIGHT_SIZED_LIGHTS
 // Squared sine of the half angle below which a light is taken as one without size: floats have no directions within.
 const float kLeastSquaredSine = 1e-12;
 

@@ -13,27 +13,27 @@ struct SpecularBranch {
 // as of the path. others: reflectance of the lobes that are not glossy.
 SpecularBranch specular_branch(Bsdf b, vec3 wo, vec2 xi, vec3 others) {
     SpecularBranch s = SpecularBranch(vec3(0.0, 0.0, 1.0), vec3(0.0), others, vec3(0.0));
-#ifdef HALFLIGHT_GLOSSY
+#if HALFLIGHT_GLOSSY
     const float most_alpha = kMostSharpRoughness * kMostSharpRoughness;
     vec3 n = base_normal(b, wo);
     float alpha = max(b.alpha, b.alpha_across);
     float x = clamp(dot(n, wo), 0.0, 1.0);
     vec3 base = b.specular + b.specular_edge * pow5(1.0 - x);
     vec3 passed = vec3(0.0);
-#ifdef HALFLIGHT_IRIDESCENCE
+#if HALFLIGHT_IRIDESCENCE
     base += film_reflection(b, x);
 #endif
-#ifdef HALFLIGHT_TRANSMISSION
+#if HALFLIGHT_TRANSMISSION
     passed = b.transmission;
 #endif
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     float fresnel = b.eta > 0.0 ? solid_fresnel(b, x) : 0.0;
     base += fresnel * b.solid_reflection;
     passed *= 1.0 - fresnel;
 #endif
     vec3 coat = vec3(0.0);
     vec3 mirrored = alpha <= most_alpha ? base : vec3(0.0);
-#ifdef HALFLIGHT_CLEARCOAT
+#if HALFLIGHT_CLEARCOAT
     float coat_schlick = pow5(1.0 - clamp(dot(b.coat_normal, wo), 0.0, 1.0));
     coat = b.coat * mix(coat_schlick, 1.0, kCoatF0) * b.coat_tint;
     if (b.coat_alpha <= most_alpha) {
@@ -55,7 +55,7 @@ SpecularBranch specular_branch(Bsdf b, vec3 wo, vec2 xi, vec3 others) {
     vec3 wi = normalize(2.0 * dot(wo, h) * h - wo);
     s.facet = passes ? vec3(0.0) : h;
     if (passes && b.eta == 0.0) wi -= 2.0 * dot(wi, n) * n;
-#ifdef HALFLIGHT_VOLUME
+#if HALFLIGHT_VOLUME
     if (b.eta > 0.0) {
         // Shading normals that would send light to the wrong side are replaced, like in sample_glossy().
         float side = passes ? -1.0 : 1.0;

@@ -1,5 +1,5 @@
 // Positions of a path's sun samples (PathBuffers::sun_light).
-#if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
+#if HALFLIGHT_REUSE || HALFLIGHT_RADIANCE_CACHE
 const uint kSunLightRows = 2u;
 #else
 const uint kSunLightRows = 1u;

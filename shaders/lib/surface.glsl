@@ -14,14 +14,14 @@ struct Surface {
                             // on both sides of the triangle.
     uint material;
     bool front;             // true: n_g is on the outside, where vertex normals point to
-#ifdef HALFLIGHT_TEXTURES
+#if HALFLIGHT_TEXTURES
     vec2 uv0;
     vec2 uv1;
 #endif
-#ifdef HALFLIGHT_NORMAL_MAPS
+#if HALFLIGHT_NORMAL_MAPS
     vec4 tangent;  // unit length, with the sign of `normal`; w: bitangent = cross(normal, tangent) * w; 0: no tangent
 #endif
-#ifdef HALFLIGHT_VERTEX_COLORS
+#if HALFLIGHT_VERTEX_COLORS
     vec4 color;
 #endif
 };
@@ -71,19 +71,19 @@ Surface surface_at(Hit hit, vec3 direction) {
     mat3 corner_normals = mat3(vertex_row(triangle.x, kVertexNormalTexel).xyz, vertex_row(triangle.y, kVertexNormalTexel).xyz,
                                vertex_row(triangle.z, kVertexNormalTexel).xyz);
     mat3 block_normals = corner_normals;
-#ifdef HALFLIGHT_TEXTURES
+#if HALFLIGHT_TEXTURES
     vec4 uv_rest = interpolate_row(triangle.xyz, weights, kVertexUvTexel);
     s.uv0 = vec2(normal_u.w, uv_rest.x);
     s.uv1 = uv_rest.yz;
 #endif
-#ifdef HALFLIGHT_NORMAL_MAPS
+#if HALFLIGHT_NORMAL_MAPS
     vec3 tangent = interpolate_row(triangle.xyz, weights, kVertexTangentTexel).xyz;
     float handedness = uv_rest.w < 0.0 ? -1.0 : 1.0;
 #endif
-#ifdef HALFLIGHT_VERTEX_COLORS
+#if HALFLIGHT_VERTEX_COLORS
     s.color = interpolate_color(triangle.xyz, weights);
 #endif
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     vec4 m0 = instance_row(hit.instance, kInstanceBlockToWorld, 0);
     vec4 m1 = instance_row(hit.instance, kInstanceBlockToWorld, 1);
     vec4 m2 = instance_row(hit.instance, kInstanceBlockToWorld, 2);
@@ -98,7 +98,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
     float moved = instance_row(hit.instance, kInstanceMoved, 0).x;  // 0: in world space already, without rounding
     error += moved * rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
-#ifdef HALFLIGHT_SLIVERS
+#if HALFLIGHT_SLIVERS
     // The direction is transformed, too, with four roundings, and the ray deviates by as much of its length.
     vec3 extent = max(abs(a - s.position), max(abs(b - s.position), abs(c - s.position)));
     vec3 way = vec3(dot(abs(m0.xyz), extent), dot(abs(m1.xyz), extent), dot(abs(m2.xyz), extent));
@@ -110,7 +110,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     // those of the hit.
     vec3 inside = weights_inside(weights, b - a, c - a, 4.0 * (length(error) + length(spread)));
     s.position = inside.x * a + inside.y * b + inside.z * c;
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     p = vec4(s.position, 1.0);
     error = vec3(dot(abs(m0.xyz), error), dot(abs(m1.xyz), error), dot(abs(m2.xyz), error)) +
             rounding_bound(5.0) * translation;
@@ -122,7 +122,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     sliver *= moved != 0.0 ? block_face / max(length(face), 1e-30) : 1.0;
     normal = inverse_rows * normal;
     corner_normals = inverse_rows * corner_normals;
-#ifdef HALFLIGHT_NORMAL_MAPS
+#if HALFLIGHT_NORMAL_MAPS
     tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));
     handedness *= dot(cross(m0.xyz, m1.xyz), m2.xyz) < 0.0 ? -1.0 : 1.0;
 #endif
@@ -142,14 +142,14 @@ Surface surface_at(Hit hit, vec3 direction) {
     for (int i = 0; i < 3; ++i) block_normals[i] *= inversesqrt(max(dot(corner_normals[i], corner_normals[i]), 1e-30));
     vec4 smooth_shape = side * smooth_patch(mat3(c - b, a - c, b - a), block_normals, weights);
     vec3 gradient = smooth_shape.xyz;
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     gradient = inverse_rows * gradient;
 #endif
     gradient -= dot(gradient, s.geometric_normal) * s.geometric_normal;
     s.smooth_normal = normalize(s.geometric_normal - gradient);
     bool has_sides = all(greaterThan(side * (s.geometric_normal * corner_normals), vec3(0.0)));
     s.lift = has_sides ? max(smooth_shape.w, 0.0) : 0.0;
-#ifdef HALFLIGHT_NORMAL_MAPS
+#if HALFLIGHT_NORMAL_MAPS
     float tangent_squared = dot(tangent, tangent);
     bool has_tangent = tangent_squared > 0.0;
     s.tangent = vec4(has_tangent ? tangent * (side * inversesqrt(tangent_squared)) : vec3(0.0),

@@ -13,7 +13,7 @@ struct SurfacePoint {
     bool catches;     // the ray met a shadow catcher, behind which the environment is visible
 };
 
-#ifdef HALFLIGHT_STORE_SURFACE
+#if HALFLIGHT_STORE_SURFACE
 void store_surface(uint path, SurfacePoint point, Bsdf b) {
     uint row = path * HALFLIGHT_SURFACE_ROWS;
     surfaces[row] = vec4(point.position, point.offset);

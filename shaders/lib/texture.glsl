@@ -15,11 +15,11 @@ struct TexelFootprint {
 void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out int second, out float weight) {
     bool repeat = true;
     float folded = fract(s);
-#ifdef HALFLIGHT_TEXTURE_MIRRORED
+#if HALFLIGHT_TEXTURE_MIRRORED
     folded = wrap == kWrapMirroredRepeat ? 1.0 - abs(1.0 - 2.0 * fract(0.5 * s)) : folded;
     repeat = wrap != kWrapMirroredRepeat;
 #endif
-#ifdef HALFLIGHT_TEXTURE_CLAMPED
+#if HALFLIGHT_TEXTURE_CLAMPED
     folded = wrap == kWrapClampToEdge ? clamp(s, 0.0, 1.0) : folded;
     repeat = repeat && wrap != kWrapClampToEdge;
 #endif
@@ -34,8 +34,8 @@ void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out in
     second = clamp(second, 0, size - 1);
 }
 
-#ifdef HALFLIGHT_TILED_TEXTURES
-#ifdef HALFLIGHT_TILE_REQUESTS
+#if HALFLIGHT_TILED_TEXTURES
+#if HALFLIGHT_TILE_REQUESTS
 bool tiles_wanted = false;   // false: the invocation looks textures up in vain
 uint missing_tile = kNoTile;  // lowest tile that the invocation misses; kNoTile: none
 
@@ -55,7 +55,7 @@ ivec4 tiled_texels(int first_tile, ivec2 size, ivec2 rows, ivec2 columns, int sh
     ivec4 tiles = row_tiles.xxyy + (columns >> shift).xyxy;
     uvec4 slots;
     for (int k = 0; k < 4; ++k) slots[k] = texelFetch(tile_slots, tiles[k]).x;
-#ifdef HALFLIGHT_TILE_REQUESTS
+#if HALFLIGHT_TILE_REQUESTS
     // The loop runs only where some tile is missing. A branch would not be skipped by software drivers.
     bvec4 absent = equal(slots, uvec4(kBlankSlot));
     for (int k = tiles_wanted && any(absent) ? 0 : 4; k < 4; ++k)
@@ -67,17 +67,17 @@ ivec4 tiled_texels(int first_tile, ivec2 size, ivec2 rows, ivec2 columns, int sh
 }
 #endif
 
-#ifdef HALFLIGHT_CHOOSE_LEVELS
+#if HALFLIGHT_CHOOSE_LEVELS
 // Area that the ray's cone covers in both sets of texture coordinates.
 vec2 uv_footprint = vec2(0.0);
 
 // Returns the last level whose texels are not larger than the footprint.
 int texture_level(int row, uvec4 head) {
     float area = uv_footprint.x;
-#ifdef HALFLIGHT_TEXTURE_UV_SET_1
+#if HALFLIGHT_TEXTURE_UV_SET_1
     area = (head.w & kTextureUvSet1) != 0u ? uv_footprint.y : area;
 #endif
-#ifdef HALFLIGHT_TEXTURE_TRANSFORMS
+#if HALFLIGHT_TEXTURE_TRANSFORMS
     vec2 u = uintBitsToFloat(texelFetch(scene_textures, row + 1).xy);
     vec2 v = uintBitsToFloat(texelFetch(scene_textures, row + 2).xy);
     area *= abs(u.x * v.y - u.y * v.x);
@@ -92,21 +92,21 @@ int texture_level(int row, uvec4 head) {
 TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1, int tile_shift) {
     int row = int(descriptor) * kTextureStride;
     uvec4 head = texelFetch(scene_textures, row);
-#ifdef HALFLIGHT_CHOOSE_LEVELS
+#if HALFLIGHT_CHOOSE_LEVELS
     row += kTextureStride * texture_level(row, head);
     head = texelFetch(scene_textures, row);
 #endif
     uint flags = head.w;
     vec2 uv = uv0;
-#ifdef HALFLIGHT_TEXTURE_UV_SET_1
+#if HALFLIGHT_TEXTURE_UV_SET_1
     uv = (flags & kTextureUvSet1) != 0u ? uv1 : uv0;
 #endif
-#ifdef HALFLIGHT_TEXTURE_TRANSFORMS
+#if HALFLIGHT_TEXTURE_TRANSFORMS
     uv = vec2(dot(uintBitsToFloat(texelFetch(scene_textures, row + 1).xyz), vec3(uv, 1.0)),
               dot(uintBitsToFloat(texelFetch(scene_textures, row + 2).xyz), vec3(uv, 1.0)));
 #endif
     bool nearest = false;
-#ifdef HALFLIGHT_TEXTURE_NEAREST
+#if HALFLIGHT_TEXTURE_NEAREST
     nearest = (flags & kTextureNearest) != 0u;
 #endif
     ivec2 size = ivec2(head.yz);
@@ -114,7 +114,7 @@ TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1, int tile_s
     TexelFootprint f;
     wrap_axis(uv.x, size.x, flags & kTextureWrapMask, nearest, first.x, second.x, f.weight.x);
     wrap_axis(uv.y, size.y, (flags >> kTextureWrapVShift) & kTextureWrapMask, nearest, first.y, second.y, f.weight.y);
-#ifdef HALFLIGHT_TILED_TEXTURES
+#if HALFLIGHT_TILED_TEXTURES
     f.texel = tiled_texels(int(head.x), size, ivec2(first.y, second.y), ivec2(first.x, second.x), tile_shift);
 #else
     ivec2 rows = int(head.x) + ivec2(first.y, second.y) * size.x;
@@ -130,30 +130,30 @@ vec4 blend_footprint(TexelFootprint f, vec4 a, vec4 b, vec4 c, vec4 d) {
 }
 
 vec4 color_texel(int index) {
-#ifdef HALFLIGHT_COLOR_BANK_1
+#if HALFLIGHT_COLOR_BANK_1
     int bank = index >> HALFLIGHT_COLOR_BANK_SHIFT;
     index &= (1 << HALFLIGHT_COLOR_BANK_SHIFT) - 1;
     if (bank == 1) return texelFetch(color_bank_1, index);
 #endif
-#ifdef HALFLIGHT_COLOR_BANK_2
+#if HALFLIGHT_COLOR_BANK_2
     if (bank == 2) return texelFetch(color_bank_2, index);
 #endif
-#ifdef HALFLIGHT_COLOR_BANK_3
+#if HALFLIGHT_COLOR_BANK_3
     if (bank == 3) return texelFetch(color_bank_3, index);
 #endif
     return texelFetch(color_texels, index);
 }
 
 vec4 data_texel(int index) {
-#ifdef HALFLIGHT_DATA_BANK_1
+#if HALFLIGHT_DATA_BANK_1
     int bank = index >> HALFLIGHT_DATA_BANK_SHIFT;
     index &= (1 << HALFLIGHT_DATA_BANK_SHIFT) - 1;
     if (bank == 1) return texelFetch(data_bank_1, index);
 #endif
-#ifdef HALFLIGHT_DATA_BANK_2
+#if HALFLIGHT_DATA_BANK_2
     if (bank == 2) return texelFetch(data_bank_2, index);
 #endif
-#ifdef HALFLIGHT_DATA_BANK_3
+#if HALFLIGHT_DATA_BANK_3
     if (bank == 3) return texelFetch(data_bank_3, index);
 #endif
     return texelFetch(data_texels, index);

@@ -5,12 +5,12 @@
 
 uniform usamplerBuffer tile_lists;
 
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
 const int kBoxTexels = kTileFloatBoxTexels;
 #else
 const int kBoxTexels = kTileBoxTexels;
 #endif
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
 const int kEntryTexels = kBoxTexels * kTileInstanceBoxes;
 #else
 const int kEntryTexels = kBoxTexels * kTileBoxes;
@@ -22,7 +22,7 @@ struct TileEntry {
 };
 
 const int kEntryBox = 0;  // first texel of the box whose word is the reference
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
 const int kInstanceBox = kBoxTexels;   // first texel of the box whose word is the instance
 const int kBlockBox = 2 * kBoxTexels;  // first texel of the box whose word is the head; leaves only
 const int kNodeTexels = kBlockBox;
@@ -34,7 +34,7 @@ uint box_word(TileEntry e, const int box) { return e.texels[box].w; }
 uint entry_reference(TileEntry e) { return box_word(e, kEntryBox); }
 
 vec3 box_lower(TileEntry e, const int box) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return uintBitsToFloat(e.texels[box].xyz);
 #else
     return vec3(ivec3(e.texels[box].xyz & 0xffffu));
@@ -42,7 +42,7 @@ vec3 box_lower(TileEntry e, const int box) {
 }
 
 vec3 box_upper(TileEntry e, const int box) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return uintBitsToFloat(e.texels[box + 1].xyz);
 #else
     return vec3(ivec3(e.texels[box].xyz >> 16));

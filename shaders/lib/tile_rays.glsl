@@ -4,13 +4,13 @@
 // the buffer Ends says, at the latest).
 #include "shaders/lib/batch_rays.glsl"
 
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #else
 uniform uint capacity;  // number of rays
 #endif
-#ifdef HALFLIGHT_ENDS
+#if HALFLIGHT_ENDS
 layout(std430) readonly buffer Ends { float ends[]; };
 #endif
 
@@ -22,7 +22,7 @@ struct TileRay {
 };
 
 TileRay tile_ray(uint slot) {
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     bool listed = slot < header.count;
     uint entry = list[listed ? slot : 0u];
     uint path = listed ? entry : 0u;  // an empty list has no first entry
@@ -31,7 +31,7 @@ TileRay tile_ray(uint slot) {
     uint path = min(slot, capacity - 1u);
 #endif
     Ray ray = load_ray(path);
-#ifdef HALFLIGHT_ENDS
+#if HALFLIGHT_ENDS
     ray.t_max = min(ray.t_max, ends[path]);
 #endif
     return TileRay(ray, path, listed, listed && ray.t_max >= ray.t_min);

@@ -21,7 +21,7 @@
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/intersect.glsl"
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 #include "shaders/lib/alpha.glsl"
 #endif
 
@@ -36,7 +36,7 @@
 #endif
 
 const uint kStackDone = 0xffffffffu;
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
 #include "shaders/lib/page_references.glsl"
 #else
 const uint kStackLeaf = kBvhTag | kBvhLeaf;        // entries below it are nodes
@@ -55,7 +55,7 @@ uint row_of(int place, uint triangle) { return triangle; }
 #endif
 
 // Returns the id of a triangle of the tables, by which tests of alpha decide.
-#ifdef HALFLIGHT_TRIANGLE_IDS
+#if HALFLIGHT_TRIANGLE_IDS
 uniform usamplerBuffer triangle_ids;  // R32UI
 uint triangle_id(uint triangle) { return texelFetch(triangle_ids, int(triangle)).x; }
 #else
@@ -99,7 +99,7 @@ struct PlaceHit {
 // Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.
 PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instance, float t_min, float leaf_near,
                          Hit nearest, const bool any_hit) {
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
     uvec4 words = texelFetch(trace_nodes, place >> 1);
     int slot = (place >> 1) / HALFLIGHT_SLOT_TEXELS;
     ivec4 corners = slot * (HALFLIGHT_SLOT_TEXELS / 3 * 4) +
@@ -124,18 +124,18 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     h.alpha_tested = false;
     h.hit = nearest;
     float near = triangle_near(entry, ray.origin, row_x, row_y, second);
-#if !defined(HALFLIGHT_ALPHA) && !defined(HALFLIGHT_BACKFACES) && !defined(HALFLIGHT_PASS_PANES)
+#if !HALFLIGHT_ALPHA && !HALFLIGHT_BACKFACES && !HALFLIGHT_PASS_PANES
     if (any_hit) {
         float t = pair_t(ray, pair, second);
         h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
-#ifdef HALFLIGHT_CATCHERS_ONLY
+#if HALFLIGHT_CATCHERS_ONLY
         vec4 both = texelFetch(trace_triangles, texel + 3);
         h.nearer = h.nearer && catches_shadows(floatBitsToUint(second ? both.y : both.x) & kBvhTriangleMask);
 #endif
         return h;
     }
 #endif
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
     uvec2 ids = words.xy & (kBvhPageAlpha | kBvhTriangleMask);
     uint order = (second ? words.w : words.z) >> kBvhPageOrderShift;
     h.alpha_tested = ((second ? ids.y : ids.x) & kBvhPageAlpha) != 0u;
@@ -147,10 +147,10 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     h.alpha_tested = (flags & kBvhAlphaTested) != 0u;
     bool one_sided = (flags & kBvhOneSided) != 0u, mirrored = (flags & kBvhMirrored) != 0u;
 #endif
-#ifdef HALFLIGHT_PASS_PANES
+#if HALFLIGHT_PASS_PANES
     h.nearer = h.nearer && !(mirrored && !one_sided);
 #endif
-#ifdef HALFLIGHT_BACKFACES
+#if HALFLIGHT_BACKFACES
     // The places of a pair's second triangle follow its edge functions; those of the first one are the other way round.
     bool in_file_order = ((kBvhEvenOrders >> (order & 15u)) & 1u) != 0u;
     bool back = one_sided && meets_back(ray, edges_of(pair, second), (in_file_order == second) == mirrored);
@@ -161,7 +161,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     TrianglePoint p = pair_point_in_file_order(ray, pair, second, order);
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
     h.nearer = h.nearer && p.t > t_min;
-#ifdef HALFLIGHT_CATCHERS_ONLY
+#if HALFLIGHT_CATCHERS_ONLY
     h.nearer = h.nearer && catches_shadows(h.hit.triangle);
 #endif
     if (any_hit) {
@@ -178,9 +178,6 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
 // The traversal stack. Kernels that start elsewhere than at the root fill it themselves, far entries first for closest
 // hits, and call traverse_from(). They may need HALFLIGHT_STACK_MORE entries in addition to a traversal's. They may
 // also push kStackInstance above a node of its block; the node's stack_near is then kBvhFar.
-#ifndef HALFLIGHT_STACK_MORE
-#define HALFLIGHT_STACK_MORE 0
-#endif
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
 // Any hits need no entries, but llvmpipe searches for them half as fast where entries are not kept.
 int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // entry of the ray; bits of a float >= 0, like all `near`
@@ -196,11 +193,11 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
     }
 }
 
-#ifdef HALFLIGHT_COUNT
+#if HALFLIGHT_COUNT
 uint nodes_visited = 0u;  // inner nodes, with four boxes each
 #endif
 
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
 // References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees: by
 // its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept that
 // is not before `searched`.
@@ -213,7 +210,7 @@ void note_leaf(uint node, int near) {
     uvec2 subtree = uvec2(uint(near), node & kBvhPageIndexMask);
     bool missing = node >= kBvhPageMissing && node < kBvhPageNoPlace;
     if (missing && is_before(subtree, first_missing) && !is_before(subtree, searched)) first_missing = subtree;
-#ifdef HALFLIGHT_TOUCH
+#if HALFLIGHT_TOUCH
     if (places_in(node) > 0) touched_slots[(node & kBvhPageIndexMask) / uint(HALFLIGHT_SLOT_TEXELS)] = 1u;
 #endif
 }
@@ -250,7 +247,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     bool found = known.triangle != kMiss;
     Hit nearest = known;
     if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
     Hit asked = nearest;  // candidate, which becomes the nearest hit if its triangle covers it
     int asked_place = 0;
     bool asks = false;
@@ -264,7 +261,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             do {
                 if (node < kStackLeaf) {
                     BvhStep s = bvh_step(box, node, ray.t_min, any_hit ? below_t_max : nearest.t);
-#ifdef HALFLIGHT_COUNT
+#if HALFLIGHT_COUNT
                     ++nodes_visited;
 #endif
                     put_aside(s, 1, entries, any_hit);
@@ -281,12 +278,12 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             } while (node < kStackLeaf);
 
-#ifdef HALFLIGHT_NODES_PAGE
+#if HALFLIGHT_NODES_PAGE
             note_leaf(node, any_hit ? 0 : near);
 #endif
             int place = first_place(node);
             int end = place + places_in(node);
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
             place += done;
             done = 0;
 #endif
@@ -294,11 +291,11 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             do {
                 if (place < end) {
                     PlaceHit hit = intersect_place(sheared, entry, place, instance, ray.t_min, leaf_near, nearest, any_hit);
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
                     int tested = place;
 #endif
                     place = hit.next;
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
                     if (hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
                         asked_place = tested;
@@ -338,7 +335,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             } while (popped);
         } while (node < kStackBeyond && !asks);
 
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
         if (asks) {
             asks = false;
             uint row = row_of(asked_place, asked.triangle);
@@ -349,7 +346,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             }
         }
 #endif
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
         if (node >= (kBvhTag | kBvhInstance) && node != kStackDone) {
             bool enters = node != kStackLeaveBlock;
             if (enters) instance = node & kBvhIndexMask;

@@ -21,7 +21,7 @@ vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
                 interpolate_row(corners, weights, kVertexUvTexel).xyz);
 }
 
-#ifdef HALFLIGHT_VERTEX_COLORS
+#if HALFLIGHT_VERTEX_COLORS
 // Returns exactly the corners' colour where they are equal, because weights whose sum is not quite 1 must not turn
 // white to grey.
 vec4 interpolate_color(uvec3 corners, vec3 weights) {

@@ -19,7 +19,7 @@ struct AovRecord {
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 
 // Returns the record of a path, for kernels that have the frame, shaders/lib/camera.glsl and surface_record.glsl.
-#ifdef HALFLIGHT_MAKE_AOV_RECORD
+#if HALFLIGHT_MAKE_AOV_RECORD
 AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     bool seen = point.is_surface || point.catches;
     vec3 position = seen_position(path, point);
@@ -27,7 +27,7 @@ AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     record.position = seen ? position : vec3(0.0);
     record.depth = seen ? camera_depth(frame, path, position) : kNoDepth;
     record.motion = vec2(0.0);
-#if defined(HALFLIGHT_MOTION) && defined(HALFLIGHT_OPTICS)
+#if HALFLIGHT_MOTION && HALFLIGHT_OPTICS
     ivec2 pixel = ivec2(pixel_in_band(frame, path)) + ivec2(frame.band_x, frame.band_y);
     bool second = shows_second_eye(frame.optics, pixel, frame.size);
     float eye = eye_of(frame.optics, second);
@@ -35,7 +35,7 @@ AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
     vec3 there = plane_of_point(frame.optics, eye, (frame.previous_view_projection * vec4(position, 1.0)).xyz);
     vec2 before = there.xy / frame.optics.earlier_zoom;
     if (seen && here.z * there.z > 0.0) record.motion = way_of_plane(frame.optics, second, before, here.xy, frame.size);
-#elif defined(HALFLIGHT_MOTION)
+#elif HALFLIGHT_MOTION
     vec4 before = frame.previous_view_projection * vec4(position, 1.0);
     // Rasterized triangles may be seen beside the pixel's ray, so that the point itself is projected, not the pixel.
     vec3 away = position - frame.camera_position.xyz;

@@ -166,7 +166,7 @@ class BsdfTest : public GpuTest {
                 bad += smallest >= 0.0 && largest < 1e30 ? 0.0 : 1.0;  // false for NaN
                 bad += abs(length(g.direction) - 1.0) < 1e-5 ? 0.0 : 1.0;
                 worst = max(worst, max(g.weight.x, d.weight.x));
-            #ifdef HALFLIGHT_VOLUME
+            #if HALFLIGHT_VOLUME
                 vec3 passed = transmittance(medium_towards(b, vec4(0.0), wi), 1e30);
                 bad += passed.x >= 0.0 && passed.x <= 1.0 ? 0.0 : 1.0;
             #else

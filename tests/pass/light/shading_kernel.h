@@ -95,7 +95,7 @@ class ShadingScene {
 inline constexpr const char* kMeetLibrary = R"(
 #include "shaders/lib/intersect.glsl"
 vec3 to_block(uint instance, vec3 v, float w) {
-#ifdef HALFLIGHT_INSTANCES
+#if HALFLIGHT_INSTANCES
     precise vec3 result;
     for (int r = 0; r < 3; ++r) {
         vec4 row = instance_row(instance, kInstanceWorldToBlock, r);

@@ -24,7 +24,7 @@ void main() {
     Material m = evaluate_material(s, wo);
     Bsdf b = make_bsdf(m, s.geometric_normal, wo);
     Receiver at = receiver_at(s.position, s.geometric_normal);
-#ifdef HALFLIGHT_EVERY_LIGHT
+#if HALFLIGHT_EVERY_LIGHT
     LightSample l = sample_of_light(at, i % light_count(), sample_2d(random, 1u), 1.0, 0.0);
 #else
     LightSample l = sample_light(at, sample_2d_bits(random, 1u));

@@ -108,7 +108,7 @@ void main() {
                 float side = one_of(2u) ? 1.0 : -1.0;
                 float centre = one_of(2u) ? p[a] + side * (half_size + graze) : p[a] + half_size * between(-1.0, 1.0);
                 float l = centre - half_size, u = centre + half_size;
-#ifndef HALFLIGHT_NODES_FLOAT
+#if !HALFLIGHT_NODES_FLOAT
                 l = floor((l - block.base[a]) / block.cell[a]);
                 u = ceil((u - block.base[a]) / block.cell[a]);
                 float least = 0.0, greatest = kGridCells;

@@ -17,7 +17,7 @@ const std::string kKernel = R"(
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/shaft.glsl"
-#ifdef HALFLIGHT_RASTER
+#if HALFLIGHT_RASTER
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_end.glsl"
 #else
@@ -30,7 +30,7 @@ uniform uint seed;
 uniform float slack;
 uniform float narrower;  // by which shafts are, relative to the reach
 
-#ifdef HALFLIGHT_RASTER
+#if HALFLIGHT_RASTER
 #define ANY_TEST TimedTest
 #else
 #define ANY_TEST ShaftTest
@@ -58,14 +58,14 @@ struct Bundle {
     float least_end;
 };
 
-#ifdef HALFLIGHT_RASTER
+#if HALFLIGHT_RASTER
 Way way_of(BvhHead head, Ray ray) {
     float end = end_of(ray, head);
     return Way(ray.origin, ray.origin + end * ray.direction, end);
 }
 
 vec3 node_units(BvhHead head, vec3 p) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return p;
 #else
     return (p - head.base) / head.cell;
@@ -80,7 +80,7 @@ float bundle_reach(BvhHead head, Bundle b) {
 // By how much grazing rays may pass boxes, in the units of nodes.
 vec3 margin_of(BvhHead head, Bundle b) {
     vec3 margin = vec3((head.slack + 7.6293945e-6) * bundle_reach(head, b));
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return margin;
 #else
     return margin / head.cell;
@@ -93,7 +93,7 @@ TimedTest test_of(BvhHead head, Bundle b) {
     TimedTest test = shaft_test(shaft, reach, head.slack);
     test.test.lower += narrower * reach;
     test.test.upper -= narrower * reach;
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return test;
 #else
     return TimedTest(scaled_shaft(test.test, head.base, head.cell), test.least_t);
@@ -160,7 +160,7 @@ float any_end() { return one_of(2u) ? INFINITE : one_of(4u) ? 0.0 : one_of(2u) ?
 
 // Cells of a grid, or world coordinates: what a node may hold.
 float coordinate(float v, float least, float greatest) {
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     return clamp(v, least, greatest);
 #else
     return clamp(floor(v + 0.5), least, greatest);
@@ -175,7 +175,7 @@ void main() {
     extent[next() % 3u] = scale;
     lower = -extent * vec3(between(0.0, 1.0), between(0.0, 1.0), between(0.0, 1.0));
     BvhHead head = BvhHead(lower, extent / (kGridCells - 1.0), slack * (one_of(4u) ? power_of_ten(0.0, 3.0) : 1.0));
-#ifdef HALFLIGHT_NODES_FLOAT
+#if HALFLIGHT_NODES_FLOAT
     vec3 least = head.base, greatest = head.base + kGridCells * head.cell;
 #else
     vec3 least = vec3(0.0), greatest = vec3(kGridCells);

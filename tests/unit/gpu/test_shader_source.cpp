@@ -43,6 +43,25 @@ TEST(ShaderSource, LeavesOutDefinesThatAreNotMentioned) {
     EXPECT_EQ(out.lines[5].number, 2u);
 }
 
+TEST(ShaderSource, MakesFeaturesZeroUnlessTheyAreDefined) {
+    const ExpandedSource out = expand(
+        {"own", "#define HALFLIGHT_C (HALFLIGHT_A || HALFLIGHT_B)\nint c = HALFLIGHT_C;\n"}, {{"HALFLIGHT_B", "1"}});
+    EXPECT_EQ(out.text,
+              "#version 450 core\n#define HALFLIGHT_B 1\n#define HALFLIGHT_A 0\n"
+              "#define HALFLIGHT_C (HALFLIGHT_A || HALFLIGHT_B)\nint c = HALFLIGHT_C;\n");
+}
+
+TEST(ShaderSource, PutsVariablesInPlaceOfOptionalBlocks) {
+    const ExpandedSource out =
+        expand({"own", "int a;\nOPTIONAL(A && (B)) layout(std430) buffer Bs { uint n; vec4 b[]; };  // what\n"});
+    EXPECT_EQ(out.text,
+              "#version 450 core\nint a;\n#if (A && (B))\nlayout(std430) buffer Bs { uint n; vec4 b[]; };  // what\n"
+              "#else\n uint n; vec4 b[1]; \n#endif\n");
+    EXPECT_EQ(out.lines.back().number, 2u);
+    const std::string message = error_message([] { expand({"own", "int a;\nOPTIONAL(A) uniform sampler2D s;\n"}); });
+    EXPECT_EQ(message.substr(0, 5), "own:2") << message;
+}
+
 TEST(ShaderSource, IncludesOnceAndKnowsWhereLinesComeFrom) {
     const ShaderFolder folder;
     folder.add("lib/a.glsl", "int a;\n");

@@ -353,7 +353,7 @@ std::string load(const MaterialProperty& p) {
                                   : count == 1
                                       ? fmt::format("{:.1f}", constant.x)
                                       : fmt::format("vec3({:.1f}, {:.1f}, {:.1f})", constant.x, constant.y, constant.z);
-    return fmt::format("#ifdef HALFLIGHT_{}\n{}#else\n    m.{} = {};\n#endif\n", define_of(p.need), line, p.shader,
+    return fmt::format("#if HALFLIGHT_{}\n{}#else\n    m.{} = {};\n#endif\n", define_of(p.need), line, p.shader,
                        otherwise);
 }
 
@@ -412,7 +412,7 @@ std::string material_glsl() {
         text += fmt::format("uint {}_slot(uint material) {{ return word_of_float(material_row(material, {}).{}); }}\n",
                             t.name, t.packing.row, swizzle(t.packing, 1));
         if (t.multiplies.empty()) continue;
-        multiplies += fmt::format("#ifdef HALFLIGHT_{}\n    vec4 {} = {}_texture({}_slot(material), uv0, uv1);\n",
+        multiplies += fmt::format("#if HALFLIGHT_{}\n    vec4 {} = {}_texture({}_slot(material), uv0, uv1);\n",
                                   t.define, t.name, t.use == TextureUse::color ? "color" : "data", t.name);
         for (const TexturedProperty& factor : t.multiplies)
             multiplies += fmt::format("    m.{} *= {}.{};\n", factor.shader, t.name, factor.channels);

@@ -9,12 +9,12 @@ layout(local_size_x = 64) in;
 
 uniform samplerBuffer rays;  // RGBA32F, two texels each
 uniform usamplerBuffer entries;  // RG32UI: reference, and reference within the block of an instance
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else
 layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
@@ -26,7 +26,7 @@ uvec2 entry;
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     if (path >= header.count) return;
     path = list[path];
 #endif
@@ -35,7 +35,7 @@ void main() {
     Ray ray = Ray(origin.xyz, origin.w, direction.xyz, direction.w);
     entry = texelFetch(entries, int(path)).xy;
     if (entry.x == 0u) ray.t_max = -1.0;
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     occluded[path] = traverse(ray, 0u, true).triangle == kMiss ? kFree : kOccluded;
 #else
     hits[path] = traverse(ray, 0u, false);

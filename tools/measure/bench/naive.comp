@@ -9,7 +9,7 @@
 //   HALFLIGHT_LIST       traces the rays of a list of paths
 //   HALFLIGHT_ALPHA      alpha tests, together with the scene's other defines
 #include "shaders/shared/rays.h"
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 #include "shaders/shared/frame.h"
@@ -45,17 +45,17 @@ layout(std430) readonly buffer Nodes { Node nodes[]; };
 layout(std430) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430) readonly buffer Instances { Instance instances[]; };
 layout(std430) readonly buffer Rays { Ray rays[]; };
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
 layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else
 layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
 
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #endif
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
 layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 #endif
@@ -79,7 +79,7 @@ float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) 
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
-#ifdef HALFLIGHT_LIST
+#if HALFLIGHT_LIST
     if (index >= header.count) return;
     index = list[index];
 #else
@@ -92,7 +92,7 @@ void main() {
     vec3 inverse = 1.0 / direction;
     uint instance = 0u;
     bool in_block = true;
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
     in_block = false;
 #endif
 
@@ -102,7 +102,7 @@ void main() {
     bool running = ray.t_max >= ray.t_min;
     while (running) {
         bool pop = false;
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
         if (node == kLeaveBlock) {
             in_block = false;
             origin = ray.origin;
@@ -130,7 +130,7 @@ void main() {
             } else {
                 pop = true;
             }
-#ifdef HALFLIGHT_TWO_LEVEL
+#if HALFLIGHT_TWO_LEVEL
         } else if (!in_block) {
             instance = nodes[node].first;
             Instance i = instances[instance];
@@ -157,7 +157,7 @@ void main() {
                 float v = dot(direction, q) * inverse_determinant;
                 float t = dot(edge2, q) * inverse_determinant;
                 bool nearer = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t;
-#ifdef HALFLIGHT_ALPHA
+#if HALFLIGHT_ALPHA
                 if (nearer && triangles[k].alpha_tested != 0u) {
                     uint key = alpha_key_of_path(frame, index, alpha_salt);
                     nearer = alpha_accept(triangles[k].id, instance, u, v, key);
@@ -167,7 +167,7 @@ void main() {
             }
             pop = true;
         }
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
         if (hit.triangle != kMiss) running = false;
 #endif
         if (pop) {
@@ -178,7 +178,7 @@ void main() {
             }
         }
     }
-#ifdef HALFLIGHT_ANY_HIT
+#if HALFLIGHT_ANY_HIT
     occluded[index] = hit.triangle == kMiss ? kFree : kOccluded;
 #else
     if (hit.triangle == kMiss) hit.t = INFINITE;
