@@ -89,7 +89,7 @@ struct AddedLight {
 
 /// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene gets a neutral sky if its
 /// cameras see little by its own light. Closed scenes of which they see little get lamps, with or without a choice,
-/// unless it is black. The log notes what is added (api/default_light.h).
+/// unless it is black. The log notes what is added (api/first_picture/default_light.h).
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, const AddedLight& added = {});
 /// Appends the sun of the environment, which `from` has, to a pose of the same file.
 void take_sun(Scene& pose, const Scene& from);

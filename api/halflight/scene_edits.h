@@ -81,9 +81,10 @@ struct ObjectName {
 
 /// A group of lights, whose light gets a layer of its own.
 struct LightGroup {
-    std::string name;                 // name of the group, which names the layer
-    std::vector<std::string> lights;  // names, with a prefix or without (find_light_groups() in api/light_groups.h)
-    std::string source{};             // like NamedEdit::source
+    std::string name;  // name of the group, which names the layer
+    std::vector<std::string>
+        lights;            // names, with a prefix or without (find_light_groups() in api/scene/light_groups.h)
+    std::string source{};  // like NamedEdit::source
     bool operator==(const LightGroup& other) const { return name == other.name && lights == other.lights; }
 };
 inline constexpr std::size_t kMostLightGroups = 32;  ///< number of light groups, that of all other lights included

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "api/python/bindings.h"
-#include "api/scene_names.h"
+#include "api/scene/scene_names.h"
 #include "engine/io/files.h"
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"

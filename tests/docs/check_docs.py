@@ -78,10 +78,10 @@ def check(root):
             yield f"tools/slurm/submit does not know --{setting}, on which memory depends"
     for option in sorted(listed - known_to_info):
         yield f"tools/slurm/submit passes --{option} to halflight info, which does not know it"
-    scenes = subprocess.run([root / "tools/extension-scenes", "--list"], capture_output=True, text=True).stdout.split()
+    scenes = subprocess.run([root / "tools/figures/extension-scenes", "--list"], capture_output=True, text=True).stdout.split()
     for extension in sorted({e for e in known if "_materials_" in e} - set(scenes)):
-        yield f"tools/extension-scenes has no scene of {extension}"
-    if subprocess.run([root / "tools/docs-architecture", "--check"]).returncode:
+        yield f"tools/figures/extension-scenes has no scene of {extension}"
+    if subprocess.run([root / "tools/figures/docs-architecture", "--check"]).returncode:
         yield "docs/pictures/architecture.svg is not current"
 
 

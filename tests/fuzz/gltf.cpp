@@ -2,8 +2,8 @@
 #include <numeric>
 #include <vector>
 
-#include "api/default_camera.h"
-#include "api/default_light.h"
+#include "api/first_picture/default_camera.h"
+#include "api/first_picture/default_light.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/tables/lights.h"

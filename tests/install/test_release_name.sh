@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# test_release_name.sh: tools/lib.sh names each distribution but those of packages.txt, in one line.
+# test_release_name.sh: tools/package/lib.sh names each distribution but those of packages.txt, in one line.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-. "$here/../../tools/lib.sh"
+. "$here/../../tools/package/lib.sh"
 
 # said ID VERSION_ID NAME: prints what name_release says on a distribution.
 said() {

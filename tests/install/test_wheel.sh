@@ -17,7 +17,7 @@ if ! "$python" -c 'import wheel, venv, ensurepip' 2>/dev/null; then
     echo "left out: the Debian packages python3-wheel and python3-venv are missing"
     exit 77
 fi
-"$root/tools/wheel" --module "$module" .
+"$root/tools/package/wheel" --module "$module" .
 
 # The packages of the system have numpy. Nothing is downloaded.
 "$python" -m venv --system-site-packages with

@@ -32,9 +32,9 @@ bool render_with_cycles(const std::filesystem::path& scene, const std::filesyste
     const std::filesystem::path script = std::filesystem::path(HALFLIGHT_SHARED_DIR) / "peers/cycles_render.py";
     if (!std::filesystem::exists(script) || run({"sh", "-c", "command -v blender"}).status != 0) return false;
     const Outcome outcome =
-        run({"blender", "-b", "--factory-startup", "-P", HALFLIGHT_SOURCE_DIR "/tools/cycles_materials.py", "-P",
-             script, "--", scene, output, "--spp", std::to_string(kSamples), "--size", fmt::format("{0}x{0}", kSize),
-             "--bounces", std::to_string(kBounces - 1)});
+        run({"blender", "-b", "--factory-startup", "-P", HALFLIGHT_SOURCE_DIR "/tools/figures/cycles_materials.py",
+             "-P", script, "--", scene, output, "--spp", std::to_string(kSamples), "--size",
+             fmt::format("{0}x{0}", kSize), "--bounces", std::to_string(kBounces - 1)});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return std::filesystem::exists(output);
 }
@@ -138,8 +138,8 @@ TEST(ReferenceAgainstCycles, TexturesAndVertexColors) {
     compare(folder / "textured.glb");
 }
 
-// Uses our material model, which tools/cycles_materials.py builds of Cycles nodes. The importer's materials are up to 4
-// % darker.
+// Uses our material model, which tools/figures/cycles_materials.py builds of Cycles nodes. The importer's materials are
+// up to 4 % darker.
 TEST(ReferenceAgainstCycles, MetalCornellBox) {
     compare(own_scene("cornell-metal.glb"));
 }

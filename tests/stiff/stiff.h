@@ -1,5 +1,5 @@
 // Records stiff cases: extreme scenes whose result is known from analysis or from an invariance. Each case has a figure
-// and a bound; tools/stiff-report prints all cases.
+// and a bound; tools/checks/stiff-report prints all cases.
 #pragma once
 
 #include <fmt/format.h>

@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "api/blocked_light.h"
-#include "api/facts.h"
 #include "api/halflight/camera.h"
 #include "api/halflight/loaded_scene.h"
-#include "api/scene_names.h"
+#include "api/scene/blocked_light.h"
+#include "api/scene/facts.h"
+#include "api/scene/scene_names.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/driver_needs.h"
 #include "engine/gpu/program_binaries.h"

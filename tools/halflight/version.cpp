@@ -5,7 +5,7 @@
 #include <tbb/version.h>
 #include <zstd.h>
 
-#include "api/source_hash.h"
+#include "api/sequence/source_hash.h"
 #include "engine/core/embree.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/driver_needs.h"

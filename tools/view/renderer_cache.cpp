@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <span>
 
-#include "api/paged_edits.h"
+#include "api/scene/paged_edits.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/core/release.h"
 #include "engine/settings/layers.h"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "api/halflight/camera.h"
-#include "api/paged_edits.h"
+#include "api/scene/paged_edits.h"
 #include "engine/io/files.h"
 #include "engine/paging/page_file.h"
 #include "engine/scene/material_lobes.h"

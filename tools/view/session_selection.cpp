@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "api/halflight/object_names.h"
-#include "api/node_edits.h"
+#include "api/scene/node_edits.h"
 #include "engine/scene/light_types.h"
 #include "tools/view/session.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "api/animation_choice.h"
 #include "api/halflight/camera.h"
 #include "api/halflight/loaded_scene.h"
+#include "api/scene/animation_choice.h"
 #include "tools/cli/settings_parts.h"
 
 namespace halflight::view {

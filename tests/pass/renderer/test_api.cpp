@@ -1,8 +1,8 @@
 // Tests features of the library interface alone: callers' ray servers, and renderers that share scenes and contexts.
 #include <gtest/gtest.h>
 
-#include "api/fingerprint.h"
 #include "api/halflight/ray_server.h"
+#include "api/sequence/fingerprint.h"
 #include "engine/core/interruption.h"
 #include "engine/io/files.h"
 #include "engine/rays/rays.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "api/default_camera.h"
+#include "api/first_picture/default_camera.h"
 #include "api/halflight/camera.h"
 #include "engine/core/chromaticities.h"
 #include "engine/scene/atmosphere.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "api/default_camera.h"
-#include "api/default_light.h"
+#include "api/first_picture/default_camera.h"
+#include "api/first_picture/default_light.h"
 #include "api/halflight/environment_choice.h"
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/loaded_scene.h"

@@ -4,7 +4,7 @@
 #include "api/halflight/aov_names.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/settings_file.h"
-#include "api/light_groups.h"
+#include "api/scene/light_groups.h"
 #include "engine/settings/layers.h"
 #include "tests/unit/renderer/refusal.h"
 

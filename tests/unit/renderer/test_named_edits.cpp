@@ -3,12 +3,12 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "api/default_camera.h"
+#include "api/first_picture/default_camera.h"
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/object_names.h"
 #include "api/halflight/settings_file.h"
-#include "api/scene_names.h"
+#include "api/scene/scene_names.h"
 #include "engine/scene/black_body.h"
 #include "tests/cli/animated_scenes.h"
 #include "tests/support/process.h"

@@ -1,0 +1,237 @@
+#include "api/halflight/scene_edits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "api/halflight/object_names.h"
+#include "api/scene/light_groups.h"
+#include "api/scene/node_edits.h"
+#include "engine/core/error.h"
+#include "engine/scene/black_body.h"
+#include "engine/scene/material_lobes.h"
+#include "engine/scene/material_properties.h"
+
+namespace halflight {
+namespace {
+
+/// Rotates a map: the direction at u is then seen at u + degrees / 360 (u grows to the right).
+void turn(Image& map, double degrees) {
+    if (map.width == 0) return;
+    const double turns = degrees / 360 - std::floor(degrees / 360);
+    const auto shift = std::llround(turns * map.width) % map.width * map.channels;
+    if (shift == 0) return;
+    for (int y = 0; y < map.height; ++y) {
+        float* const row = map.at(0, y);
+        float* const end = row + static_cast<std::ptrdiff_t>(map.width) * map.channels;
+        std::rotate(row, end - shift, end);
+    }
+}
+
+/// Returns the clay variant of a material. Emission and alpha are kept.
+Material clay(const Material& of) {
+    constexpr float kGrey = 0.5f;
+    if (of.unlit) return of;
+    Material clay;
+    clay.name = of.name;
+    clay.base_color = vec4(vec3(kGrey), of.base_color.a);
+    if (of.alpha_mode != AlphaMode::opaque) clay.base_color_texture = of.base_color_texture;
+    clay.metallic = 0;
+    clay.emission = of.emission;
+    clay.emission_texture = of.emission_texture;
+    clay.alpha_mode = of.alpha_mode;
+    clay.alpha_cutoff = of.alpha_cutoff;
+    clay.double_sided = !is_one_sided(of);  // as pages hold it
+    return clay;
+}
+
+void check(const std::string& subject, const char* what, double value, const EditRange& range) {
+    if (!(value >= range.lower && value <= range.upper))
+        throw Error(subject, "{}: {} is outside [{}, {}]", what, value, range.lower, range.upper);
+}
+
+void check(const std::string& subject, const char* what, const dvec3& value, const EditRange& range) {
+    for (int i = 0; i < 3; ++i) check(subject, what, value[i], range);
+}
+
+}  // namespace
+
+LightColor color_of(const PunctualLight& light) {
+    const float most = std::max({light.intensity.r, light.intensity.g, light.intensity.b});
+    return {most > 0 ? light.intensity / most : vec3(1), most};
+}
+
+std::optional<dvec3> unit_direction(const dvec3& v) {
+    const double most = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
+    return glm::normalize(v / most);  // scaling keeps squares from vanishing or overflowing
+}
+
+namespace {
+
+void check(const LightEdit& edit, const std::string& light) {
+    check(light, "factor", edit.factor, kEditFactor);
+    check(light, "color", dvec3(edit.color.value_or(vec3(1))), kEditColor);
+    check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
+    check(light, "intensity", edit.intensity.value_or(0), kEditIntensity);
+    if (edit.temperature) check(light, "temperature", *edit.temperature, kEditTemperature);
+    check(light, "radius", edit.radius.value_or(0), kEditRadius);
+    check(light, "angle", edit.angle.value_or(0), kEditAngle);
+    if (edit.temperature && edit.color) throw Error(light, "has both a color and a temperature");
+    if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
+        throw Error(light, "direction: is not of unit length");
+}
+
+void apply(const LightEdit& edit, PunctualLight& light) {
+    const LightColor own = color_of(light);
+    const float intensity = edit.intensity.value_or(own.intensity);
+    if (edit.color)
+        light.intensity = intensity * *edit.color;
+    else if (edit.temperature)
+        light.intensity = intensity * black_body_color(double{*edit.temperature});
+    else if (edit.intensity)
+        light.intensity = intensity * own.color;
+    light.intensity *= edit.off ? 0 : edit.factor;
+    light.position = edit.position.value_or(light.position);
+    light.radius = edit.radius.value_or(light.radius);
+    if (edit.angle) light.angle = glm::radians(*edit.angle);
+    if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
+}
+
+/// Changes properties of a material. Throws Error about `subject`.
+void apply(const MaterialEdit& properties, Material& material, const std::string& subject) {
+    for (const auto& [name, given] : properties) {
+        if (name == kEmissionTemperature) {
+            if (given.size() != 1) throw Error(subject, "{} takes 1 number, not {}", name, given.size());
+            check(subject, "temperature of the emission", given[0], kEditTemperature);
+            const vec3& e = material.emission;
+            material.emission = std::max({e.r, e.g, e.b}) * black_body_color(double{given[0]});
+            continue;
+        }
+        std::vector<float> values = given;
+        if (name == "base_color" && values.size() == 3) values.push_back(material.base_color.a);
+        set_property(material, name, values, subject);
+    }
+}
+
+std::string subject_of(const Scene& scene, const std::string& source) {
+    return source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
+}
+
+/// Returns the subject of errors of an edit.
+std::string where_of(const std::string& source, const Scene& scene, const std::string& subject) {
+    return source.empty() ? subject : subject_of(scene, source);
+}
+
+/// Calls f(index, edit, subject) for each object that an edit names.
+template <class Edit, class F>
+void for_each_named(const std::vector<NamedEdit<Edit>>& edits, const NamedObjects& objects, const Scene& scene,
+                    const std::string& subject, const F& f) {
+    std::set<std::string_view> names;
+    for (const NamedEdit<Edit>& named : edits) {
+        const std::string where = where_of(named.source, scene, subject);
+        if (!names.insert(named.name).second) throw Error(where, "{} '{}' is edited twice", objects.kind, named.name);
+        for (const std::size_t index : find_objects(objects, named.name, where))
+            f(index, named.edit, fmt::format("{}: {} {}", where, objects.kind, index));
+    }
+}
+
+/// Throws Error if an edit of a light names an emissive material, which users may take for a light.
+void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
+    for (const auto& [name, edit, source] : edits.lights) {
+        if (!objects_named(lights_of(scene), name).empty()) continue;
+        const auto named = std::ranges::find(scene.materials, name, &Material::name);
+        if (named != scene.materials.end() && has_emission(*named))
+            throw Error(where_of(source, scene, subject),
+                        "'{0}' is an emissive material, not a light: use --material '{0}.emission=R,G,B' or "
+                        "'{0}.emission_temperature=KELVIN'",
+                        name);
+    }
+}
+
+/// Checks everything but nodes and hidden names.
+void check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
+    check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
+    check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
+    check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
+    check(subject, "factor of emission", edits.emission, kEditFactor);
+    check(subject, "radius of the lamps", edits.lamp_radius.value_or(0), kEditRadius);
+    check(subject, "angle of the suns", edits.sun_angle.value_or(0), kEditAngle);
+    check_no_emission(edits, scene, subject);
+    for_each_named(edits.lights, lights_of(scene), scene, subject,
+                   [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
+    for_each_named(edits.materials, materials_of(scene), scene, subject,
+                   [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
+                       Material material = scene.materials[index];
+                       apply(edit, material, where);
+                   });
+    for (const auto& [index, transform] : edits.transforms) {
+        if (index >= scene.instances.size())
+            throw Error(subject, "there is no instance {}; the scene has {}, numbered from 0", index,
+                        scene.instances.size());
+        if (!is_affine(transform))
+            throw Error(subject, "instance {}: its transform is not finite, or not affine", index);
+    }
+}
+
+}  // namespace
+
+void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source) {
+    check_values(edits, scene, subject_of(scene, source));
+    find_light_groups(edits, scene, tree, subject_of(scene, source));
+    move_objects(edits, scene, tree, subject_of(scene, source));
+}
+
+void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source) {
+    check_edits(edits, scene, tree_of(scene), source);
+}
+
+void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
+    const std::string subject = subject_of(scene, source);
+    check_values(edits, scene, subject);
+    const FoundLightGroups groups = find_light_groups(edits, scene, tree, subject);
+    std::vector<Instance> unmoved = scene.instances;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) scene.instances[i].light_group = groups.instances[i];
+    for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
+    MovedObjects moved;
+    try {
+        moved = move_objects(edits, scene, tree, subject);
+    } catch (...) {
+        scene.instances = std::move(unmoved);
+        throw;
+    }
+    scene.lights = std::move(moved.lights);
+    scene.instances = std::move(moved.instances);
+    for_each_named(edits.materials, materials_of(scene), scene, subject,
+                   [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
+                       apply(edit, scene.materials[index], where);
+                   });
+    turn(scene.environment.map, edits.environment_rotation);
+    scene.environment.color *= edits.environment_intensity * edits.environment_tint;
+    if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);
+    for (Material& material : scene.materials) material.emission *= edits.emission;
+    for (PunctualLight& sun : scene.lights) {
+        if (!sun.of_environment) continue;
+        sun.intensity *= edits.environment_intensity * edits.environment_tint;
+        const double angle = edits.environment_rotation / 360 * 2 * kPi;  // about +Y, as the map turns
+        const double c = std::cos(angle), s = std::sin(angle), x = double(sun.direction.x), z = double(sun.direction.z);
+        if (angle != 0) sun.direction = glm::normalize(vec3(c * x - s * z, double(sun.direction.y), s * x + c * z));
+    }
+    const LightEdit sizes{.radius = edits.lamp_radius, .angle = edits.sun_angle};
+    if (sizes != LightEdit())
+        for (PunctualLight& light : scene.lights) apply(sizes, light);
+    for_each_named(
+        edits.lights, lights_of(scene), scene, subject,
+        [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });
+    for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
+    if (edits.each_light)
+        set_light_groups(separate_lights(scene, {}, subject), scene);
+    else
+        set_light_groups(edits, groups, scene);
+}
+
+void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
+    apply(edits, scene, tree_of(scene), source);
+}
+
+}  // namespace halflight

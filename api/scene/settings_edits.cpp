@@ -1,0 +1,198 @@
+#include "api/scene/settings_edits.h"
+
+#include <utility>
+
+#include "api/halflight/edit_text.h"
+#include "api/scene/node_edits.h"
+
+namespace halflight::settings {
+namespace {
+
+/// Reads an edit of a light: a factor alone, or an object with further members.
+LightEdit read_light(const Element& e) {
+    LightEdit light;
+    if (!e.is_object()) {
+        light.factor = static_cast<float>(e.number(kEditFactor));
+        return light;
+    }
+    e.check_keys({"factor", "intensity", "color", "temperature", "position", "direction", "radius", "angle", "off"});
+    const auto single = [](const EditRange& range, auto& target) {
+        return [&](const Element& v) { target = static_cast<float>(v.number(range)); };
+    };
+    with(e, "factor", single(kEditFactor, light.factor));
+    with(e, "intensity", single(kEditIntensity, light.intensity));
+    with(e, "temperature", single(kEditTemperature, light.temperature));
+    with(e, "radius", single(kEditRadius, light.radius));
+    with(e, "angle", single(kEditAngle, light.angle));
+    with(e, "off", [&](const Element& v) { light.off = v.truth(); });
+    with(e, "color", [&](const Element& v) {
+        if (light.temperature) e.fail("has both 'color' and 'temperature'");
+        if (v.is_string()) return set_key(light, e.where(), "color", v.text());
+        light.color = vec3(v.triple(kEditColor));
+    });
+    with(e, "position", [&](const Element& v) { light.position = v.triple(kEditPosition); });
+    with(e, "direction", [&](const Element& v) {
+        light.direction = unit_direction(v.triple(kEditPosition));
+        if (!light.direction) v.fail("is no direction");
+    });
+    return light;
+}
+
+Json light_json(const LightEdit& light) {
+    if (LightEdit{light.factor} == light) return light.factor;
+    Json json = Json::object();
+    if (light.factor != 1) json["factor"] = short_number(light.factor);
+    if (light.intensity) json["intensity"] = short_number(*light.intensity);
+    if (light.temperature) json["temperature"] = short_number(*light.temperature);
+    if (light.radius) json["radius"] = short_number(*light.radius);
+    if (light.angle) json["angle"] = short_number(*light.angle);
+    if (light.off) json["off"] = true;
+    if (light.color) json["color"] = list(*light.color);
+    if (light.position) json["position"] = list(*light.position);
+    if (light.direction) json["direction"] = list(*light.direction);
+    return json;
+}
+
+/// Reads properties of a material by the name of each: a number, a list of numbers, or a colour as text.
+MaterialEdit read_material(const Element& e) {
+    MaterialEdit properties;
+    for (const auto& [name, value] : e.members()) {
+        std::vector<float> values;
+        if (value.is_list())
+            for (const Element& one : value.items()) values.push_back(static_cast<float>(one.number()));
+        else if (!value.is_string())
+            values.push_back(static_cast<float>(value.number()));
+        set_key(properties, e.where(), name, value.is_string() ? value.text() : property_text(values));
+    }
+    return properties;
+}
+
+Json material_json(const MaterialEdit& properties) {
+    Json json = Json::object();
+    for (const auto& [name, values] : properties) {
+        Json all = Json::array();
+        for (const float value : values) all.push_back(short_number(value));
+        json[name] = values.size() == 1 ? all[0] : all;
+    }
+    return json;
+}
+
+/// Reads an affine matrix: its rows, of which the last may be missing, or their 12 or 16 numbers.
+dmat4 read_transform(const Element& e) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    std::vector<Element> numbers;
+    for (const Element& item : e.items()) {
+        const std::vector<Element> row = item.is_list() ? item.items() : std::vector<Element>{item};
+        if (item.is_list() && row.size() != 4) e.fail("has a row that is no list of four numbers");
+        for (const Element& number : row) numbers.push_back(number);
+    }
+    if (numbers.size() != 12 && numbers.size() != 16) e.fail("has {} numbers; 12 or 16 are expected", numbers.size());
+    dmat4 m{1};
+    for (std::size_t i = 0; i < numbers.size(); ++i) m[int(i % 4)][int(i / 4)] = numbers[i].number(-kMost, kMost);
+    if (!is_affine(m)) e.fail("is not affine");
+    return m;
+}
+
+Json transform_json(const dmat4& m) {
+    Json rows = Json::array();
+    for (int r = 0; r < 4; ++r) rows.push_back({m[0][r], m[1][r], m[2][r], m[3][r]});
+    return rows;
+}
+
+NodeEdit read_node(const Element& e) {
+    e.check_keys({"translate", "rotate", "scale", "matrix"});
+    NodeEdit node;
+    with(e, "translate", [&](const Element& v) { node.translate = v.triple(kEditPosition); });
+    with(e, "rotate", [&](const Element& v) { node.rotate = v.triple(kEditRotation); });
+    with(e, "scale",
+         [&](const Element& v) { node.scale = v.is_list() ? v.triple(kEditScale) : dvec3(v.number(kEditScale)); });
+    with(e, "matrix", [&](const Element& v) { node.matrix = read_transform(v); });
+    check_values(node, e.where());
+    return node;
+}
+
+Json node_json(const NodeEdit& node) {
+    Json json = Json::object();
+    if (node.translate != dvec3(0)) json["translate"] = list(node.translate);
+    if (node.rotate != dvec3(0)) json["rotate"] = list(node.rotate);
+    if (node.scale != dvec3(1)) json["scale"] = list(node.scale);
+    if (node.matrix) json["matrix"] = transform_json(*node.matrix);
+    return json;
+}
+
+/// Reads edits of lights: an object by name, or the list of earlier versions, whose places become names.
+void read_lights(const Element& e, SceneEdits& edits) {
+    if (e.is_object()) {
+        for (const auto& [key, one] : e.members()) edits.lights.push_back({key, read_light(one), e.where()});
+        return;
+    }
+    const auto items = e.items();
+    for (std::size_t i = 0; i < items.size(); ++i)
+        if (const LightEdit light = read_light(items[i]); light != LightEdit())
+            edits.lights.push_back({std::to_string(i), light, e.where()});
+}
+
+Json lights_json(const SceneEdits& edits) {
+    Json json = Json::object();
+    for (const auto& [name, edit, source] : edits.lights) json[name] = light_json(edit);
+    return json;
+}
+
+Json materials_json(const SceneEdits& edits) {
+    Json json = Json::object();
+    for (const auto& [name, properties, source] : edits.materials) json[name] = material_json(properties);
+    return json;
+}
+
+}  // namespace
+
+void read_edits(const Element& file, SceneEdits& edits) {
+    with(file, "emission", [&](const Element& v) { edits.emission = static_cast<float>(v.number(kEditFactor)); });
+    with(file, "lamp_radius", [&](const Element& v) { edits.lamp_radius = static_cast<float>(v.number(kEditRadius)); });
+    with(file, "sun_angle", [&](const Element& v) { edits.sun_angle = static_cast<float>(v.number(kEditAngle)); });
+    with(file, "lights", [&](const Element& v) { read_lights(v, edits); });
+    with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
+    with(file, "materials", [&](const Element& v) {
+        for (const auto& [key, one] : v.members()) edits.materials.push_back({key, read_material(one), v.where()});
+    });
+    with(file, "transforms", [&](const Element& v) {
+        for (const auto& [index, one] : v.indexed()) edits.transforms[index] = read_transform(one);
+    });
+    with(file, "nodes", [&](const Element& v) {
+        for (const auto& [key, one] : v.members()) edits.nodes.push_back({key, read_node(one), v.where()});
+    });
+    with(file, "hide", [&](const Element& v) {
+        for (const Element& one : v.items()) add_hidden(edits, one.where(), one.text());
+    });
+    with(file, "shadow_catchers", [&](const Element& v) {
+        for (const Element& one : v.items()) add_catcher(edits, one.where(), one.text());
+    });
+    with(file, "light_groups", [&](const Element& v) {
+        if (v.is_string()) {
+            if (v.text() != "each") v.fail("is neither an object nor \"each\"");
+            edits.each_light = true;
+            return;
+        }
+        for (const auto& [key, one] : v.members()) {
+            LightGroup& group = edits.light_groups.emplace_back(LightGroup{key, {}, v.where()});
+            for (const Element& light : one.items()) group.lights.push_back(light.text());
+        }
+    });
+}
+
+void write_edits(const SceneEdits& edits, Json& json) {
+    json["emission"] = short_number(edits.emission);
+    if (edits.lamp_radius) json["lamp_radius"] = short_number(*edits.lamp_radius);
+    if (edits.sun_angle) json["sun_angle"] = short_number(*edits.sun_angle);
+    json["lights"] = lights_json(edits);
+    json["clay"] = edits.clay;
+    if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);
+    for (const auto& [index, m] : edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);
+    for (const auto& [name, edit, source] : edits.nodes) json["nodes"][name] = node_json(edit);
+    for (const auto& [name, source] : edits.hidden) json["hide"].push_back(name);
+    for (const auto& [name, source] : edits.catchers) json["shadow_catchers"].push_back(name);
+    if (edits.each_light) json["light_groups"] = "each";
+    for (const auto& [name, lights, source] : edits.light_groups) json["light_groups"][name] = lights;
+}
+
+}  // namespace halflight::settings

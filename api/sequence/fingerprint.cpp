@@ -1,0 +1,249 @@
+#include "api/sequence/fingerprint.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "api/halflight/camera.h"
+#include "api/halflight/edit_text.h"
+#include "api/sequence/source_hash.h"
+#include "engine/core/error.h"
+#include "engine/core/hash.h"
+#include "engine/core/memory_ledger.h"
+#include "engine/io/files.h"
+#include "engine/io/jpeg.h"
+#include "engine/io/png.h"
+#include "engine/settings/settings_table.h"
+
+namespace halflight {
+namespace {
+
+constexpr std::uint64_t kAnySize = std::numeric_limits<std::int64_t>::max();
+
+class Fingerprint {
+  public:
+    /// Adds a text with its length, which separates it from its neighbours.
+    Fingerprint& text(std::string_view value) {
+        hash_.add(value.size());
+        hash_.add_bytes(value.data(), value.size());
+        return *this;
+    }
+    template <class... Args>
+    Fingerprint& values(fmt::format_string<Args...> format, Args&&... args) {
+        return text(fmt::format(format, std::forward<Args>(args)...));
+    }
+    /// Adds the content of a file, like a text. Files may be larger than memory. Throws Error where the file has
+    /// changed since its version was noted, because pictures show what was read then.
+    Fingerprint& file(const VersionedFile& file) {
+        constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  // bytes
+        const ByteSource source(file.path);
+        if (source.versioned().version != file.version)
+            throw Error(file.path.string(), "has changed since it was loaded");
+        hash_.add(source.size());
+        std::string buffer;
+        for (std::uint64_t at = 0; at < source.size(); at += kPiece) {
+            const std::string_view piece = source.read(at, std::min(kPiece, source.size() - at), buffer);
+            hash_.add_bytes(piece.data(), piece.size());
+        }
+        return *this;
+    }
+    std::string hex() const { return fmt::format("{:016x}", hash_.value()); }
+
+  private:
+    Hash hash_;
+};
+
+template <class T>
+std::string optional_text(const std::optional<T>& value) {
+    return value ? fmt::format("{}", *value) : "none";
+}
+
+std::string point_text(const dvec3& p) {
+    return fmt::format("{} {} {}", p.x, p.y, p.z);
+}
+
+void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& chosen) {
+    if (a.look_from) {
+        print.text(point_text(*a.look_from)).text(point_text(*a.look_at)).text(point_text(a.up));
+        print.values("{}", a.vertical_fov);
+    } else if (a.pose) {
+        const CameraPose& p = *a.pose;
+        print.text("pose").text(point_text(p.from)).text(point_text(p.at)).text(point_text(p.up));
+        print.values("{} {} {} {} {}", p.vertical_fov, p.orthographic, p.ortho_height, p.near_plane, p.far_plane);
+    } else {
+        print.text(optional_text(chosen.index));
+        for (int column = 0; column < 4 && !chosen.index; ++column)  // a default camera
+            print.text(point_text(dvec3(chosen.camera.camera_to_world[column])));
+    }
+    if (a.turntable > 0) print.values("turntable {}", a.turntable);
+}
+
+void add_environment(Fingerprint& print, const LoadedScene& scene) {
+    const SceneChoice& a = scene.choice();
+    if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
+    for (const PunctualLight& light : scene.scene().lights)
+        if (light.of_environment && light.type == LightType::point)
+            print.text("lamp").text(point_text(light.position)).text(point_text(dvec3(light.intensity)));
+    if (std::holds_alternative<std::filesystem::path>(a.environment)) print.text("map").file(scene.environment_file());
+    if (const auto* preset = std::get_if<SkyPreset>(&a.environment)) print.text("preset").text(name(*preset));
+    if (a.light_azimuth) print.values("azimuth {}", *a.light_azimuth);
+    if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));
+}
+
+void add_edits(Fingerprint& print, const SceneEdits& edits) {
+    if (edits == SceneEdits()) return;
+    print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
+                               edits.clay);
+    if (edits.lamp_radius) print.values("lamp radius {}", *edits.lamp_radius);
+    if (edits.sun_angle) print.values("sun angle {}", *edits.sun_angle);
+    print.text("tint").text(point_text(dvec3(edits.environment_tint)));
+    for (const auto& [index, transform] : edits.transforms) {
+        print.values("instance {}", index);
+        for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
+    }
+    for (const auto& [name, edit, source] : edits.lights) print.text("named light").text(name).text(text(edit));
+    for (const auto& [name, edit, source] : edits.materials)
+        for (const auto& [property, values] : edit)
+            print.text("named material").text(name).text(property).text(property_text(values));
+    for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
+    for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
+    for (const auto& [name, source] : edits.catchers) print.text("shadow catcher").text(name);
+    if (edits.each_light) print.text("each light");
+    for (const auto& [name, lights, source] : edits.light_groups) {
+        print.text("light group").text(name);
+        for (const std::string& light : lights) print.text("of").text(light);
+    }
+}
+
+void add_color(Fingerprint& print, const OutputOptions& output, const RenderSettings& settings,
+               const ColorConfig& config) {
+    print.text(output.working_space);
+    if (settings.want_view) {  // environment variables may choose the view, and change what it does
+        const ViewProcessor view = config.view(settings.view);
+        print.text(view.display()).text(view.view()).text(view.look()).text(view.cache_id());
+    }
+    for (const auto& file : config.files()) print.file(file);
+    print.values("{} files", config.files().size());
+}
+
+/// Adds the layout of .exr files. That of old files, zip in lines of one part, adds nothing.
+void add_layout(Fingerprint& print, const ExrLayout& layout) {
+    if (layout.compression != ExrCompression::zip) print.text(name(layout.compression));
+    if (layout.parts) print.text("parts");
+    if (layout.tile > 0) print.values("tiles {}", layout.tile);
+}
+
+/// Adds the program's sources, the scene with its edits, and the settings. view: includes those of the group Colour.
+void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings, bool view) {
+    print.text(source_hash());
+    // Page files hold times of other files. What they hold of the scene follows from its own files.
+    std::span<const VersionedFile> files = scene.files();
+    if (scene.pages()) files = files.first(files.size() - 1), print.text("paged");
+    for (const auto& file : files) print.file(file);
+    print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
+    print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
+    if (scene.choice().frame_offset > 0) print.values("frame {} at 0 s", scene.choice().frame_offset);
+    if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
+    if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
+    add_camera(print, scene.camera_choice(), scene.chosen_camera());
+    add_environment(print, scene);
+    add_edits(print, scene.edits());
+    RenderSettings with_effect = settings;
+    with_effect.optics = effective(settings.optics);
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint && (view || setting.group != "Colour"))
+            print.text(setting.name).text(setting.get(with_effect));
+}
+
+}  // namespace
+
+std::string shutter_fingerprint(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings) {
+    return shutter.open == 0 ? ""
+                             : fmt::format("shutter {} {} {} {}", shutter.open, name(shutter.position), shutter.ramp,
+                                           shutter_times(shutter, scene, settings, settings.samples));
+}
+
+std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                                 const ColorConfig& config, const OutputOptions& output,
+                                 const std::vector<std::uint32_t>& frames) {
+    Fingerprint print;
+    add_picture(print, scene, settings, true);
+    add_color(print, output, settings, config);
+    add_layout(print, output.exr);
+    if (output.aov_names != AovNames::halflight) print.values("aov names {}", static_cast<int>(output.aov_names));
+    if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
+        print.values("jpeg {} tiff {}", output.jpeg_quality, static_cast<int>(output.tiff));
+    print.values("best effort {}", output.best_effort);
+    // Frames depend on the frames before them where temporal accumulation is on.
+    if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
+    print.text(shutter_fingerprint(shutter, scene, settings));
+    return print.hex();
+}
+
+namespace {
+
+/// Returns the fingerprint of fingerprint_text(); empty for other texts.
+std::string fingerprint_of_text(const std::string& text) {
+    const std::string start = fmt::format("{}: ", kFingerprintName);
+    return text.starts_with(start) ? text.substr(start.size()) : "";
+}
+
+}  // namespace
+
+std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings) {
+    Fingerprint print;
+    add_picture(print, scene, settings, false);
+    return print.hex();
+}
+
+std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) {
+    return Fingerprint().text(sequence).values("{}", frame).hex();
+}
+
+std::string fingerprint_text(const std::string& fingerprint) {
+    return fingerprint.empty() ? "" : fmt::format("{}: {}", kFingerprintName, fingerprint);
+}
+
+std::string fingerprint_of_exr(const std::string& fingerprint, int width, int height, std::size_t channels) {
+    return fmt::format("{}, {} x {} x {}", fingerprint, width, height, channels);
+}
+
+// First bytes of .exr, .png, .jpg and .tif files.
+constexpr std::string_view kStarts[] = {
+    "\x76\x2f\x31\x01", "\x89PNG\r\n\x1a\n", "\xff\xd8\xff", {"II*\0", 4}, {"MM\0*", 4}};
+
+FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
+    std::string found;
+    try {
+        const std::string bytes = read_file(path, kAnySize);
+        const bool cut = std::ranges::any_of(kStarts, [&](std::string_view start) { return start.starts_with(bytes); });
+        if (cut || bytes.find_first_not_of('\0') == std::string::npos) return FrameFile::incomplete;
+        if (is_exr(bytes)) {
+            ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
+            found = exr.attributes.extra[kFingerprintName];
+            if (found == fingerprint_of_exr(fingerprint, exr.width, exr.height, exr.channels.size()))
+                found = fingerprint;
+        } else if (is_png(bytes)) {
+            read_png(path.string(), bytes, kMaxSide);
+            found = text_of_png(bytes, kFingerprintName);
+        } else if (is_jpeg(bytes)) {
+            TextureImage decoded;
+            read_jpeg(path.string(), bytes, kMaxSide, decoded);
+            found = fingerprint_of_text(comment_of_jpeg(bytes));
+        } else if (is_tiff(bytes)) {
+            found = fingerprint_of_text(read_tiff(path.string(), bytes, kMaxSide).description);
+        }
+    } catch (const BudgetError&) {
+        throw;  // it says nothing about the file
+    } catch (const Error&) {
+        return FrameFile::incomplete;
+    }
+    return found == fingerprint ? FrameFile::whole : FrameFile::other;
+}
+
+}  // namespace halflight
