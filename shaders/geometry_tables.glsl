@@ -1,7 +1,7 @@
 // The scene's triangles and instances, and functions that read single elements. Kernels that trace, rasterize or
 // resolve hits (shaders/resolve.comp) include it, and so do those that sample lights (shaders/lib/lights.glsl).
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/instances.h"
+#include "shaders/shared/texture_units.h"
+#include "shaders/shared/instance_texels.h"
 #include "shaders/shared/triangle.h"
 
 layout(binding = UNIT_INSTANCES) uniform samplerBuffer scene_instances;

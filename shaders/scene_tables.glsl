@@ -2,7 +2,7 @@
 //
 // The defines of shader_defines() (engine/tables/shading_tables.h) tell which tables exist. A table that a kernel does
 // not read costs nothing.
-#include "shaders/shared/bindings.h"
+#include "shaders/shared/texture_units.h"
 
 layout(binding = UNIT_MATERIALS) uniform samplerBuffer scene_materials;
 layout(binding = UNIT_TEXTURES) uniform usamplerBuffer scene_textures;

@@ -1,5 +1,5 @@
 // The tracer's arrays (TraceScene::bind()), and access to nodes and triangles. Variant: TraceScene::defines().
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 

@@ -8,8 +8,8 @@
 
 #include "engine/core/error.h"
 #include "engine/tables/instance_rows.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight {
 namespace {

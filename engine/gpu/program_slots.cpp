@@ -1,7 +1,7 @@
 #include "engine/gpu/program_slots.h"
 
 #include "engine/core/error.h"
-#include "shaders/shared/bindings.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::gpu {
 namespace {

@@ -12,8 +12,8 @@
 #include "engine/rays/bvh.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/rays/page_node.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::paging {
 namespace {

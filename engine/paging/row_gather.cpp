@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/core/stopwatch.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::paging {
 namespace {

@@ -21,7 +21,7 @@ class RowGather {
 
     /// Reads the rows of `count` paths. `hits` has one Hit per path. Rows of misses are zeros.
     void gather(const gpu::Buffer& hits, std::size_t count);
-    /// Reads the rows of the paths of a list (ListHeader of shaders/shared/rays.h).
+    /// Reads the rows of the paths of a list (ListHeader of shaders/shared/ray_structs.h).
     void gather(const gpu::Buffer& hits, const gpu::Buffer& list, const gpu::Buffer& header);
     /// Binds the rows in place of the scene's tables: UNIT_TRIANGLES, UNIT_POSITIONS and UNIT_VERTICES.
     void bind() const;

@@ -18,8 +18,8 @@
 #include "engine/scene/image_tiles.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/shading_textures.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::paging {
 namespace {

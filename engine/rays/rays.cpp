@@ -12,9 +12,9 @@
 #include "engine/graph/execute.h"
 #include "engine/rays/batch_server.h"
 #include "engine/tables/instance_rows.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::rays {
 namespace {

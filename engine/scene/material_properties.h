@@ -95,9 +95,9 @@ std::span<const MaterialLobe> material_lobes();
 
 /// Returns the number of rows (RGBA32F texels) per material.
 int material_rows();
-/// Returns the number of rows of a surface record (shaders/shared/surface.h).
+/// Returns the number of rows of a surface record (shaders/shared/surface_rows.h).
 int record_rows(const MaterialNeeds& needs);
-/// Returns the number of rows that a point for path reuse has for its layers (shaders/shared/reuse.h).
+/// Returns the number of rows that a point for path reuse has for its layers (shaders/shared/reuse_groups.h).
 int layer_rows(const MaterialNeeds& needs);
 
 /// Returns the number of components: 1, 3 or 4.

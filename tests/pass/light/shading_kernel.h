@@ -13,7 +13,7 @@
 #include "engine/tables/albedo.h"
 #include "engine/tables/instance_rows.h"
 #include "engine/tables/shading_tables.h"
-#include "shaders/shared/bindings.h"
+#include "shaders/shared/texture_units.h"
 #include "tests/support/texels.h"
 
 namespace halflight {

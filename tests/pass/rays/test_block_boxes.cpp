@@ -9,9 +9,9 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/packed_bvh.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/instances.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/instance_texels.h"
+#include "shaders/shared/texture_units.h"
 #include "tests/pass/rays/random_kernel.h"
 #include "tests/support/gpu_test.h"
 
@@ -150,7 +150,7 @@ struct Counts {
 
 constexpr int kInstances = 1 << 12;
 
-/// Rows of shaders/shared/instances.h, and the heads that the kernel reads.
+/// Rows of shaders/shared/instance_texels.h, and the heads that the kernel reads.
 struct Instances {
     std::vector<vec4> rows;
     std::vector<vec4> heads;
