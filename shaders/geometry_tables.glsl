@@ -4,10 +4,10 @@
 #include "shaders/shared/instance_texels.h"
 #include "shaders/shared/triangle.h"
 
-layout(binding = UNIT_INSTANCES) uniform samplerBuffer scene_instances;
-layout(binding = UNIT_TRIANGLES) uniform usamplerBuffer scene_triangles;
-layout(binding = UNIT_POSITIONS) uniform samplerBuffer scene_positions;
-layout(binding = UNIT_VERTICES) uniform samplerBuffer scene_vertices;
+layout(binding = kUnitInstances) uniform samplerBuffer scene_instances;
+layout(binding = kUnitTriangles) uniform usamplerBuffer scene_triangles;
+layout(binding = kUnitPositions) uniform samplerBuffer scene_positions;
+layout(binding = kUnitVertices) uniform samplerBuffer scene_vertices;
 
 // Returns a row of TraceTables::triangles: three vertex indices and the word of flags and material.
 uvec4 triangle_row(uint triangle) { return texelFetch(scene_triangles, int(triangle)); }

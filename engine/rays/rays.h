@@ -135,7 +135,7 @@ class TraceScene {
     const gpu::Buffer& heads() const { return heads_; }
     bool slivers() const { return slivers_; }  ///< Returns whether kernels test triangles in double.
 
-    /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
+    /// Binds kUnitNodes, kUnitTriangleVertices, kUnitBlockHeads and kUnitInstances.
     void bind() const;
     /// Returns the defines that select the variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
     const gpu::Defines& defines() const { return defines_; }

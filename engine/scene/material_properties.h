@@ -19,7 +19,7 @@ namespace halflight {
 /// The member of Material that holds a property.
 using MaterialField = std::variant<float Material::*, vec3 Material::*, vec4 Material::*, bool Material::*>;
 
-/// A component of a material's rows in UNIT_MATERIALS (RGBA32F).
+/// A component of a material's rows in kUnitMaterials (RGBA32F).
 struct MaterialPacking {
     int row = kNone;    // row of the material; kNone: not packed
     int component = 0;  // first component of the property, 0 to 3

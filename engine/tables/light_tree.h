@@ -33,7 +33,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b);
 bool act_as_one(const LightBounds& a, const LightBounds& b);
 
 struct LightTree {
-    std::vector<uvec4> rows;            // UNIT_LIGHT_TREE; of the header only `names` is set
+    std::vector<uvec4> rows;            // kUnitLightTree; of the header only `names` is set
     std::vector<std::uint32_t> trails;  // trail of each light
 };
 

@@ -213,7 +213,7 @@ Counts search(bool floating, float margins) {
     static const Instances instances = any_instances();
     const gpu::Buffer rows = gpu::Buffer::from("rows", instances.rows);
     const gpu::Buffer heads = gpu::Buffer::from("heads", instances.heads);
-    rows.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+    rows.bind_texture(shared::kUnitInstances, GL_RGBA32F);
     return random_search<Counts>(kKernel, defines, 1 << 16, [&](const gpu::Program& program) {
         program.bind_storage("Heads", heads);
         program.set("margins", margins);
