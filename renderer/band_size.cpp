@@ -6,7 +6,7 @@
 #include "engine/core/error.h"
 #include "engine/settings/denoiser_windows.h"
 #include "passes/surface/raster_window.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 

@@ -14,7 +14,7 @@
 #include "engine/paging/pages.h"
 #include "engine/settings/layers.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 

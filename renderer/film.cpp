@@ -8,9 +8,9 @@
 #include "engine/core/image_tools.h"
 #include "passes/picture/shadow_catcher.h"
 #include "renderer/frame_constants.h"
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
 #include "shaders/shared/pixel_order.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

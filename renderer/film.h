@@ -14,7 +14,7 @@
 #include "engine/tables/tables.h"
 #include "renderer/cryptomatte.h"
 #include "renderer/render.h"
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
 
 namespace halflight {
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "renderer/render.h"
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
 
 namespace halflight {
 namespace {

@@ -31,7 +31,7 @@ dvec2 half_extent(const Camera& camera, const ivec2& image) {
     return {half * image.x / image.y, half};
 }
 
-/// Returns the radius of the image circle of a fisheye, plane coordinates (shaders/shared/optics.h).
+/// Returns the radius of the image circle of a fisheye, plane coordinates (shaders/shared/ray_projections.h).
 double image_circle(const Optics& optics) {
     const double angle = glm::radians(optics.fisheye_fov) / 2;
     return optics.projection == Projection::fisheye ? angle : 2 * std::sin(angle / 2);
@@ -94,7 +94,7 @@ void set_lens(const Camera& camera, const ivec2& image, shared::Frame& frame) {
     frame.lens_y = vec4(vec3(radius * (std::cos(turn) * up - std::sin(turn) * right)), lens.blades);
 }
 
-/// Replaces the camera by one that shaders/shared/optics.h describes.
+/// Replaces the camera by one that shaders/shared/ray_projections.h describes.
 void set_optics(const Camera& camera, const Camera& previous, const dvec3& origin, shared::Frame& frame) {
     dmat4 from_origin(1);
     from_origin[3] = dvec4(origin, 1);

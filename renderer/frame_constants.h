@@ -9,7 +9,7 @@
 #include "engine/settings/estimator.h"
 #include "engine/settings/frame_settings.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 
 namespace halflight {
 

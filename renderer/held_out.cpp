@@ -26,7 +26,7 @@ double square_around(const Image& image, int x, int y, int channel) {
 }  // namespace
 
 ErrorEstimate held_out_error(const Image& picture, const Image& first, const Image& second, ErrorMetric metric) {
-    constexpr int kBlock = 16;  // width of the blocks in which pixels share paths (shaders/shared/reuse.h)
+    constexpr int kBlock = 16;  // width of the blocks in which pixels share paths (shaders/shared/reuse_groups.h)
     const int width = picture.width, height = picture.height, across = (width + kBlock - 1) / kBlock;
     std::vector<double> deviations(std::size_t(across) * std::size_t((height + kBlock - 1) / kBlock));
     double sum = 0;

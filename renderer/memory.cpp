@@ -13,12 +13,12 @@
 #include "renderer/frame_options.h"
 #include "renderer/noisy_frame.h"
 #include "renderer/replicates.h"
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
+#include "shaders/shared/cache_cells.h"
+#include "shaders/shared/chain_records.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/radiance_cache.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

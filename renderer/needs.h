@@ -36,7 +36,7 @@ struct FrameOptions {
     bool camera_rays_piloted = false;                       // a pilot chose camera_rays
     int camera_rays = 1;                                    // camera rays per sample for directly visible light, > 0
     bool lens = false;                                      // camera rays start on a lens
-    bool optics = false;                                    // camera rays follow shaders/shared/optics.h
+    bool optics = false;                                    // camera rays follow shaders/shared/ray_projections.h
     int shadow_rays = 1;                                    // shadow rays per sample from the first surface, > 0
     bool radiance_cache = false;  // samples end paths in the radiance cache; excludes path reuse
     Preview preview{};            // modes of the whole picture

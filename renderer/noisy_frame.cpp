@@ -6,7 +6,7 @@
 #include "renderer/frame_constants.h"
 #include "shaders/shared/denoise.h"
 #include "shaders/shared/pixel_order.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

@@ -12,8 +12,8 @@
 #include "engine/scene/motion.h"
 #include "engine/tables/tables.h"
 #include "passes/picture/denoiser.h"
-#include "shaders/shared/aov.h"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/aov_record.h"
+#include "shaders/shared/chain_records.h"
 
 namespace halflight {
 

@@ -7,8 +7,8 @@
 
 #include "engine/graph/compile.h"
 #include "shaders/shared/pixel_order.h"
-#include "shaders/shared/preview.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/preview_constants.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

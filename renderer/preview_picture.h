@@ -13,8 +13,8 @@
 #include "engine/settings/preview.h"
 #include "engine/tables/tables.h"
 #include "passes/preview/temporal.h"
-#include "shaders/shared/aov.h"
-#include "shaders/shared/frame.h"
+#include "shaders/shared/aov_record.h"
+#include "shaders/shared/frame_block.h"
 
 namespace halflight {
 

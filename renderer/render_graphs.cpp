@@ -11,7 +11,7 @@
 #include "renderer/band_size.h"
 #include "renderer/frame_options.h"
 #include "renderer/render_state.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/shared/sampled_block.h"
 
 namespace halflight {

@@ -79,7 +79,7 @@ struct Renderer::State {
     // Settings with all automatic choices resolved, and the size of the rendered pixels (rendered_window()).
     RenderSettings settings;
     const bool lens;                                     // camera rays start on a lens
-    const bool optics;                                   // camera rays follow shaders/shared/optics.h
+    const bool optics;                                   // camera rays follow shaders/shared/ray_projections.h
     rays::BatchServer* const given_server;               // server of the caller; null: none
     std::unique_ptr<rays::BatchServer> own_server;       // server of the culling method; null: none
     std::unique_ptr<rays::NativeServer> offered_server;  // candidate of Culling::automatic; null: none

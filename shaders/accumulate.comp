@@ -1,7 +1,7 @@
 // Adds one sample to the sums of its pixel; the first sample of a picture begins them. NaNs, infinities and negative
 // radiances are counted, by the pass that they come from, and taken as zero.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/path_state.h"
 #if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #endif

@@ -1,6 +1,6 @@
 // Makes camera rays in path order, for a tracer. Rays beyond the band's edge are dead.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
 
 layout(local_size_x = 64) in;
 

@@ -1,6 +1,6 @@
 // Keeps the shadow rays that are occluded on shadow catchers, and makes all others dead rays.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,7 +1,7 @@
 // Adds the light samples of one sample to the sums of shadow catchers: the luminance that a white diffuse surface would
 // reflect (SHADING.md, Shadow catchers).
-#include "shaders/shared/frame.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,9 +1,9 @@
 // Makes connection rays for the benchmark, as path reuse traces them (shaders/reuse_connect.comp). They go from the 16
 // pixels of a group to the hits of their diffuse rays. An entry is (block, group, point, receiver), where the receiver
 // changes fastest. A ray is dead where the point or the surface is missing, or one is behind the other.
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/reuse_groups.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 

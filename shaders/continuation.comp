@@ -5,12 +5,12 @@
 // HALFLIGHT_LIGHT_SAMPLES (this one samples lights), HALFLIGHT_REUSE (vertex 1 keeps diffuse light apart for its group;
 // SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (a cell gives this light; the path's own light is kept apart for
 // cells), HALFLIGHT_CACHE_TAKEN (a later vertex takes this light from a known cell, and keeps no light apart).
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/radiance_cache.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/cache_cells.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/reuse_groups.h"
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #include "shaders/scene_tables.glsl"
 
@@ -84,7 +84,7 @@ uniform uint depth;  // number of this vertex, > 0
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
 #if HALFLIGHT_CELLS
-#include "shaders/lib/radiance_cache.glsl"
+#include "shaders/lib/cache_lookup.glsl"
 #endif
 
 #if !HALFLIGHT_LAST_VERTEX

@@ -10,7 +10,7 @@
 // The list of an earlier run is kept where its checksum is right and its shaft still contains the rays. A new shaft
 // includes the earlier one if the two are similar, and is widened. The shafts of a still camera therefore soon contain
 // all later rays.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/chord.glsl"

@@ -1,8 +1,8 @@
 // Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; TILE_LISTS reads the lists of shadow rays;
 // RESIDENCY finds the pages of surfaces, in scenes that are loaded in pages.
-#include "shaders/shared/aov.h"
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/aov_record.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
 #if HALFLIGHT_COUNT
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/alpha_key.glsl"

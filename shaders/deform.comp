@@ -1,6 +1,6 @@
 // Moves vertices by morph targets and joints (engine/scene/deformer.h). Each invocation has one vertex. Defines:
 // NORMALS and TANGENTS where there are any, JOINTS where joints move them.
-#include "shaders/shared/deform.h"
+#include "shaders/shared/joint_matrix.h"
 
 layout(local_size_x = 64) in;
 

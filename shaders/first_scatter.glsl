@@ -1,9 +1,9 @@
 // Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp. It sends a ray from the first surface through the
 // component that COMPONENT_GLOSSY (0 or 1) names, where this component is picked.
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/scene_tables.glsl"
 #if HALFLIGHT_TEXTURE_LEVELS
 #include "shaders/lib/ray_cone.glsl"

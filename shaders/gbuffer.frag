@@ -1,5 +1,5 @@
 // Stores the nearest triangle of each pixel and its block instance (primary visibility).
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 

@@ -1,5 +1,5 @@
 // Transforms block instances to clip space for primary visibility. Each block is one indexed, instanced draw.
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/geometry_tables.glsl"
 
 layout(std140) uniform FrameBlock { Frame frame; };

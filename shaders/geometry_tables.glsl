@@ -1,13 +1,13 @@
 // The scene's triangles and instances, and functions that read single elements. Kernels that trace, rasterize or
 // resolve hits (shaders/resolve.comp) include it, and so do those that sample lights (shaders/lib/lights.glsl).
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/instances.h"
+#include "shaders/shared/texture_units.h"
+#include "shaders/shared/instance_texels.h"
 #include "shaders/shared/triangle.h"
 
-layout(binding = UNIT_INSTANCES) uniform samplerBuffer scene_instances;
-layout(binding = UNIT_TRIANGLES) uniform usamplerBuffer scene_triangles;
-layout(binding = UNIT_POSITIONS) uniform samplerBuffer scene_positions;
-layout(binding = UNIT_VERTICES) uniform samplerBuffer scene_vertices;
+layout(binding = kUnitInstances) uniform samplerBuffer scene_instances;
+layout(binding = kUnitTriangles) uniform usamplerBuffer scene_triangles;
+layout(binding = kUnitPositions) uniform samplerBuffer scene_positions;
+layout(binding = kUnitVertices) uniform samplerBuffer scene_vertices;
 
 // Returns a row of TraceTables::triangles: three vertex indices and the word of flags and material.
 uvec4 triangle_row(uint triangle) { return texelFetch(scene_triangles, int(triangle)); }

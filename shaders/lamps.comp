@@ -2,10 +2,10 @@
 // nothing, so a ray may meet several. One of them is kept in proportion to its light and stands for all.
 //
 // Variant: HALFLIGHT_FIRST_HIT (rays from the first surface, for which HALFLIGHT_SHADOW_RAYS lights were sampled).
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #include "shaders/scene_tables.glsl"
 

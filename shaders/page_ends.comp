@@ -1,5 +1,5 @@
 // Keeps the ends of a batch's rays, for the page queries of the next sample (engine/paging/page_queries.h).
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 layout(local_size_x = 64) in;
 

@@ -16,8 +16,8 @@
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/occlusion.glsl"
 #endif
-#include "shaders/shared/path.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/reuse_groups.h"
 
 layout(local_size_x = 64) in;
 

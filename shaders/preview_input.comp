@@ -1,9 +1,9 @@
 // Converts the sums of a band to texels of the whole picture, for preview passes.
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
 #include "shaders/shared/denoise.h"
 #include "shaders/shared/pixel_order.h"
-#include "shaders/shared/preview.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/preview_constants.h"
+#include "shaders/shared/ray_structs.h"
 
 layout(local_size_x = 64) in;
 

@@ -1,5 +1,5 @@
 // Replaces the reflected light of the mean by light accumulated over earlier pictures, which may be filtered.
-#include "shaders/shared/preview.h"
+#include "shaders/shared/preview_constants.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -1,5 +1,5 @@
 // Frees the cells that no picture has used for long.
-#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/cache_cells.h"
 
 layout(local_size_x = 64) in;
 

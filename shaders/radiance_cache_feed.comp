@@ -1,7 +1,7 @@
 // Adds the light that paths have found to the cells of their second vertices, on all levels. NaNs, infinities and
 // negative radiances are left out.
-#include "shaders/shared/path.h"
-#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/cache_cells.h"
 
 layout(local_size_x = 64) in;
 
@@ -19,7 +19,7 @@ layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 
 uniform uint picture;  // number of the picture, as in CacheCell::used
 
-#include "shaders/lib/radiance_cache_points.glsl"
+#include "shaders/lib/cache_points.glsl"
 
 // Adds whole units and the remaining fraction of a unit (CacheCell).
 void add_to_sum(uint cell, int channel, float radiance) {

@@ -1,7 +1,7 @@
 // Adds the diffuse light of second vertices to their paths. It comes from the shortest cell with enough samples, else
 // from the longest one, else from the path itself.
-#include "shaders/shared/path.h"
-#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/cache_cells.h"
 
 layout(local_size_x = 64) in;
 
@@ -18,8 +18,8 @@ layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 
 uniform uint picture;  // number of the picture, as in CacheCell::used
 
-#include "shaders/lib/radiance_cache.glsl"
-#include "shaders/lib/radiance_cache_points.glsl"
+#include "shaders/lib/cache_lookup.glsl"
+#include "shaders/lib/cache_points.glsl"
 
 void main() {
     uint path = gl_GlobalInvocationID.x;

@@ -1,5 +1,5 @@
 // Stores the remaining reach of a tile's rays as depth, one texel per tile. It runs after some tiles were traced.
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
 

@@ -1,5 +1,5 @@
 // Draws one point of 8x8 texels per tile, at one texel per ray; drops it where the tile's list is empty.
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 #include "shaders/lib/raster_texels.glsl"
 
 uniform usampler2D list_sizes;  // R32UI: entries of a tile's list

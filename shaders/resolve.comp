@@ -1,4 +1,4 @@
-// Resolves hits: stores a surface record (shaders/shared/surface.h) for the hit of each path's ray, or for the
+// Resolves hits: stores a surface record (shaders/shared/surface_rows.h) for the hit of each path's ray, or for the
 // environment if it is a miss. No other kernel of a frame makes records or looks up the geometry of a hit.
 //
 // Variants by the source of the hits:
@@ -15,9 +15,9 @@
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
 //   HALFLIGHT_BY_CHANCE      rays have met panes by chance (shaders/panes.comp)
 //   HALFLIGHT_REUSE_POINTS   the point for path reuse is stored, too, without its light
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/reuse_groups.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 

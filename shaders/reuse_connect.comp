@@ -3,10 +3,10 @@
 // 16x16 pixels. An entry is (path that found the point, step to a member of its group). The HALFLIGHT_GROUP_SIZE rays
 // towards a point follow one another. All rays to points without light are dead, and so is the ray of the path itself,
 // step 0, which has arrived already.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/reuse_groups.h"
 #if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #endif

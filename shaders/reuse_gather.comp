@@ -1,9 +1,9 @@
 // Sums up what each first surface receives from the points of its group (SHADING.md, Path reuse). Each work group has
 // one block of 16x16 pixels, with groups of HALFLIGHT_GROUP_SIZE.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/reuse_groups.h"
 #if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #endif

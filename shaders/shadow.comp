@@ -1,8 +1,8 @@
 // Samples lights for every first surface: the sun with HALFLIGHT_SUN_SAMPLES, otherwise HALFLIGHT_SHADOW_RAYS of the
 // other lights.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 

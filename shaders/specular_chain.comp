@@ -2,9 +2,9 @@
 //
 // Variants: HALFLIGHT_CHAIN_BEGINS (first surfaces of all paths), HALFLIGHT_LAST_VERTEX (all chains end here),
 // HALFLIGHT_CHAIN_PLACES (places are stored; rough lobes count as perfect mirrors)
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/chain_records.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
@@ -40,7 +40,7 @@ uniform uint depth;  // number of this vertex, 0: the first surface
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/path_list.glsl"
 #include "shaders/lib/surface_record.glsl"
-#include "shaders/lib/specular_chain.glsl"
+#include "shaders/lib/specular_branch.glsl"
 
 #if !HALFLIGHT_LAST_VERTEX
 DEFINE_APPEND(append_leaving, leaving_header)

@@ -2,7 +2,7 @@
 // Spatiotemporal Variance-Guided Filtering, section 4.1). The earlier light is clipped to the likely range of the new
 // picture's neighbourhood (Salvi 2016, An Excursion in Temporal Supersampling: variance clipping). HALFLIGHT_HISTORY:
 // there is an earlier picture. HALFLIGHT_MOVED: surfaces may have been elsewhere in it.
-#include "shaders/shared/preview.h"
+#include "shaders/shared/preview_constants.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -1,15 +1,15 @@
 // The tracer's arrays (TraceScene::bind()), and access to nodes and triangles. Variant: TraceScene::defines().
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
 #if HALFLIGHT_NODES_FLOAT
-layout(binding = UNIT_NODES) uniform samplerBuffer trace_nodes;
+layout(binding = kUnitNodes) uniform samplerBuffer trace_nodes;
 #else
-layout(binding = UNIT_NODES) uniform usamplerBuffer trace_nodes;
+layout(binding = kUnitNodes) uniform usamplerBuffer trace_nodes;
 #endif
-layout(binding = UNIT_TRIANGLE_VERTICES) uniform samplerBuffer trace_triangles;
-layout(binding = UNIT_BLOCK_HEADS) uniform usamplerBuffer block_heads;
+layout(binding = kUnitTriangleVertices) uniform samplerBuffer trace_triangles;
+layout(binding = kUnitBlockHeads) uniform usamplerBuffer block_heads;
 
 // Returns the node index of the head of the hierarchy of an instance's block.
 uint block_head(uint instance) { return texelFetch(block_heads, int(instance)).x; }

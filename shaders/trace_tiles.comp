@@ -6,7 +6,7 @@
 //
 // Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered);
 // TILE_REST: the second kernel.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/shared/tile_list.h"
 #include "shaders/trace_scene.glsl"
 #define HALFLIGHT_STACK_MORE ((1 + HALFLIGHT_TWO_LEVEL) * kTileEntries)

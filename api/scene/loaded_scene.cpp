@@ -24,7 +24,7 @@
 #include "engine/scene/material_lobes.h"
 #include "engine/tables/table_rows.h"
 #include "renderer/memory.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
 
 namespace halflight {
 

@@ -8,8 +8,8 @@
 
 #include "engine/core/error.h"
 #include "engine/tables/instance_rows.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight {
 namespace {
@@ -48,20 +48,20 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
       instance_rows_("block instances", 0),
       instances_("instances by block", 0) {
     const auto add = [&](GLuint unit, GLenum format, const char* name) { view(unit, format, name); };
-    add(UNIT_TRIANGLES, GL_RGBA32UI, "triangles");
-    add(UNIT_VERTICES, GL_RGBA32F, "vertex attributes");
-    add(UNIT_MATERIALS, GL_RGBA32F, "materials");
-    add(UNIT_TEXTURES, GL_RGBA32UI, "texture descriptors");
-    add(UNIT_COLOR_TEXELS, GL_RGBA16F, "colour texels");
-    add(UNIT_DATA_TEXELS, GL_RGBA8, "data texels");
-    add(UNIT_LIGHTS, GL_RGBA32F, "lights");
-    add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table");
-    add(UNIT_LIGHT_TREE, GL_RGBA32UI, "light tree");
-    add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
-    add(UNIT_ENVIRONMENT, GL_RGB32F, "environment");
-    add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, "environment warp");
-    add(UNIT_ALBEDO, GL_RG32F, "directional albedo");
-    add(UNIT_LIGHT_GROUPS, GL_R32UI, "light groups");
+    add(shared::kUnitTriangles, GL_RGBA32UI, "triangles");
+    add(shared::kUnitVertices, GL_RGBA32F, "vertex attributes");
+    add(shared::kUnitMaterials, GL_RGBA32F, "materials");
+    add(shared::kUnitTextures, GL_RGBA32UI, "texture descriptors");
+    add(shared::kUnitColorTexels, GL_RGBA16F, "colour texels");
+    add(shared::kUnitDataTexels, GL_RGBA8, "data texels");
+    add(shared::kUnitLights, GL_RGBA32F, "lights");
+    add(shared::kUnitLightAlias, GL_RG32F, "light alias table");
+    add(shared::kUnitLightTree, GL_RGBA32UI, "light tree");
+    add(shared::kUnitLightOfTriangle, GL_R32UI, "light of triangle");
+    add(shared::kUnitEnvironment, GL_RGB32F, "environment");
+    add(shared::kUnitEnvironmentWarp, GL_RGBA32F, "environment warp");
+    add(shared::kUnitAlbedo, GL_RG32F, "directional albedo");
+    add(shared::kUnitLightGroups, GL_R32UI, "light groups");
     update(trace, shading, nullptr);
 }
 
@@ -108,33 +108,34 @@ void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading
     if (topology) gpu::replace(indices_, corner_indices(trace));
     gpu::replace(instance_rows_, halflight::instance_rows(trace));
     gpu::replace(instances_, instances_by_block(trace));
-    bring(UNIT_TRIANGLES, trace.triangles, traced ? &traced->triangles : nullptr);
-    bring(UNIT_VERTICES, shading.vertices, shaded ? &shaded->vertices : nullptr);
-    bring(UNIT_MATERIALS, shading.materials, shaded ? &shaded->materials : nullptr);
-    bring(UNIT_TEXTURES, shading.textures, shaded ? &shaded->textures : nullptr);
+    bring(shared::kUnitTriangles, trace.triangles, traced ? &traced->triangles : nullptr);
+    bring(shared::kUnitVertices, shading.vertices, shaded ? &shaded->vertices : nullptr);
+    bring(shared::kUnitMaterials, shading.materials, shaded ? &shaded->materials : nullptr);
+    bring(shared::kUnitTextures, shading.textures, shaded ? &shaded->textures : nullptr);
     if (!shading.texels_left_out) {
         tiles_.reset();  // frees its memory first
         if (!shading.tiled.empty())
             tiles_ = std::make_unique<paging::TilePool>(shading.tiled, tile_bytes_, bank_shift_);
-        bring_pool("colour texels", UNIT_COLOR_TEXELS, UNIT_COLOR_BANKS, GL_RGBA16F, shading.color_texels);
-        bring_pool("data texels", UNIT_DATA_TEXELS, UNIT_DATA_BANKS, GL_RGBA8, shading.data_texels);
+        bring_pool("colour texels", shared::kUnitColorTexels, shared::kUnitColorBanks, GL_RGBA16F,
+                   shading.color_texels);
+        bring_pool("data texels", shared::kUnitDataTexels, shared::kUnitDataBanks, GL_RGBA8, shading.data_texels);
     }
     for (const View& v : views_) {
-        const bool color = v.unit >= UNIT_COLOR_BANKS && v.unit < UNIT_DATA_BANKS;
-        if (v.unit < UNIT_COLOR_BANKS || v.unit >= UNIT_TILE_SLOTS) continue;
+        const bool color = v.unit >= shared::kUnitColorBanks && v.unit < shared::kUnitDataBanks;
+        if (v.unit < shared::kUnitColorBanks || v.unit >= shared::kUnitTileSlots) continue;
         defines_.set(fmt::format("HALFLIGHT_{}_BANK_{}", color ? "COLOR" : "DATA",
-                                 1 + v.unit - (color ? UNIT_COLOR_BANKS : UNIT_DATA_BANKS)));
+                                 1 + v.unit - (color ? shared::kUnitColorBanks : shared::kUnitDataBanks)));
         defines_.set(color ? "HALFLIGHT_COLOR_BANK_SHIFT" : "HALFLIGHT_DATA_BANK_SHIFT", std::to_string(bank_shift_));
     }
     if (tiles_) tiles_->define(defines_);
-    bring(UNIT_LIGHTS, shading.lights, shaded ? &shaded->lights : nullptr);
-    bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
-    bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
-    bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
-    bring(UNIT_LIGHT_GROUPS, shading.light_groups, shaded ? &shaded->light_groups : nullptr);
-    bring(UNIT_ENVIRONMENT, shading.environment.pixels, shaded ? &shaded->environment.pixels : nullptr);
-    bring(UNIT_ALBEDO, shading.albedo.pixels, shaded ? &shaded->albedo.pixels : nullptr);
-    bring(UNIT_ENVIRONMENT_WARP, shading.environment_warp, shaded ? &shaded->environment_warp : nullptr);
+    bring(shared::kUnitLights, shading.lights, shaded ? &shaded->lights : nullptr);
+    bring(shared::kUnitLightAlias, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
+    bring(shared::kUnitLightTree, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
+    bring(shared::kUnitLightOfTriangle, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
+    bring(shared::kUnitLightGroups, shading.light_groups, shaded ? &shaded->light_groups : nullptr);
+    bring(shared::kUnitEnvironment, shading.environment.pixels, shaded ? &shaded->environment.pixels : nullptr);
+    bring(shared::kUnitAlbedo, shading.albedo.pixels, shaded ? &shaded->albedo.pixels : nullptr);
+    bring(shared::kUnitEnvironmentWarp, shading.environment_warp, shaded ? &shaded->environment_warp : nullptr);
     bind();  // bind() reports tables beyond the driver's limits
     set_draws(trace);
 }
@@ -178,8 +179,8 @@ std::size_t SceneBuffers::bytes() const {
 
 void SceneBuffers::bind() const {
     for (const View& v : views_) v.buffer.bind_texture(v.unit, v.format);
-    positions_.bind_texture(UNIT_POSITIONS, GL_RGB32F);
-    instance_rows_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+    positions_.bind_texture(shared::kUnitPositions, GL_RGB32F);
+    instance_rows_.bind_texture(shared::kUnitInstances, GL_RGBA32F);
     if (tiles_) tiles_->bind();
 }
 

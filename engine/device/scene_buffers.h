@@ -12,7 +12,7 @@
 #include "engine/paging/tile_pool.h"
 #include "engine/tables/shading_tables.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
 
 namespace halflight {
 
@@ -20,8 +20,8 @@ namespace halflight {
 class SceneBuffers {
   public:
     /// Throws Error where an array exceeds what the driver can address. bank_shift: largest logarithm of the texels of
-    /// a bank of a texel pool (shaders/shared/texture.h); banks are never larger than the driver's texture buffers.
-    /// tile_bytes: bytes of device memory for tiles of textures, where these are in tiles.
+    /// a bank of a texel pool (shaders/shared/texture_rows.h); banks are never larger than the driver's texture
+    /// buffers. tile_bytes: bytes of device memory for tiles of textures, where these are in tiles.
     SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift = shared::kMostBankShift,
                  std::size_t tile_bytes = std::size_t{256} << 20);
 
@@ -42,14 +42,14 @@ class SceneBuffers {
     std::size_t widest_record_bytes() const;  ///< Returns bytes of the widest record that a frame keeps per path.
     std::size_t bytes() const;                ///< Returns the size in device memory, bytes.
 
-    /// Returns the block instances as shaders/shared/instances.h lays them out, for rays::TraceScene too.
+    /// Returns the block instances as shaders/shared/instance_texels.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }
 
     /// Returns the pool of texture tiles, or null where all textures are in memory. Kernels that look up any texture
     /// run by TilePool::shade().
     paging::TilePool* tiles() const { return tiles_.get(); }
 
-    /// Binds every table to its texture unit (shaders/shared/bindings.h).
+    /// Binds every table to its texture unit (shaders/shared/texture_units.h).
     void bind() const;
     /// Draws all block instances with the bound program (shaders/gbuffer.vert) and sets `first_triangle` for each
     /// block.

@@ -51,7 +51,7 @@ struct SceneView {
     std::uint32_t light_groups = 0;           // number of light groups whose light is summed apart; 0: none
     bool lens = false;                        // camera rays start on the lens of the frame constants
     graph::BufferHandle sampled_blocks{};     // buffer of SampledBlock, which places the paths; null: one per pixel
-    bool optics = false;                      // camera rays follow shaders/shared/optics.h
+    bool optics = false;                      // camera rays follow shaders/shared/ray_projections.h
     Backfaces backfaces = Backfaces::show;    // rays that pass back faces
 
     /// Returns which rays of a batch pass back faces.

@@ -1,7 +1,7 @@
 #include "engine/gpu/program_slots.h"
 
 #include "engine/core/error.h"
-#include "shaders/shared/bindings.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::gpu {
 namespace {
@@ -85,7 +85,7 @@ void add(std::vector<Slot>& slots, std::string_view program, Slot slot) {
 
 void assign_uniforms(std::string_view program_name, GLuint program, std::vector<Slot>& slots) {
     const ActiveResources uniforms(program, GL_UNIFORM);
-    GLuint next_unit = UNIT_FREE, next_image = 0;
+    GLuint next_unit = shared::kUnitFree, next_image = 0;
     for (GLuint i = 0; i < uniforms.count(); ++i) {
         const GLint type = uniforms.value(i, GL_TYPE);
         const bool image = is_image(type);

@@ -21,9 +21,9 @@ struct Slot {
 };
 
 /// Gives each active block, sampler and image of a linked program a slot, and returns the slots. Blocks and images are
-/// numbered from 0, samplers from UNIT_FREE. Samplers of scene tables keep the unit that their layout names
-/// (shaders/shared/bindings.h). Throws Error that names program and resource for arrays of resources, and for uniforms
-/// that Program can neither bind nor set.
+/// numbered from 0, samplers from kUnitFree. Samplers of scene tables keep the unit that their layout names
+/// (shaders/shared/texture_units.h). Throws Error that names program and resource for arrays of resources, and for
+/// uniforms that Program can neither bind nor set.
 std::vector<Slot> assign_slots(std::string_view name, GLuint program);
 
 }  // namespace halflight::gpu

@@ -16,7 +16,7 @@
 #include "engine/core/memory_ledger.h"
 #include "engine/paging/partition.h"
 #include "engine/tables/table_rows.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::paging {
 namespace {

@@ -8,7 +8,7 @@
 #include "engine/paging/byte_reader.h"
 #include "engine/rays/page_node.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::paging {
 namespace {

@@ -10,7 +10,7 @@
 #include "engine/io/zstd_frame.h"
 #include "engine/paging/byte_reader.h"
 #include "engine/paging/page_codec.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::paging {
 namespace {

@@ -12,8 +12,8 @@
 #include "engine/rays/bvh.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/rays/page_node.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::paging {
 namespace {
@@ -289,8 +289,8 @@ std::uint32_t PagePool::free_slot() {
 
 void PagePool::bind_rows(const gpu::Program& program) const {
     if (alpha_triangles_.bytes() == 0) return;
-    alpha_triangles_.bind_texture(UNIT_TRIANGLES, GL_RGBA32UI);
-    alpha_attributes_.bind_texture(UNIT_VERTICES, GL_RGBA32F);
+    alpha_triangles_.bind_texture(shared::kUnitTriangles, GL_RGBA32UI);
+    alpha_attributes_.bind_texture(shared::kUnitVertices, GL_RGBA32F);
     program.bind_texture("first_rows", first_rows_, GL_R16UI);
 }
 

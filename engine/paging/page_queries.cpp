@@ -7,7 +7,7 @@
 
 #include "engine/rays/bvh.h"
 #include "engine/rays/packed_bvh.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight::paging {

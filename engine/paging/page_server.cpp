@@ -11,7 +11,7 @@
 #include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/graph/execute.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight::paging {
 namespace {

@@ -12,7 +12,7 @@
 #include "engine/rays/page_node.h"
 #include "engine/rays/pair_texels.h"
 #include "engine/tables/table_rows.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::paging {
 namespace {

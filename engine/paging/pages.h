@@ -28,8 +28,8 @@ struct PageLimits {
 inline constexpr std::uint32_t kLeastPageBytes = 768, kMostPageBytes = 192 << 10;
 inline constexpr std::uint32_t kPageByteSteps = 48;  // sizes of slots are multiples: they hold whole texels
 
-/// A page. Nodes and pairs are as kernels read them (shaders/shared/bvh.h), with two differences: distances of nodes
-/// are 0, and corners are indices of vertices. Ids of triangles are indices into TraceTables::triangles.
+/// A page. Nodes and pairs are as kernels read them (shaders/shared/bvh_nodes.h), with two differences: distances of
+/// nodes are 0, and corners are indices of vertices. Ids of triangles are indices into TraceTables::triangles.
 ///
 /// The nodes of a subtree come breadth first: the root, its children, their children. The pairs of leaves come in the
 /// order of the nodes above them. The next node that is below no earlier one is the root of another subtree.
@@ -146,7 +146,7 @@ class PageSource {
 
 /// A page as the pool takes it.
 struct LoadedPage {
-    std::vector<uvec4> texels;          // content of the slot (shaders/shared/bvh.h)
+    std::vector<uvec4> texels;          // content of the slot (shaders/shared/bvh_nodes.h)
     std::vector<rays::PageNode> roots;  // roots of its subtrees; distances count from the start of the slot
     TriangleRows rows;                  // rows of the alpha-tested triangles, in the order of the pairs
     // Per texel of nodes and pairs: place of the pair's first row. Empty without rows.

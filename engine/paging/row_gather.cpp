@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/core/stopwatch.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::paging {
 namespace {
@@ -94,9 +94,9 @@ void RowGather::read(const std::vector<std::uint32_t>& triangles) {
 }
 
 void RowGather::bind() const {
-    triangles_.bind_texture(UNIT_TRIANGLES, GL_RGBA32UI);
-    positions_.bind_texture(UNIT_POSITIONS, GL_RGB32F);
-    attributes_.bind_texture(UNIT_VERTICES, GL_RGBA32F);
+    triangles_.bind_texture(shared::kUnitTriangles, GL_RGBA32UI);
+    positions_.bind_texture(shared::kUnitPositions, GL_RGB32F);
+    attributes_.bind_texture(shared::kUnitVertices, GL_RGBA32F);
 }
 
 }  // namespace halflight::paging

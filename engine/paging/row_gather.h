@@ -21,9 +21,9 @@ class RowGather {
 
     /// Reads the rows of `count` paths. `hits` has one Hit per path. Rows of misses are zeros.
     void gather(const gpu::Buffer& hits, std::size_t count);
-    /// Reads the rows of the paths of a list (ListHeader of shaders/shared/rays.h).
+    /// Reads the rows of the paths of a list (ListHeader of shaders/shared/ray_structs.h).
     void gather(const gpu::Buffer& hits, const gpu::Buffer& list, const gpu::Buffer& header);
-    /// Binds the rows in place of the scene's tables: UNIT_TRIANGLES, UNIT_POSITIONS and UNIT_VERTICES.
+    /// Binds the rows in place of the scene's tables: kUnitTriangles, kUnitPositions and kUnitVertices.
     void bind() const;
 
     std::uint64_t rows() const { return rows_; }  ///< Returns the number of rows of all batches so far.

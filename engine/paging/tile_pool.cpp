@@ -18,8 +18,8 @@
 #include "engine/scene/image_tiles.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/shading_textures.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::paging {
 namespace {
@@ -105,10 +105,10 @@ void TilePool::define(gpu::Defines& defines) const {
 void TilePool::bind() const {
     for (std::size_t i = 0; i < banks_.size(); ++i) {
         const auto more = static_cast<GLuint>(i);
-        banks_[i].bind_texture(i == 0 ? UNIT_COLOR_TEXELS : UNIT_COLOR_BANKS + more - 1, GL_RGBA16F);
-        banks_[i].bind_texture(i == 0 ? UNIT_DATA_TEXELS : UNIT_DATA_BANKS + more - 1, GL_RGBA8);
+        banks_[i].bind_texture(i == 0 ? shared::kUnitColorTexels : shared::kUnitColorBanks + more - 1, GL_RGBA16F);
+        banks_[i].bind_texture(i == 0 ? shared::kUnitDataTexels : shared::kUnitDataBanks + more - 1, GL_RGBA8);
     }
-    table_.bind_texture(UNIT_TILE_SLOTS, GL_R32UI);
+    table_.bind_texture(shared::kUnitTileSlots, GL_R32UI);
 }
 
 // --- Loading ---------------------------------------------------------------------------------------------------------

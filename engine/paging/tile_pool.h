@@ -37,7 +37,7 @@ class TilePool {
 
     /// Adds the macros of kernels that look tiles up.
     void define(gpu::Defines& defines) const;
-    void bind() const;  ///< Binds pool and table (shaders/shared/bindings.h).
+    void bind() const;  ///< Binds pool and table (shaders/shared/texture_units.h).
 
     /// Runs a kernel until no invocation misses a tile. `all` dispatches it for its whole batch of at most `most`
     /// invocations. The kernel has HALFLIGHT_TILE_REQUESTS as in shaders/resolve.comp, and its other resources are

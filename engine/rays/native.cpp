@@ -21,7 +21,7 @@
 #include "engine/gpu/mapping.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/native_trace.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight::rays {
 namespace {

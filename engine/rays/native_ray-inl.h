@@ -9,7 +9,7 @@
 
 #include "engine/rays/native_lanes-inl.h"
 #include "engine/rays/native_tree.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "engine/rays/native_tree.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight::rays {
 
 /// A batch of rays in memory.
 struct NativeJob {
     const NativeTree* tree = nullptr;
-    const vec4* pairs = nullptr;  // kBvhPairTexels per pair, as in shaders/shared/bvh.h
+    const vec4* pairs = nullptr;  // kBvhPairTexels per pair, as in shaders/shared/bvh_nodes.h
     bool alpha_tested = false;    // TraceTables::alpha_tested
     bool slivers = false;         // TraceTables::slivers
     int backfaces = 0;            // HALFLIGHT_BACKFACES; 0: all rays meet back faces

@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "engine/tables/instance_rows.h"
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/instances.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/instance_texels.h"
 
 namespace halflight::rays {
 namespace {

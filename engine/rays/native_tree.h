@@ -25,12 +25,12 @@ inline constexpr int kNativeWidth = 8;
 template <class Bound>
 struct alignas(64) NativeNode {
     std::array<std::array<Bound, kNativeWidth>, 6> bounds;
-    // References as in shaders/shared/bvh.h; those to nodes are indices of eight-wide nodes.
+    // References as in shaders/shared/bvh_nodes.h; those to nodes are indices of eight-wide nodes.
     std::array<std::uint32_t, kNativeWidth> reference;
 };
 static_assert(sizeof(NativeNode<std::uint16_t>) == 128 && sizeof(NativeNode<float>) == 256);
 
-/// A hierarchy over instances, or of a block, with the constants of its head (shaders/shared/bvh.h).
+/// A hierarchy over instances, or of a block, with the constants of its head (shaders/shared/bvh_nodes.h).
 struct NativeSpace {
     vec3 base{0};
     vec3 cell{1};

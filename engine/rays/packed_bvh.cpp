@@ -12,7 +12,7 @@
 #include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
 #include "engine/rays/pair_texels.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::rays {
 namespace {

@@ -1,4 +1,4 @@
-// Hierarchies and triangles in the layout of kernels (shaders/shared/bvh.h). No OpenGL is used.
+// Hierarchies and triangles in the layout of kernels (shaders/shared/bvh_nodes.h). No OpenGL is used.
 #pragma once
 
 #include <cstddef>

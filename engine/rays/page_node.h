@@ -1,4 +1,4 @@
-// Nodes and pairs of pages (shaders/shared/bvh.h). No OpenGL is used.
+// Nodes and pairs of pages (shaders/shared/bvh_nodes.h). No OpenGL is used.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/bvh.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::rays {
 

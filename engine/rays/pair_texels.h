@@ -1,4 +1,4 @@
-// A pair of triangles as kernels read it (shaders/shared/bvh.h). No OpenGL is used.
+// A pair of triangles as kernels read it (shaders/shared/bvh_nodes.h). No OpenGL is used.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "engine/core/math.h"
 #include "engine/rays/pairs.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::rays {
 

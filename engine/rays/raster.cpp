@@ -15,8 +15,8 @@
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster_layout.h"
-#include "shaders/shared/raster.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/raster_lists.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/shared/word.h"
 
 namespace halflight::rays {
@@ -31,7 +31,7 @@ using Query = gpu::Object<delete_query>;
 
 constexpr std::size_t kWideTile = 10;  // survey nodes that a tile may meet and still be culled
 
-/// Returns the texels of `boxes` (shaders/shared/raster.h).
+/// Returns the texels of `boxes` (shaders/shared/raster_lists.h).
 std::vector<vec4> box_rows(const CullTree& tree) {
     std::vector<vec4> rows;
     for (const CullNode& n : tree.nodes) {

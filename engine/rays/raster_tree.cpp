@@ -4,15 +4,15 @@
 #include <bit>
 #include <cmath>
 
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/raster.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/raster_lists.h"
 
 namespace halflight::rays {
 namespace {
 
 using shared::kBvhIndexMask;
 
-/// Reader of hierarchies in the layout of shaders/shared/bvh.h.
+/// Reader of hierarchies in the layout of shaders/shared/bvh_nodes.h.
 class PackedReader {
   public:
     struct Head {

@@ -16,7 +16,7 @@ struct CullNode {
     std::uint32_t parent = 0;
     std::uint32_t first_child = 0;  // index of the first child; children are consecutive
     std::uint32_t child_count = 0;  // number of children; 0: a leaf
-    std::uint32_t node = 0;         // index as in references of shaders/shared/bvh.h
+    std::uint32_t node = 0;         // index as in references of shaders/shared/bvh_nodes.h
     std::uint32_t slots = 0;        // bit i is set if child i of `node` belongs to this node
 };
 

@@ -7,7 +7,7 @@
 #include <queue>
 #include <utility>
 
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight::rays {

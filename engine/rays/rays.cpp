@@ -12,9 +12,9 @@
 #include "engine/graph/execute.h"
 #include "engine/rays/batch_server.h"
 #include "engine/tables/instance_rows.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/texture_units.h"
 
 namespace halflight::rays {
 namespace {
@@ -158,13 +158,13 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
 }
 
 void TraceScene::bind() const {
-    nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::floating ? GL_RGBA32F : GL_RGBA32UI);
+    nodes_.bind_texture(shared::kUnitNodes, statistics_.node_format == NodeFormat::floating ? GL_RGBA32F : GL_RGBA32UI);
     if (statistics_.node_format == NodeFormat::page)
-        nodes_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGB32F);
+        nodes_.bind_texture(shared::kUnitTriangleVertices, GL_RGB32F);
     else
-        triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
-    heads_.bind_texture(UNIT_BLOCK_HEADS, GL_R32UI);
-    instances().bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+        triangles_.bind_texture(shared::kUnitTriangleVertices, GL_RGBA32F);
+    heads_.bind_texture(shared::kUnitBlockHeads, GL_R32UI);
+    instances().bind_texture(shared::kUnitInstances, GL_RGBA32F);
 }
 
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch, Access rays) {

@@ -11,7 +11,7 @@
 #include "engine/rays/kinds.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight::rays {
 
@@ -22,8 +22,8 @@ enum class PassBacks : std::uint8_t {
     all = shared::kEveryRay,
 };
 
-/// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/rays.h) lie at the index
-/// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
+/// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/ray_structs.h) lie at the
+/// index of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
 ///
 /// The first `count` entries of `list`, path indices in tile order, are traced where a list is given. 64 consecutive
 /// entries are one 8x8 tile, or the remains of several. Without a list all rays are traced. A ray with t_max < t_min is
@@ -40,10 +40,10 @@ struct RayBatch {
     std::uint32_t rays_of_path = 1;
     graph::BufferHandle rays;         // `capacity` Ray structs
     graph::BufferHandle list;         // `capacity` path indices, uint; optional
-    graph::BufferHandle list_header;  // ListHeader of shaders/shared/rays.h, if there is a list
+    graph::BufferHandle list_header;  // ListHeader of shaders/shared/ray_structs.h, if there is a list
     // Key of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
-    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h) and a salt. The frame's seed
-    // and sample_index change from run to run; the salt differs between the batches of one run.
+    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame_block.h) and a salt. The frame's
+    // seed and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
     graph::BufferHandle sampled_blocks{};  // buffer of SampledBlock, which places the paths; null: one per pixel
     std::uint32_t alpha_salt = 0;
@@ -128,14 +128,14 @@ class TraceScene {
 
     gpu::Buffer& nodes() { return nodes_; }  ///< Returns the buffer of nodes, which pages are written to.
     const gpu::Buffer& nodes() const { return nodes_; }
-    /// Returns the buffer of pairs of triangles (shaders/shared/bvh.h), which is empty in scenes that are loaded in
-    /// pages.
+    /// Returns the buffer of pairs of triangles (shaders/shared/bvh_nodes.h), which is empty in scenes that are loaded
+    /// in pages.
     const gpu::Buffer& pairs() const { return triangles_; }
     /// Returns the buffer of node indices of the heads of the instances' blocks.
     const gpu::Buffer& heads() const { return heads_; }
     bool slivers() const { return slivers_; }  ///< Returns whether kernels test triangles in double.
 
-    /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
+    /// Binds kUnitNodes, kUnitTriangleVertices, kUnitBlockHeads and kUnitInstances.
     void bind() const;
     /// Returns the defines that select the variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
     const gpu::Defines& defines() const { return defines_; }
@@ -186,7 +186,7 @@ graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, co
                                 graph::BufferHandle hits);
 
 /// Adds the passes that test for each ray of the batch whether a surface lies in (t_min, t_max). Returns one uint per
-/// path: kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/rays.h).
+/// path: kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/ray_structs.h).
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 

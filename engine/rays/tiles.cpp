@@ -6,8 +6,8 @@
 
 #include "engine/core/interruption.h"
 #include "engine/rays/batch_server.h"
-#include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/ray_structs.h"
+#include "shaders/shared/reuse_groups.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight::rays {

@@ -6,7 +6,7 @@
 #include "engine/graph/execute.h"
 #include "engine/rays/native.h"
 #include "engine/rays/tracer_batch.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight::rays {

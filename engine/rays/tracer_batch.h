@@ -13,7 +13,7 @@
 #include "engine/rays/batch_statistics.h"
 #include "engine/rays/choice.h"
 #include "engine/rays/tracer.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight::rays {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
-#include "shaders/shared/deform.h"
+#include "shaders/shared/joint_matrix.h"
 
 namespace halflight {
 
@@ -83,7 +83,7 @@ std::vector<float> sides_of(const Deformation& deformation);
 /// Returns the determinant of the linear part of an affine matrix, 0 where rounding can decide its sign.
 double determinant_of(const dmat4& matrix);
 
-/// Returns a joint in the layout of shaders/shared/deform.h.
+/// Returns a joint in the layout of shaders/shared/joint_matrix.h.
 shared::JointMatrix joint_matrix(const Joint& joint);
 std::vector<shared::JointMatrix> joint_matrices(std::span<const Joint> joints);
 

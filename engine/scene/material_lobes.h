@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/scene/material.h"
-#include "shaders/shared/albedo.h"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/albedo_coordinates.h"
+#include "shaders/shared/chain_records.h"
 
 namespace halflight {
 

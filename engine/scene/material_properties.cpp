@@ -4,7 +4,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
-#include "shaders/shared/surface.h"
+#include "shaders/shared/surface_rows.h"
 
 namespace halflight {
 namespace {

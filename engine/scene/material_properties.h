@@ -19,7 +19,7 @@ namespace halflight {
 /// The member of Material that holds a property.
 using MaterialField = std::variant<float Material::*, vec3 Material::*, vec4 Material::*, bool Material::*>;
 
-/// A component of a material's rows in UNIT_MATERIALS (RGBA32F).
+/// A component of a material's rows in kUnitMaterials (RGBA32F).
 struct MaterialPacking {
     int row = kNone;    // row of the material; kNone: not packed
     int component = 0;  // first component of the property, 0 to 3
@@ -95,9 +95,9 @@ std::span<const MaterialLobe> material_lobes();
 
 /// Returns the number of rows (RGBA32F texels) per material.
 int material_rows();
-/// Returns the number of rows of a surface record (shaders/shared/surface.h).
+/// Returns the number of rows of a surface record (shaders/shared/surface_rows.h).
 int record_rows(const MaterialNeeds& needs);
-/// Returns the number of rows that a point for path reuse has for its layers (shaders/shared/reuse.h).
+/// Returns the number of rows that a point for path reuse has for its layers (shaders/shared/reuse_groups.h).
 int layer_rows(const MaterialNeeds& needs);
 
 /// Returns the number of components: 1, 3 or 4.

@@ -2,7 +2,7 @@
 #include <array>
 
 #include "engine/scene/material_properties.h"
-#include "shaders/shared/material.h"
+#include "shaders/shared/material_rows.h"
 
 namespace halflight {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "engine/core/names.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/aov.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/aov_record.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

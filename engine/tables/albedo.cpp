@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
-#include "shaders/shared/albedo.h"
+#include "shaders/shared/albedo_coordinates.h"
 
 namespace halflight {
 namespace {

@@ -41,18 +41,18 @@ struct SolidAlbedo {
 /// cosine.
 SolidAlbedo solid_albedo(double cosine, double alpha, double eta, int samples);
 
-/// Returns the table that shaders/lib/microfacet.glsl interpolates bilinearly. shaders/shared/albedo.h defines its
-/// axes. Channel 0 is E_1 = E_A + E_B. Channel 1 is E_B / E_1 - (1 - cosine)^5, the difference from a mirror's.
-/// Interpolation errors relative to E_1:
+/// Returns the table that shaders/lib/microfacet.glsl interpolates bilinearly. shaders/shared/albedo_coordinates.h
+/// defines its axes. Channel 0 is E_1 = E_A + E_B. Channel 1 is E_B / E_1 - (1 - cosine)^5, the difference from a
+/// mirror's. Interpolation errors relative to E_1:
 ///   E_1  below 1e-4, for cosines below 1e-4 below 2e-4
 ///   E_B  below 1e-4 where alpha >= 0.01, below 4e-4 elsewhere
 /// The computation takes about 15 ms.
 ///
 /// Other parts follow in rows of their own, in the order of AlbedoParts:
 ///   sheen       the albedo in channel 0; interpolation errors are below 1e-3
-///   anisotropy  a table of four coordinates (shaders/shared/albedo.h) with the channels of the first part. It takes
-///               about 1 s of processor time. Errors relative to E_1 are below 0.3 % for 99 % of all arguments, and
-///               below 2 % for all that the test draws
+///   anisotropy  a table of four coordinates (shaders/shared/albedo_coordinates.h) with the channels of the first
+///               part. It takes about 1 s of processor time. Errors relative to E_1 are below 0.3 % for 99 % of all
+///               arguments, and below 2 % for all that the test draws
 ///   solid       a table of three coordinates. Channel 0 is SolidAlbedo::whole, channel 1 is `refracted`. Texels are
 ///               means of 256 points. It takes about 0.3 s. The mean error is 1e-3
 Image build_albedo_table(AlbedoParts parts = {});

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "engine/tables/luminance.h"
-#include "shaders/shared/environment.h"
+#include "shaders/shared/environment_texels.h"
 
 namespace halflight {
 namespace {

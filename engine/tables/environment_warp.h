@@ -1,4 +1,4 @@
-// Importance of environment maps, and the hierarchy by which shaders sample them (shaders/shared/environment.h).
+// Importance of environment maps, and the hierarchy by which shaders sample them (shaders/shared/environment_texels.h).
 #pragma once
 
 #include <vector>

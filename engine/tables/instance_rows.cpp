@@ -1,6 +1,6 @@
 #include "engine/tables/instance_rows.h"
 
-#include "shaders/shared/instances.h"
+#include "shaders/shared/instance_texels.h"
 
 namespace halflight {
 

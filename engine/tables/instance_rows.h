@@ -7,7 +7,7 @@
 
 namespace halflight {
 
-/// Returns the rows of all block instances as shaders/shared/instances.h lays them out.
+/// Returns the rows of all block instances as shaders/shared/instance_texels.h lays them out.
 std::vector<vec4> instance_rows(const TraceTables& tables);
 
 }  // namespace halflight

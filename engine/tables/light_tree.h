@@ -1,5 +1,5 @@
-// Light trees: hierarchies over lights that choose one by its importance for a receiver. shaders/shared/light_tree.h
-// has the layout.
+// Light trees: hierarchies over lights that choose one by its importance for a receiver.
+// shaders/shared/light_tree_rows.h has the layout.
 //
 // The tree is built from the top by the surface area orientation heuristic (Conty Estevez and Kulla 2018, section 4.1).
 // A group is split into buckets along each axis; the split with the least sum of intensity, area and angular extent
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
-#include "shaders/shared/light_tree.h"
+#include "shaders/shared/light_tree_rows.h"
 
 namespace halflight {
 
@@ -33,7 +33,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b);
 bool act_as_one(const LightBounds& a, const LightBounds& b);
 
 struct LightTree {
-    std::vector<uvec4> rows;            // UNIT_LIGHT_TREE; of the header only `names` is set
+    std::vector<uvec4> rows;            // kUnitLightTree; of the header only `names` is set
     std::vector<std::uint32_t> trails;  // trail of each light
 };
 

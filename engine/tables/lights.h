@@ -42,18 +42,18 @@ inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightCho
 const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree", "uniform" or "all".
 
 struct LightTables {
-    // UNIT_LIGHTS: triangles, punctual lights, the environment, the separate sun
+    // kUnitLights: triangles, punctual lights, the environment, the separate sun
     std::vector<vec4> rows;
-    std::vector<vec2> alias;  // UNIT_LIGHT_ALIAS: alias table over lights
-    // UNIT_LIGHT_OF_TRIANGLE: light by triangle. Paged scenes: emissive triangles by light, ascending. Empty if none
+    std::vector<vec2> alias;  // kUnitLightAlias: alias table over lights
+    // kUnitLightOfTriangle: light by triangle. Paged scenes: emissive triangles by light, ascending. Empty if none
     // emits.
     std::vector<std::uint32_t> light_of_triangle;
-    // UNIT_LIGHT_GROUPS: groups of the environment, of emission that is no light, and of each light. Empty without
+    // kUnitLightGroups: groups of the environment, of emission that is no light, and of each light. Empty without
     // groups
     std::vector<std::uint32_t> groups;
-    Image environment;                        // UNIT_ENVIRONMENT: map times its colour; empty if black
-    std::vector<vec4> environment_warp;       // UNIT_ENVIRONMENT_WARP: hierarchy of cells
-    std::vector<uvec4> tree;                  // UNIT_LIGHT_TREE: light tree; empty without one
+    Image environment;                        // kUnitEnvironment: map times its colour; empty if black
+    std::vector<vec4> environment_warp;       // kUnitEnvironmentWarp: hierarchy of cells
+    std::vector<uvec4> tree;                  // kUnitLightTree: light tree; empty without one
     LightChoice choice = LightChoice::power;  // the choice in use, never `automatic`
     double tree_share = 0;                    // share of the choices that the tree makes
     std::vector<double> probabilities;  // probability of each light without the tree; 1 with `all`; the sun has none

@@ -5,8 +5,8 @@
 
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
-#include "shaders/shared/reuse.h"
-#include "shaders/shared/surface.h"
+#include "shaders/shared/reuse_groups.h"
+#include "shaders/shared/surface_rows.h"
 
 namespace halflight {
 namespace {

@@ -46,8 +46,9 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool light() const { return lights() || emission; }
     /// Returns the number of texels per vertex (shaders/shared/vertex.h).
     int vertex_stride() const;
-    std::size_t surface_record_bytes() const;  ///< Returns the bytes of a surface record (shaders/shared/surface.h).
-    std::size_t reuse_point_bytes() const;     ///< Returns the bytes of a ReusePoint with its layers.
+    std::size_t surface_record_bytes()
+        const;                              ///< Returns the bytes of a surface record (shaders/shared/surface_rows.h).
+    std::size_t reuse_point_bytes() const;  ///< Returns the bytes of a ReusePoint with its layers.
     bool operator==(const SceneNeeds&) const = default;
 };
 

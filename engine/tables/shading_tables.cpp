@@ -13,7 +13,7 @@
 #include "engine/tables/shading_textures.h"
 #include "engine/tables/table_rows.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
 #include "shaders/shared/word.h"
 
 namespace halflight {

@@ -50,7 +50,7 @@ struct TiledTexture {
     bool pinned = false;    // PooledImage
     std::uint32_t first_tile = 0;
 
-    /// Returns the texels of a tile along its edges (shaders/shared/texture.h).
+    /// Returns the texels of a tile along its edges (shaders/shared/texture_rows.h).
     ivec2 tile_size() const;
     ivec2 tile_count() const;  ///< Returns the tiles along both edges.
 };

@@ -9,7 +9,7 @@
 
 #include "engine/core/error.h"
 #include "engine/tables/light_textures.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
 
 namespace halflight {
 

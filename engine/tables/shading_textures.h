@@ -1,4 +1,4 @@
-// Texel pools and texture descriptors (shaders/shared/texture.h).
+// Texel pools and texture descriptors (shaders/shared/texture_rows.h).
 #pragma once
 
 #include <array>

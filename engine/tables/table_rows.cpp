@@ -9,7 +9,7 @@
 #include "engine/scene/image_tiles.h"
 #include "engine/scene/material_lobes.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "shaders/shared/vertex.h"
 
 namespace halflight {

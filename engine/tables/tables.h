@@ -129,7 +129,8 @@ TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0
 inline constexpr double kNearOrigin = 16;
 inline constexpr std::size_t kFlattenLimit = std::size_t{1} << 21;
 
-/// Returns the source of a hit on `triangle` through the table instance `instance` (Hit of shaders/shared/rays.h).
+/// Returns the source of a hit on `triangle` through the table instance `instance` (Hit of
+/// shaders/shared/ray_structs.h).
 TriangleSource source_of(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle);
 
 }  // namespace halflight

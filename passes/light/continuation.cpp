@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "passes/light/panes.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

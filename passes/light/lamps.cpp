@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 
 namespace halflight {
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "shaders/shared/path.h"
-#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/cache_cells.h"
+#include "shaders/shared/path_state.h"
 
 namespace halflight {
 namespace {

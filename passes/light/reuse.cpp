@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "engine/rays/tiles.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

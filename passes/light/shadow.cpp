@@ -4,8 +4,8 @@
 
 #include "passes/light/panes.h"
 #include "passes/light/scatter.h"
-#include "shaders/shared/path.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "shaders/shared/rays.h"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/chain_records.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 

@@ -9,7 +9,7 @@
 namespace halflight {
 
 struct SpecularChains {
-    graph::BufferHandle chains;  // one SpecularChain (shaders/shared/specular_chain.h) per path
+    graph::BufferHandle chains;  // one SpecularChain (shaders/shared/chain_records.h) per path
     graph::BufferHandle places;  // one ChainPlace per path; empty unless requested
 };
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "shaders/shared/chain_records.h"
 #include "shaders/shared/denoise.h"
-#include "shaders/shared/specular_chain.h"
 
 namespace halflight {
 

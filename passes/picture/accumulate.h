@@ -7,7 +7,7 @@
 #include "passes/light/shadow.h"
 #include "passes/picture/bad_values.h"
 #include "passes/surface/gbuffer.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 
 namespace halflight {
 
@@ -41,7 +41,7 @@ struct Accumulated {
     // kChainSums doubles follow where SampleInputs::chains is set. They are sums of the differences that chains make.
     // 13 to 15: albedo of glossy light. 16 to 18: normal. 19: ln(depth). 20: number of bounces of the chain.
     graph::BufferHandle halves;
-    graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): values replaced by zero
+    graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path_state.h): values replaced by zero
 };
 
 /// Declares that the kernel of a pass reads the sums of emission, direct and indirect light as its storage blocks

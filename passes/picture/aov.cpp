@@ -1,7 +1,7 @@
 #include "passes/picture/aov.h"
 
 #include "passes/light/shadow.h"
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
 
 namespace halflight {
 

@@ -6,8 +6,8 @@
 
 namespace halflight {
 
-/// Returns an AovRecord (shaders/shared/aov.h) per path. The frame constants must place the sample at the pixel's
-/// centre. `motion` tells whether to fill AovRecord::motion; otherwise it is 0.
+/// Returns an AovRecord (shaders/shared/aov_record.h) per path. The frame constants must place the sample at the
+/// pixel's centre. `motion` tells whether to fill AovRecord::motion; otherwise it is 0.
 graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, bool motion = true);
 
 struct DebugOptions {
@@ -16,7 +16,7 @@ struct DebugOptions {
     bool residency = false;  // whether to find the pages of surfaces, in scenes that are loaded in pages
     bool any() const { return nodes || culling || residency; }
 };
-/// Returns a DebugRecord (shaders/shared/aov.h) per path; fields that were not requested are 0.
+/// Returns a DebugRecord (shaders/shared/aov_record.h) per path; fields that were not requested are 0.
 graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
                                   const DebugOptions& options);
 

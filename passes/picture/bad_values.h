@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 
 namespace halflight {
 
@@ -33,7 +33,7 @@ class BadValueSums {
     std::span<const std::uint64_t> all() const { return sums_; }
     /// Sets the sums to those of all().
     void set(std::span<const std::uint64_t, kBadValueCounts> sums) { std::ranges::copy(sums, sums_.begin()); }
-    /// Adds the counts of one sample, laid out as in shaders/shared/path.h.
+    /// Adds the counts of one sample, laid out as in shaders/shared/path_state.h.
     void add(std::span<const std::uint32_t, kBadValueCounts> counts);
     /// Returns the sums, one element per component.
     std::vector<BadValues> by_component() const;

@@ -5,7 +5,7 @@
 // (another plane or normal) are rejected, as behind a moved edge. The history is clipped to the range that the
 // neighbourhood in the new picture makes likely (variance clipping: Salvi 2016). Its weight is its number of samples,
 // at most kMostHistory, which is the inverse of its variance. It fades out as the new picture gets samples of its own,
-// and has no weight from kTemporalEnds samples on (shaders/shared/preview.h).
+// and has no weight from kTemporalEnds samples on (shaders/shared/preview_constants.h).
 #pragma once
 
 #include <optional>

@@ -7,7 +7,7 @@
 #include "engine/paging/row_gather.h"
 #include "engine/rays/tracer.h"
 #include "passes/surface/raster_window.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

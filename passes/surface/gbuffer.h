@@ -15,7 +15,7 @@ struct GBuffer {
     graph::TextureHandle depth;       // D32F, equal size, reversed depth, infinite far plane
     graph::BufferHandle rays;         // one Ray per path: the camera ray through the sample point, unit direction
     graph::BufferHandle hits;         // one Hit per path
-    graph::BufferHandle surfaces;     // surface records (shaders/shared/surface.h): position, normals, BSDF, emission
+    graph::BufferHandle surfaces;  // surface records (shaders/shared/surface_rows.h): position, normals, BSDF, emission
 };
 
 /// Optional outputs of rasterized visibility; other handles stay empty. Traced visibility always has rays and hits.

@@ -3,7 +3,7 @@
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/vertex.glsl"
-#include "shaders/shared/material.h"
+#include "shaders/shared/material_rows.h"
 
 struct Coverage {
     float alpha;

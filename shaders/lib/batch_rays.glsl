@@ -1,7 +1,7 @@
 // The rays of a batch by path, and the keys of their alpha tests. This file binds both.
 //
 // Variant: HALFLIGHT_ALPHA.
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/lib/ray_texels.glsl"
 
 #if HALFLIGHT_ALPHA

@@ -1,5 +1,5 @@
 // Rays in the space of a block instance. Needs shaders/geometry_tables.glsl.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 // Returns the ray in the space of a block; t is unchanged, because the direction is not normalized.
 Ray ray_in_block(Ray ray, uint instance) {

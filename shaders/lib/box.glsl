@@ -2,7 +2,7 @@
 //
 // The test is monotone: a box inside another one is entered no earlier and left no later, bit for bit, because every
 // step rounds monotonically. Therefore results depend neither on the order of traversal nor on culling.
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 // Bounds are in the units of the hierarchy's space, not in cells.
 #define HALFLIGHT_NODES_WORLD (HALFLIGHT_NODES_FLOAT || HALFLIGHT_NODES_PAGE)
@@ -33,7 +33,7 @@ vec3 raised_direction(vec3 direction) {
     return mix(vec3(1.0), vec3(-1.0), lessThan(direction, vec3(0.0))) * max(magnitude, vec3(least));
 }
 
-// Returns the bound of the error of positions. base, cell: the hierarchy's grid (shaders/shared/bvh.h). slack: the
+// Returns the bound of the error of positions. base, cell: the hierarchy's grid (shaders/shared/bvh_nodes.h). slack: the
 // bound relative to the largest distance (maximum norm) between the origin and a point of the hierarchy.
 float position_error(vec3 origin, vec3 base, vec3 cell, float slack) {
     precise vec3 reach = max(abs(base - origin), abs(base + kGridCells * cell - origin));

@@ -1,5 +1,5 @@
 // The BSDF at one vertex for one outgoing direction, and its rows in surface records and for path reuse.
-#include "shaders/shared/surface.h"
+#include "shaders/shared/surface_rows.h"
 
 // The material for one wo. All factors that depend on wo alone are included: Fresnel, multiple scattering, coat.
 struct Bsdf {

@@ -1,9 +1,9 @@
 // Camera rays (SHADING.md, Camera). Needs shaders/shared/{frame,rays}.h.
 //
 // HALFLIGHT_LENS: rays start on the lens.
-// HALFLIGHT_OPTICS: rays follow shaders/shared/optics.h. The frame's matrices lead to camera coordinates.
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
+// HALFLIGHT_OPTICS: rays follow shaders/shared/ray_projections.h. The frame's matrices lead to camera coordinates.
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
 
 #if HALFLIGHT_LENS
 #include "shaders/lib/dimensions.glsl"

@@ -2,7 +2,7 @@
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/shared/arctangent.h"
-#include "shaders/shared/environment.h"
+#include "shaders/shared/environment_texels.h"
 
 // Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by the arctangent, because it loses half
 // of its bits at the poles.
@@ -47,7 +47,7 @@ vec3 environment_radiance(vec3 d) {
 }
 
 #if HALFLIGHT_ENVIRONMENT_MAP
-// Header of the table (shaders/shared/environment.h).
+// Header of the table (shaders/shared/environment_texels.h).
 struct EnvironmentLayout {
     vec2 cells;  // columns, rows
     int levels;

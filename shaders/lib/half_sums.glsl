@@ -1,6 +1,6 @@
 // Layout of Accumulated::halves (passes/picture/accumulate.h).
 #include "shaders/shared/denoise.h"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/chain_records.h"
 
 // Number of doubles per path.
 #if HALFLIGHT_SPECULAR_CHAINS

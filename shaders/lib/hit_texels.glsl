@@ -1,5 +1,5 @@
 // Hits by path, read as texels, which are faster than storage blocks on llvmpipe.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 uniform usamplerBuffer hits;  // R32UI, the five words of each Hit
 

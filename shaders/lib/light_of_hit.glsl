@@ -1,7 +1,7 @@
 // The light that a ray has hit, and light groups (Scene::light_groups), of which HALFLIGHT_LIGHT_GROUPS is the number.
 // Needs shaders/geometry_tables.glsl and shaders/scene_tables.glsl.
 #include "shaders/shared/light.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 #if HALFLIGHT_AREA_LIGHTS
 // Returns the rank of a triangle among the lights of its block, or kNoLight.

@@ -3,13 +3,13 @@
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
 #include "shaders/lib/light_of_hit.glsl"
-#include "shaders/lib/light_tree.glsl"
+#include "shaders/lib/light_tree_traversal.glsl"
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
 #include "shaders/lib/sized_lights.glsl"
 #include "shaders/shared/light.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/shared/word.h"
 
 struct LightSample {

@@ -1,8 +1,8 @@
 // tests/unit/scene/test_material_properties.cpp writes this file from the table of engine/scene/material_properties.h.
 // After a change of the table, this command writes it anew: HALFLIGHT_REWRITE=1 ctest --preset release -R material_properties
 //
-// Unpacks the rows of materials (UNIT_MATERIALS, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
-// a word (word.h): the index of a descriptor (texture.h), or kNoTexture. Needs shaders/scene_tables.glsl.
+// Unpacks the rows of materials (kUnitMaterials, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
+// a word (word.h): the index of a descriptor (texture_rows.h), or kNoTexture. Needs shaders/scene_tables.glsl.
 //
 //   row 0  base_color.rgba
 //   row 1  emission.rgb, unlit

@@ -1,6 +1,6 @@
 // GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], solid transmission, and the sheen's
 // lobe.
-#include "shaders/shared/albedo.h"
+#include "shaders/shared/albedo_coordinates.h"
 
 // First rows of the parts of the albedo table (engine/tables/albedo.h).
 #if HALFLIGHT_SHEEN

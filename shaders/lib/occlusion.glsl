@@ -1,6 +1,6 @@
 // Application of answers to shadow rays to light: results of any_hit(), or the light that has passed panes.
 #include "shaders/lib/finite.glsl"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 // An answer with this bit has the light that panes let pass, as colour of 9 bits per channel and a common exponent.
 const uint kPassedPanes = 0x80000000u;

@@ -1,6 +1,6 @@
 // Origins of new rays, offset from the surface by an error bound of the hit instead of a constant (pbrt-v4, section
 // 6.8).
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 // Returns a bound of the relative error of n float roundings, each of at most 2^-24 (Higham 2002, section 3.1).
 float rounding_bound(float n) {

@@ -1,4 +1,4 @@
-// References to nodes, leaves and triangles of scenes that are loaded in pages (shaders/shared/bvh.h). shaders/lib/
+// References to nodes, leaves and triangles of scenes that are loaded in pages (shaders/shared/bvh_nodes.h). shaders/lib/
 // traverse.glsl has them for other scenes, and says what they mean.
 const uint kStackLeaf = 1u << kBvhPageCountShift;
 const uint kStackBeyond = 0x80000000u;

@@ -1,6 +1,6 @@
 // Appending to a list of paths, tile by tile: the paths of one work group stay together and in order. The order of
 // groups is arbitrary, and no result depends on it.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 shared uint append_mask[2];
 shared uint append_base;

@@ -1,6 +1,6 @@
 // Pixel and sample of a path. In most samples, each path has a pixel of its own. In adaptive runs, a list names the block
 // of pixels and the sample of 256 paths each.
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/shared/pixel_order.h"
 
 #if HALFLIGHT_SAMPLED_BLOCKS

@@ -1,7 +1,7 @@
 // The hit record of a triangle that the rasterizer has found. Needs shaders/scene_tables.glsl.
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/intersect.glsl"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 struct PrimaryHit {
     bool met;   // true: the ray's whole line hits the triangle

@@ -7,8 +7,8 @@
 // shaders/lib/traverse.glsl.
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/primary_hit.glsl"
-#include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/frame_block.h"
+#include "shaders/shared/ray_structs.h"
 
 // Returns triangle + 1 (0: none) and instance at a pixel of the image, or at its edge for pixels beyond.
 uvec2 seen_at(Frame frame, ivec2 pixel) {

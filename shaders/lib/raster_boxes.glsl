@@ -1,5 +1,5 @@
 // Shafts and up to 32 candidates, which the raster back end's passes at one texel per tile share.
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_texels.glsl"
 

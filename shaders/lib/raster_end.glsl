@@ -1,4 +1,4 @@
-// The end of rays for raster culling. Needs shaders/shared/rays.h, shaders/lib/bvh.glsl and
+// The end of rays for raster culling. Needs shaders/shared/ray_structs.h, shaders/lib/bvh.glsl and
 // shaders/lib/raster_shaft.glsl.
 
 // Returns an upper bound of a ray's end; negative if the ray misses the box of the whole hierarchy.

@@ -1,7 +1,7 @@
 // Search of a ray below the nodes of a tile's list. Needs shaders/trace_scene.glsl.
 //
 // The variants are those of shaders/lib/traverse.glsl.
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 #define HALFLIGHT_STACK_MORE (4 * int(kRasterList))
 #include "shaders/lib/traverse.glsl"
 

@@ -1,7 +1,7 @@
 // Ray cones, which choose mip levels (Akenine-Moeller et al. 2019, Texture Level of Detail Strategies for Real-Time Ray
 // Tracing; Akenine-Moeller et al. 2021, Improved Shader and Texture Level of Detail Using Ray Cones). SHADING.md, Mip
 // levels, has the equations.
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 
 struct RayCone {
     float width;   // at the ray's origin, world units

@@ -1,5 +1,5 @@
 // Rays by path, read as texels, which are faster than storage blocks on llvmpipe.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 uniform samplerBuffer rays;  // RGBA32F, two texels each
 

@@ -1,7 +1,7 @@
 // Path reuse across pixels (SHADING.md, Path reuse): densities and contributions of a group.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/hash.glsl"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/reuse_groups.h"
 
 // Returns the argument of member_step(), equal for all bands of a frame's sample. Four samples share it, because four
 // points of a pixel's sequence are well distributed together. This saves a tenth of the squared error in smooth

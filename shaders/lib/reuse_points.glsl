@@ -3,7 +3,7 @@
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/state_texels.glsl"
 #include "shaders/lib/sun_light.glsl"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/reuse_groups.h"
 
 uniform samplerBuffer points;  // RGBA32F: a ReusePoint for each path
 #if HALFLIGHT_PENDING

@@ -1,5 +1,5 @@
 // States of paths, read as texels, which are faster than storage blocks on llvmpipe.
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 
 uniform usamplerBuffer states;  // RGBA32UI, the four texels of each PathState
 

@@ -2,7 +2,7 @@
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/vertex.glsl"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 struct Surface {
     vec3 position;          // position relative to the tables' origin

@@ -1,7 +1,7 @@
-// Reading of rows of the G-buffer (shaders/shared/surface.h), or writing with HALFLIGHT_STORE_SURFACE. Include after
+// Reading of rows of the G-buffer (shaders/shared/surface_rows.h), or writing with HALFLIGHT_STORE_SURFACE. Include after
 // `buffer ... { vec4 surfaces[]; }`.
 #include "shaders/lib/bsdf.glsl"
-#include "shaders/shared/surface.h"
+#include "shaders/shared/surface_rows.h"
 
 // Data that passes need in addition to the BSDF.
 struct SurfacePoint {

@@ -4,7 +4,7 @@
 //
 // HALFLIGHT_TILE_REQUESTS: tiles that are missing are requested (engine/paging/tile_pool.h). Needs requested_bits,
 // requested_tiles and requested_count of a storage block.
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
 
 struct TexelFootprint {
     ivec4 texel;  // places in the pool: upper left, upper right, lower left, lower right

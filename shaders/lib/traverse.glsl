@@ -16,7 +16,7 @@
 // HALFLIGHT_SLOT_TEXELS is the size of a slot with HALFLIGHT_NODES_PAGE.
 // Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
 // head of the hierarchy where they start.
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"

@@ -1,6 +1,6 @@
 // Lights: rows, alias table, and the lights of triangles.
 //
-// Rows (UNIT_LIGHTS, RGBA32F), kLightStride texels per light; kinds and indices are words (word.h):
+// Rows (kUnitLights, RGBA32F), kLightStride texels per light; kinds and indices are words (word.h):
 //              triangle                        point, spot, directional          environment
 //   texel 0    corner 0, head                  position, head                    -, head
 //   texel 1    edge to corner 1, triangle      direction of travel, cos(outer)   -
@@ -13,17 +13,17 @@
 // Positions are relative to TraceTables::origin. "Density per area" is the light's probability over its area. The error
 // bound is the maximum distance, in world units, of the triangle from its row's plane in the tracer's arithmetic. It is
 // negative where the corners are clockwise as seen from the triangle's front. The
-// head's low bits are the kind; the higher bits are the light's trail in the light tree (light_tree.h), if there is
-// one. Probability and density are then those of the alias table alone, which makes the selections that the tree does
-// not.
+// head's low bits are the kind; the higher bits are the light's trail in the light tree (light_tree_rows.h), if there
+// is one. Probability and density are then those of the alias table alone, which makes the selections that the tree
+// does not.
 //
 // The last row is a directional light outside the selection with HALFLIGHT_SUN. Its probability is 1, and it has no
 // entry in the alias table.
 //
-// Alias table (UNIT_LIGHT_ALIAS, RG32F; Walker 1977), one entry per light: keep this light if a uniform number is below
+// Alias table (kUnitLightAlias, RG32F; Walker 1977), one entry per light: keep this light if a uniform number is below
 // x, else take light y (a word). Unused with HALFLIGHT_EVERY_LIGHT, where every probability is 1.
 //
-// Light of a triangle (UNIT_LIGHT_OF_TRIANGLE, R32UI): entry t of the first triangle_count is the rank of triangle t
+// Light of a triangle (kUnitLightOfTriangle, R32UI): entry t of the first triangle_count is the rank of triangle t
 // among the emissive triangles of its block, or kNoLight. With HALFLIGHT_INSTANCES, entry triangle_count + i is the
 // first light of block instance i, and the light is the sum of both.
 #pragma once

@@ -7,7 +7,7 @@
 //   then          entries: leaves from the first place on, others from the last place back. Lists for closest hits are
 //                 sorted front to back, those for any hits are not sorted.
 //
-// An entry is a box with a word, which is a reference of shaders/shared/bvh.h. Other entries than leaves are nodes to
+// An entry is a box with a word, which is a reference of shaders/shared/bvh_nodes.h. Other entries than leaves are nodes to
 // continue from, or instances.
 //   grid format   (lower | upper << 16 per axis, word), one texel
 //   float format  (lower, word), (upper, unused), two texels
@@ -18,7 +18,7 @@
 #pragma once
 
 #include "shaders/shared/portable.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 HALFLIGHT_SHARED_BEGIN
 

@@ -1,4 +1,4 @@
-// Vertex attribute rows (UNIT_VERTICES, RGBA32F): HALFLIGHT_VERTEX_STRIDE texels per vertex of TraceTables::positions.
+// Vertex attribute rows (kUnitVertices, RGBA32F): HALFLIGHT_VERTEX_STRIDE texels per vertex of TraceTables::positions.
 //
 //   texel 0   normal.xyz, u of uv set 0
 //   texel 1   v of uv set 0, u and v of uv set 1, handedness of the tangent (+-1)   with HALFLIGHT_TEXTURES

@@ -8,7 +8,7 @@
 #include "engine/graph/execute.h"
 #include "engine/rays/rays.h"
 #include "renderer/frame_constants.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight::test {
@@ -51,7 +51,7 @@ class Stage {
     shared::Frame frame_{};
 };
 
-/// A surface as rows of the G-buffer (shaders/shared/surface.h); rows that the scene does not need stay 0.
+/// A surface as rows of the G-buffer (shaders/shared/surface_rows.h); rows that the scene does not need stay 0.
 struct SurfaceRecord {
     vec3 position{0};  // relative to TraceTables::origin
     float offset = 0;

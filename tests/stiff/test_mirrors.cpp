@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/chain_records.h"
 #include "tests/stiff/stiff.h"
 
 namespace halflight::test {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/paging/pages.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::test {
 

@@ -14,7 +14,7 @@
 #include "engine/io/gltf/gltf.h"
 #include "engine/io/gltf/parts.h"
 #include "engine/paging/page_file.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tools/cli/console.h"
 #include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"

@@ -13,7 +13,7 @@
 #include "engine/tables/albedo.h"
 #include "engine/tables/instance_rows.h"
 #include "engine/tables/shading_tables.h"
-#include "shaders/shared/bindings.h"
+#include "shaders/shared/texture_units.h"
 #include "tests/support/texels.h"
 
 namespace halflight {
@@ -24,21 +24,21 @@ class ShadingScene {
     explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::tree)
         : trace(build_trace_tables(scene)), tables(build_shading_tables(scene, trace, {}, choice)) {
         for (const auto& [name, value] : shader_defines(tables.needs)) defines.set(name, value);
-        add(UNIT_INSTANCES, GL_RGBA32F, instance_rows(trace));
-        add(UNIT_TRIANGLES, GL_RGBA32UI, trace.triangles);
-        add(UNIT_POSITIONS, GL_RGB32F, trace.positions);
-        add(UNIT_VERTICES, GL_RGBA32F, tables.vertices);
-        add(UNIT_MATERIALS, GL_RGBA32F, tables.materials);
-        add(UNIT_TEXTURES, GL_RGBA32UI, tables.textures);
-        add(UNIT_COLOR_TEXELS, GL_RGBA16F, texels_of(tables.color_texels));
-        add(UNIT_DATA_TEXELS, GL_RGBA8, texels_of(tables.data_texels));
-        add(UNIT_LIGHTS, GL_RGBA32F, tables.lights);
-        add(UNIT_LIGHT_ALIAS, GL_RG32F, tables.light_alias);
-        add(UNIT_LIGHT_TREE, GL_RGBA32UI, tables.light_tree);
-        add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, tables.light_of_triangle);
-        add(UNIT_ENVIRONMENT_WARP, GL_RGBA32F, tables.environment_warp);
-        add(UNIT_ENVIRONMENT, GL_RGB32F, tables.environment.pixels);
-        add(UNIT_ALBEDO, GL_RG32F, tables.albedo.pixels);
+        add(shared::kUnitInstances, GL_RGBA32F, instance_rows(trace));
+        add(shared::kUnitTriangles, GL_RGBA32UI, trace.triangles);
+        add(shared::kUnitPositions, GL_RGB32F, trace.positions);
+        add(shared::kUnitVertices, GL_RGBA32F, tables.vertices);
+        add(shared::kUnitMaterials, GL_RGBA32F, tables.materials);
+        add(shared::kUnitTextures, GL_RGBA32UI, tables.textures);
+        add(shared::kUnitColorTexels, GL_RGBA16F, texels_of(tables.color_texels));
+        add(shared::kUnitDataTexels, GL_RGBA8, texels_of(tables.data_texels));
+        add(shared::kUnitLights, GL_RGBA32F, tables.lights);
+        add(shared::kUnitLightAlias, GL_RG32F, tables.light_alias);
+        add(shared::kUnitLightTree, GL_RGBA32UI, tables.light_tree);
+        add(shared::kUnitLightOfTriangle, GL_R32UI, tables.light_of_triangle);
+        add(shared::kUnitEnvironmentWarp, GL_RGBA32F, tables.environment_warp);
+        add(shared::kUnitEnvironment, GL_RGB32F, tables.environment.pixels);
+        add(shared::kUnitAlbedo, GL_RG32F, tables.albedo.pixels);
     }
 
     /// Runs a kernel for each i in [0, count); returns `rows` vec4 per i, which `main_body` writes to

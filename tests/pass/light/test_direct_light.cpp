@@ -13,7 +13,7 @@
 #include "passes/light/diffuse.h"
 #include "passes/light/glossy.h"
 #include "passes/light/shadow.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/shared/sobol.h"
 #include "shaders/shared/word.h"
 #include "tests/pass/picture/pixels.h"

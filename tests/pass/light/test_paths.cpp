@@ -8,7 +8,7 @@
 #include "engine/core/statistics.h"
 #include "passes/light/diffuse.h"
 #include "passes/light/glossy.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "tests/pass/light/closed_forms.h"
 #include "tests/pass/light/density_check.h"
 #include "tests/pass/picture/pixels.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "engine/core/statistics.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "tests/pass/light/closed_forms.h"
 #include "tests/pass/picture/pixels.h"
 #include "tests/pass/renders.h"

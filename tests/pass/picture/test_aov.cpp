@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shaders/shared/aov.h"
+#include "shaders/shared/aov_record.h"
 #include "tests/pass/picture/pixels.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"

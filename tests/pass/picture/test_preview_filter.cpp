@@ -5,7 +5,7 @@
 #include <random>
 
 #include "passes/preview/preview_texels.h"
-#include "shaders/shared/preview.h"
+#include "shaders/shared/preview_constants.h"
 #include "tests/pass/picture/pixels.h"
 #include "tests/pass/picture/preview_scene.h"
 

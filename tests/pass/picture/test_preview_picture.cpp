@@ -5,7 +5,7 @@
 
 #include "engine/io/gltf/gltf.h"
 #include "renderer/preview_picture.h"
-#include "shaders/shared/preview.h"
+#include "shaders/shared/preview_constants.h"
 #include "tests/pass/picture/cornell_test.h"
 
 namespace halflight::test {

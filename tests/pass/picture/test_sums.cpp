@@ -10,7 +10,7 @@
 
 #include "passes/picture/accumulate.h"
 #include "passes/picture/composite.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/shared/pixel_order.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"

@@ -7,7 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
-#include "shaders/shared/preview.h"
+#include "shaders/shared/preview_constants.h"
 #include "tests/pass/picture/pixels.h"
 #include "tests/pass/picture/preview_scene.h"
 

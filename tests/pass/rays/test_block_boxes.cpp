@@ -9,9 +9,9 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/packed_bvh.h"
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/instances.h"
+#include "shaders/shared/bvh_nodes.h"
+#include "shaders/shared/instance_texels.h"
+#include "shaders/shared/texture_units.h"
 #include "tests/pass/rays/random_kernel.h"
 #include "tests/support/gpu_test.h"
 
@@ -150,7 +150,7 @@ struct Counts {
 
 constexpr int kInstances = 1 << 12;
 
-/// Rows of shaders/shared/instances.h, and the heads that the kernel reads.
+/// Rows of shaders/shared/instance_texels.h, and the heads that the kernel reads.
 struct Instances {
     std::vector<vec4> rows;
     std::vector<vec4> heads;
@@ -213,7 +213,7 @@ Counts search(bool floating, float margins) {
     static const Instances instances = any_instances();
     const gpu::Buffer rows = gpu::Buffer::from("rows", instances.rows);
     const gpu::Buffer heads = gpu::Buffer::from("heads", instances.heads);
-    rows.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+    rows.bind_texture(shared::kUnitInstances, GL_RGBA32F);
     return random_search<Counts>(kKernel, defines, 1 << 16, [&](const gpu::Program& program) {
         program.bind_storage("Heads", heads);
         program.set("margins", margins);

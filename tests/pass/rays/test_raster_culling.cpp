@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 

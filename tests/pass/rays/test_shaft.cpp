@@ -13,7 +13,7 @@ namespace {
 // raster culling.
 const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/shaft.glsl"

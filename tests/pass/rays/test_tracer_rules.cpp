@@ -12,7 +12,7 @@
 #include <random>
 
 #include "engine/gpu/framebuffer.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tests/pass/rays/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 

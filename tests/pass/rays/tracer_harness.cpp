@@ -8,7 +8,7 @@
 #include <cstring>
 #include <random>
 
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 
 namespace halflight::test {
 

@@ -20,7 +20,7 @@
 #include "engine/rays/rays.h"
 #include "engine/rays/tracer.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "tests/pass/rays/tracer_inputs.h"
 
 namespace halflight::test {

@@ -7,7 +7,7 @@
 
 #include "engine/scene/scene.h"
 #include "engine/tables/tables.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight::test {
 

@@ -10,7 +10,7 @@
 
 #include "engine/core/statistics.h"
 #include "renderer/frame.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"

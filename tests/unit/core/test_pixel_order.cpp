@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/reuse_groups.h"
 
 namespace halflight::shared {
 namespace {

@@ -16,7 +16,7 @@
 #include "engine/io/png.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/shading_tables.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/io/file_size_limit.h"

@@ -9,7 +9,7 @@
 
 #include "engine/paging/convert.h"
 #include "engine/tables/shading_tables.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tests/support/error_message.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/paging/scene_meshes.h"

@@ -13,7 +13,7 @@
 #include <tuple>
 
 #include "engine/core/hash.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/io/file_size_limit.h"
 #include "tests/unit/paging/scene_meshes.h"

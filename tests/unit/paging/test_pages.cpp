@@ -12,7 +12,7 @@
 #include <set>
 
 #include "engine/rays/page_node.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tests/support/error_message.h"
 #include "tests/support/slot_check.h"
 

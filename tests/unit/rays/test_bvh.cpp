@@ -14,7 +14,7 @@
 #include "engine/rays/native_tree.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/rays/pairs.h"
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tests/support/random_rings.h"
 
 namespace halflight::rays {

@@ -8,7 +8,7 @@
 
 #include "engine/rays/choice.h"
 #include "engine/rays/raster_walk.h"
-#include "shaders/shared/raster.h"
+#include "shaders/shared/raster_lists.h"
 
 namespace halflight::rays {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "engine/core/statistics.h"
 #include "shaders/shared/pixel_order.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

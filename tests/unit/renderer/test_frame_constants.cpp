@@ -8,7 +8,7 @@
 
 #include "engine/gpu/program.h"
 #include "passes/surface/raster_window.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/replicates.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {

@@ -11,7 +11,7 @@
 #include "engine/core/math.h"
 #include "engine/core/statistics.h"
 #include "engine/tables/albedo.h"
-#include "shaders/shared/albedo.h"
+#include "shaders/shared/albedo_coordinates.h"
 
 namespace halflight {
 namespace {

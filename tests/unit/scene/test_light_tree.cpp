@@ -88,8 +88,8 @@ void for_each_child(const LightTree& tree,
     visit(0, light_tree_ball(tree.rows), 0, 0);
 }
 
-/// Returns the probability of each light by the traversal of shaders/lib/light_tree.glsl, in double precision except
-/// for the importances.
+/// Returns the probability of each light by the traversal of shaders/lib/light_tree_traversal.glsl, in double precision
+/// except for the importances.
 std::vector<double> probabilities(const LightTree& tree, const vec3& position, const vec3& normal) {
     std::vector<double> all(tree.trails.size());
     const std::function<void(std::uint32_t, const vec4&, double)> visit = [&](std::uint32_t node, const vec4& ball,

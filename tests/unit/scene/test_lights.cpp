@@ -12,9 +12,9 @@
 #include "engine/tables/light_textures.h"
 #include "engine/tables/light_tree.h"
 #include "engine/tables/lights.h"
-#include "shaders/shared/environment.h"
+#include "shaders/shared/environment_texels.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/light_tree.h"
+#include "shaders/shared/light_tree_rows.h"
 #include "shaders/shared/word.h"
 
 namespace halflight {

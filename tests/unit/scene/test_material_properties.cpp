@@ -10,7 +10,7 @@
 #include "engine/io/files.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/shading_tables.h"
-#include "shaders/shared/texture.h"
+#include "shaders/shared/texture_rows.h"
 #include "shaders/shared/word.h"
 #include "tests/unit/io/gltf_builder.h"
 #include "tests/unit/renderer/refusal.h"
@@ -273,8 +273,8 @@ constexpr const char* kHead =
     R"(// tests/unit/scene/test_material_properties.cpp writes this file from the table of engine/scene/material_properties.h.
 // After a change of the table, this command writes it anew: HALFLIGHT_REWRITE=1 ctest --preset release -R material_properties
 //
-// Unpacks the rows of materials (UNIT_MATERIALS, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
-// a word (word.h): the index of a descriptor (texture.h), or kNoTexture. Needs shaders/scene_tables.glsl.
+// Unpacks the rows of materials (kUnitMaterials, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
+// a word (word.h): the index of a descriptor (texture_rows.h), or kNoTexture. Needs shaders/scene_tables.glsl.
 //
 )";
 

@@ -15,7 +15,7 @@
 #include "passes/light/shadow.h"
 #include "renderer/frame.h"
 #include "renderer/frame_constants.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/shared/pixel_order.h"
 #include "tools/measure/bench/appearance.h"
 #include "tools/measure/bench/graph_run.h"

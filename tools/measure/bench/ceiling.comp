@@ -2,7 +2,7 @@
 // subtree that contains its hit and traverses nothing else. Rays without a hit traverse nothing.
 //
 // Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST, together with TraceScene::defines().
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #include "shaders/trace_scene.glsl"
 
 layout(local_size_x = 64) in;

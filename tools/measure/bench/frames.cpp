@@ -16,7 +16,7 @@
 #include "engine/tables/shading_tables.h"
 #include "renderer/frame.h"
 #include "renderer/frame_constants.h"
-#include "shaders/shared/path.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/shared/pixel_order.h"
 #include "tools/measure/bench/naive_tracer.h"
 

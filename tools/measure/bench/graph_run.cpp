@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/reuse_groups.h"
 
 namespace halflight::bench {
 

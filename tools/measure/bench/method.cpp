@@ -7,7 +7,7 @@
 #include <array>
 #include <limits>
 
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 #include "tools/measure/bench/culling_methods.h"
 #include "tools/measure/bench/graph_run.h"
 #include "tools/measure/bench/naive_tracer.h"

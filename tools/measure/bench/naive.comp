@@ -8,11 +8,11 @@
 //   HALFLIGHT_TWO_LEVEL  the root belongs to a tree over instances, each of which names the root of its block
 //   HALFLIGHT_LIST       traces the rays of a list of paths
 //   HALFLIGHT_ALPHA      alpha tests, together with the scene's other defines
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 #if HALFLIGHT_ALPHA
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
-#include "shaders/shared/frame.h"
+#include "shaders/shared/frame_block.h"
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/alpha_key.glsl"
 #endif

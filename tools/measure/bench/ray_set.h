@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/rays/rays.h"
-#include "shaders/shared/rays.h"
+#include "shaders/shared/ray_structs.h"
 
 namespace halflight::bench {
 

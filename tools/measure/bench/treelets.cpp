@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-#include "shaders/shared/bvh.h"
+#include "shaders/shared/bvh_nodes.h"
 
 namespace halflight::bench {
 namespace {

@@ -14,7 +14,8 @@ class Treelets {
   public:
     Treelets(const rays::PackedScene& packed, std::size_t triangle_count, std::uint32_t most);
 
-    /// Returns references (shaders/shared/bvh.h) of the treelets that contain a part of table triangle `triangle`.
+    /// Returns references (shaders/shared/bvh_nodes.h) of the treelets that contain a part of table triangle
+    /// `triangle`.
     std::span<const std::uint32_t> of(std::uint32_t triangle) const {
         return std::span(references_).subspan(first_[triangle], first_[triangle + 1] - first_[triangle]);
     }

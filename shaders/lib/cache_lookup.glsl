@@ -1,7 +1,7 @@
 // Cells of the radiance cache. Include after `buffer ... { CacheCell cells[]; }`. Variants: HALFLIGHT_CACHE_ASKED (for cells),
 // HALFLIGHT_CACHE_TAKEN (cells are read only, and bound here as texels: storage blocks are scarce).
 #include "shaders/lib/hash.glsl"
-#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/cache_cells.h"
 
 #if HALFLIGHT_CACHE_TAKEN
 uniform usamplerBuffer cells;  // R32UI: kCacheCellWords words per cell

@@ -1,4 +1,4 @@
-// Block instance rows (UNIT_INSTANCES, RGBA32F; instance_rows()): kInstanceStride texels per BlockInstance. A matrix
+// Block instance rows (kUnitInstances, RGBA32F; instance_rows()): kInstanceStride texels per BlockInstance. A matrix
 // row holds the three coefficients and, in w, the translation.
 #pragma once
 

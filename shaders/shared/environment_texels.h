@@ -1,4 +1,4 @@
-// Environment: UNIT_ENVIRONMENT holds the map times its colour. UNIT_ENVIRONMENT_WARP (RGBA32F) holds
+// Environment: kUnitEnvironment holds the map times its colour. kUnitEnvironmentWarp (RGBA32F) holds
 // the hierarchy that maps random numbers to directions (Clarberg et al. 2005, Wavelet Importance Sampling):
 //
 //   texel 0     columns and rows of cells (0: constant environment), probability of the environment in the alias table,

@@ -1,7 +1,7 @@
 // Light tree: selects triangle, point and spot lights for a receiver, by bounds of the contributions of light groups
 // (Conty Estevez and Kulla 2018, Importance Sampling of Many Lights with Adaptive Tree Splitting; pbrt-v4, 12.6.3).
 //
-// Rows (UNIT_LIGHT_TREE, RGBA32UI):
+// Rows (kUnitLightTree, RGBA32UI):
 //   LightTreeHeader
 //   the root's ball as bits of floats: centre and radius
 //   the intensity of the root's brightest child as bits of a float, cd; then unused words

@@ -18,7 +18,7 @@ struct PathState {
     vec3 indirect;       // radiance of all later vertices
     uint pending_light;  // 1: `pending` waits for the result of a shadow ray
     vec3 pending;        // radiance of the last light sample if it is visible
-    uint reuse;          // bits of shaders/shared/reuse.h; 0 without path reuse and panes
+    uint reuse;          // bits of shaders/shared/reuse_groups.h; 0 without path reuse and panes
 };
 HALFLIGHT_SHARED_SIZE(PathState, 64)
 

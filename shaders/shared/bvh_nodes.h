@@ -1,4 +1,4 @@
-// Layout of the hierarchies in UNIT_NODES and of the triangles in UNIT_TRIANGLE_VERTICES, one copy for C++ and GLSL.
+// Layout of the hierarchies in kUnitNodes and of the triangles in kUnitTriangleVertices, one copy for C++ and GLSL.
 //
 // Nodes are four wide. Their bounds have one of three formats, equal for all hierarchies of a scene:
 //   grid   RGBA32UI, 4 texels. 16-bit cells of a grid over the hierarchy's space. Texel 0 to 2 is an axis:
@@ -21,8 +21,8 @@
 // References, ids and orders are 32-bit words with kBvhTag set and bit 31 clear. Ids are below kBvhTriangleLimit.
 // Therefore the words are also normal floats, which no texture unit flushes or quiets.
 //
-// Scenes that are loaded in pages have nodes, pairs and vertices in one buffer: as RGBA32UI in UNIT_NODES, and as
-// RGB32F in UNIT_TRIANGLE_VERTICES. A slot of the buffer holds a page: nodes and pairs first, then the vertices. Slots
+// Scenes that are loaded in pages have nodes, pairs and vertices in one buffer: as RGBA32UI in kUnitNodes, and as
+// RGB32F in kUnitTriangleVertices. A slot of the buffer holds a page: nodes and pairs first, then the vertices. Slots
 // take whole texels of both formats. The hierarchy over all pages follows the slots: its head, then its root.
 //   node   3 texels. Texel 0: base.xyz as floats, exponents of the cell's sides (8 bits per axis, as in floats).
 //          Texel 1: bounds of the four children in cells, 8 bits each (x lower, x upper, y lower, y upper).
@@ -33,8 +33,8 @@
 //   pair   1 texel: (id of the first triangle, of the second, corners 0 and 1, corners 2 and 3). Corners are texels
 //          after the slot's first one in RGB32F, 14 bits each. Above them are the orders of the first and of the second
 //          triangle. Ids have kBvhPageAlpha set where the triangle needs the alpha test.
-//          Both triangles have the same kTriangleOneSided and kTriangleMirrored. The first id has kBvhPageFacing set for
-//          the former, the second one for the latter.
+//          Both triangles have the same kTriangleOneSided and kTriangleMirrored. The first id has kBvhPageFacing set
+//          for the former, the second one for the latter.
 // Distances and corners do not depend on the slot. References to nodes and pairs are their texels; those to leaves also
 // have the number of pairs, shifted by kBvhPageCountShift.
 #pragma once
@@ -68,7 +68,7 @@ HALFLIGHT_SHARED_CONST int kBvhOrderShift = 4;         // shift of the order of 
 HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x100u;  // orders: the first triangle needs the alpha test
 HALFLIGHT_SHARED_CONST uint kBvhOneSided = 0x400u;     // orders: the first triangle has kTriangleOneSided
 HALFLIGHT_SHARED_CONST uint kBvhMirrored = 0x1000u;    // orders: the first triangle has kTriangleMirrored
-HALFLIGHT_SHARED_CONST int kBvhFlagShift = 1;         // shift of these flags for the second triangle
+HALFLIGHT_SHARED_CONST int kBvhFlagShift = 1;          // shift of these flags for the second triangle
 HALFLIGHT_SHARED_CONST int kBvhPairTexels = 4;
 
 HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // texels per node

@@ -2,9 +2,9 @@
 // blocks `points[]` and, with HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and `sun_light[]` (HALFLIGHT_SUN).
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
-#include "shaders/shared/path.h"
-#include "shaders/shared/radiance_cache.h"
-#include "shaders/shared/reuse.h"
+#include "shaders/shared/path_state.h"
+#include "shaders/shared/cache_cells.h"
+#include "shaders/shared/reuse_groups.h"
 
 // Returns the complete CachePoint::light of a path that feeds the cache.
 vec3 found_light(PathState state, CachePoint point, uint path) {

@@ -1,6 +1,6 @@
 // The branch by which a specular chain leaves a surface. Include after shaders/lib/bsdf.glsl.
 #include "shaders/lib/luminance.glsl"
-#include "shaders/shared/specular_chain.h"
+#include "shaders/shared/chain_records.h"
 
 struct SpecularBranch {
     vec3 direction;  // unit length

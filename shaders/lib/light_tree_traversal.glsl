@@ -1,5 +1,5 @@
-// Traversals of the light tree (shaders/shared/light_tree.h). Needs shaders/scene_tables.glsl.
-#include "shaders/shared/light_tree.h"
+// Traversals of the light tree (shaders/shared/light_tree_rows.h). Needs shaders/scene_tables.glsl.
+#include "shaders/shared/light_tree_rows.h"
 #include "shaders/shared/sobol.h"
 
 #if HALFLIGHT_LIGHT_TREE

@@ -1,4 +1,4 @@
-// Texture descriptors (UNIT_TEXTURES, RGBA32UI): kTextureStride texels per use of an image.
+// Texture descriptors (kUnitTextures, RGBA32UI): kTextureStride texels per use of an image.
 //
 //   texel 0   first texel in its pool, width, height, flags below
 //   texel 1   transform: bits of m00, m01, m02 and 0, u = m00 s + m01 t + m02
