@@ -27,7 +27,7 @@ bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, doubl
     return near <= far;
 }
 
-/// Returns the distance along the ray, or kFar where it misses or meets the triangle before `begin` (Moeller, Trumbore
+/// Returns the distance along the ray, or kFar if it misses or meets the triangle before `begin` (Moeller, Trumbore
 /// 1997). front: meets the front only.
 double distance(const dvec3& origin, const dvec3& direction, double begin, const dvec3& a, const dvec3& b,
                 const dvec3& c, bool front) {

@@ -24,7 +24,7 @@ class Resolution {
     explicit Resolution(double budget) : budget_(budget) {}
 
     /// Returns the smallest divisor of 1, 2, 4, 8, 16 with which one sample of the whole picture is expected within the
-    /// budget. Returns 16 where none is, and 8 while nothing has been recorded.
+    /// budget. Returns 16 if none is, and 8 while nothing has been recorded.
     int divisor(const ivec2& size) const;
     /// Records the time of a picture of one sample. Recorded times of other sizes fade a little, so that they are tried
     /// again after some time.

@@ -174,7 +174,7 @@ void Session::focus_lens(const dvec2& point, const ivec2& size) {
 
 void Session::choose_focus(const Focus& focus, const Lens& usual) {
     constexpr float kUsualFstop = 2.8f;
-    constexpr double kUsualAperture = 10;  // mm, where there is no focal length
+    constexpr double kUsualAperture = 10;  // mm, if there is no focal length
     PhysicalCamera& physical = transform.camera;
     Lens& lens = physical.lens;
     const bool exposes = physical.exposes();

@@ -16,7 +16,7 @@ namespace halflight::view {
 /// Owns the window and its context, which is current on the main thread during its lifetime. Only one may exist.
 class Window {
   public:
-    /// Opens a window. Throws Error with the reason where there is no display or no such context.
+    /// Opens a window. Throws Error with the reason if there is no display or no such context.
     explicit Window(const std::string& title);
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;

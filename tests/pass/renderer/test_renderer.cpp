@@ -243,7 +243,7 @@ TEST_F(RendererTest, ScenesMayBeCutAndHaveASinglePose) {
     EXPECT_GT(cut.hierarchies().built, prepared.hierarchies().built);
     EXPECT_THROW(cut.update(scene), Error);
     const RenderResult result = Renderer(cut, colors, settings).render();
-    // Hits may move by a rounding where leaves have other boxes.
+    // Hits may move by a rounding if leaves have other boxes.
     std::size_t different = 0;
     for (std::size_t i = 0; i < whole.beauty.pixels.size(); ++i)
         different += std::abs(result.beauty.pixels[i] - whole.beauty.pixels[i]) > 1e-3f * whole.beauty.pixels[i];

@@ -207,7 +207,7 @@ TEST_F(GltfTolerance, RulesWithoutEffectOnThePicture) {
     expect_tolerated(backwards, "accessors[0]: its sparse indices do not ascend", good);
 }
 
-/// A missing image is left out where its texture is used, too. The file of an image that nothing uses is not read.
+/// A missing image is left out if its texture is used, too. The file of an image that nothing uses is not read.
 TEST_F(GltfTolerance, ImagesWithoutContent) {
     GltfBuilder b = used();
     b.push("images", Json::object());
