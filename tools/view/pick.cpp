@@ -111,7 +111,7 @@ double orbit_distance(const Camera& camera, const Picker& picker, const Scene& s
     if (camera.orthographic) return ahead;
     double distance = ahead;
     const dmat4& m = camera.camera_to_world;
-    // To the left and to the right, and half backwards.
+    // The directions lead to the left and to the right, and diagonally backwards.
     for (const double side : {-1.0, 1.0})
         for (const double back : {0.0, 1.0}) {
             const dvec3 direction = glm::normalize(side * dvec3(m[0]) + back * dvec3(m[2]));

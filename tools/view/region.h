@@ -1,4 +1,4 @@
-// A region of the picture that takes further samples while the rest stands still. Needs no window.
+// A region of the picture that takes further samples while the rest keeps its samples. Needs no window.
 #pragma once
 
 #include <optional>

@@ -36,7 +36,7 @@ class Resolution {
     double expected_seconds(std::size_t pixels) const;
     double budget_;
     struct Recorded {
-        double seconds;      // smoothed
+        double seconds;      // smoothed time of a picture
         std::uint64_t when;  // number of the record
     };
     std::map<std::size_t, Recorded> recorded_;  // keyed by number of pixels

@@ -205,7 +205,7 @@ class Session {
     /// Switches depth of field on, with the focus and the aperture that it had, or off. The exposure stays.
     void set_depth_of_field(bool on);
     Denoising denoising() const;
-    void set_denoising(Denoising denoising);  ///< Changes `modes`.
+    void set_denoising(Denoising denoising);  ///< Sets the member `modes`.
     /// Lets ISO, shutter speed and f-number decide the exposure, or ends this. The depth of field stays.
     void set_physical_exposure(bool on);
     /// Looks at the object visible at a pixel from a distance that shows the whole object; otherwise like focus().

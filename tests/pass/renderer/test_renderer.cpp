@@ -75,7 +75,7 @@ TEST_F(RendererTest, PicturesDoNotDependOnEarlierPictures) {
 
     std::mt19937 random(1);
     for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
-        // The state fits for all bands, for two of the four, or for none.
+        // Memory for visibility state suffices for all bands, for two of the four, or for none.
         for (const std::size_t state_bytes : {std::size_t{1} << 20, std::size_t{15000}, std::size_t{0}}) {
             if (state_bytes < 1 << 20 && culling != Culling::compute) continue;
             SCOPED_TRACE(fmt::format("{}, {} bytes", rays::name(culling), state_bytes));

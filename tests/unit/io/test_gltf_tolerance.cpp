@@ -13,7 +13,8 @@ struct Case {
 
 class GltfTolerance : public GltfTest {
   protected:
-    /// Expects the picture of `good`, and one warning that is an error of strict options, by all routes to a scene.
+    /// Expects all functions that load a file to give the scene `good` and one warning, which is an error with strict
+    /// options.
     void expect_tolerated(const GltfBuilder& b, const std::string& warning, const Scene& good) const {
         SCOPED_TRACE(warning);
         const auto path = write("scene.glb", b.glb());
