@@ -66,14 +66,14 @@ class ViewProcessor {
 struct LinearSpace {
     std::string name;
     mat3 from_rec709{1};  // matrix for column vectors
-    /// Published ones of Rec.709, AP1 and AP0, else those of the matrix, relative to D65. None where the matrix does
+    /// Primaries: published ones of Rec.709, AP1 and AP0, else those of the matrix, relative to D65. None if it does
     /// not map white to white, as that of CIE XYZ does not.
     std::optional<Chromaticities> chromaticities;
 };
 
 class ColorConfig {
   public:
-    /// Loads `file`, else $OCIO, else the built-in config. Throws Error where a named file cannot be read; it never
+    /// Loads `file`, else $OCIO, else the built-in config. Throws Error if a named file cannot be read; it never
     /// falls back to the next one.
     static ColorConfig load(const std::optional<std::filesystem::path>& file = std::nullopt);
 
@@ -88,12 +88,12 @@ class ColorConfig {
     std::string default_display() const;
     std::string default_view(const std::string& display) const;
 
-    /// Returns the processor of a view. Throws Error that lists the valid names where a name is unknown.
+    /// Returns the processor of a view. Throws Error that lists the valid names if a name is unknown.
     ViewProcessor view(const ViewTransform& transform) const;
 
     /// Returns a colour space by name, alias or role; "" is the rendering space itself. Names and aliases of the
     /// built-in config are known with any config, whose own spaces come first. Throws Error that lists linear_spaces()
-    /// where the space is unknown or holds data, or where no matrix leads to it from linear Rec.709.
+    /// if the space is unknown or holds data, or if no matrix leads to it from linear Rec.709.
     LinearSpace linear_space(const std::string& name) const;
 
   private:

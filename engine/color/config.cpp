@@ -182,7 +182,7 @@ std::vector<std::string> ColorConfig::linear_spaces() const {
         try {
             find_linear(name);
             names.push_back(name);
-        } catch (const Error&) {  // not linear
+        } catch (const Error&) {  // the space is not linear
         }
     }
     return names;

@@ -23,13 +23,13 @@ struct ConfigFile {
     ocio::ConstConfigRcPtr config;
     std::vector<VersionedFile> files;  // the config's own file, then existing LUTs
 };
-/// Reads a config. Throws ocio::Exception where it or a file that it names is not a regular file.
+/// Reads a config. Throws ocio::Exception if it or a file that it names is not a regular file.
 ConfigFile read_config(const std::filesystem::path& path);
 
-/// Throws ocio::Exception where the aliases of a config's YAML text stand for too much, or for themselves.
+/// Throws ocio::Exception if the aliases of a config's YAML text stand for too much, or for themselves.
 void check_aliases(const std::string& text);
 
-/// Throws ocio::Exception that names the objects where colour spaces, looks or transforms refer to themselves, directly
+/// Throws ocio::Exception that names the objects if colour spaces, looks or transforms refer to themselves, directly
 /// or through others, or are nested too deep.
 void check_references(const ocio::Config& config);
 
@@ -38,7 +38,7 @@ struct ColorConfig::Data {
     std::string source;
     std::vector<VersionedFile> files;
     std::string rendering_space;       // name of the config's colour space that `from_rec709` converts to
-    ocio::TransformRcPtr from_rec709;  // conversion; null where rendering_space is linear Rec.709
+    ocio::TransformRcPtr from_rec709;  // conversion; null if rendering_space is linear Rec.709
 };
 
 /// A tone map for which OpenColorIO 2.1 has no exact transform: the minimum and maximum over channels of PBR Neutral,

@@ -8,7 +8,7 @@
 
 namespace halflight {
 
-/// Returns $XDG_CACHE_HOME/halflight/`name`, else ~/.cache/halflight/`name`, or an empty path where neither variable is
+/// Returns $XDG_CACHE_HOME/halflight/`name`, else ~/.cache/halflight/`name`, or an empty path if neither variable is
 /// set. A relative path in a variable counts as not set (XDG Base Directory Specification 0.8).
 std::filesystem::path cache_folder(std::string_view name);
 

@@ -22,7 +22,7 @@ inline bool same_space(const Chromaticities& a, const Chromaticities& b) {
     return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
 }
 
-/// Returns the chromaticities of a file; none where all are 0, which some programs write for colours that they do not
+/// Returns the chromaticities of a file; none if all are 0, which some programs write for colours that they do not
 /// know.
 inline std::optional<Chromaticities> known_chromaticities(const Chromaticities& c) {
     const glm::dvec2 zero(0);

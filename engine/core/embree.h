@@ -19,11 +19,12 @@ using Context = RTCIntersectContext;
 inline constexpr RTCSceneFlags kQueriesFilter = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
 #endif
 
-/// The arguments of a ray query beside the scene and the rays. `filter` finds its address as that of its context.
+/// Arguments of a ray query besides the scene and the rays. Embree passes the address of the object to `filter` as the
+/// context.
 struct Query {
     Context context{};
     RTCFilterFunctionN filter = nullptr;  // decides on candidate hits; needs a scene with kQueriesFilter
-    bool coherent = false;                // hint about packets
+    bool coherent = false;                // a hint: the rays of a packet are similar
 
     /// Calls rtcIntersect1, rtcOccluded1, or the function of packets of 8 or 16 rays. `valid`: per ray, -1 or 0 to
     /// leave it out; for packets only.

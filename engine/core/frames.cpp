@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// Takes a number off the front of `text`; returns false where there is none or it is too large.
+/// Takes a number off the front of `text`; returns false if there is none or it is too large.
 bool take_number(std::string_view& text, std::uint32_t& value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc()) return false;
@@ -47,7 +47,7 @@ Range parse_range(std::string_view subject, std::string_view entry) {
 }
 
 /// Takes a decimal number off the front of `text`; its value is whole / power, and power is a power of ten. Returns
-/// false where there is no number or it has too many digits.
+/// false if there is no number or it has too many digits.
 bool take_decimal(std::string_view& text, std::int64_t& whole, std::int64_t& power) {
     constexpr std::size_t kMostDigits = 12;
     whole = 0, power = 1;
@@ -67,11 +67,11 @@ bool take_decimal(std::string_view& text, std::int64_t& whole, std::int64_t& pow
     return digits > 0 && digits <= kMostDigits;
 }
 
-/// Replaces whole / power by the exact NTSC rate where it is that rate rounded: 23.976, 29.97 and so on.
+/// Replaces whole / power by the exact NTSC rate if it is that rate rounded: 23.976, 29.97 and so on.
 void snap_to_ntsc(std::int64_t& whole, std::int64_t& power) {
     if (power < 100) return;
     for (const std::int64_t nominal : {24, 30, 48, 60, 120}) {
-        // The difference may be half a unit of the last given decimal, or a whole unit where further digits were cut
+        // The difference may be half a unit of the last given decimal, or a whole unit if further digits were cut
         // off.
         const std::int64_t difference = whole * 1001 - nominal * 1000 * power;
         if (difference > -1001 && difference < 1001) whole = nominal * 1000, power = 1001;

@@ -28,7 +28,7 @@ struct ListPart {
 };
 /// Reads a part such as "3/24". Throws Error with `subject` for any other text.
 ListPart parse_part(std::string_view subject, std::string_view text);
-/// Returns the part of a list; some parts are empty where there are more parts than frames.
+/// Returns the part of a list; some parts are empty if there are more parts than frames.
 std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part);
 /// Returns "frames 3,7-9 (4 of 24)" or "frame 4 (1 of part 2/5)", for messages about some frames of the part of a list.
 /// `all`: frames of the list.

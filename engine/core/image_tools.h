@@ -16,7 +16,7 @@ Image part_of(const Image& image, const ivec2& first, const ivec2& size);
 /// left out, and missing pixels are 0.
 Image placed(const Image& image, const ivec2& at, const ivec2& size);
 
-/// Divides the colours of an image of four channels, which are premultiplied by alpha, by alpha. Where that is 0, they
+/// Divides the colours of an image of four channels, which are premultiplied by alpha, by alpha. If that is 0, they
 /// become 0.
 Image straight(Image premultiplied);
 

@@ -26,7 +26,7 @@ std::optional<std::size_t> number_in(const fs::path& file) {
     return in >> value ? std::optional(value) : std::nullopt;
 }
 
-/// Returns the number after `key` in a file of lines "key number"; 0 where there is none.
+/// Returns the number after `key` in a file of lines "key number"; 0 if there is none.
 std::size_t number_after(const fs::path& file, std::string_view key) {
     std::ifstream in(file);
     for (std::string line; std::getline(in, line);) {

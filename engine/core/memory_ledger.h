@@ -16,7 +16,7 @@ namespace halflight {
 
 /// Returns the bytes that the process may still take without swapping. The system has them free or can free them at
 /// once, and they are left to the process's cgroup and the groups above it (cgroup v1 and v2). File cache counts as
-/// free. None where the system does not tell. root: the folder of /proc and /sys.
+/// free. None if the system does not tell. root: the folder of /proc and /sys.
 std::optional<std::size_t> available_memory(const std::filesystem::path& root = "/");
 
 /// Returns a size as text: "1.5 GiB", "312 MiB", "17 KiB".
@@ -69,7 +69,7 @@ class MemoryLedger {
     };
 
     /// Returns the ledger of this process. Its limit is three quarters of available_memory() at the first call, or none
-    /// where the system does not tell.
+    /// if the system does not tell.
     static MemoryLedger& process();
 
     explicit MemoryLedger(std::size_t limit) : limit_(limit) {}
@@ -77,10 +77,10 @@ class MemoryLedger {
     void set_limit(std::size_t bytes);
     std::size_t limit() const;
     std::size_t bytes(MemoryPart part) const;
-    /// Returns the bytes that are left; 0 where the parts hold more than the limit.
+    /// Returns the bytes that are left; 0 if the parts hold more than the limit.
     std::size_t free() const;
 
-    /// Throws BudgetError about `subject` where fewer than `bytes` are left. what: "textures 3.0 GiB, picture 17 MiB".
+    /// Throws BudgetError about `subject` if fewer than `bytes` are left. what: "textures 3.0 GiB, picture 17 MiB".
     void check(std::size_t bytes, std::string_view subject, std::string_view what) const;
 
   private:

@@ -32,7 +32,7 @@ double mean_of(const Image& map);
 
 /// Share of all pixels, at least one pixel, that counts as the worst pixels when a report measures heavy tails.
 inline constexpr double kWorstShare = 0.001;
-/// Returns the share, in [0, 1], of a map's sum that its worst pixels hold; 0 where all values are 0. Precondition: no
+/// Returns the share, in [0, 1], of a map's sum that its worst pixels hold; 0 if all values are 0. Precondition: no
 /// value is negative.
 double worst_share(std::span<const float> map, double worst = kWorstShare);
 

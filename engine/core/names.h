@@ -20,7 +20,7 @@ inline std::vector<std::string> split_names(std::string_view list, std::string_v
     return names;
 }
 
-/// Returns the name of a value: names[i] of values[i]. Returns "unknown" where it is none of the values.
+/// Returns the name of a value: names[i] of values[i]. Returns "unknown" if it is none of the values.
 template <class Enum, std::size_t N>
 const char* name_among(const Enum (&values)[N], const char* const (&names)[N], Enum value) {
     const auto found = std::ranges::find(values, value);

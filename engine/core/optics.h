@@ -46,7 +46,7 @@ struct Optics {
 
 /// Returns the number of eyes side by side and one above the other in the picture.
 dvec2 eyes_in_picture(const Optics& optics);
-/// Returns "height" or "width" where a side of the picture cannot be halved between both eyes, "" for a size that fits.
+/// Returns "height" or "width" if a side of the picture cannot be halved between both eyes, "" for a size that fits.
 const char* odd_side(const Optics& optics, const ivec2& image);
 /// Returns width / height of the picture of one eye. image: size of the whole picture, pixels.
 double eye_aspect(const Optics& optics, const ivec2& image);

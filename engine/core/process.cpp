@@ -84,7 +84,7 @@ Process::Process(const std::vector<std::string>& arguments, const ProcessOptions
     }
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
-    sigset_t usual;  // signals that this process may ignore, and the other one expects
+    sigset_t usual;  // signals that are not ignored in the child, even if this process ignores them
     sigemptyset(&usual);
     for (const int signal : {SIGPIPE, SIGXFSZ}) sigaddset(&usual, signal);
     posix_spawnattr_setsigdefault(&attributes, &usual);
@@ -94,7 +94,7 @@ Process::Process(const std::vector<std::string>& arguments, const ProcessOptions
                                    pointers(environment).data());
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
-    // The system has other reasons for a program that is in no folder of PATH if one of the folders cannot be searched.
+    // If a folder of PATH cannot be searched, the system gives that as the reason, although the program is missing.
     if (error != 0 && name_.find('/') == std::string::npos && !is_in_path(name_))
         throw Error(name_, "is no program in PATH");
     if (error != 0) throw Error(name_, "cannot be started: {}", reason(error));

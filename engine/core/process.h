@@ -36,7 +36,7 @@ void check_not_forked(pid_t owner, std::string_view subject);
 /// A running program. Neither the program nor its own process group, if it has one, outlives the object.
 class Process {
   public:
-    /// Starts arguments[0], looked up in PATH where it has no slash. Throws Error naming it if it cannot start.
+    /// Starts arguments[0], looked up in PATH if it has no slash. Throws Error naming it if it cannot start.
     explicit Process(const std::vector<std::string>& arguments, const ProcessOptions& options = {});
     Process(const Process&) = delete;
     Process& operator=(const Process&) = delete;
@@ -44,7 +44,7 @@ class Process {
 
     pid_t id() const { return id_; }
     /// Waits until the program ends, and then kills the rest of its own group. Calls pulse(), if any, every
-    /// millisecond; an exception from it leaves the program running. Throws Error where SIGCHLD is ignored.
+    /// millisecond; an exception from it leaves the program running. Throws Error if SIGCHLD is ignored.
     ProcessEnd wait(const std::function<void()>& pulse = {});
 
   private:
@@ -68,7 +68,7 @@ class Spool {
 };
 
 /// Splits a command line into arguments at its blanks, with the quotes of a POSIX shell: 'as it stands', "with \" and
-/// \\", \ before any other character. A \ at the end of a line continues it. Nothing is expanded. Throws Error where a
+/// \\", \ before any other character. A \ at the end of a line continues it. Nothing is expanded. Throws Error if a
 /// quote is not closed.
 std::vector<std::string> split_command(std::string_view line);
 

@@ -5,7 +5,7 @@
 #include <malloc.h>
 #endif
 
-// jemalloc's interface to its state; null where the program has another allocator.
+// jemalloc's interface to its state; null if the program has another allocator.
 extern "C" [[gnu::weak]] int mallctl(const char* name, void* old, std::size_t* old_size, void* now,
                                      std::size_t now_size);
 

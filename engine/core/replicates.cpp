@@ -20,7 +20,7 @@ namespace halflight {
 // Both V and |d|^2 are sums of squares, whose distributions are skewed. The logarithm of their ratio is more nearly
 // normal, and has the deviation of |d|^2 - V divided by V (delta method).
 //
-// Student's t assumes that <d_1, d_2> is nearly normal, like a sum of independent noise over many pixels. Where few
+// Student's t assumes that <d_1, d_2> is nearly normal, like a sum of independent noise over many pixels. If few
 // values hold most of the error, the coverage of the interval is lower. A feature that no sample of any replicate has
 // met, such as a small bright light, is in none of the differences, and therefore not in V either.
 

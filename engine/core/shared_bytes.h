@@ -30,7 +30,7 @@ class SharedBytes {
     auto begin() const { return get().begin(); }
     auto end() const { return get().end(); }
 
-    /// Returns the bytes for a change, which no copy sees: they are copied first where they are shared.
+    /// Returns the bytes for a change, which no copy sees: they are copied first if they are shared.
     std::vector<std::uint8_t>& edit() {
         if (!bytes_ || bytes_.use_count() > 1) bytes_ = std::make_shared<std::vector<std::uint8_t>>(get());
         return *bytes_;

@@ -40,7 +40,7 @@ inline constexpr double kConfidence = 0.95;
 /// Quantile that a standard normal |z| does not exceed with probability kConfidence.
 inline constexpr double kNormalQuantile = 1.959964;
 
-/// Interval value +- half_width at confidence kConfidence. half_width is infinite where too few values give no spread.
+/// Interval value +- half_width at confidence kConfidence. half_width is infinite if too few values give no spread.
 struct Interval {
     double value = 0;
     double half_width = 0;  // >= 0
@@ -63,11 +63,11 @@ struct CurvePoint {
     double error = 0;  // standard error of y, >= 0
 };
 struct Slope {
-    Interval slope;      // d log y / d log x; half_width is infinite where the points do not determine it
+    Interval slope;      // d log y / d log x; half_width is infinite if the points do not determine it
     double scatter = 0;  // chi-square of the fit per degree of freedom; 0 for two points
     int points = 0;      // number of points used
 };
-/// Fits a line through log y by least squares, weighted by the variance (error / y)^2 of log y. Where any point has no
+/// Fits a line through log y by least squares, weighted by the variance (error / y)^2 of log y. If any point has no
 /// error, all weights are equal. A scatter larger than the errors predict widens the interval accordingly (Birge 1932).
 /// The interval is too narrow for points that share samples, because they are not independent.
 Slope fit_slope(std::span<const CurvePoint> points);

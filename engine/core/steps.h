@@ -49,7 +49,7 @@ class WorkParts {
     WorkPart outer_;
 };
 
-/// Marks the begin of a step. Throws what the thread's StepWatch throws; does nothing where there is none.
+/// Marks the beginning of a step. Throws what the thread's StepWatch throws; does nothing if there is none.
 void begin_step(const char* what);
 /// Marks the end of the step that was begun last.
 void end_step();

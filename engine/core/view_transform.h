@@ -46,7 +46,7 @@ struct ViewTransform {
     std::string view;     // name of the view; empty: the display's default
     std::string look;     // looks; empty: the view's own; otherwise replaces them ("a, -b": a, then the inverse of b)
     Exposure exposure{};
-    PhysicalCamera camera{};  // where it exposes, `exposure` corrects its exposure and is not found by metering
+    PhysicalCamera camera{};  // if it sets the exposure, `exposure` corrects that one and is not metered
 
     /// Returns whether the exposure is to be found by metering.
     bool metered() const { return exposure.automatic && !camera.exposes(); }

@@ -142,7 +142,7 @@ std::vector<VertexArrays> GpuDeformer::deform(std::span<const Deformation> defor
     const gpu::KeepCurrent keep;
     try {
         context_.make_current();
-    } catch (const Error&) {  // another thread uses it
+    } catch (const Error&) {  // another thread uses the context
         for (const Deformation& d : deformations) {
             moved.push_back(halflight::deform(d));
             statistics_.vertices += moved.back().positions.size();

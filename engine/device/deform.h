@@ -1,4 +1,4 @@
-// Morph targets and skins on the GPU (engine/scene/deformer.h). Results equal those of deform(), bit for bit, where the
+// Morph targets and skins on the GPU (engine/scene/deformer.h). Results equal those of deform(), bit for bit, if the
 // device's double arithmetic is IEEE 754.
 #pragma once
 
@@ -24,7 +24,7 @@ struct DeformStatistics {
 
 /// Deformer that runs on the device. It owns device copies of shapes, and of morph targets that have been active.
 /// Shapes with more vertices than the driver's blocks and buffers hold are divided. The context must outlive the
-/// object, and be current on the calling thread where the object is made or destroyed.
+/// object, and be current on the calling thread when the object is made or destroyed.
 class GpuDeformer final : public Deformer {
   public:
     /// Creates a deformer; `limits` are those of the context, or lower ones.
@@ -34,8 +34,8 @@ class GpuDeformer final : public Deformer {
     GpuDeformer& operator=(const GpuDeformer&) = delete;
     ~GpuDeformer() override;
 
-    /// Uses its own context, and leaves the current one as it is. Where its context is current on another thread, the
-    /// CPU deforms. Throws what RestShape throws, and Error where the driver runs out of memory.
+    /// Uses its own context, and leaves the current one as it is. If its context is current on another thread, the
+    /// CPU deforms. Throws what RestShape throws, and Error if the driver runs out of memory.
     std::vector<VertexArrays> deform(std::span<const Deformation> deformations) override;
 
     /// Returns the statistics since the last call.

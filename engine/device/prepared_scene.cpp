@@ -165,7 +165,7 @@ bool PreparedScene::pose_pages(const Scene& scene) {
         std::ranges::any_of(scene.instances, [&](const Instance& i) { return paging::is_moving(scene, i); });
     if (!moving_pages_ && !any) return !pool_;
     if (!moving_pages_) {
-        pool_.reset();  // it reads another source
+        pool_.reset();  // the pool reads another source
         moving_pages_ = std::make_unique<paging::MovingPages>(options_.pages);
     }
     if (pool_) pool_->begin_pose();

@@ -27,7 +27,7 @@ struct PrepareOptions {
     Estimator estimator{};
     unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
     std::size_t most_in_part = rays::kMostInPart;  // see rays::Hierarchies
-    bool single_pose = false;                      // nothing is kept for update(), which throws Error
+    bool single_pose = false;                      // true: no state for update() is kept, so update() throws Error
     // Pages of a scene whose geometry is not in memory; its meshes are then empty, but for those that move or deform
     // (paging::is_moving()). Updates may change everything but the instances in pages. Null: the scene has it all.
     std::shared_ptr<const paging::PageSource> pages{};
@@ -43,7 +43,7 @@ struct PrepareOptions {
 /// outlive it.
 class PreparedScene {
   public:
-    /// Throws Error for an invalid scene and where the scene exceeds limits of the driver.
+    /// Throws Error for an invalid scene and if the scene exceeds limits of the driver.
     PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options = {});
     PreparedScene(const PreparedScene&) = delete;
     PreparedScene& operator=(const PreparedScene&) = delete;
@@ -52,7 +52,7 @@ class PreparedScene {
     /// Updates to another pose of the scene. The images must be the same; anything else may differ. Unchanged parts are
     /// kept, and hierarchies of moving parts (Instance::moves, Mesh::deforms) are refitted (engine/rays/hierarchies.h).
     /// Pictures depend on this pose and the reference pose of the construction alone, not on poses between. Returns
-    /// false where the pose needs other shaders or buffers: renderers must then be made anew. Throws Error like the
+    /// false if the pose needs other shaders or buffers: renderers must then be made anew. Throws Error like the
     /// constructor. After a failed update, later updates and pictures of the scene throw Error, too.
     bool update(const Scene& scene);
     /// Builds later poses with the tables and kernels that `needs` and this pose call for, and with lights that are
@@ -62,9 +62,9 @@ class PreparedScene {
     /// Returns the needs of a pose of the scene, without taking it. Precondition: the scene has no pages.
     SceneNeeds needs_of(const Scene& scene) const;
     /// Returns whether the last update() of the same picture can go on with its renderers: tables and kernels are
-    /// alike. update() also returns false where only statistics differ.
+    /// alike. update() also returns false if only statistics differ.
     bool same_kernels() const { return same_kernels_; }
-    /// Throws Error where an update has failed.
+    /// Throws Error if an update has failed.
     void check_usable() const;
 
     gpu::Context& context() const { return context_; }
@@ -76,11 +76,11 @@ class PreparedScene {
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< Returns instances' names.
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< Returns materials' names.
     const std::vector<std::string>& light_groups() const { return light_groups_; }  ///< Returns Scene::light_groups.
-    std::uint64_t drawn_triangles() const;                                          ///< Sums over all instances.
+    std::uint64_t drawn_triangles() const;                     ///< Returns the number of triangles of all instances.
     bool has_environment() const { return has_environment_; }  ///< Returns whether an environment is visible.
     const Kept& kept() const { return options_.kept; }
-    const Estimator& estimator() const { return estimator_; }              ///< Returns the resolved one.
-    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< Returns the requested one.
+    const Estimator& estimator() const { return estimator_; }  ///< Returns the estimator in use, without `auto`.
+    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< Returns the estimator as requested.
     /// Sets the estimator that a pilot (renderer/pilot.h) found or is to try, for renderers made from here on, and adds
     /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);

@@ -19,9 +19,9 @@ namespace halflight {
 /// Owns the scene tables on the device. Tables that the scene does not need are empty.
 class SceneBuffers {
   public:
-    /// Throws Error where an array exceeds what the driver can address. bank_shift: largest logarithm of the texels of
-    /// a bank of a texel pool (shaders/shared/texture_rows.h); banks are never larger than the driver's texture
-    /// buffers. tile_bytes: bytes of device memory for tiles of textures, where these are in tiles.
+    /// Throws Error if an array exceeds what the driver can address. bank_shift: largest logarithm of the texels of
+    /// a bank of a texel pool (shaders/shared/texture_rows.h); banks are never larger than the driver's texture buffers.
+    /// tile_bytes: bytes of device memory for tiles of textures, if these are in tiles.
     SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift = shared::kMostBankShift,
                  std::size_t tile_bytes = std::size_t{256} << 20);
 
@@ -45,7 +45,7 @@ class SceneBuffers {
     /// Returns the block instances as shaders/shared/instance_texels.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }
 
-    /// Returns the pool of texture tiles, or null where all textures are in memory. Kernels that look up any texture
+    /// Returns the pool of texture tiles, or null if all textures are in memory. Kernels that look up any texture
     /// run by TilePool::shade().
     paging::TilePool* tiles() const { return tiles_.get(); }
 

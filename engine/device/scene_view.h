@@ -43,7 +43,7 @@ struct SceneView {
     graph::BufferHandle frame_constants;      // buffer of struct Frame
     std::uint32_t place = 0;                  // value for RayBatch::place
     const Band* current = nullptr;            // band of the frame constants; null: rows of other bands are drawn, too
-    std::uint32_t sums = 0;                   // index of the sums that samples are added to, where bands have their own
+    std::uint32_t sums = 0;                   // index of the sums that samples are added to, if bands have their own
     RadianceCache* radiance_cache = nullptr;  // radiance cache of the paths; null: none
     paging::RowGather* rows = nullptr;        // table rows of hits, for scenes that are loaded in pages; else null
     std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
@@ -59,21 +59,21 @@ struct SceneView {
     /// Returns whether the rays of a batch pass panes: shadow rays and scattered rays do (passes/light/panes.h).
     bool passes_panes(rays::RayKind kind) const;
     /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
-    /// where geometry is loaded in pages.
+    /// if geometry is loaded in pages.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
     /// Returns one that binds the tables of triangles that were hit instead.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_hits() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;
     /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, light groups, or
-    /// HALFLIGHT_BACKFACES: rays of paths are marked where they pass back faces, or with kEveryRay no light leaves
+    /// HALFLIGHT_BACKFACES: rays of paths are marked if they pass back faces, or with kEveryRay no light leaves
     /// backs.
     gpu::Defines path_defines() const;
     /// Returns the defines of kernels that use camera rays.
     gpu::Defines camera_defines(gpu::Defines others = {}) const;
     /// Returns the defines of kernels that look up the textures of hits, shaders/resolve.comp.
     gpu::Defines shading_defines() const;
-    /// Runs such a kernel. `all` dispatches it for its whole batch, one invocation per path at most. Where textures are
+    /// Runs such a kernel. `all` dispatches it for its whole batch, one invocation per path at most. If textures are
     /// in tiles, some invocations run again.
     void shade(const gpu::Program& kernel, const std::function<void()>& all) const;
 };

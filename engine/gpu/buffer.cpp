@@ -97,7 +97,7 @@ void Buffer::bind_uniform(GLuint index) const {
 
 GLuint Buffer::texture(GLenum format) const {
     // Programs that are compiled ahead get their textures on another thread (program_cache.h). Mesa 22.3 counts the
-    // references to a buffer texture without a lock, and may lose one where another context uses the texture for the
+    // references to a buffer texture without a lock, and may lose one if another context uses the texture for the
     // first time. It then frees memory that is in use.
     static std::mutex mutex;
     const std::lock_guard lock(mutex);

@@ -20,7 +20,7 @@ namespace halflight::gpu {
 /// can be bound like any other one; it is backed by 16 zero bytes.
 class Buffer {
   public:
-    /// Creates a buffer from the `bytes` bytes at `data`; zeros if `data` is null. Throws Error where memory runs out.
+    /// Creates a buffer from the `bytes` bytes at `data`; zeros if `data` is null. Throws Error if memory runs out.
     Buffer(std::string name, std::size_t bytes, const void* data = nullptr);
 
     template <class T>
@@ -63,7 +63,7 @@ class Buffer {
     /// Binds a view as a texture buffer ("samplerBuffer") with a sized format: GL_RGBA32F, GL_R32UI, ...
     void bind_texture(GLuint unit, GLenum format) const;
     /// Returns the texture of bind_texture(), which is created on first use and owned by the buffer. Each context that
-    /// shares the buffer has a texture of its own (ProgramCache::compile_ahead()). Throws Error where
+    /// shares the buffer has a texture of its own (ProgramCache::compile_ahead()). Throws Error if
     /// it has more texels than the driver can address. textureSize() is exact for buffers created from data or empty.
     /// Views of other buffers have some more texels, which are zero.
     GLuint texture(GLenum format) const;

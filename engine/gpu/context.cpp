@@ -75,7 +75,7 @@ const char* error_name(GLenum error) {
     }
 }
 
-/// Calls what runs after a loss of the context. Epoxy looks a function up at its first call, and ends the process where
+/// Calls what runs after a loss of the context. Epoxy looks a function up at its first call, and ends the process if
 /// the driver has no context then, as NVIDIA's after a reset.
 void look_up_functions() {
     glGetGraphicsResetStatus();

@@ -63,7 +63,7 @@ class Tokens {
         }
     }
 
-    std::string_view text_;  // the rest
+    std::string_view text_;  // text that has not been read yet
 };
 
 /// Returns the kind of a uniform of that type.

@@ -16,7 +16,7 @@ namespace {
 // Token of EGL_EXT_device_query_name, which older headers lack.
 constexpr EGLint kRendererName = 0x335F;
 
-/// Checks for the libraries first, because epoxy ends the process where they are missing.
+/// Checks for the libraries first, because epoxy ends the process if they are missing.
 void require_libraries() {
     const auto present = [](const char* file) { return dlopen(file, RTLD_LAZY | RTLD_LOCAL) != nullptr; };
     if (!present("libEGL.so.1")) throw Error("GPU", "libEGL.so.1 is not installed");

@@ -1,4 +1,4 @@
-// Enumeration of EGL devices, and contexts on them. This folder alone uses them.
+// Enumeration of EGL devices, and contexts on them. Only engine/gpu includes this file.
 #pragma once
 
 #include <epoxy/egl.h>
@@ -20,7 +20,7 @@ struct Device {
     EGLenum platform = 0;    // argument of eglGetPlatformDisplay()
     void* native = nullptr;  // EGLDeviceEXT or null
 };
-/// Returns the EGL devices in EGL's order, then the surfaceless platform. Throws Error where EGL or OpenGL is not
+/// Returns the EGL devices in EGL's order, then the surfaceless platform. Throws Error if EGL or OpenGL is not
 /// installed.
 std::vector<Device> enumerate_devices();
 

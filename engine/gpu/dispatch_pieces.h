@@ -17,7 +17,7 @@ using GroupCounts = std::array<std::uint32_t, 3>;  // workgroups along x, y and 
 ExpandedSource with_pieces(ExpandedSource source);
 
 /// Returns the longest time of a dispatch in seconds, 0: any. It is 50 ms on hardware. Software drivers have no
-/// watchdog. The environment variable HALFLIGHT_DISPATCH_MS sets it, in milliseconds. Throws Error where that is not a
+/// watchdog. The environment variable HALFLIGHT_DISPATCH_MS sets it, in milliseconds. Throws Error if that is not a
 /// number.
 double dispatch_limit(std::string_view renderer);
 
@@ -49,7 +49,7 @@ class PieceSize {
 };
 
 /// Calls `start` for pieces of a dispatch, each with its first workgroup and its counts. Together they are all
-/// workgroups, each once. A piece has whole slices or rows where that is possible.
+/// workgroups, each once. A piece has whole slices or rows if that is possible.
 void for_each_piece(const GroupCounts& counts, const std::function<std::uint64_t()>& most,
                     const std::function<void(const GroupCounts& first, const GroupCounts& counts)>& start);
 

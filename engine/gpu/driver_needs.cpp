@@ -36,14 +36,14 @@ constexpr std::uint64_t kThreadStack = 8 * kMiB;  // greatest stack of a thread
 /// Returns the bytes of address space that the process uses.
 std::uint64_t used_address_space() {
     std::uint64_t pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;  // 0 where there is no such file
+    std::ifstream("/proc/self/statm") >> pages;  // 0 if there is no such file
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 /// Name of the folder of a cache that has a file for each entry, and a counter of their bytes in its index.
 constexpr const char* kFiles = "mesa_shader_cache";
 
-/// Returns the folder of Mesa's shader caches; empty where there is none. Mesa 22 to 25 search in this order.
+/// Returns the folder of Mesa's shader caches; empty if there is none. Mesa 22 to 25 search in this order.
 fs::path cache_parent() {
     for (const char* const variable : {"MESA_SHADER_CACHE_DIR", "MESA_GLSL_CACHE_DIR", "XDG_CACHE_HOME"})
         if (const char* const folder = std::getenv(variable); folder && *folder) return folder;
@@ -65,13 +65,13 @@ bool cache_is_disabled() {
 
 constexpr int kNotOpened = -1;
 
-/// Reserves the space of an index, which is created if it is absent. Returns 0, or the error of the system where Mesa
+/// Reserves the space of an index, which is created if it is absent. Returns 0, or the error of the system if Mesa
 /// would map a file without space, or kNotOpened.
 int reserve_index(const fs::path& index) {
     // Size of the index in Mesa 17 to 25: a counter, and 2^16 keys of 20 bytes.
     constexpr off_t kIndexBytes = 8 + (off_t{1} << 16) * 20;
     const fs::path folder = index.parent_path();
-    for (const fs::path& made : {folder.parent_path(), folder}) mkdir(made.c_str(), 0700);  // Mesa makes them likewise
+    for (const fs::path& made : {folder.parent_path(), folder}) mkdir(made.c_str(), 0700);  // Mesa makes folders, too
     const bool is_new = access(index.c_str(), F_OK) != 0;
     const int file = open(index.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
     if (file < 0) return kNotOpened;  // Mesa cannot open it either, and says so on stderr
@@ -170,7 +170,7 @@ void prepare_process() {
     // Mesa 25.0 keeps a database unless told otherwise. It has no counter that tells when an entry is on disk.
     setenv("MESA_DISK_CACHE_MULTI_FILE", "true", 1);
     for (const char* const other : {"MESA_DISK_CACHE_DATABASE", "MESA_DISK_CACHE_SINGLE_FILE"}) unsetenv(other);
-    // Mesa writes to the index through a mapping. The kernel answers such a write by SIGBUS where the disk is full.
+    // Mesa writes to the index through a mapping. The kernel answers such a write by SIGBUS if the disk is full.
     if (const fs::path parent = cache_parent();
         !cache_is_disabled() && !parent.empty() && reserve_index(parent / kFiles / "index") != 0)
         setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
@@ -199,7 +199,7 @@ std::string reason_against_driver(std::string_view renderer, std::string_view ve
     if (cache_is_disabled() || parent.empty()) return "";
     for (const char* const kind : {kFiles, "mesa_shader_cache_db", "mesa_shader_cache_sf"}) {
         const fs::path index = parent / kind / "index";
-        if (access(index.c_str(), F_OK) != 0) continue;  // Mesa uses another kind
+        if (access(index.c_str(), F_OK) != 0) continue;  // Mesa uses another kind of cache
         if (const int error = reserve_index(index); error > 0)
             return fmt::format(
                 "Mesa's shader cache {} has no space ({}), and MESA_SHADER_CACHE_DISABLE is not true in "
@@ -217,7 +217,7 @@ bool mesa_keeps_code() {
 }
 
 std::uint64_t mesa_cache_bytes() {
-    static const fs::path index = cache_parent() / kFiles / "index";  // for good, as in Mesa
+    static const fs::path index = cache_parent() / kFiles / "index";  // Mesa, too, searches it only once
     std::uint64_t bytes = 0;                                          // Mesa 17 to 25: the first word of the index
     const int file = open(index.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     if (file >= 0 && pread(file, &bytes, sizeof(bytes), 0) != sizeof(bytes)) bytes = 0;

@@ -10,16 +10,16 @@ namespace halflight::gpu {
 
 /// Prepares the process of a program for drivers. Call it before other threads start, because it changes the process;
 /// the library does not call it.
-/// - Limits the stacks of threads to 8 MiB each where the address space is limited, with glibc.
+/// - Limits the stacks of threads to 8 MiB each if the address space is limited, with glibc.
 /// - Sets ZINK_INLINE_UNIFORMS to 0 and EGL_LOG_LEVEL to "fatal" in the environment unless they are set.
 /// - Removes XDG_CACHE_HOME from the environment if it is no absolute path.
 /// - Sets MESA_DISK_CACHE_MULTI_FILE to true, so that all versions of Mesa keep one kind of shader cache, and removes
 ///   MESA_DISK_CACHE_DATABASE and MESA_DISK_CACHE_SINGLE_FILE.
-/// - Reserves the disk space of the index of that cache. Where that fails, for example on a full disk, disables the
+/// - Reserves the disk space of the index of that cache. If that fails, for example on a full disk, disables the
 ///   cache by MESA_SHADER_CACHE_DISABLE.
 void prepare_process();
 
-/// Throws Error where a limit of the address space (RLIMIT_AS), of the stack (RLIMIT_STACK) or of threads
+/// Throws Error if a limit of the address space (RLIMIT_AS), of the stack (RLIMIT_STACK) or of threads
 /// (RLIMIT_NPROC, cgroups) leaves too little for a driver. Call it before a driver is loaded; later calls do nothing.
 /// `displays` is the number of EGL displays with contexts at the same time, at least 1. Software drivers have threads
 /// of their own for each.

@@ -16,7 +16,7 @@ class Mapping {
   public:
     enum class Access { read, write };
 
-    /// Waits for the commands that use the buffer, and maps it. Throws Error where the driver does not map it.
+    /// Waits for the commands that use the buffer, and maps it. Throws Error if the driver does not map it.
     Mapping(const Buffer& buffer, Access access);
     Mapping(const Mapping&) = delete;
     Mapping& operator=(const Mapping&) = delete;

@@ -20,7 +20,7 @@ namespace {
 
 using Shader = Object<delete_shader>;
 
-/// Returns a remark where the text of a stage declares more than the driver allows; else "".
+/// Returns a remark if the text of a stage declares more than the driver allows; else "".
 std::string crowded_stage(GLenum stage, std::string_view text) {
     const std::string what = unmet(declared_requirements(stage, text));
     return what.empty() ? "" : fmt::format(" (a stage {})", what);
@@ -128,7 +128,7 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     return program.release();
 }
 
-/// Expands a compute shader, for pieces where dispatches are limited in time.
+/// Expands a compute shader. If dispatches are limited in time, the result can be started in pieces.
 ExpandedSource expand_compute(const ShaderSource& source, const Defines& defines) {
     ExpandedSource expanded = expand(source, defines);
     if (run_limits().dispatch_seconds > 0) return with_pieces(std::move(expanded));
@@ -147,7 +147,7 @@ std::uint64_t& owner_of(const Slot& slot) {
     return owners[{slot.kind, slot.index}];
 }
 
-/// Throws Error where the driver allows no block of the buffer's size.
+/// Throws Error if the driver allows no block of the buffer's size.
 void check_size(std::string_view program, const Slot& slot, const Buffer& buffer, std::size_t most) {
     if (buffer.bytes() > most)
         throw Error(program, "{} '{}' gets buffer '{}' of {} bytes, the driver allows {}", name(slot.kind), slot.name,
@@ -268,7 +268,7 @@ bool Program::declares(std::string_view identifier) const {
     return declared_.contains(identifier);
 }
 
-/// Returns the slot of that name and kind, which this program owns from then on, or null where it is not active.
+/// Returns the slot of that name and kind, which this program owns from then on, or null if it is not active.
 const Slot* Program::slot(std::string_view name, SlotKind kind, const std::string& resource) const {
     const auto found = std::ranges::find(slots_, name, &Slot::name);
     if (found != slots_.end() && found->kind == kind) return owner_of(*found) = serial_, &*found;

@@ -25,7 +25,7 @@ namespace halflight::gpu {
 class Program {
   public:
     /// Compiles and links a program. `binaries`, if not null, stores linked programs for later runs. Throws
-    /// Error("shaders/x.comp:12", message) where a shader does not compile. Throws Error(name, ...) where the program
+    /// Error("shaders/x.comp:12", message) if a shader does not compile. Throws Error(name, ...) if the program
     /// does not link, needs more than the driver allows (program_limits.h), or has resources that cannot be bound by
     /// name (program_slots.h).
     static Program compute(const ShaderSource& source, const Defines& defines = {},
@@ -36,11 +36,11 @@ class Program {
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
     const std::string& text() const { return text_; }  ///< Returns the source of all stages as compiled.
-    /// Makes this program current. Throws Error naming program and resource where an active resource was never bound,
-    /// or where another program has taken its slot since. Scene tables are not checked.
+    /// Makes this program current. Throws Error naming program and resource if an active resource was never bound,
+    /// or if another program has taken its slot since. Scene tables are not checked.
     void bind() const;
 
-    /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the source
+    /// Returns the location of a uniform, -1 if the name is declared but not active. Throws Error if the source
     /// declares no such uniform.
     GLint uniform(std::string_view name) const;
     void set(std::string_view name, bool value) const { set(name, static_cast<int>(value)); }
@@ -61,7 +61,7 @@ class Program {
 
     /// Binds a resource to the block, sampler or image of this name. The binding holds until another program's resource
     /// takes the slot, so bind right before the dispatch or draw. A name that is declared but not active does nothing.
-    /// Throws Error naming program and resource where the shader declares no such resource, or the buffer is too large.
+    /// Throws Error naming program and resource if the shader declares no such resource, or the buffer is too large.
     void bind_storage(std::string_view block, const Buffer& buffer) const;
     void bind_uniform(std::string_view block, const Buffer& buffer) const;
     void bind_texture(std::string_view sampler, const Texture& texture) const;
@@ -73,7 +73,7 @@ class Program {
     bool declares(std::string_view identifier) const;
 
     /// Binds the program and starts workgroups, at most as many as the driver allows. The graph places the barriers.
-    /// Where dispatches are limited in time (dispatch_pieces.h), they are started in pieces.
+    /// If dispatches are limited in time (dispatch_pieces.h), they are started in pieces.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
     /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer. There are
     /// at most `most` of them.
@@ -85,7 +85,7 @@ class Program {
     Program(std::string name, std::string text, GLuint id);
     const Slot* slot(std::string_view name, SlotKind kind, const std::string& resource) const;
     void start_in_pieces(const GroupCounts& counts) const;
-    /// Starts workgroups, by `start`, and takes their time where it is wanted. `groups`: their number.
+    /// Starts workgroups, by `start`, and takes their time if it is wanted. `groups`: their number.
     template <class Start>
     void start_timed(std::uint64_t groups, Start start) const;
 

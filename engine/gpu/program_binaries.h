@@ -26,13 +26,13 @@ class ProgramBinaries {
     /// Opens a folder. `driver` identifies the compiler and is part of every key.
     ProgramBinaries(std::filesystem::path folder, std::string driver, std::uint64_t max_bytes = kMaxBytes);
 
-    /// Returns the program stored under the key; nothing where the file is missing, damaged, or belongs to another key.
+    /// Returns the program stored under the key; nothing if the file is missing, damaged, or belongs to another key.
     std::optional<ProgramBinary> load(std::string_view key) const;
     /// Returns how often load() found nothing, on any thread. Such programs are compiled.
     std::size_t misses() const { return misses_; }
     /// Returns whether there is a file for the key.
     bool has(std::string_view key) const;
-    /// Writes a file that gets its name once it is complete. Removes the least recently used files where all exceed
+    /// Writes a file that gets its name once it is complete. Removes the least recently used files if all exceed
     /// max_bytes.
     void store(std::string_view key, const ProgramBinary& binary) const;
     /// Returns the path of the key's file.
@@ -48,7 +48,7 @@ class ProgramBinaries {
 };
 
 /// Returns $XDG_CACHE_HOME/halflight/programs, else ~/.cache/halflight/programs (XDG Base Directory Specification 0.8);
-/// empty where neither has an absolute path.
+/// empty if neither has an absolute path.
 std::filesystem::path default_binaries_folder();
 
 }  // namespace halflight::gpu

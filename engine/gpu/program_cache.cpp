@@ -73,7 +73,8 @@ class ProgramCache::Ahead {
         thread_.join();
     }
 
-    /// Returns the program of the key. Returns null where the caller has to compile it, and from then on.
+    /// Returns the program of the key. Returns null if the caller has to compile it, as for each later call with the
+    /// key.
     std::unique_ptr<Program> take(const std::string& key) {
         std::unique_lock lock(mutex_);
         const auto item = std::ranges::find(items_, key, &Item::key);
@@ -114,7 +115,7 @@ class ProgramCache::Ahead {
         item.state = State::running;
         return true;
     }
-    /// `program` is null where it could not be made.
+    /// `program` is null if it could not be made.
     void finish(Item& item, std::unique_ptr<Program> program) {
         const std::lock_guard lock(mutex_);
         item.program = std::move(program);
@@ -123,7 +124,7 @@ class ProgramCache::Ahead {
         item.state = State::done;
         changed_.notify_all();
     }
-    /// Compiles a program. Returns null where that fails: the caller then meets the error as well.
+    /// Compiles a program. Returns null if that fails: the caller then meets the error as well.
     std::unique_ptr<Program> compiled(const ExpectedProgram& wanted) const {
         try {
             auto program = std::make_unique<Program>(Program::compute(wanted.source, wanted.defines, &binaries_));

@@ -55,7 +55,7 @@ class ProgramCache {
     std::size_t count() const { return entries_.size(); }
     /// Returns the seconds that callers waited for compiling, linking and loading.
     double seconds() const { return seconds_; }
-    /// Returns those of the seconds that were spent on programs which the store did not have.
+    /// Returns the part of seconds() that was spent on programs that the store did not have.
     double compile_seconds() const { return compile_seconds_; }
 
   private:

@@ -22,7 +22,7 @@ std::size_t limit_of(GLenum name) {
     return static_cast<std::size_t>(std::max<GLint64>(value, 0));
 }
 
-/// Returns the invocations of a workgroup, or 0 where the text gives no numbers.
+/// Returns the invocations of a workgroup, or 0 if the text gives no numbers.
 std::size_t group_size(const std::string& text) {
     static const std::regex axis(R"(\blocal_size_[xyz]\s*=\s*(\d{1,9}))");
     std::size_t size = 0;

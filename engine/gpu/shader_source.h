@@ -72,7 +72,7 @@ bool in_identifier(char c);
 /// Expands includes and defines. Throws Error naming file and line of an include that cannot be found.
 ExpandedSource expand(const ShaderSource& source, const Defines& defines = {});
 
-/// The first error of a compiler's log with its place, "shaders/x.comp:12", or the shader's name where the log has no
+/// The first error of a compiler's log with its place, "shaders/x.comp:12", or the shader's name if the log has no
 /// place. Logs of Mesa ("0:12(5): error: ...") and NVIDIA ("0(12) : error C1008: ...") are understood.
 struct CompileMessage {
     std::string place;

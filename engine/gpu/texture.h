@@ -35,7 +35,7 @@ std::size_t texture_bytes(const TextureDesc& desc);
 /// A texture with nearest filter, clamped to the edge, unless set otherwise.
 class Texture {
   public:
-    /// Creates a texture of zeros. Throws Error where the size exceeds the driver's limits.
+    /// Creates a texture of zeros. Throws Error if the size exceeds the driver's limits.
     Texture(std::string name, const TextureDesc& desc);
 
     GLuint id() const { return object_.id(); }

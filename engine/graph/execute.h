@@ -24,7 +24,7 @@ class Resources {
     /// Returns the framebuffer of textures that the pass declared as attachments; made once and kept.
     const gpu::Framebuffer& framebuffer(std::initializer_list<TextureHandle> colors, TextureHandle depth = {});
     /// Returns the program with all resources bound that the pass declared with a shader name. Throws Error naming pass
-    /// and resource where the program does not declare the name.
+    /// and resource if the program does not declare the name.
     const gpu::Program& compute(const gpu::ShaderSource& source, const gpu::Defines& defines = {});
     const gpu::Program& graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
                                  const gpu::Defines& defines = {});

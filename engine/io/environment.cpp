@@ -22,9 +22,9 @@ namespace {
 struct Light {
     std::vector<std::string> channels;  // those to read as R, G, B
     std::string name{};                 // phrase that names the layer or part; empty: plain channels of the only part
-    bool view = false;                  // it is a view of several
-    /// Preference, lowest first: plain channels before named ones, R, G, B before Y, but names that do not say that
-    /// they are the picture last.
+    bool view = false;                  // the file has several views, and this is one
+    /// Rank; the lowest is preferred. Plain channels come before named ones, and R, G, B before Y. Layers whose names
+    /// do not say that they are the picture come last.
     int place = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace halflight {
 
 /// Loads a map; the format is detected by content, not by extension. An EXR has R G B or luminance (Y). Its display
-/// window is the sphere, or its data window where it has the attribute envmap; a cube map is resampled. Other primaries
+/// window is the sphere, or its data window if it has the attribute envmap; a cube map is resampled. Other primaries
 /// than Rec.709 are converted. A map that is not 2:1 is stretched, with a warning. Repairs are counted in `report`: NaN
 /// and negative values become 0, infinities become the map's largest finite value. A black map gives a black
 /// environment without a map. Throws Error for unreadable, damaged, truncated and oversized files, and for files

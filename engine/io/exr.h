@@ -56,7 +56,7 @@ bool is_lossy(ExrCompression compression);
 /// Layout of a file.
 struct ExrLayout {
     ExrCompression compression = ExrCompression::zip;
-    bool parts = false;  // each layer is a part of its own; exact layers are then stored as zip where others are lossy
+    bool parts = false;  // each layer is a part of its own; exact layers are then stored as zip if others are lossy
     int tile = 0;        // side of square tiles, pixels, [16, 4096]; 0: scan lines
 };
 
@@ -99,15 +99,15 @@ struct ExrAttributes {
     std::optional<ivec2> display;  // size of the display window, pixels; none: it is the data window
 };
 
-/// Returns the current date. $SOURCE_DATE_EPOCH (seconds, shown as UTC) replaces the clock where files must be
-/// reproducible. Throws Error where it is no number of seconds, or beyond the year 9999.
+/// Returns the current date. $SOURCE_DATE_EPOCH (seconds, shown as UTC) replaces the clock if files must be
+/// reproducible. Throws Error if it is no number of seconds, or beyond the year 9999.
 std::string capture_date_now();
 /// Returns whether $SOURCE_DATE_EPOCH is set: files must then not depend on clocks.
 bool date_is_fixed();
 
 /// Writes a file, which appears complete or not at all (files.h). Layers must have equal size, and channel names must
 /// be unique and have at most 255 bytes. The bytes depend on the arguments only, not on threads. Throws Error, also
-/// where lossy compression would change an exact layer.
+/// if lossy compression would change an exact layer.
 void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes,
                const ExrLayout& layout = {});
 /// Writes a file like write_exr(), without copies of the layers: values are converted for some rows at a time.
@@ -172,7 +172,7 @@ struct ExrLimits {
 };
 
 /// Returns the limits for pictures that programs render: sides of 65536 pixels, and 4 GiB, or what the memory budget
-/// has left (MemoryLedger::process()) where that is more.
+/// has left (MemoryLedger::process()) if that is more.
 ExrLimits limits_of_renders();
 
 /// Reads all flat parts of a file with scan lines or tiles (the finest level). Throws Error for damaged, truncated and
@@ -180,7 +180,7 @@ ExrLimits limits_of_renders();
 /// header.
 /// - The picture's part has R, G, B, and the lowest picture_rank() among these; the first one is chosen. A part of
 ///   rank 0 may have Y alone. Other parts put their name and a dot before channel names that earlier ones have.
-/// - Parts of data put it before R, G, B and Y where another part has colours. So do parts with colours where the
+/// - Parts of data put it before R, G, B and Y if another part has colours. So do parts with colours if the
 ///   picture is a luminance.
 /// - Subsampled channels are interpolated. Luminance and chroma, Y, RY and BY, become R, G, B (ImfRgbaYca.h).
 ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits = {});

@@ -16,7 +16,7 @@ namespace halflight {
 int exr_threads() {
     static const int threads = [] {
         const int count = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-        // OpenEXR uses freed memory where a part of its threads cannot be started, and a finished picture must not be
+        // OpenEXR uses freed memory if a part of its threads cannot be started, and a finished picture must not be
         // lost. The kernel may still count the threads of this check when OpenEXR starts its own, so there are twice as
         // many.
         if (startable_threads(2 * count) < 2 * count) return 0;

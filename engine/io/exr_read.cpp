@@ -367,7 +367,7 @@ std::vector<FlatPart> flat_parts(const std::string& subject, const Imf::MultiPar
         parts.push_back({i, name, header.dataWindow(), channels_of(header, views)});
     }
     if (parts.empty()) throw Error(subject, "deep data is not supported");
-    // Colours of a part of data give way to those of a picture. Alone, they are what the file shows.
+    // Colours of a part of data are renamed if another part has the picture. Without one, they are the picture.
     if (std::ranges::any_of(parts, [](const FlatPart& part) { return part.rank() < 2; })) {
         for (FlatPart& part : parts)
             if (picture_rank(part.name) == 2 &&
@@ -379,7 +379,7 @@ std::vector<FlatPart> flat_parts(const std::string& subject, const Imf::MultiPar
     if (parts[0].rank() == 0 && !have_color(parts[0].channels))
         for (FlatPart& part : std::span(parts).subspan(1))
             if (have_color(part.channels)) part.put_name_before_channels();
-    // Parts stand in the order of the file but for that of the picture, which keeps its names.
+    // The part of the picture is first and keeps its names; the others follow in the order of the file.
     std::sort(parts.begin() + 1, parts.end(), [](const FlatPart& a, const FlatPart& b) { return a.number < b.number; });
     std::set<std::string> names;
     for (FlatPart& part : parts) {
@@ -391,7 +391,8 @@ std::vector<FlatPart> flat_parts(const std::string& subject, const Imf::MultiPar
     for (int i = 0; i < file.parts(); ++i) {
         ExrAttributes own = attributes_of(file.header(i));
         result.attributes.extra.merge(own.extra);
-        if (!result.attributes.chromaticities) result.attributes.chromaticities = own.chromaticities;  // all share them
+        if (!result.attributes.chromaticities)
+            result.attributes.chromaticities = own.chromaticities;  // all parts share them
     }
     if (!views.empty()) result.attributes.views = views;
     const Imf::Header& picture = file.header(parts[0].number);

@@ -74,7 +74,7 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
     for (const auto& [name, value] : attributes.counts) header.insert(name, Imf::IntAttribute(value));
 }
 
-/// Returns the compression of a layer. Throws Error where it would change values that must stay exact.
+/// Returns the compression of a layer. Throws Error if it would change values that must stay exact.
 ExrCompression compression_of(const std::string& subject, const ExrLayerView& layer, const ExrLayout& layout) {
     if (!layer.exact || !is_lossy(layout.compression)) return layout.compression;
     if (layout.parts) return ExrCompression::zip;
@@ -118,7 +118,7 @@ void check_layers(const std::string& subject, std::span<const ExrLayerView> laye
 /// Number of rows that are converted at once: whole blocks of the compression.
 constexpr int kRows = 256;
 
-/// Converter of a layer's rows to the types of the file, where the image differs.
+/// Converter of a layer's rows to the types of the file, if the image differs.
 class Rows {
   public:
     Rows(const ExrLayerView& layer, const ivec2& origin) : layer_(layer), origin_(origin) {}
@@ -216,7 +216,7 @@ Part part_of(const ExrLayerView& first, ExrCompression compression, const ExrAtt
     return part;
 }
 
-/// Throws Error where two parts have the same name.
+/// Throws Error if two parts have the same name.
 void check_names(const std::string& subject, const std::vector<Part>& parts) {
     std::vector<std::string> names;
     for (const Part& part : parts)

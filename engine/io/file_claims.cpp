@@ -17,7 +17,7 @@ FileClaims::FileClaims(const std::filesystem::path& pattern)
     : subject_(pattern.string()), name_(pattern.parent_path() / (temporary_prefix(pattern) + "claims")) {}
 
 FileClaims::~FileClaims() {
-    if (file_ < 0) file_ = open(name_.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC);  // killed processes have left it
+    if (file_ < 0) file_ = open(name_.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC);  // a killed process may have left it
     if (file_ < 0) return;
     release();
     if (lock(F_WRLCK, 0, 0) && is_named()) unlink(name_.c_str());
@@ -34,7 +34,7 @@ bool FileClaims::take(std::uint32_t number) {
                 throw Error(std::filesystem::exists(name_, none) ? name_.string() : subject_, "cannot write: {}",
                             std::generic_category().message(why));
             }
-            fchmod(file_, 0666);  // other users may render frames, too; fails where one of them has made the file
+            fchmod(file_, 0666);  // other users may render frames, too; fails if one of them has made the file
         }
         if (!lock(F_WRLCK, number, 1) && (errno == EAGAIN || errno == EACCES)) return false;
         if (is_named()) return true;

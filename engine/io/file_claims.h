@@ -8,7 +8,7 @@
 namespace halflight {
 
 /// Claims on the files of a pattern. A claim is the lock of a byte of an empty file beside them. The kernel drops the
-/// lock when the process ends, however it ends. The last process that uses the empty file removes it; where all were
+/// lock when the process ends, however it ends. The last process that uses the empty file removes it; if all were
 /// killed, the next one does. On file systems without locks every process gets every claim.
 class FileClaims {
   public:
@@ -18,7 +18,7 @@ class FileClaims {
     ~FileClaims();
 
     /// Claims the file of this number, and gives up the claim before it. Returns false while another object has the
-    /// claim. Throws Error where the folder cannot be written.
+    /// claim. Throws Error if the folder cannot be written.
     bool take(std::uint32_t number);
     void release();  ///< Gives up the claim, if there is one.
 

@@ -187,7 +187,7 @@ fs::path follow_links(const fs::path& path) {
         if (!fs::is_symlink(target, none)) return target;
         struct statfs system {};
         if (statfs((target.has_parent_path() ? target.parent_path() : ".").c_str(), &system) == 0 &&
-            system.f_type == PROC_SUPER_MAGIC)  // another file would take its place behind the stream's back
+            system.f_type == PROC_SUPER_MAGIC)  // a rename would replace the name, not the stream
             throw Error(path.string(), "cannot write: is a stream of a process, and files are replaced as a whole");
         target = target.parent_path() / fs::read_symlink(target, none);
     }

@@ -31,7 +31,7 @@ void write_unnamed(const std::filesystem::path& path,
 /// processes and on file systems without locks are kept, and so are those that cannot be removed.
 void remove_abandoned(std::span<const std::filesystem::path> paths);
 
-/// Makes the folder of a file, and the folders that it is in, where they are missing. Throws Error with `path` and the
+/// Makes the folder of a file, and the folders that it is in, if they are missing. Throws Error with `path` and the
 /// system's reason, also for names that are too long.
 void make_folder_of(const std::filesystem::path& path);
 
@@ -41,7 +41,7 @@ void check_writable(const std::filesystem::path& path);
 /// Writes bytes in memory by write_atomically().
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// Reads a whole regular file. Throws Error where it is missing, unreadable, a folder, a device or pipe, or longer than
+/// Reads a whole regular file. Throws Error if it is missing, unreadable, a folder, a device or pipe, or longer than
 /// `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes);
 
@@ -59,7 +59,7 @@ struct FileContent {
 };
 /// Reads a whole file. Throws the Error of read_file(), and for a file that is changed meanwhile.
 FileContent content_of(const std::filesystem::path& path);
-/// Returns whether a file still has that content. It is read only where its size is the same, but its time is not.
+/// Returns whether a file still has that content. It is read only if its size is the same, but its time is not.
 /// Throws the Error of content_of().
 bool has_content(const std::filesystem::path& path, const FileContent& content);
 
@@ -82,7 +82,7 @@ class ByteSource {
     /// Returns a part of the source, which must lie within it.
     ByteSource part(std::uint64_t offset, std::uint64_t size) const;
     /// Returns a range of the source, which must lie within it, as a view of the text or of `buffer`. Throws Error that
-    /// names the file where it cannot be read or has been written to since this source was made.
+    /// names the file if it cannot be read or has been written to since this source was made.
     std::string_view read(std::uint64_t offset, std::uint64_t count, std::string& buffer) const;
 
   private:
@@ -103,7 +103,7 @@ class ScratchFile {
     ~ScratchFile();
 
     std::uint64_t size() const { return size_; }  ///< Returns the number of bytes.
-    /// Writes bytes to the end. Throws Error where that fails, for example on a full disk.
+    /// Writes bytes to the end. Throws Error if that fails, for example on a full disk.
     void append(std::span<const char> bytes);
     /// Reads bytes [offset, offset + to.size()), which must lie within the file. Thread-safe.
     void read(std::uint64_t offset, std::span<char> to) const;

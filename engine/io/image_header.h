@@ -13,13 +13,13 @@ struct ImageHeader {
     std::size_t width = 0, height = 0;  // texels
     std::size_t decoding_bytes = 0;     // bytes that decoding takes besides the texels and the file
     std::optional<bool> srgb{};  // whether the file says that its colours are sRGB-encoded; none: it does not say
-    // Names of the file's colour primaries and transfer function where glTF does not allow them; empty otherwise.
+    // Names of the file's colour primaries and transfer function if glTF does not allow them; empty otherwise.
     std::string_view primaries{}, transfer{};
 };
 
 /// Checks the size of an image whose format lets a few bytes hold any number of equal texels. Throws Error with
 /// `subject` for sides of 0 texels or more than `max_side`. Images of more than 4096 x 4096 texels are refused, too,
-/// where `file_bytes` hold more texels each than those of the most compressed PNG.
+/// if `file_bytes` hold more texels each than those of the most compressed PNG.
 void check_image_size(const std::string& subject, const ImageHeader& header, std::uint64_t file_bytes, int max_side);
 
 }  // namespace halflight

@@ -28,7 +28,7 @@ constexpr std::pair<unsigned, const char*> kOtherModels[] = {
     {160, "ETC1"}, {161, "ETC2"}, {162, "ASTC"}, {164, "PVRTC"}, {165, "PVRTC"}, {167, "UASTC HDR"}};
 
 /// Names of colour primaries and transfer functions, by their numbers in the Khronos Data Format Specification 1.4. The
-/// names are empty where glTF allows them.
+/// names are empty if glTF allows them.
 constexpr const char* kPrimaries[] = {"",          "",        "BT.601 (EBU)", "BT.601 (SMPTE)",
                                       "BT.2020",   "CIE XYZ", "ACES AP0",     "ACES AP1",
                                       "NTSC 1953", "PAL 525", "Display P3",   "Adobe RGB"};
@@ -289,7 +289,7 @@ void expand(std::string_view texels, std::size_t channels, std::uint8_t* rgba) {
         rgba[4 * (i / channels) + i % channels] = static_cast<std::uint8_t>(texels[i]);
 }
 
-/// Returns the bytes of the largest level, in `buffer` where they are compressed.
+/// Returns the bytes of the largest level, in `buffer` if they are compressed.
 std::string_view inflate(const Header& header, std::string& buffer) {
     const std::string_view packed = header.pixels();
     if (!header.inflates()) return packed;

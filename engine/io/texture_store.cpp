@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kLevel = 1;  // level of Zstandard's compression, the fastest
 constexpr std::size_t kTexels = ImageTiles::kBytes / 4;
-constexpr std::uint32_t kVersion = 1;  // version of cached files; changes where decoders or levels give other texels
+constexpr std::uint32_t kVersion = 1;  // version of cached files; changes if decoders or levels give other texels
 constexpr std::uint64_t kMagic = 0x31454c4954464c48;  // HLFTILE1
 constexpr int kMostOpen = 512;                        // files of the cache; processes can often open 1024
 constexpr int kMostSide = 65536;                      // texels along an edge
@@ -258,7 +258,7 @@ bool TextureStore::find(std::uint64_t key, TextureImage& image) {
     return true;
 }
 
-/// Returns false where the cache cannot be written.
+/// Returns false if the cache cannot be written.
 bool TextureStore::add_to_cache(const TextureImage& image, std::uint64_t key) const {
     const std::filesystem::path path = file_of(key);
     remove_abandoned({&path, 1});

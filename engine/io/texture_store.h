@@ -24,17 +24,17 @@ namespace halflight {
 /// Owns the temporary file, which ends with the last image that has tiles in it. Thread-safe.
 class TextureStore : public std::enable_shared_from_this<TextureStore> {
   public:
-    /// Creates the temporary file in a folder. Throws Error where that fails. cache: folder of the cache, which is
+    /// Creates the temporary file in a folder. Throws Error if that fails. cache: folder of the cache, which is
     /// created; empty: none. A cache that cannot be used is ignored.
     explicit TextureStore(const std::filesystem::path& folder, std::filesystem::path cache = {});
 
     /// Returns the key of an encoded image whose levels are for these uses.
     static std::uint64_t key(std::string_view encoded, const LevelUses& uses);
-    /// Takes size, tiles and levels of an image from the cache. Returns false where the cache lacks them, or where its
+    /// Takes size, tiles and levels of an image from the cache. Returns false if the cache lacks them, or if its
     /// file is not intact.
     bool find(std::uint64_t key, TextureImage& image);
     /// Moves the texels of an image and of its mip levels into the cache, under `key` if it is not 0, else into the
-    /// temporary file. Throws Error that names the folder where that cannot be written, for example on a full disk.
+    /// temporary file. Throws Error that names the folder if that cannot be written, for example on a full disk.
     void take(TextureImage& image, std::uint64_t key = 0);
     /// Deletes files of the cache that were used least recently (trim_cache()).
     void trim() const;

@@ -122,7 +122,7 @@ void get_row(const std::vector<std::uint8_t>& row, std::size_t count, TiffType t
     if (type == TiffType::float32) std::memcpy(values, row.data(), count * sizeof(float));
 }
 
-/// Writes the tags of a colour space unless they cannot hold it. Returns false where the file takes no tags.
+/// Writes the tags of a colour space unless they cannot hold it. Returns false if the file takes no tags.
 bool put_primaries(TIFF* file, const Chromaticities& c) {
     const std::array<float, 2> white{float(c.white.x), float(c.white.y)};
     const std::array<float, 6> colors{float(c.red.x),   float(c.red.y),  float(c.green.x),

@@ -177,7 +177,8 @@ class Converter {
     }
 
   private:
-    static_assert(CentroidSample::kMost * 3 * sizeof(dvec4) <= kLeastConvertBytes / 4);  // the sample and its copies
+    static_assert(CentroidSample::kMost * 3 * sizeof(dvec4) <=
+                  kLeastConvertBytes / 4);  // the memory must hold the sample and its copies
 
     bool is_driven(std::size_t material) const {
         return material < options_.driven_materials.size() && options_.driven_materials[material];

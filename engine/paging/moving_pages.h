@@ -25,7 +25,7 @@ class MovingPages final : public PageSource {
     /// `still` has the pages of all other geometry.
     explicit MovingPages(std::shared_ptr<const PageSource> still);
 
-    /// Takes up a pose of the scene. Nothing may read meanwhile. Returns whether pages have changed; they are a
+    /// Changes to a pose of the scene. Nothing may read meanwhile. Returns whether pages have changed; they are a
     /// function of the pose. Throws Error for a scene whose still instances are not those of the pages, and what
     /// build_trace_tables() throws. After a failure the object may only be destroyed.
     bool pose(const Scene& scene);

@@ -107,7 +107,7 @@ std::vector<uvec4> pairs_of(const std::vector<std::uint32_t>& words) {
     return pairs;
 }
 
-/// Corners of a block as differences of successive places, which repeat where triangles form strips or quads.
+/// Corners of a block as differences of successive places, which repeat if triangles form strips or quads.
 std::vector<std::uint32_t> differences(const std::vector<std::array<std::uint16_t, 3>>& corners) {
     std::vector<std::uint32_t> steps;
     steps.reserve(3 * corners.size());

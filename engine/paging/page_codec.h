@@ -33,15 +33,16 @@ struct TableBlock {
 /// Level of Zstandard's compression.
 inline constexpr int kCompressionLevel = 3;
 
-/// Returns a block or page as it is stored. Thread-safe.
+/// Returns the compressed bytes of a block or page, as a page file stores them. Thread-safe.
 std::string encode(const TableBlock& block);
 std::string encode(const Page& page);
 
-/// Returns the bytes of a page that is not compressed.
+/// Returns the number of bytes that a page has before compression.
 std::size_t decoded_bytes(const PageIndex::Size& size);
-/// Returns a page of decompressed bytes; none where it has not the given size. Its nodes and pairs can be any.
+/// Decodes a page from decompressed bytes. Returns none if `size` does not fit them. Values of nodes and pairs are not
+/// checked.
 std::optional<Page> decode_page(std::string_view bytes, const PageIndex::Size& size);
-/// Returns a block of decompressed bytes; none where its numbers contradict each other, or the index.
+/// Decodes a block from decompressed bytes. Returns none if its numbers contradict each other or the index.
 std::optional<TableBlock> decode_block(std::string_view bytes, const PageIndex& index);
 
 }  // namespace halflight::paging

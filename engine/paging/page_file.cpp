@@ -53,7 +53,7 @@ class BlockCache {
 
     using Entry = std::shared_ptr<const TableBlock>;
 
-    /// Returns the block of an index, which load() reads where the cache lacks it.
+    /// Returns the block of an index, which load() reads if the cache lacks it.
     template <class Load>
     Entry get(std::uint32_t index, const Load& load) {
         Shard& shard = shards_[index % kShards];

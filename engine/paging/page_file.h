@@ -62,7 +62,7 @@ class PageFileWriter {
     std::vector<PageIndex::Size> page_sizes_;
 };
 
-/// Returns whether a file starts like a page file of any version. Throws Error where it cannot be read.
+/// Returns whether a file starts like a page file of any version. Throws Error if it cannot be read.
 bool is_page_file(const std::filesystem::path& path);
 
 /// Error of a file that is truncated, damaged, of another kind or of another version.
@@ -92,7 +92,7 @@ class PageFile final : public PageSource {
     Page read(std::uint32_t page) const override;
     void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const override;
     PageFileSizes sizes() const;
-    /// Reads all pages and table rows, and throws DamagedPages where one is damaged. Calls `pulse` before each part,
+    /// Reads all pages and table rows, and throws DamagedPages if one is damaged. Calls `pulse` before each part,
     /// from several threads; it may throw to stop.
     void check(const std::function<void()>& pulse) const;
 

@@ -78,7 +78,7 @@ bool within(const std::vector<std::uint64_t>& offsets, const std::vector<std::ui
     return true;
 }
 
-/// Returns whether blocks and pages are as many as the scene needs, and can be where they are said to be.
+/// Returns whether the index has as many blocks and pages as the scene needs, with offsets and sizes within the file.
 bool parts_fit(const StoredIndex& stored, std::uint64_t end) {
     const PageIndex& index = stored.index;
     const std::uint64_t blocks = (std::uint64_t{index.triangles} + kTrianglesPerBlock - 1) / kTrianglesPerBlock;

@@ -24,7 +24,7 @@ struct StoredIndex {
 
 std::string bytes_of(const StoredIndex& stored);
 
-/// Returns the index of decompressed bytes; none where its numbers contradict each other, or would break limits of the
+/// Returns the index of decompressed bytes; none if its numbers contradict each other, or would break limits of the
 /// hierarchy over the roots and of kernels. Blocks and pages end before `end`, in bytes from the start of the file.
 std::optional<StoredIndex> parse_index(std::string_view bytes, std::uint64_t end);
 

@@ -223,7 +223,7 @@ void PagePool::ask(std::span<const std::uint32_t> pages) {
 bool PagePool::take(bool wait) {
     const Stopwatch watch;
     for (PageReader::Arrival& arrival : reader_.take(wait)) {
-        // A page that nobody asks for any more may come if that costs no other page.
+        // A page that is no longer asked for is uploaded only if there is a free slot.
         if (!resident(arrival.page) && (asked_for(arrival.page) || !free_.empty()))
             upload(arrival.page, std::move(arrival.content));
     }

@@ -26,8 +26,8 @@ namespace halflight::paging {
 class PagePool {
   public:
     /// Uses at most `bytes` bytes of device memory for slots, and at least one slot. The source outlives the pool.
-    /// Throws Error where the driver's texture buffers or the references of kernels have no room for a slot.
-    /// `shading`: SceneBuffers::defines(), needed where triangles have alpha tests.
+    /// Throws Error if the driver's texture buffers or the references of kernels have no room for a slot.
+    /// `shading`: SceneBuffers::defines(), needed if triangles have alpha tests.
     PagePool(const PageSource& source, std::size_t bytes, const gpu::Defines& shading = {});
 
     /// Returns the bytes of device memory that a slot takes.
@@ -64,17 +64,17 @@ class PagePool {
     /// Uploads the pages that have been read. If `wait` is set and there are none, waits for one. Returns whether more
     /// pages will come. Throws Error like PageSource::read(); the pool then holds what it held, less pages that left.
     bool take(bool wait);
-    /// Asks for no page any more.
+    /// Cancels all requests.
     void forget();
     /// Asks for pages and waits for all of them.
     void load(std::span<const std::uint32_t> pages);
-    /// Lets every page leave.
+    /// Removes all pages from the pool.
     void clear();
 
     /// Lets the pages leave that are not the same in all poses (PageSource::still()). Afterwards the source may change
     /// to another pose, since nothing reads it.
     void begin_pose();
-    /// Takes up the new pose of the source. Resident pages stay. Returns false where the hierarchy over the roots has
+    /// Changes to the new pose of the source. Resident pages stay. Returns false if the hierarchy over the roots has
     /// outgrown its place; the pool must then be made anew.
     bool end_pose();
 

@@ -198,7 +198,7 @@ class PageServer::Run {
     void end() {
         pool_.forget();
         if (touches_ && server_.schedule_ != PageSchedule::demand) pool_.uses().end();
-        if (!touches_) prefetched_.clear();  // nothing tells which pages the batch has used
+        if (!touches_) prefetched_.clear();  // if no page leaves, uses are not recorded
         for (const std::uint32_t page : prefetched_)
             ++(pool_.uses().touched(page) ? server_.sums_.prefetched_used : server_.sums_.prefetched_unused);
         if (!server_.keeps_ends(batch_)) return;
@@ -219,7 +219,7 @@ class PageServer::Run {
     const rays::RayBatch& batch_;
     const Handles& handles_;
     const bool any_hit_;
-    const bool touches_;  // records which pages the batch uses; of no interest where no page ever leaves
+    const bool touches_;  // records which pages the batch uses; of no interest if no page ever leaves
     std::uint32_t waiting_ = 0;
     std::vector<std::uint32_t> prefetched_;  // pages that were missing before the batch, and were asked for
 };
@@ -250,7 +250,7 @@ graph::BufferHandle PageServer::add(graph::Graph& graph, const rays::TraceScene&
         return pass.write(graph.create_buffer(name, {bytes}), Access::storage_write);
     };
     for (std::size_t i = 0; i < 2; ++i) {
-        handles.waiting[i] = scratch("waiting rays", batch.capacity * sizeof(std::uint32_t));  // see kRayBytes
+        handles.waiting[i] = scratch("waiting rays", batch.capacity * sizeof(std::uint32_t));  // kRayBytes counts it
         handles.headers[i] = scratch("header of waiting rays", sizeof(shared::ListHeader));
     }
     handles.fronts = scratch("fronts of waiting rays", batch.capacity * sizeof(uvec2));
@@ -261,7 +261,7 @@ graph::BufferHandle PageServer::add(graph::Graph& graph, const rays::TraceScene&
     return handles.results;
 }
 
-/// Keeps what is known about pages that are equal in all poses.
+/// Keeps the state of pages that are equal in all poses.
 void PageServer::follow(const rays::ServedScene&) {
     if (std::exchange(serial_, pool_.scene().serial()) == pool_.scene().serial()) return;
     const std::size_t bytes = pool_.first_root(pool_.pages()) * sizeof(std::uint32_t);

@@ -47,7 +47,7 @@ class PageServer final : public rays::BatchServer {
     struct Memory {
         std::uint32_t number = 0;         // number for PageUses
         bool waited = true;               // many rays of the last run waited for pages
-        std::optional<gpu::Buffer> ends;  // per ray, where the ray of the last run ended; for camera rays
+        std::optional<gpu::Buffer> ends;  // per ray: t at which the ray of the last run ended; for camera rays
     };
     bool keeps_ends(const rays::RayBatch& batch) const;
 

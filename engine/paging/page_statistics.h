@@ -22,7 +22,7 @@ struct PagingStatistics {
     std::uint64_t batches = 0;
     std::uint64_t rounds = 0;  // dispatches of the tracing kernel
     std::uint64_t again = 0;   // rays traced again
-    // Pages loaded before a batch that used them or not. Both counts are 0 where all pages fit into the pool.
+    // Pages loaded before a batch that used them or not. Both counts are 0 if all pages fit into the pool.
     std::uint64_t prefetched_used = 0;
     std::uint64_t prefetched_unused = 0;
     std::uint64_t queries = 0;  // batches that queried the hierarchy over all roots

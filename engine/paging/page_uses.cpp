@@ -34,7 +34,7 @@ std::vector<std::uint32_t> PageUses::set() const {
 }
 
 std::uint32_t PageUses::next_use(std::uint32_t page) const {
-    // A page that the batch has touched may serve more of its rays.
+    // More rays of the batch may need a page that one ray has met.
     return touched_[page] ? 0 : static_cast<std::uint32_t>(std::countr_zero(std::rotr(users_[page], batch_)));
 }
 

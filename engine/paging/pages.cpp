@@ -46,7 +46,7 @@ bool single(const uvec4& pair) {
     return ((pair.x ^ pair.y) & shared::kBvhTriangleMask) == 0;
 }
 
-/// Numbers of the corners of rings, equal where the bits of their positions are equal.
+/// Numbers of the corners of rings, equal if the bits of their positions are equal.
 struct Corners {
     std::vector<std::array<std::uint32_t, 4>> of_ring;
     std::vector<vec3> positions;  // per number

@@ -58,7 +58,7 @@ struct PageSet {
 
 /// Builds the pages of a bucket. `ids` has the index of each triangle in TraceTables::triangles, in ascending order.
 /// `words` are the triangles' words of flags (engine/tables/tables.h); it is empty if none has any. Pairs are not split
-/// between leaves. The result is a function of the input. Throws Error where Embree fails.
+/// between leaves. The result is a function of the input. Throws Error if Embree fails.
 PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const std::uint32_t> ids,
                     std::span<const std::uint32_t> words = {}, const PageLimits& limits = {});
 
@@ -138,7 +138,7 @@ class PageSource {
     virtual std::string subject() const { return "pages"; }
     virtual const PageIndex& index() const = 0;
     virtual StillPart still() const { return {static_cast<std::uint32_t>(index().pages.size()), index().triangles}; }
-    /// Reads a page. Throws Error that names the source where its data is damaged.
+    /// Reads a page. Throws Error that names the source if its data is damaged.
     virtual Page read(std::uint32_t page) const = 0;
     /// Reads the rows of triangles, which need not be sorted or different. Throws Error like read().
     virtual void read_rows(std::span<const std::uint32_t> triangles, TriangleRows& rows) const = 0;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kPortion = 8192;  // rows that a thread reads at a time
 
-/// Writes values to the start of a buffer, which grows where it is too small.
+/// Writes values to the start of a buffer, which grows if it is too small.
 template <class T>
 void bring(gpu::Buffer& buffer, const std::vector<T>& values) {
     const std::size_t bytes = values.size() * sizeof(T);

@@ -38,7 +38,7 @@ std::size_t tiles_of(const TiledTexture& texture) {
     return static_cast<std::size_t>(texture.tile_count().x) * static_cast<std::size_t>(texture.tile_count().y);
 }
 
-/// Creates a buffer of at least `bytes` bytes where there is a smaller one.
+/// Creates a buffer of at least `bytes` bytes if there is a smaller one.
 void reserve(gpu::Buffer& buffer, std::size_t bytes) {
     if (buffer.bytes() < bytes) buffer = gpu::Buffer(buffer.name(), bytes);
 }
@@ -63,7 +63,7 @@ TilePool::TilePool(std::vector<TiledTexture> textures, std::size_t bytes, unsign
     const std::size_t least = std::min(tiles, pinned + 4 * material_textures().size());
     if (bank_shift_ < kDataSlotShift) throw Error("textures", "the driver's texture buffers have no room for a tile");
     const std::size_t in_bank = std::size_t{1} << (bank_shift_ - kDataSlotShift);
-    const std::size_t most = shared::kMostBanks * in_bank - 1;  // besides the blank slot
+    const std::size_t most = shared::kMostBanks * in_bank - 1;  // without the blank slot
     if (least > most) {
         throw Error("textures", "need {} tiles at a time; {} texture buffers of the driver end at {}", least,
                     shared::kMostBanks, most);

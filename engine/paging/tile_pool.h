@@ -30,8 +30,8 @@ class TilePool {
     /// Bytes of a slot, which holds a tile of colour or of data.
     static constexpr std::size_t kSlotBytes = std::size_t{1} << 13;
 
-    /// Uses `bytes` bytes of device memory for slots, or fewer where all tiles fit into them. At least one invocation
-    /// gets its tiles beside those of pinned textures; Error where the memory budget has no room for so many.
+    /// Uses `bytes` bytes of device memory for slots, or fewer if all tiles fit into them. At least one invocation
+    /// gets its tiles beside those of pinned textures; Error if the memory budget has no room for so many.
     /// bank_shift: logarithm of the texels that a texture buffer has at most (SceneBuffers).
     TilePool(std::vector<TiledTexture> textures, std::size_t bytes, unsigned bank_shift);
 
@@ -41,7 +41,7 @@ class TilePool {
 
     /// Runs a kernel until no invocation misses a tile. `all` dispatches it for its whole batch of at most `most`
     /// invocations. The kernel has HALFLIGHT_TILE_REQUESTS as in shaders/resolve.comp, and its other resources are
-    /// bound. Throws Error where tiles cannot be read.
+    /// bound. Throws Error if tiles cannot be read.
     void shade(const gpu::Program& kernel, std::size_t most, const std::function<void()>& all);
     /// Returns the bytes that a batch of `invocations` takes on CPU and device.
     static std::size_t bytes_of_batch(std::size_t invocations) { return invocations * 5 * sizeof(std::uint32_t); }
@@ -62,7 +62,7 @@ class TilePool {
     std::uint32_t free_slot();
     void upload(std::uint32_t slot, std::span<const std::uint8_t> texels);
     const TiledTexture& texture_of(std::uint32_t tile) const;
-    /// Reads a tile as the pool holds it. Returns the bytes that were read from the file.
+    /// Reads a tile in the layout of the pool. Returns the bytes that were read from the file.
     std::size_t read(std::uint32_t tile, std::span<std::uint8_t> texels) const;
     std::vector<Waiting> run(const gpu::Program& kernel, std::span<const Waiting> again,
                              const std::function<void()>& all);

@@ -19,7 +19,7 @@ class BatchServer {
     /// outlive the graph's runs.
     virtual graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                     graph::BufferHandle results, bool any_hit) = 0;
-    /// Takes up another pose of the scene.
+    /// Changes to another pose of the scene.
     virtual void follow(const ServedScene&) { invalidate(); }
     /// Discards remembered visibility after a camera cut, scene edit or resize.
     virtual void invalidate() {}
@@ -28,8 +28,8 @@ class BatchServer {
     virtual std::size_t state_bytes(const RayBatch&) const { return 0; }
 };
 
-/// Declares, for servers, that a pass reads a batch and that it writes the results. With a list, results of other paths
-/// are kept.
+/// Declares that a pass of a server reads a batch and writes its results. If the batch has a list, results of paths
+/// that are not in it are kept.
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch,
                 graph::Access rays = graph::Access::texture_read);
 graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results);

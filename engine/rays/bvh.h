@@ -29,11 +29,11 @@ struct BvhNode {
 struct Bvh {
     std::vector<BvhNode> nodes;             // nodes, depth first from the root; empty without primitives
     std::vector<std::uint32_t> primitives;  // boxes in leaf order, ascending within a leaf; each occurs at least once
-    std::uint32_t stack_entries = 0;        // maximum number of children that a traversal in any order defers at a time
+    std::uint32_t stack_entries = 0;        // size of the stack of a traversal, for any order of children
 };
 
 /// Builds a hierarchy over boxes by the surface area heuristic, one primitive per leaf. No box may be empty. The result
-/// is a function of the input only. Throws Error where Embree fails.
+/// is a function of the input only. Throws Error if Embree fails.
 Bvh build_bvh(std::span<const Bounds> boxes);
 
 /// Maximum references per pair in build_pair_bvh(). Large pairs may be split between leaves (Stich, Friedrich, Dietrich

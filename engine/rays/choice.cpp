@@ -21,7 +21,7 @@ void Choice::forget() {
 }
 
 void Choice::begin_trial() {
-    // The current method comes first, because its time must be up to date, too.
+    // The current method is timed first, because a comparison needs its present time, too.
     trial_.assign(decided() ? 1 : kFirstRuns, best_);
     for (std::size_t method = 0; method < names_.size(); ++method) {
         if (method != best_) trial_.insert(trial_.end(), decided() ? kTrials - 1 : kTrials, method);

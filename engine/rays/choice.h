@@ -18,7 +18,7 @@ class Choice {
     /// Runs per trial of each other method: the first run of tiles makes their lists, the second one widens them, the
     /// third one reuses them.
     static constexpr int kTrials = 3;
-    /// Runs between a decision and the next trial; four times as many where the slower method took more than kHopeless
+    /// Runs between a decision and the next trial; four times as many if the slower method took more than kHopeless
     /// times as long.
     static constexpr std::uint64_t kReexamine = 64;
     static constexpr double kHopeless = 1.3;

@@ -23,7 +23,7 @@ enum class Culling : std::uint8_t {
     compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
     raster,     // occlusion queries of the rasterizer (engine/rays/raster.h)
     off,        // plain traversal of the scene's hierarchy
-    native,     // vector code of the processor, where it is the renderer, too (engine/rays/native.h)
+    native,     // vector code of the processor, if it is the renderer, too (engine/rays/native.h)
 };
 
 /// A pose of a scene, as ray servers take it up.
@@ -36,7 +36,7 @@ struct ServedScene {
 
 struct CullingMethod {
     const char* name;  // value of the setting
-    // Makes the server of all batches, which outlives neither tables nor trace. Throws Error where it cannot serve the
+    // Makes the server of all batches, which outlives neither tables nor trace. Throws Error if it cannot serve the
     // scene. Null: Tracer itself serves the batches.
     std::unique_ptr<BatchServer> (*make_server)(const ServedScene& scene) = nullptr;
     bool needs_cull_tree = false;  // whether make_server reads ServedScene::cull_tree

@@ -33,7 +33,7 @@ bool holds_together(const TrianglePair& pair, const std::vector<Corners>& corner
     return a[one[0]] == b[other[0]] && a[one[1]] == b[other[1]];
 }
 
-/// Returns a shape refitted to its triangles; none where it does not fit or would cost more than kMostRefitCost allows.
+/// Returns a shape refitted to its triangles; none if it does not fit or would cost more than kMostRefitCost allows.
 std::optional<PartTree> refitted(const PartTree& shape, const TraceTables& tables, const Part& part) {
     const std::vector<Corners> corners = corners_of(tables, part);
     std::size_t triangles = 0;
@@ -53,7 +53,7 @@ bool same_bits(const vec3& a, const vec3& b) {
     return std::memcmp(&a, &b, sizeof(a)) == 0;
 }
 
-/// Returns whether two parts have equal triangles in equal places, and the same key where they move.
+/// Returns whether two parts have equal triangles in equal places, and the same key if they move.
 bool same_places(const TraceTables& a, const Part& pa, const TraceTables& b, const Part& pb) {
     if (pa.moves != pb.moves || pa.key != pb.key) return false;
     const std::vector<std::uint32_t> ta = triangles_of(pa), tb = triangles_of(pb);

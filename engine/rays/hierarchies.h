@@ -1,6 +1,6 @@
 // The hierarchies of a scene, and their updates for animated scenes. No OpenGL is used.
 //
-// Static triangles of a block (engine/tables/tables.h) form one part, or several where they are many, and each moving
+// Static triangles of a block (engine/tables/tables.h) form one part, or several if they are many, and each moving
 // mesh forms another one. Each part has its own hierarchy; the hierarchies of a block are side by side under one root.
 // Parts are built in parallel, and a build takes memory for its part alone.
 //
@@ -65,7 +65,7 @@ struct PartTree {
     double cost = 0;                  // expected_cost() of moving parts in the pose for which the shape was built
 };
 
-/// Builds the tree of a part from its positions. Throws Error where Embree fails.
+/// Builds the tree of a part from its positions. Throws Error if Embree fails.
 PartTree build_tree(const TraceTables& tables, const Part& part);
 
 /// Numbers of hierarchies by kind of update.
@@ -79,9 +79,9 @@ struct HierarchyCounts {
 class Hierarchies {
   public:
     /// Builds all hierarchies, with static parts of at most `most_in_part` triangles. `tables` are those of the
-    /// reference pose. Throws Error where Embree fails.
+    /// reference pose. Throws Error if Embree fails.
     explicit Hierarchies(const TraceTables& tables, std::size_t most_in_part = kMostInPart);
-    /// Updates the hierarchies from their current pose, `last`, to another one. Throws Error where Embree fails.
+    /// Updates the hierarchies from their current pose, `last`, to another one. Throws Error if Embree fails.
     void update(const TraceTables& last, const TraceTables& now);
 
     const std::vector<Part>& parts() const { return parts_; }

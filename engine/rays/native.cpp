@@ -64,11 +64,11 @@ int native_threads() {
     return error == std::errc() && *end == '\0' ? std::clamp(asked, 1, most) : most;
 }
 
-/// Times of the tasks of similar batches, by which the faster one of two ways is taken: rays one by one, or 64
-/// together.
+/// Times of the tasks of similar batches. They select the faster of two methods: rays one by one, or 64 together.
 class Pace {
   public:
-    /// Returns whether a task of the next run traces rays together. The slower way gets a task now and then.
+    /// Returns whether a task of the next run traces rays together. The slower method gets a task now and then, so that
+    /// its time stays up to date.
     bool together(std::size_t task) const {
         const std::size_t turn = task + 7 * runs_;
         if (per_ray_[0] == 0 || per_ray_[1] == 0) return turn % 2 == 1;
@@ -117,7 +117,7 @@ struct NativeServer::Parts {
 
     void take(const TraceTables& tables, const TraceScene& scene) {
         const TraceStatistics& s = scene.statistics();
-        // Other code serves another format, instances and slivers.
+        // Each combination of node format, instances and slivers has code of its own.
         if (s.node_format != tree.format || s.two_level != tree.two_level || tables.slivers != slivers)
             compared[0] = compared[1] = {};
         tree = build_native_tree(tables, s.node_format, s.two_level, scene.nodes().read<uvec4>(),

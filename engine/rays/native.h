@@ -22,7 +22,7 @@ namespace halflight::rays {
 class NativeServer final : public BatchServer {
   public:
     /// Builds eight-wide nodes for the scene, which must outlive the server. Needs a current context. Throws Error
-    /// where the renderer is not the processor, the processor has no vectors of eight floats, or the scene is loaded in
+    /// if the renderer is not the processor, the processor has no vectors of eight floats, or the scene is loaded in
     /// pages.
     explicit NativeServer(const TraceTables& tables, const TraceScene& scene);
     ~NativeServer() override;
@@ -45,7 +45,7 @@ class NativeServer final : public BatchServer {
         std::uint64_t rays = 0;       // rays that were traced, dead ones included
         std::uint64_t delegated = 0;  // rays that were left to the plain kernel
         bool disabled = false;        // the comparison at the start found a difference
-        std::string note;             // one line about that; else empty
+        std::string note;             // one line about the difference; empty if there is none
     };
     const Counts& counts() const;
     std::size_t bytes() const;  ///< Returns the bytes of the eight-wide nodes.
@@ -61,7 +61,7 @@ int native_threads();
 
 /// Makes the server of Culling::native. Throws Error like the constructor of NativeServer.
 std::unique_ptr<BatchServer> make_native_server(const ServedScene& scene);
-/// Returns a server for Tracer::offer(); null where there can be none.
+/// Returns a server for Tracer::offer(); null if there can be none.
 std::unique_ptr<NativeServer> offered_native_server(const ServedScene& scene);
 
 }  // namespace halflight::rays

@@ -98,7 +98,7 @@ HWY_INLINE bool make_shaft(Bundle& b, const NativeSpace& space, bool on_grid, Sh
             m = std::max(m, 0x1p-20f * std::max(std::abs(l[e]), std::abs(u[e])) + margin / cell);
         }
         for (int e = 0; e < 2; ++e) l[e] -= m, u[e] += m;
-        // Planes that hardly move are taken as moving apart slowly.
+        // A plane whose slope is lost in rounding gets a small one that opens the shaft, so that its inverse is finite.
         float lower_slope = l[1] - l[0], upper_slope = u[1] - u[0];
         if (std::abs(lower_slope) <= m) l[0] = std::min(l[0], l[1]) - m, lower_slope = m;
         if (std::abs(upper_slope) <= m) u[0] = std::max(u[0], u[1]) + m, upper_slope = -m;
@@ -169,7 +169,7 @@ HWY_INLINE float exit_of(const Bundle& b) {
     FN exit(0);
     for (std::size_t at = 0; at < kBundle; at += kLanes) {
         const FN end = hn::BitCast(DN(), hn::Load(di, &b.exit[at]));
-        const MN lives = hn::Ge(end.v, FN(0.0f).v);  // -1 is a NaN
+        const MN lives = hn::Ge(end.v, FN(0.0f).v);  // false for -1, whose bits are those of a NaN
         exit = most(exit, select(lives, end / FN::load(&b.end[at]), FN(0.0f)));
     }
     return std::min(most_lane(exit) * 1.00001f, 1.0f);

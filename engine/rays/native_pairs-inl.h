@@ -123,7 +123,7 @@ HWY_INLINE float triangle_near(const SingleRay& ray, const vec4* pair, bool seco
     return near;
 }
 
-/// Takes up a hit on a triangle of a pair if it counts. Returns true where the search of the ray ends.
+/// Takes up a hit on a triangle of a pair if it counts. Returns true if the search of the ray ends.
 template <bool kAny, Real R>
 HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, TriangleOf<R> triangle, const vec4* pair,
                      bool second, std::uint32_t instance, float leaf_near, Search& search) {
@@ -196,7 +196,7 @@ HWY_INLINE D4 opposite_corner(D4 v) {
 template <class F>
 HWY_INLINE auto may_contain_zero(F a, F b, F c) {
     const F low = least(least(a, b), c), high = most(most(a, b), c), zero(0);
-    // Some corner is not zero where low or high is not.
+    // Some corner is not zero if low or high is not.
     return hn::And(hn::And(hn::Le(low.v, zero.v), hn::Ge(high.v, zero.v)),
                    hn::Or(hn::Ne(low.v, zero.v), hn::Ne(high.v, zero.v)));
 }
@@ -245,7 +245,7 @@ struct Corners4 {
     }
 };
 
-/// Tests the pairs of a leaf. Returns true where the search of the ray ends.
+/// Tests the pairs of a leaf. Returns true if the search of the ray ends.
 template <bool kAny>
 HWY_INLINE bool test_leaf(const NativeJob& job, const SingleRay& ray, std::uint32_t leaf, std::uint32_t instance,
                           float leaf_near, Search& search) {

@@ -89,7 +89,7 @@ HWY_INLINE bool enter_block(const NativeTree& tree, const shared::Ray& ray, std:
     return in_range(origin, direction, inside.at.error, space.slack, ray.t_min);
 }
 
-/// Searches a space for the ray. The stack grows from `stack`. Returns true where the search of the ray ends.
+/// Searches a space for the ray. The stack grows from `stack`. Returns true if the search of the ray ends.
 template <class Bound, bool kAny>
 bool search_space(const NativeJob& job, const shared::Ray& world_ray, const SingleRay& ray, std::uint32_t root,
                   std::int32_t root_near, std::uint32_t instance, std::int32_t instance_near, StackEntry* stack,

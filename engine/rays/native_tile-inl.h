@@ -1,7 +1,7 @@
 // Search for any hits of a tile of up to 64 rays. Compiled once per instruction set.
 //
 // A node's children are tested against the chord shaft of the tile (native_bundle-inl.h). Those that meet it are tested
-// against each vector of rays, so that an entry of the stack has the rays that meet its box. Where at most kFew rays
+// against each vector of rays, so that an entry of the stack has the rays that meet its box. If at most kFew rays
 // are left, each goes on by itself. In scenes without instances, each vector first tests the leaf that ended rays in
 // its place in an earlier run, if the tile met that leaf by itself.
 #if defined(HALFLIGHT_NATIVE_TILE_INL) == defined(HWY_TARGET_TOGGLE)

@@ -1,7 +1,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/rays/native_trace.cpp"
 #include <hwy/foreach_target.h>
-// The targets follow.
+// Highway compiles the code below once per instruction set.
 #include <hwy/highway.h>
 
 #include <algorithm>

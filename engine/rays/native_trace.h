@@ -16,7 +16,7 @@ struct NativeJob {
     const vec4* pairs = nullptr;  // kBvhPairTexels per pair, as in shaders/shared/bvh_nodes.h
     bool alpha_tested = false;    // TraceTables::alpha_tested
     bool slivers = false;         // TraceTables::slivers
-    int backfaces = 0;            // HALFLIGHT_BACKFACES; 0: all rays meet back faces
+    int backfaces = 0;            // value of HALFLIGHT_BACKFACES; 0: all rays meet back faces
     bool passes_panes = false;    // RayBatch::passes_panes
     bool any_hit = false;
     bool together = false;                // traces 64 consecutive rays together; affects time only

@@ -42,8 +42,8 @@ struct Family {
 
 /// How the joined members of a packed node are best divided among the children of eight-wide nodes.
 struct Plan {
-    // Per joined member and number of places: those of its first part. 0: it leaves a place free. For one place, it is
-    // a node, and this is the division of that node's places.
+    // Per joined member and number of places: the places of its first part. 0: a place stays free. A member with one
+    // place is a node, and the entry divides the places of that node.
     std::array<std::array<std::uint8_t, kNativeWidth + 1>, kPackedWidth - 1> first{};
 };
 

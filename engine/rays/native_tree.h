@@ -2,7 +2,7 @@
 //
 // The leaves and their boxes are those of the packed hierarchy, so that hits are raised to the same entries. Inner
 // boxes are unions of them, which changes no hit. Packed nodes are divided into binary ones first. Otherwise a packed
-// node would fill four of eight places, or seven where one child gives way to its own children.
+// node would fill four of eight places, or seven if one child gives way to its own children.
 #pragma once
 
 #include <array>

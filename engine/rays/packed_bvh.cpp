@@ -200,7 +200,7 @@ class Packer {
         std::vector<Bounds> boxes;
         Bounds all;
         double condition = 1;
-        // Parts need not have all triangles of their block.
+        // The parts may leave out triangles of their block.
         std::vector<Bounds> block_boxes(tables_.blocks.size());
         for (std::size_t i = 0; i < parts_.size(); ++i) {
             Bounds& box = block_boxes[parts_[i].block];

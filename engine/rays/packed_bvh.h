@@ -32,14 +32,14 @@ struct PackedScene {
 };
 
 /// Packs a scene; `hierarchies` must have the pose of the tables. Selects the format by the grid's looseness. Throws
-/// Error where indices overflow.
+/// Error if indices overflow.
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies);
 /// Packs a scene, and frees the contents of each hierarchy as soon as they are packed. Large scenes need the memory.
 PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies);
 /// Packs a scene with new hierarchies.
 PackedScene pack_scene(const TraceTables& tables);
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format);
-/// Packs hierarchies over the panes alone; null where TraceTables::panes is not set.
+/// Packs hierarchies over the panes alone; null if TraceTables::panes is not set.
 std::shared_ptr<PackedScene> pack_panes(const TraceTables& tables);
 
 /// Packs a hierarchy over boxes in the format `grid`. Its leaves refer to places in Bvh::primitives, and there are no

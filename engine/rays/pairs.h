@@ -30,11 +30,11 @@ std::array<std::uint8_t, 3> corners_in_pair(const TrianglePair& pair, int which)
 
 Ring ring_of(const TrianglePair& pair, std::span<const Corners> triangles);
 
-/// Merges triangles so that each is in one pair. Two triangles are paired only where the area of their common box is at
+/// Merges triangles so that each is in one pair. Two triangles are paired only if the area of their common box is at
 /// most the sum of the areas of their boxes. By the surface area heuristic, a hierarchy then gains if a pair costs as
-/// much as a triangle. Halves of parallelograms and similar pairs go first. Edges are equal where the coordinates of
+/// much as a triangle. Halves of parallelograms and similar pairs go first. Edges are equal if the coordinates of
 /// their ends are equal. The time is linear. The result is a function of the input and of its order, which matters most
-/// where the edge table reaches its limit of 2^20 entries.
+/// if the edge table reaches its limit of 2^20 entries.
 /// `words` are the triangles' words of flags (engine/tables/tables.h). Pairs then have triangles of equal
 /// kTriangleOneSided and kTriangleMirrored.
 std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles, std::span<const std::uint32_t> words = {});

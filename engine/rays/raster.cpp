@@ -217,7 +217,7 @@ class RasterRun final : public CullDevice {
         glBeginQuery(GL_ANY_SAMPLES_PASSED, parts_.queries[asked_++].id());
         stage(&RasterStages::ask, [&] { use(*ask_).draw(GL_POINTS, layout_.blocks); });
         glEndQuery(GL_ANY_SAMPLES_PASSED);
-        // Software drivers overcount where thousands of queries wait.
+        // Software drivers overcount if thousands of queries wait.
         if (asked_ % 256 == 0) glFlush();
     }
 

@@ -46,12 +46,12 @@ struct RasterTargets {
 };
 
 /// Server of batches by raster culling. It owns the culling tree of a scene, and the visibility state of batches. add()
-/// throws Error where the driver's points or targets are too small for the batch.
+/// throws Error if the driver's points or targets are too small for the batch.
 ///
 /// Its hits equal those of the plain tracer bit for bit, with two exceptions:
 /// - A search that the driver would cut short may end here, because it is divided.
 /// - Numbers below 2^-126 count as 0 in llvmpipe's fragment kernels, but not in its compute kernels. Results differ
-///   where directions have such components.
+///   if directions have such components.
 class RasterCulling final : public BatchServer {
   public:
     /// Builds the culling tree of `packed`, from which the TraceScene must be made, too. Needs a current context.
@@ -94,7 +94,7 @@ class RasterCulling final : public BatchServer {
     std::unique_ptr<Parts> parts_;
 };
 
-/// Makes the server of Culling::raster. Throws Error where the scene was prepared without a tree.
+/// Makes the server of Culling::raster. Throws Error if the scene was prepared without a tree.
 std::unique_ptr<BatchServer> make_raster_server(const ServedScene& scene);
 
 }  // namespace halflight::rays

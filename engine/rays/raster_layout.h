@@ -21,7 +21,7 @@ struct RasterLayout {
     explicit RasterLayout(std::uint32_t capacity);
     std::uint32_t tiles() const { return blocks * kBlockTiles; }
     ivec2 ray_texels() const { return kTileEdge * tile_texels; }
-    /// Throws Error where the driver's points or targets are too small.
+    /// Throws Error if the driver's points or targets are too small.
     void check_driver() const;
 };
 

@@ -115,7 +115,7 @@ void TraceScene::finish_update(const TraceTables& tables, const PackedScene& pac
                    .nodes = packed.node_count,
                    .node_format = packed.format,
                    .two_level = packed.two_level,
-                   // The stack never shrinks, because poses of a scene share their programs.
+                   // The stack never shrinks, because all poses of a scene use the same programs.
                    .stack_entries = std::max(statistics_.stack_entries, packed.stack_entries),
                    .bytes = nodes_.bytes() + triangles_.bytes() + heads_.bytes() + own_instances_.bytes(),
                    .build_seconds = packed.build_seconds};

@@ -22,10 +22,10 @@ enum class PassBacks : std::uint8_t {
     all = shared::kEveryRay,
 };
 
-/// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/ray_structs.h) lie at the
-/// index of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
+/// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/ray_structs.h) lie at the index
+/// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
 ///
-/// The first `count` entries of `list`, path indices in tile order, are traced where a list is given. 64 consecutive
+/// The first `count` entries of `list`, path indices in tile order, are traced if a list is given. 64 consecutive
 /// entries are one 8x8 tile, or the remains of several. Without a list all rays are traced. A ray with t_max < t_min is
 /// dead: it is not traced and reports a miss.
 struct RayBatch {
@@ -42,8 +42,8 @@ struct RayBatch {
     graph::BufferHandle list;         // `capacity` path indices, uint; optional
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/ray_structs.h, if there is a list
     // Key of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
-    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame_block.h) and a salt. The frame's
-    // seed and sample_index change from run to run; the salt differs between the batches of one run.
+    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame_block.h) and a salt. The frame's seed
+    // and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
     graph::BufferHandle sampled_blocks{};  // buffer of SampledBlock, which places the paths; null: one per pixel
     std::uint32_t alpha_salt = 0;
@@ -96,7 +96,7 @@ class TraceScene {
     /// Builds one BVH4 per block with Embree's builder and, unless all triangles are in world space, one over the
     /// instances. `shading` is SceneBuffers::defines(); needed if tables.alpha_tested is set, since kernels then read
     /// coverage (shaders/lib/alpha.glsl). The texture units of the scene must then be bound whenever a graph runs.
-    /// Throws Error where a table exceeds what the driver can address.
+    /// Throws Error if a table exceeds what the driver can address.
     explicit TraceScene(const TraceTables& tables, const gpu::Defines& shading = {});
     /// Uploads `packed`, the result of pack_scene() for the tables. `instances` is instance_rows() of the tables on the
     /// device (SceneBuffers::instance_rows()), updated with this object and outliving it. If it is null, the object
@@ -112,10 +112,10 @@ class TraceScene {
 
     /// Makes empty buffers for a scene that is loaded in pages. Throws Error like the first constructor.
     explicit TraceScene(const PagedLayout& layout);
-    /// Takes up another pose of a scene that is loaded in pages. The buffers keep their sizes and contents.
+    /// Changes to another pose of a scene that is loaded in pages. The buffers keep their sizes and contents.
     void update(const PagedLayout& layout);
 
-    /// Updates the scene to another pose. `last` is the packed scene that the buffers hold, or null; where it is given,
+    /// Updates the scene to another pose. `last` is the packed scene that the buffers hold, or null; if it is given,
     /// only differences are written. Throws Error like the constructor. After a failed update the object may only be
     /// destroyed.
     void update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
@@ -128,14 +128,14 @@ class TraceScene {
 
     gpu::Buffer& nodes() { return nodes_; }  ///< Returns the buffer of nodes, which pages are written to.
     const gpu::Buffer& nodes() const { return nodes_; }
-    /// Returns the buffer of pairs of triangles (shaders/shared/bvh_nodes.h), which is empty in scenes that are loaded
-    /// in pages.
+    /// Returns the buffer of pairs of triangles (shaders/shared/bvh_nodes.h), which is empty in scenes that are loaded in
+    /// pages.
     const gpu::Buffer& pairs() const { return triangles_; }
     /// Returns the buffer of node indices of the heads of the instances' blocks.
     const gpu::Buffer& heads() const { return heads_; }
     bool slivers() const { return slivers_; }  ///< Returns whether kernels test triangles in double.
 
-    /// Binds kUnitNodes, kUnitTriangleVertices, kUnitBlockHeads and kUnitInstances.
+    /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
     void bind() const;
     /// Returns the defines that select the variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
     const gpu::Defines& defines() const { return defines_; }
@@ -147,7 +147,7 @@ class TraceScene {
     /// Returns the hierarchies over the panes alone, whose hits have the triangles and instances of this scene. Returns
     /// null without panes.
     const TraceScene* panes() const { return panes_.get(); }
-    /// Returns the ids of the tables' triangles (R32UI) where geometry is not in memory; else empty.
+    /// Returns the ids of the tables' triangles (R32UI) if geometry is not in memory; else empty.
     const gpu::Buffer& triangle_ids() const { return triangle_ids_; }
     const TraceStatistics& statistics() const { return statistics_; }
     /// Returns a serial number, unique per scene and pose within the process. Caches made for one serial must not be
@@ -157,7 +157,7 @@ class TraceScene {
   private:
     explicit TraceScene(const gpu::Buffer* instances);
     const gpu::Buffer& instances() const { return shared_instances_ != nullptr ? *shared_instances_ : own_instances_; }
-    /// Sets what does not depend on nodes and pairs.
+    /// Sets the members that do not depend on nodes and pairs.
     void finish_update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading);
 
     std::uint32_t serial_ = 0;
@@ -172,7 +172,7 @@ class TraceScene {
     gpu::Buffer nodes_;
     gpu::Buffer triangles_;      // empty in scenes that are loaded in pages
     gpu::Buffer heads_;          // per instance: node index of its block's head
-    gpu::Buffer own_instances_;  // instance rows; empty where they are shared
+    gpu::Buffer own_instances_;  // instance rows; empty if they are shared
     const gpu::Buffer* shared_instances_;
     std::unique_ptr<TraceScene> panes_;
     gpu::Buffer triangle_ids_;
@@ -181,16 +181,16 @@ class TraceScene {
 /// Adds the passes that find the closest hit of each ray of the batch, and returns the hits: one Hit per path. With a
 /// list, other paths keep their hits. The closest hit lies in the open interval (t_min, t_max), on either side of a
 /// triangle but for RayBatch::backfaces; among equal t the lower (instance, triangle) wins. A miss has triangle kMiss
-/// and t +inf; a search that the driver cut short has t NaN. Throws Error where the driver cannot start so many rays.
+/// and t +inf; a search that the driver cut short has t NaN. Throws Error if the driver cannot start so many rays.
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits);
 
 /// Adds the passes that test for each ray of the batch whether a surface lies in (t_min, t_max). Returns one uint per
-/// path: kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/ray_structs.h).
+/// path: kFree, kOccluded, or kUnfinished if the driver cut the search short (shaders/shared/ray_structs.h).
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 
-/// Throws Error naming `rays` where the driver does not start this number of work groups at once.
+/// Throws Error naming `rays` if the driver does not start this number of work groups at once.
 void check_groups(std::uint32_t groups, std::uint32_t rays);
 /// Returns the plain kernel of a batch. `listed`: the kernel reads path indices from a list, which the batch may lack.
 graph::Kernel plain_kernel(const TraceScene& scene, const RayBatch& batch, bool any_hit, bool listed);

@@ -49,8 +49,8 @@ inline double sine_of(const PunctualLight& light, double distance) {
 class SceneProbe {
   public:
     /// Builds hierarchies over meshes and instances, by Embree's builder of medium quality, since its
-    /// two-level builder of low quality aborts where all bounds are points. Leaves out instances of shared meshes
-    /// whose transform has no finite inverse. Keeps a reference to the scene. Throws Error where Embree fails.
+    /// two-level builder of low quality aborts if all bounds are points. Leaves out instances of shared meshes
+    /// whose transform has no finite inverse. Keeps a reference to the scene. Throws Error if Embree fails.
     explicit SceneProbe(const Scene& scene);
     ~SceneProbe();
     SceneProbe(const SceneProbe&) = delete;
@@ -61,7 +61,7 @@ class SceneProbe {
                                   unsigned passing = kPassClear) const;
     /// Returns the first surface that a camera shows along a ray. Clear surfaces count if nothing is behind them.
     std::optional<ProbeHit> see(const dvec3& origin, const dvec3& direction) const;
-    /// Returns whether there is a surface within a distance that lets little light of a light pass.
+    /// Returns whether a surface within a distance blocks most of the light from a light source.
     bool blocked(const dvec3& from, const dvec3& direction, double distance, bool has_size) const;
     /// Returns the distance to keep from surfaces, world units: float rounding on the scale of the scene.
     double spacing() const { return spacing_; }
@@ -96,7 +96,7 @@ class LazyProbe {
 };
 
 /// Returns the radiance of a point of a triangle with barycentric coordinates `weights`, times coverage: its emission
-/// with the nearest texel, or its colour where it is unlit.
+/// with the nearest texel, or its colour if it is unlit.
 vec3 emission_at(const Scene& scene, const Material& material, const Mesh& mesh, const uvec3& corners,
                  const vec3& weights);
 

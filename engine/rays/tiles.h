@@ -36,7 +36,7 @@ struct TileBuffers {
     bool finest = false;  // for cull_tiles() alone: refines nodes of any size while the list has room
 };
 
-/// Returns the rays per tile: side^2, or 16 where paths have several rays. These 16 connect the receivers of a group
+/// Returns the rays per tile: side^2, or 16 if paths have several rays. These 16 connect the receivers of a group
 /// with one point, or the receivers of smaller groups with a few points.
 std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings);
 std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings);

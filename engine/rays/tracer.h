@@ -38,7 +38,7 @@ class Tracer {
     /// Lets `automatic` choose a server of TraceMethod::native, too. The server must outlive the tracer. Call it before
     /// graphs are made.
     void offer(NativeServer& native) { native_ = &native; }
-    /// Number of runs before the first trial of tiles where native tracing is offered. A trial, which compiles kernels
+    /// Number of runs before the first trial of tiles if native tracing is offered. A trial, which compiles kernels
     /// and makes lists, takes as long as 20 to 60 runs of native tracing, and tiles seldom win.
     static constexpr std::uint64_t kFirstNativeRuns = 64;
     /// Announces the maximum number of runs of each batch per place; call it before graphs are made. If `automatic`
@@ -77,13 +77,13 @@ class Tracer {
 };
 
 /// Adds the passes of closest_hit() and any_hit() of rays.h. The tracer must outlive the graph's runs. Batches of a
-/// graph must differ in kind or depth. Also throws Error where the driver's storage blocks are too small for the tile
+/// graph must differ in kind or depth. Also throws Error if the driver's storage blocks are too small for the tile
 /// lists.
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
 
 /// Returns the tile lists (shaders/shared/tile_list.h, tile_settings()) left by runs of such a batch in any graph of
-/// the same History. They are up to date if ran_by_tiles(). Returns an empty handle where no lists are carried.
+/// the same History. They are up to date if ran_by_tiles(). Returns an empty handle if no lists are carried.
 graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch);
 
 }  // namespace halflight::rays

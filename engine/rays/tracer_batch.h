@@ -61,7 +61,7 @@ class Tracer::Batch {
         statistics_.reason = choice_.reason();
     }
 
-    /// Starts and stops the clock, for batches with one method and no steps.
+    /// Starts and stops the clock of a batch that has one method and no steps.
     void start() { watch_.emplace(); }
     void stop() {
         seconds_ = watch_->seconds();

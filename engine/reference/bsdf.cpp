@@ -307,7 +307,7 @@ std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double 
     scatter(h);
     const auto right_side = [&](const dvec3& n) { return passes ? dot(s.wi, n) < 0 : dot(s.wi, n) > 0; };
     if (solid_mirror_) {
-        if (!right_side(n_g_)) scatter(n_g_);  // a mirror does without its shading normal there
+        if (!right_side(n_g_)) scatter(n_g_);  // the mirror then uses the geometric normal
         if (!right_side(n_g_)) return std::nullopt;
         s.mirror = true;
         s.weight = (passes ? transmission_ : solid_reflection_) / choice_[kTransmission];

@@ -38,13 +38,13 @@ struct BsdfParameters {
     dvec3 rough_direction{
         0};             // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
     Medium inside{};    // thickness 0: thin-walled
-    bool front = true;  // wo is outside
+    bool front = true;  // true: wo is on the outside
     double dispersion = 0;
 
     bool is_solid() const { return inside.thickness > 0 && (transmission + diffuse_transmission) * (1 - metallic) > 0; }
 };
 
-/// Returns a texel, or white where there is no texture, so that factors stand alone.
+/// Returns a texel, or white if there is no texture, so that factors stand alone.
 using Lookup = std::function<dvec4(const TextureRef&, Encoding)>;
 /// Returns the parameters of a material at a point. `base_color` includes texture and vertex colour.
 BsdfParameters parameters_of(const Material& material, const dvec3& base_color, const Lookup& lookup);
@@ -87,7 +87,7 @@ class Bsdf {
     /// Returns the medium of rays in this direction. `before` is that on wo's side.
     Medium medium_towards(const dvec3& wi, const Medium& before) const;
 
-    /// Samples a direction; returns none where it contributes nothing. The three numbers are uniform in [0, 1).
+    /// Samples a direction; returns none if it contributes nothing. The three numbers are uniform in [0, 1).
     std::optional<Sample> sample(double u_lobe, double u1, double u2) const;
 
   private:
@@ -104,7 +104,8 @@ class Bsdf {
     dvec3 wo_base_, wo_coat_, wo_diffuse_;
     dvec2 alpha_;  // along the x and y axes of the base's frame
     double alpha_coat_;
-    dvec3 specular_f0_, specular_f90_;  // mixture of both Fresnel terms, compensation and the coat's loss included
+    dvec3 specular_f0_,
+        specular_f90_;  // F0 and F90 of metal and dielectric mixed, with compensation and the coat's loss
     ThinFilm film_;
     dvec3 film_metal_{0}, film_dielectric_{0};  // factors of the film's reflectance, compensation and losses included
     dvec3 metal_f0_, dielectric_f0_;            // reflectances of what is below the film

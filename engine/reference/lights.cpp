@@ -21,7 +21,7 @@ dvec2 sample_barycentrics(double u1, double u2) {
     return {r * (1 - u2), r * u2};
 }
 
-/// Returns the mean emission, from 8 x 8 points where a texture varies it. A hundredth of the untextured power is
+/// Returns the mean emission, from 8 x 8 points if a texture varies it. A hundredth of the untextured power is
 /// added, so that light sampling also finds small bright spots between the points.
 double mean_emission(const Tracer& tracer, const TriangleId& id) {
     const Material& material = tracer.material(id);
@@ -63,8 +63,8 @@ double falloff(const PunctualLight& light, const dvec3& leaving) {
 struct Cone {
     dvec3 axis;
     double spread;    // 1 - cos of half the angle; 2 from inside of a ball
-    double radiance;  // over the intensity
-    dvec3 to_centre;  // of a ball
+    double radiance;  // radiance / intensity
+    dvec3 to_centre;  // vector to the centre of a ball
     bool inside = false;
     double pdf() const { return 1 / (2 * kPi * spread); }
 };
@@ -155,7 +155,7 @@ Lights::Lights(const Tracer& tracer) : tracer_(tracer), environment_(tracer.scen
     infinite.push_back(true);
 
     // Power cannot compare light from infinity with local light without a size of the scene, which says little about a
-    // single point. Where both exist, each gets half of the samples.
+    // single point. If both exist, each gets half of the samples.
     std::array<double, 2> totals{};
     for (std::size_t i = 0; i < powers.size(); ++i) totals[infinite[i]] += powers[i];
     for (std::size_t i = 0; i < powers.size(); ++i) {

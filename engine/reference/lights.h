@@ -33,7 +33,7 @@ class Lights {
     explicit Lights(const Tracer& tracer);  ///< Keeps a reference to the tracer.
 
     bool empty() const { return table_.empty(); }
-    /// Samples a light, and a point on it, for a surface; returns none where the light certainly contributes nothing.
+    /// Samples a light, and a point on it, for a surface; returns none if the light certainly contributes nothing.
     std::optional<LightSample> sample(const Surface& surface, Random& random) const;
 
     /// Returns the density with which sample() selects, from `from`, this point of a triangle or direction to the sky.
@@ -56,7 +56,7 @@ class Lights {
     const Tracer& tracer_;
     EnvironmentLight environment_;
     std::vector<Emitter> emitters_;
-    std::vector<std::vector<int>> emitter_of_;  // emitter of each triangle, by instance; empty where none emits
+    std::vector<std::vector<int>> emitter_of_;  // emitter of each triangle, by instance; empty if none emits
     AliasTable table_;                          // emitters, then Scene::lights, then the environment
 };
 

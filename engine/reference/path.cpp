@@ -68,8 +68,8 @@ bool see(const Optics& optics, const dvec2& place, const dvec2& size, dvec3& dir
 }
 
 /// Returns the ray through point (px, py) of the image, pixels from its top left corner, relative to Tracer::origin().
-/// It starts at a point of the lens where there are random numbers, and otherwise at its centre. pixel: that of the
-/// point. Returns a ray that ends before it starts where the camera sees nothing.
+/// It starts at a point of the lens if there are random numbers, and otherwise at its centre. pixel: that of the
+/// point. Returns a ray that ends before it starts if the camera sees nothing.
 ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, const ivec2& pixel, double px,
                         double py, Random* random = nullptr) {
     const Camera& camera = settings.camera;
@@ -166,7 +166,7 @@ class Path {
     Component first_ = Component::diffuse;  // lobe by which the path left its first surface
 };
 
-/// Returns the share of a light sample that arrives: 0 where something opaque is in between, 1 where nothing is.
+/// Returns the share of a light sample that arrives: 0 if something opaque is in between, 1 if nothing is.
 dvec3 Path::share_that_arrives(const Surface& surface, const LightSample& light) {
     ReferenceRay ray;
     ray.origin = surface.leave(light.wi);
@@ -198,7 +198,7 @@ void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin
     }
 }
 
-/// Traces a sampled ray from a surface to the next one, through panes by chance. Returns false where it meets nothing.
+/// Traces a sampled ray from a surface to the next one, through panes by chance. Returns false if it meets nothing.
 bool Path::follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample) {
     met_pane_ = false;
     const dvec3 from = surface.position;

@@ -47,7 +47,7 @@ struct Prepared;
 }
 
 /// A scene prepared for tracing. Every instance is flattened, so memory grows with the instanced triangles (about 150 B
-/// each). It keeps a reference: `scene` must outlive it. Throws Error where Embree fails. Calls may be concurrent.
+/// each). It keeps a reference: `scene` must outlive it. Throws Error if Embree fails. Calls may be concurrent.
 class ReferenceScene {
   public:
     explicit ReferenceScene(const Scene& scene);
@@ -80,7 +80,7 @@ struct ReferenceSettings {
     PixelFilter filter{};
     Backfaces backfaces = Backfaces::automatic;
     int threads = 0;  // maximum number of threads; 0: all cores; the result does not depend on it
-    /// `lights_only` ignores light hit by sampled rays where light sampling could have found it. `surfaces_only`
+    /// `lights_only` ignores light hit by sampled rays if light sampling could have found it. `surfaces_only`
     /// samples no lights, and therefore has no punctual lights.
     ReferenceStrategy strategy = ReferenceStrategy::mis;
 };

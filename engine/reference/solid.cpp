@@ -32,7 +32,7 @@ double g2(double mu_o, double mu_i, double alpha) {
 using Albedos = dvec2;
 
 /// Averages over visible normals at the points of the R2 sequence (Roberts 2018). A grid converges slowly because of
-/// the edge of total internal reflection: 32 x 32 points have a mean error of 0.4 % where alpha is 0.06.
+/// the edge of total internal reflection: 32 x 32 points have a mean error of 0.4 % if alpha is 0.06.
 Albedos integrate(double mu, double alpha, double eta) {
     constexpr int kPoints = 4096;
     const dvec3 wo(std::sqrt(std::max(1 - mu * mu, 0.0)), 0, mu);

@@ -27,10 +27,10 @@ struct Refraction {
     double pdf = 0;          // density of refract() by visible normals, without the choice
     double reflectance = 1;  // reflectance of the facet
 };
-/// Returns zeros where no facet refracts so. `strength`: factor of the Fresnel reflectance.
+/// Returns zeros if no facet refracts so. `strength`: factor of the Fresnel reflectance.
 Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, double eta, double strength);
 
-/// Interpolates a table of the albedo of both, for a white interface.
+/// Interpolates a table of the albedo of reflection and refraction together, for a white interface.
 double solid_albedo(double mu, double alpha, double eta, double strength);
 
 }  // namespace halflight::reference

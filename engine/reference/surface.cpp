@@ -33,7 +33,7 @@ class Vertex {
     dvec3 weight_;
 };
 
-/// Returns white where there is no texture, so that factors stand alone.
+/// Returns white if there is no texture, so that factors stand alone.
 dvec4 lookup(const Scene& scene, const TextureRef& ref, const Vertex& vertex, Encoding encoding = Encoding::linear) {
     return ref ? sample_texture(scene, ref, vertex.uv(ref.uv_set), encoding) : dvec4(1);
 }
@@ -64,7 +64,7 @@ struct SmoothPoint {
 };
 
 /// Returns the quadratic patch through the corners that curves along each edge as the normals at its ends say. There is
-/// none where normals of corners are behind the triangle.
+/// none if normals of corners are behind the triangle.
 SmoothPoint smooth_point(const Placed& placed, const uvec3& indices, const std::array<dvec3, 3>& corners,
                          const dvec3& weights, const Surface& s) {
     std::array<dvec3, 3> normals;
@@ -89,7 +89,7 @@ SmoothPoint smooth_point(const Placed& placed, const uvec3& indices, const std::
     return {height, normalize(s.n_g - gradient)};
 }
 
-/// Replaces the point of the triangle by that of the smooth surface where it lies above, for opaque surfaces that do
+/// Replaces the point of the triangle by that of the smooth surface if it lies above, for opaque surfaces that do
 /// not glow.
 void move_to_smooth_surface(const Tracer& tracer, const ReferenceHit& hit, const std::array<dvec3, 3>& corners,
                             Surface& s) {

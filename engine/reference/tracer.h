@@ -28,7 +28,7 @@ struct Placed {
     // det(linear) / |det(linear)| times its cofactors: like the inverse transpose, but also defined for flattened
     // instances; gives normals of any length
     dmat3 normals{1};
-    double handedness = 1;      // -1 where the instance mirrors
+    double handedness = 1;      // -1 if the instance mirrors
     bool alpha_tested = false;  // true: some triangles are alpha tested
     bool one_sided = false;     // true: some triangles are seen from their front only
 };

@@ -134,7 +134,7 @@ void Atmosphere::make_columns() {
     columns_.resize(kRadii * kCosines);
     for (int j = 0; j < kRadii; ++j) {
         const double radius = radius_of_node(double(j) / (kRadii - 1));
-        // Nodes are even in the length of the ray (Bruneton, Neyret 2008, has the same idea).
+        // Nodes are evenly spaced in the length of the ray (idea: Bruneton, Neyret 2008).
         const double shortest = kTop - radius, longest = exit_distance(radius, horizon_cosine(radius), kTop);
         for (int i = 0; i < kCosines; ++i) {
             const double d = shortest + (longest - shortest) * i / (kCosines - 1);

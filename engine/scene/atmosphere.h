@@ -15,7 +15,7 @@ namespace halflight {
 inline constexpr double kSunRadius = 0.2665;  // mean radius of the sun's disc, degrees
 
 /// Sky and sun of one set of parameters. Radiances are linear Rec.709 in nits, illuminances in lux; channels may be
-/// negative where a colour lies outside Rec.709. Refraction is left out.
+/// negative if a colour lies outside Rec.709. Refraction is left out.
 class Atmosphere {
   public:
     static constexpr int kBands = 16;  // wavelengths: 400, 420, ..., 700 nm
@@ -23,7 +23,7 @@ class Atmosphere {
 
     explicit Atmosphere(const ClearSky& sky);
 
-    /// Light of one direction apart from the phase functions, which depend only on the angle to the sun.
+    /// Light of one direction without the phase functions, which depend only on the angle to the sun.
     struct Light {
         dvec3 rayleigh{0}, aerosol{0}, rest{0};
     };

@@ -21,7 +21,7 @@ struct VertexArrays {
     std::vector<vec4> tangents;
 };
 
-/// Differences per vertex, which the target's weight multiplies. An array is empty where the target lacks it, or where
+/// Differences per vertex, which the target's weight multiplies. An array is empty if the target lacks it, or if
 /// the vertices have no such attribute.
 struct MorphTarget {
     std::vector<vec3> positions;
@@ -42,7 +42,7 @@ class RestShape {
     virtual ~RestShape() = default;
     virtual std::size_t vertices() const = 0;
     virtual VertexArrays read() const = 0;
-    virtual std::vector<JointSet> read_joints() const = 0;  ///< Returns none where nothing is skinned.
+    virtual std::vector<JointSet> read_joints() const = 0;  ///< Returns none if nothing is skinned.
     virtual std::size_t targets() const = 0;
     virtual MorphTarget read_target(std::size_t target) const = 0;
     /// Flags that tell which arrays of read_target() are not empty.
@@ -62,7 +62,7 @@ struct ActiveTarget {
 /// The transform of a joint.
 struct Joint {
     dmat4 matrix{1};  // affine
-    double side = 1;  // -1 where the transform mirrors, otherwise 1. Scales of 0 in the matrix count as 1.
+    double side = 1;  // -1 if the transform mirrors, otherwise 1. Scales of 0 in the matrix count as 1.
 };
 
 /// A shape in one pose. Targets are added in their order, then joints transform the sum.
@@ -73,14 +73,14 @@ struct Deformation {
 };
 
 /// Returns the deformed vertices. A vertex is transformed by the weighted mean of its joints, or by its first joint
-/// where no weight is positive. Normals are transformed by cofactors and keep their side of mirrored surfaces.
+/// if no weight is positive. Normals are transformed by cofactors and keep their side of mirrored surfaces.
 VertexArrays deform(const Deformation& deformation);
 
-/// Returns -1 for vertices that their joints mirror, otherwise 1. Means of joints can mirror where no joint does, such
-/// as those of opposite turns. Returns none where no vertex can be mirrored.
+/// Returns -1 for vertices that their joints mirror, otherwise 1. A mean of joints can mirror even if no joint does,
+/// such as that of two opposite turns. Returns none if no vertex can be mirrored.
 std::vector<float> sides_of(const Deformation& deformation);
 
-/// Returns the determinant of the linear part of an affine matrix, 0 where rounding can decide its sign.
+/// Returns the determinant of the linear part of an affine matrix, 0 if rounding can decide its sign.
 double determinant_of(const dmat4& matrix);
 
 /// Returns a joint in the layout of shaders/shared/joint_matrix.h.

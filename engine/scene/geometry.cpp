@@ -15,7 +15,7 @@ void for_each_array(Mesh& mesh, F f) {
     f(mesh.positions), f(mesh.normals), f(mesh.tangents), f(mesh.uvs[0]), f(mesh.uvs[1]), f(mesh.colors);
 }
 
-/// Appends `from` where either has values. The one without values is filled with `missing`.
+/// Appends `from` if either has values. The one without values is filled with `missing`.
 template <class T>
 void append_array(std::vector<T>& to, std::size_t to_size, const std::vector<T>& from, std::size_t from_size,
                   const T& missing) {
@@ -147,7 +147,7 @@ std::size_t repair_normals(Mesh& mesh, std::span<const float> sides) {
             last[p] = area;
         }
     }
-    // Normals can cancel where two sides of a sheet share a vertex. Then the last triangle's normal is used.
+    // Normals can cancel if two sides of a sheet share a vertex. Then the last triangle's normal is used.
     for (std::size_t i = 0; i < bad.size(); ++i) {
         const double side = sides.empty() ? 1 : sides[bad[i]];
         mesh.normals[bad[i]] = vec3(side * glm::normalize(sums[i] == dvec3(0) ? last[i] : sums[i]));

@@ -22,7 +22,7 @@ void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources);
 
 /// Arrays per vertex that only the making of a mesh needs. Each may be empty.
 struct VertexExtras {
-    std::vector<float> sides;  // -1 where a pose has mirrored the vertex, so that its normal is against the winding of
+    std::vector<float> sides;  // -1 if a pose has mirrored the vertex, so that its normal is against the winding of
                                // its triangles; otherwise 1
     std::vector<vec2> uvs;     // texture coordinates that tangents alone follow
 };
@@ -50,7 +50,7 @@ std::size_t repair_normals(Mesh& mesh, std::span<const float> sides = {});
 void reserve(Mesh& mesh, std::size_t vertices, std::size_t triangles);
 
 /// Appends `part` to `mesh`. An array that only one of them has is filled for the other: uvs with 0, colours with 1,
-/// tangents with any unit tangent. Throws Error where 32-bit indices cannot address all vertices.
+/// tangents with any unit tangent. Throws Error if 32-bit indices cannot address all vertices.
 void append(Mesh& mesh, const Mesh& part);
 
 /// Returns a unit vector perpendicular to the unit vector `n`.

@@ -21,7 +21,7 @@ class ImageTiles {
 
     virtual ~ImageTiles() = default;
     /// Reads a tile as kSide rows of RGBA. Texels beyond the image are 0. Returns the bytes that were read from the
-    /// file. Thread-safe. Throws Error where the tile cannot be read.
+    /// file. Thread-safe. Throws Error if the tile cannot be read.
     virtual std::size_t read(ivec2 tile, std::span<std::uint8_t> rgba) const = 0;
     /// Returns the bytes that the object takes in memory.
     virtual std::size_t bytes() const = 0;

@@ -29,7 +29,7 @@ dvec4 slerp(const dvec4& a, dvec4 b, double t) {
     return glm::normalize((std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle));
 }
 
-/// Returns `q` normalised, or `otherwise` where `q` is zero.
+/// Returns `q` normalised, or `otherwise` if `q` is zero.
 dvec4 unit(const dvec4& q, const dvec4& otherwise) {
     return q == dvec4(0) ? otherwise : glm::normalize(q);
 }

@@ -1,5 +1,5 @@
 // The tables of lights. Types of punctual lights have names in glTF, units and codes for the GPU; their numbers have
-// ranges. Features of lights are compiled into shaders where a scene needs them. The tables drive the glTF reader,
+// ranges. Features of lights are compiled into shaders if a scene needs them. The tables drive the glTF reader,
 // validation, the light tables, the needs of a scene, `halflight info`, the Python module and the viewer.
 #pragma once
 
@@ -33,7 +33,7 @@ struct LightProperty {
     PropertyRange range;
 };
 
-/// A feature of lights that shaders leave out where the scene does not need it.
+/// A feature of lights that shaders leave out if the scene does not need it.
 struct LightFeature {
     const char* label;  // name of the need
     bool LightNeeds::*need;

@@ -28,7 +28,7 @@ struct TextureImage {
     std::string name;
     int width = 0;     // width, texels, > 0
     int height = 0;    // height, texels, > 0
-    SharedBytes rgba;  // 4 * width * height bytes, shared by all poses of a scene; empty where there are tiles
+    SharedBytes rgba;  // 4 * width * height bytes, shared by all poses of a scene; empty if there are tiles
     std::shared_ptr<const ImageTiles>
         tiles{};  // texels that are not in memory (image_tiles.h); null: they are in `rgba`
     // Mip levels 1 and up, for lookups as colour and as data (texture_levels.h); empty: lookups use level 0.

@@ -29,11 +29,11 @@ struct MaterialPacking {
 struct MaterialProperty {
     const char* name;     // the member of Material; names the property in edits and messages
     MaterialField field;  //
-    const char* path;     // JSON pointer within a glTF material; an extension alone: true where it is present
+    const char* path;     // JSON pointer within a glTF material; an extension alone: true if it is present
     PropertyRange range = {};
     MaterialPacking packing = {};
     const char* shader = "";              // the member of GLSL's struct Material; "": none
-    bool MaterialNeeds::*need = nullptr;  // shaders read the property only where this holds; null: always
+    bool MaterialNeeds::*need = nullptr;  // shaders read the property only if this holds; null: always
     bool scales_lobe = false;             // true: packed as 0 for unlit materials
     AnimatedProperty animated = AnimatedProperty::surface;  // target of animations of the property
     vec4 (*packed)(const Material&) = nullptr;              // returns the packed value; null: the member itself
@@ -64,7 +64,7 @@ struct MaterialTexture {
     TextureRef Material::*field;
     const char* path;  // JSON pointer of the textureInfo within a glTF material
     TextureUse use;
-    std::vector<TexturedProperty> multiplies;  // properties that the texture multiplies; none where it needs tangents
+    std::vector<TexturedProperty> multiplies;  // properties that the texture multiplies; none if it needs tangents
     bool (*matters)(const Material&);          // whether the texture can change the material's appearance
     MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;
@@ -74,7 +74,7 @@ struct MaterialTexture {
     const char* fact;              // statement that is true if the need is false
 };
 
-/// A lobe, or another feature of materials that shaders leave out where no material has it.
+/// A lobe, or another feature of materials that shaders leave out if no material has it.
 struct MaterialLobe {
     const char* label;  // name of the need
     bool MaterialNeeds::*need;
@@ -88,7 +88,7 @@ struct MaterialLobe {
 };
 
 std::span<const MaterialProperty> material_properties();
-/// Returns the textures. Normal maps stand early: where a material uses more than two sets of texture coordinates, the
+/// Returns the textures. Normal maps stand early: if a material uses more than two sets of texture coordinates, the
 /// first two of this order are kept.
 std::span<const MaterialTexture> material_textures();
 std::span<const MaterialLobe> material_lobes();

@@ -24,7 +24,7 @@ vec4 packed_ior(const M& m) {
     return vec4(r0 * r0, 0, 0, 0);
 }
 
-/// Returns 0 where the index of refraction has no colours.
+/// Returns 0 if the index of refraction has no colours.
 vec4 packed_dispersion(const M& m) {
     return vec4(m.ior < kInfiniteIor ? m.dispersion : 0, 0, 0, 0);
 }

@@ -25,8 +25,9 @@ class MeshSource {
     /// Reads a mesh, which meets the requirements of scene.h. The same mesh can be read again. Throws Error that names
     /// file and element.
     virtual Mesh read(std::size_t mesh) = 0;
-    /// Returns materials, vertex colours and tangents of all triangles that a deforming mesh has in some pose, without
-    /// positions and triangles. At rest, read() drops those without area. Tangents tell only whether there are any.
+    /// Returns materials, vertex colours and tangents of all triangles that a deforming mesh has in some pose, but
+    /// neither positions nor triangles. At rest, read() drops those without area. Tangents tell only whether there are
+    /// any.
     virtual Mesh all_parts(std::size_t mesh) { return read(mesh); }
 };
 

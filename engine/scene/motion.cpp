@@ -60,7 +60,7 @@ dvec3 PreviousSurfaces::before(std::uint32_t instance, std::uint32_t triangle, c
     };
     const dvec3 a = corner(mesh, here, corners.x);
     const dvec3 ab = corner(mesh, here, corners.y) - a, ac = corner(mesh, here, corners.z) - a;
-    // Barycentrics are computed by areas, which suit points that rounding has moved off the plane.
+    // Barycentrics are ratios of areas, because rounding may have moved the point off the plane.
     const dvec3 normal = glm::cross(ab, ac);
     const double area = glm::dot(normal, normal);
     const double v = glm::dot(glm::cross(now - a, ac), normal) / area;

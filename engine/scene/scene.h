@@ -38,11 +38,12 @@ struct Mesh {
 struct Instance {
     std::string name;
     int mesh = kNone;
-    dmat4 object_to_world{1};                   // affine; may mirror, may be non-uniform; never NaN
-    int node = kNone;                           // index of the glTF node of the instance
-    bool moves = false;                         // object_to_world changes with the pose of the scene
-    std::uint32_t light_group = kNoLightGroup;  // the first of this group and its material's has the emitted light
-    bool catcher = false;  // the camera sees no surface, but the shadows of objects that are no catchers
+    dmat4 object_to_world{1};  // affine; may mirror, may be non-uniform; never NaN
+    int node = kNone;          // index of the glTF node of the instance
+    bool moves = false;        // object_to_world changes with the pose of the scene
+    std::uint32_t light_group =
+        kNoLightGroup;     // light group; emitted light is in this group or the material's, whichever is first
+    bool catcher = false;  // true: shadow catcher, which the camera sees only by the shadows of other objects on it
 };
 
 // --- Lights and cameras ----------------------------------------------------------------------------------------------
@@ -94,7 +95,7 @@ struct Camera {
     Optics optics{};        // projection and eyes
 };
 
-/// Radiance from infinite distance: `color`, times the map where there is one.
+/// Radiance from infinite distance: `color`, times the map if there is one.
 /// Equirectangular: u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi from the top row down.
 struct Environment {
     std::string name;
@@ -137,7 +138,8 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<Camera> cameras;
     Environment environment;
-    std::vector<std::string> light_groups;      // names; the last group has all lights of no other. Empty: no groups
+    std::vector<std::string>
+        light_groups;  // names of light groups; the last one has all lights that no other has. Empty: no groups
     std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; its meshes are then empty
     SceneReport report;
 };
@@ -163,9 +165,9 @@ Environment default_sky();
 /// of that aspect, width / height, with a margin of a tenth at two opposite sides. With `turns`, world_bounds() stay in
 /// it while the camera turns about the vertical axis through their centre. Its vertical field of view is 45 degrees.
 Camera framing_camera(const Scene& scene, double aspect = 1, bool turns = false);
-/// Returns what is wrong with the lens of a camera, or "" where it can be used.
+/// Returns what is wrong with the lens of a camera, or "" if it can be used.
 std::string lens_problem(const Camera& camera);
-/// Returns what is wrong with the optics of a camera, or "" where they can be used.
+/// Returns what is wrong with the optics of a camera, or "" if they can be used.
 std::string optics_problem(const Camera& camera);
 /// Returns the radius of the aperture of a lens that blurs, world units (metres). aspect: width / height of the
 /// picture.

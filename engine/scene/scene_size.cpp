@@ -17,10 +17,10 @@ std::size_t bytes_of(const std::vector<T>& values) {
 }  // namespace
 
 SceneSize with_tiles(SceneSize size) {
-    // Per tile, with some to spare: 4 bytes for its place in the file, 16 for slots and requests.
+    // Bytes per tile, with a margin: 4 for its place in the file, 16 for slots and requests.
     size.tile_bytes = size.texture_bytes / ImageTiles::kBytes * 24;
     size.texture_bytes = 0;
-    // An image is decoded as a whole before it is cut. Its luminance is summed where it lights the scene.
+    // An image is decoded as a whole before it is cut. Its luminance is summed if it lights the scene.
     size.decoding_bytes += std::max(size.largest_image, 3 * std::min(size.largest_image, size.pinned_bytes));
     return size;
 }

@@ -44,7 +44,7 @@ dvec3 horizontal_irradiance(const Image& map) {
     return sum;
 }
 
-/// Returns light between that of two directions.
+/// Interpolates between the light of two directions.
 Atmosphere::Light between(const Atmosphere::Light& a, const Atmosphere::Light& b, double t) {
     return {glm::mix(a.rayleigh, b.rayleigh, t), glm::mix(a.aerosol, b.aerosol, t), glm::mix(a.rest, b.rest, t)};
 }
@@ -96,7 +96,9 @@ Sky studio() {
 }
 
 Sky neutral(double azimuth) {
-    /// Returns a direction; degrees to the right of the camera, seen from the object, and above the horizon.
+    /// Returns a direction from two angles in degrees: to the right of the camera as seen from the object, and above
+    /// the
+    /// horizon.
     const auto at = [](double aside, double elevation) {
         const double a = radians(aside), e = radians(elevation);
         return dvec3(std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e));
@@ -124,7 +126,9 @@ Sky clear_sky(const ClearSky& s) {
     const double elevation = radians(s.elevation), azimuth = radians(std::remainder(s.azimuth, 360));
     const dvec3 sun(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                     -std::cos(azimuth) * std::cos(elevation));
-    // Phase functions apart, the light of a row changes slowly with the azimuth from the sun: nodes, linear in between.
+    // Without phase functions, the light of a row changes slowly with the azimuth from the sun. It is therefore
+    // computed
+    // at nodes and interpolated linearly.
     constexpr int kNodes = 65;
     // Mean luminance of the zenith without moon, 21.6 mag per square arcsecond (Patat 2003, UBVRI Night Sky Brightness
     // during Sunspot Maximum at ESO-Paranal).

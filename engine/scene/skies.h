@@ -22,7 +22,7 @@ struct ClearSky {
 inline constexpr double kLeastElevation = -18;  // end of the twilight
 inline constexpr double kLeastTurbidity = 1, kMostTurbidity = 10, kMostAltitude = 10000;
 
-/// A generated environment, and its sun where it has one.
+/// A generated environment, and its sun if it has one.
 struct Sky {
     Environment environment;
     std::optional<PunctualLight> sun{};  // a directional light with PunctualLight::of_environment

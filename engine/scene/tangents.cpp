@@ -60,7 +60,7 @@ class TangentFrames {
         const float side = this->side(vertex(corner));
         if (group_of_[corner] == kNobody) return vec4(any_perpendicular(n), side);
         const Group& group = groups_[group_of_[corner]];
-        // Where directions cancel exactly, each triangle keeps its own.
+        // If directions cancel exactly, each triangle keeps its own.
         vec3 t = group.tangent;
         if (t == vec3(0)) t = into_plane(faces_[corner / 3].along_u, n);
         if (t == vec3(0)) t = any_perpendicular(n);
@@ -123,7 +123,7 @@ class TangentFrames {
     Face face(const uvec3& t) const {
         const vec3 d1 = mesh_.positions[t.y] - mesh_.positions[t.x], d2 = mesh_.positions[t.z] - mesh_.positions[t.x];
         const vec2 e1 = uv_[t.y] - uv_[t.x], e2 = uv_[t.z] - uv_[t.x];
-        // doubled area in (u, v): negative where (u, 1 - v) is counter-clockwise
+        // doubled area in (u, v): negative if (u, 1 - v) is counter-clockwise
         const float area = e1.x * e2.y - e1.y * e2.x;
         Face result;
         result.right_way = !(area > 0);
@@ -149,7 +149,7 @@ class TangentFrames {
             if (corner == 3 * triangle + 3 || group_of_[corner] != kNobody) continue;
             Face& f = faces_[triangle];
             const auto* groups = &group_of_[3 * triangle];
-            // The first group to reach a triangle without uv area decides its winding.
+            // A triangle without area in uv space takes the winding of the first group that reaches it.
             if (f.any && groups[0] == kNobody && groups[1] == kNobody && groups[2] == kNobody)
                 f.right_way = group.right_way;
             if (f.right_way != group.right_way) continue;

@@ -12,7 +12,7 @@ namespace halflight {
 
 /// Replaces `mesh.tangents`. `uv`: one per vertex, the coordinates at which the normal map is looked up (v downwards).
 ///
-/// Corners of equal position, normal and uv share a frame where their triangles are joined by edges and have the same
+/// Corners of equal position, normal and uv share a frame if their triangles are joined by edges and have the same
 /// winding in uv space. Each triangle contributes its direction of growing u, weighted by its angle at the corner. A
 /// vertex whose corners have different frames is split, so the mesh may grow. Triangles without area in uv space take
 /// their neighbours' frames, or any unit tangent. Vertices that a pose has mirrored have the other handedness, because

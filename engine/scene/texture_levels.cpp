@@ -43,7 +43,7 @@ struct Taps {
     std::array<std::uint64_t, 3> weight{};
 };
 
-/// Returns the taps of a texel. Their weights have the sum `size`, or 2 where that is even.
+/// Returns the taps of a texel. Their weights have the sum `size`, or 2 if that is even.
 Taps taps_of(int texel, int size) {
     const int half = size / 2;
     if (size == 1) return {0, 1, {1, 0, 0}};

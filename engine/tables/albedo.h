@@ -34,7 +34,7 @@ double sheen_albedo(double cosine, double roughness, int nodes = 24);
 /// Albedo of a white solid's interface, without multiple scattering.
 struct SolidAlbedo {
     double whole = 0;      // reflection and refraction by the Fresnel terms
-    double refracted = 0;  // refraction of all light; of no meaning where facets reflect totally
+    double refracted = 0;  // refraction of all light; of no meaning if facets reflect totally
 };
 
 /// Returns means over `samples` points. `eta`: index of refraction beyond the interface over that on the side of the

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSteps = 0x1p24;
 
-/// Rounds to the nearest step, but to 0 or 1 only where the value is 0 or 1: every entry must stay reachable.
+/// Rounds to the nearest step, but to 0 or 1 only if the value is 0 or 1: every entry must stay reachable.
 float quantized(double threshold) {
     if (threshold <= 0) return 0;
     if (threshold >= 1) return 1;

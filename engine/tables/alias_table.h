@@ -7,7 +7,7 @@
 
 namespace halflight {
 
-/// An entry, chosen uniformly, stands for itself where a uniform number in [0, 1) is below `threshold`, else for
+/// An entry, chosen uniformly, stands for itself if a uniform number in [0, 1) is below `threshold`, else for
 /// `alias`.
 struct AliasEntry {
     float threshold = 1;  // share of the entry itself, [0, 1], a multiple of 2^-24 like the shaders' numbers
@@ -16,7 +16,7 @@ struct AliasEntry {
 
 struct AliasTable {
     std::vector<AliasEntry> entries;
-    /// Probabilities that the entries realise. They differ from the weights by rounding and are > 0 where a weight is.
+    /// Probabilities that the entries realise. They differ from the weights by rounding and are > 0 if the weight is.
     std::vector<double> probabilities;
 };
 

@@ -16,7 +16,7 @@ class LuminanceSums {
     explicit LuminanceSums(const TextureImage& image);
 
     /// Returns the mean over a bounding box of all texels that lookups within the triangle can touch. `uvs` are its
-    /// corners before the texture's transform. The mean is exactly 0 only where all these texels are black.
+    /// corners before the texture's transform. The mean is exactly 0 only if all these texels are black.
     double mean(const TextureRef& texture, const std::array<vec2, 3>& uvs) const;
 
   private:

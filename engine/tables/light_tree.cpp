@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kBuckets = 12;
 constexpr std::uint32_t kBitsPerStep = 2;  // bits of a trail per step
-constexpr double kRoundings = 1e-6;        // relative; more than the roundings of a few floats
+constexpr double kRoundings = 1e-6;        // relative margin, larger than the roundings of a few floats
 
 dvec3 any_perpendicular(const dvec3& v) {
     const dvec3 a = glm::abs(v);
@@ -209,7 +209,7 @@ class Builder {
         int axis;
         int bucket;  // the last bucket of the first part
     };
-    /// Returns the best split between buckets; none where every split would leave a part of more than `most` lights.
+    /// Returns the best split between buckets; none if every split would leave a part of more than `most` lights.
     std::optional<Plane> best_plane(Index first, Index last, Index most, const dvec3& lower, const dvec3& upper) const {
         const dvec3 extent = upper - lower;
         const double longest = std::max({extent.x, extent.y, extent.z});
@@ -301,7 +301,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
         all.theta_o = kPi;
         return all;
     }
-    // Rotates one axis towards the other; where they are opposite, rotates about any perpendicular.
+    // Rotates one axis towards the other; if they are opposite, rotates about any perpendicular.
     const dvec3 across = axis - glm::dot(axis, all.axis) * all.axis;
     const double length = glm::length(across);
     const dvec3 towards = length > 1e-9 ? across / length : any_perpendicular(all.axis);

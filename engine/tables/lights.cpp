@@ -135,7 +135,7 @@ class Builder {
             add_triangle(0, t, value, trace_.absent->resident[t]);
         }
         tables_.triangle_count = power_.size();
-        // Kernels see whole groups of 16 bytes. What follows the last triangle must not disturb their search.
+        // Kernels read groups of 16 bytes, so entries after the last triangle must not disturb their search.
         while (tables_.light_of_triangle.size() % 4 != 0) tables_.light_of_triangle.push_back(shared::kNoLight);
     }
 
@@ -188,8 +188,8 @@ class Builder {
         const dvec3 e2 = p[2] - p[0];
         const dvec3 cross = glm::cross(e1, e2);
         const double area = 0.5 * glm::length(cross);
-        // The error consists of the roundings of the row, of the point on it, and of the tracer's plane (surface_at
-        // gives the reasons).
+        // The error has three roundings: of the row, of the point on it, and of the tracer's plane (surface_at gives
+        // the reasons).
         constexpr double kUlp = 0x1p-24;
         dvec3 error = 8 * kUlp * (glm::abs(p[0]) + glm::abs(e1) + glm::abs(e2));
         if (!instance.identity) {
@@ -258,7 +258,7 @@ class Builder {
             light.light_group);
     }
 
-    /// Returns the strongest directional light, or null where there is none.
+    /// Returns the strongest directional light, or null if there is none.
     const PunctualLight* strongest_sun() const {
         const PunctualLight* sun = nullptr;
         double most = 0;
@@ -377,7 +377,7 @@ class Builder {
 
     bool has_environment() const { return kind_.back() == kEnvironment; }
 
-    /// Returns the light tree, or none where another choice is requested or there is nothing to choose from.
+    /// Returns the light tree, or none if another choice is requested or there is nothing to choose from.
     std::optional<LightTree> tree_for_choice() {
         const bool wanted =
             choice_ == LightChoice::tree || choice_ == LightChoice::automatic || choice_ == LightChoice::all;

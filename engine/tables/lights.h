@@ -29,11 +29,11 @@
 namespace halflight {
 
 enum class LightChoice : std::uint8_t {
-    automatic,  // all where there are few lights, otherwise tree; power where there is nothing to choose from
+    automatic,  // all if there are few lights, otherwise tree; power if there is nothing to choose from
     power,
-    tree,     // power where no light fits into a tree, or one that is alone
+    tree,     // power if no light fits into a tree, or one that is alone
     uniform,  // equal probabilities, as a baseline for comparisons
-    all,      // every light is sampled, and one of the samples is kept; tree where there are too many lights
+    all,      // every light is sampled, and one of the samples is kept; tree if there are too many lights
 };
 inline constexpr std::size_t kFewLights = 8;         ///< largest number of lights of which `automatic` samples all
 inline constexpr std::size_t kMostLightsOfAll = 64;  ///< largest number of lights of which `all` samples all
@@ -62,7 +62,7 @@ struct LightTables {
     LightNeeds needs;                // `sun`: the last row is a separate sun
 };
 
-/// Sampling of the sun, the strongest directional light, where there are other lights.
+/// Sampling of the sun, the strongest directional light, if there are other lights.
 enum class SunChoice : std::uint8_t {
     apart,  // sampled at every vertex in addition to another light: two shadow rays
     among,  // chosen like any other light
@@ -70,7 +70,7 @@ enum class SunChoice : std::uint8_t {
 inline constexpr SunChoice kSunChoices[] = {SunChoice::apart, SunChoice::among};
 const char* name(SunChoice choice);  ///< Returns "apart" or "among".
 
-/// Returns the tables, empty where the scene has no light. Precondition: validate(scene) passes, `trace` was built from
+/// Returns the tables, empty if the scene has no light. Precondition: validate(scene) passes, `trace` was built from
 /// it. `through`: some surface transmits light, so that light from behind counts. Throws Error for 2^29 lights or more,
 /// or more than 2^26 in a tree.
 LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic,

@@ -38,7 +38,7 @@ class TexelPool {
     void read(std::size_t first, std::span<Texel> texels) const;
 
   private:
-    std::map<std::size_t, const TextureImage*> images_;  // by their first texel
+    std::map<std::size_t, const TextureImage*> images_;  // images by the index of their first texel
     std::size_t size_ = 0;
 };
 
@@ -46,8 +46,8 @@ class TexelPool {
 struct TiledTexture {
     std::shared_ptr<const ImageTiles> tiles;
     ivec2 size{0};          // texels
-    bool is_color = false;  // PooledImage
-    bool pinned = false;    // PooledImage
+    bool is_color = false;  // PooledImage::is_color
+    bool pinned = false;    // PooledImage::pinned
     std::uint32_t first_tile = 0;
 
     /// Returns the texels of a tile along its edges (shaders/shared/texture_rows.h).
@@ -73,15 +73,15 @@ struct ShadingTables {
     LightChoice light_choice = LightChoice::power;  // choice in use, never `automatic`
     std::vector<std::uint32_t> light_of_triangle;   // R32UI: light of each triangle
     std::vector<std::uint32_t> light_groups;        // R32UI: LightTables::groups
-    Image environment;                              // map of 3 channels, times the colour; 1x1 where constant
+    Image environment;                              // map of 3 channels, times the colour; 1x1 if constant
     std::vector<vec4> environment_warp;             // RGBA32F: hierarchy of cells
     Image albedo;                                   // table of 2 channels (albedo.h); empty unless glossy
 };
 
-/// Returns the tables. Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table
+/// Returns the tables. Precondition: validate(scene) passes, `trace` was built from it. Throws Error if a table
 /// would exceed 2^32 texels or 2^31 lights. `kept` are features that get tables although the scene does not need them;
 /// such tables change no picture. A light tree cannot be kept. `last` is `pooled` of another pose with the same images,
-/// or null. Where the pools are equal, texels are left out.
+/// or null. If the pools are equal, texels are left out.
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept = {},
                                    LightChoice choice = LightChoice::automatic, SunChoice sun = SunChoice::among,
                                    const std::vector<PooledImage>* last = nullptr);

@@ -25,7 +25,7 @@ class TexturePools {
   public:
     TexturePools(const Scene& scene, ShadingTables& tables);
 
-    /// Returns the index of a descriptor of a colour, decoded from sRGB. Throws Error where the pool would exceed 2^31
+    /// Returns the index of a descriptor of a colour, decoded from sRGB. Throws Error if the pool would exceed 2^31
     /// texels, or 2^31 tiles. pinned: PooledImage.
     std::uint32_t color(const TextureRef& texture, bool pinned) { return add(texture, true, pinned); }
     /// Returns the index of a descriptor of data, with the same limit.

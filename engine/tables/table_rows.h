@@ -47,7 +47,7 @@ class TriangleWords {
     explicit TriangleWords(const Scene& scene);
     /// Returns the words of a mesh's triangles, by material. `vertex_alpha` is lowest_vertex_alpha().
     std::vector<std::uint32_t> of(float vertex_alpha) const;
-    std::uint32_t of(std::uint32_t material, float vertex_alpha) const;  ///< Returns one of them.
+    std::uint32_t of(std::uint32_t material, float vertex_alpha) const;  ///< Returns the word for one material.
     static float lowest_vertex_alpha(const Mesh& mesh);
     /// Returns a hash of what the images of the scene say about alpha tests. It is the same in all poses.
     std::uint64_t alpha_tests() const;
@@ -59,12 +59,12 @@ class TriangleWords {
 
 inline constexpr double kSceneReach = 0x1p40;  // limit of positions relative to the tables' origin, world units
 [[noreturn]] void fail_beyond_reach(const Scene& scene, std::size_t instance);
-/// Throws Error where a position, relative to the tables' origin, is beyond the limit of build_trace_tables().
+/// Throws Error if a position, relative to the tables' origin, is beyond the limit of build_trace_tables().
 inline void check_reach(const dvec3& placed, const Scene& scene, std::size_t instance) {
     if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kSceneReach)))) fail_beyond_reach(scene, instance);
 }
 
-/// Throws Error where tables would be larger than the limits of build_trace_tables().
+/// Throws Error if tables would be larger than the limits of build_trace_tables().
 void check_table_size(const Scene& scene, std::size_t vertices, std::size_t triangles);
 
 /// Returns the position of a vertex of a merged instance, relative to the tables' origin, before rounding.

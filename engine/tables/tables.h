@@ -39,11 +39,11 @@ struct BlockInstance {
     glm::mat4x3 block_to_world{1};     // affine, world relative to TraceTables::origin
     glm::mat4x3 world_to_block{1};     // inverse of block_to_world, computed in double
     bool identity = false;             // true for block 0 alone
-    std::uint32_t scene_instance = 0;  // index into Scene::instances; unspecified where `identity`
+    std::uint32_t scene_instance = 0;  // index into Scene::instances; unspecified if `identity`
 };
 
 /// One mesh in the tables. Table vertex `first_vertex + i` is vertex i of the mesh, and table triangle `first_triangle
-/// + j` is its triangle j. Corners are in file order, even where a merged transform mirrors. The barycentrics (u, v) of
+/// + j` is its triangle j. Corners are in file order, even if a merged transform mirrors. The barycentrics (u, v) of
 /// a hit are therefore weights of the file's second and third corner. Ranges are in ascending order without gaps:
 /// merged meshes in the order of Scene::instances, then shared ones in the order of Scene::meshes.
 struct MeshRange {
@@ -108,8 +108,8 @@ inline constexpr double kSliverAspect = 2000;
 /// Returns the tables. Precondition: validate(scene) passes. Meshes used once are merged into block 0. So are instances
 /// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space,
 /// and shadow catchers, whose triangles have a flag.
-/// The flag kTriangleAlpha is set only where some alpha decides hits: below 1 (blend) or below the cutoff (mask).
-/// Triangles of materials with is_one_sided() have kTriangleOneSided, and kTriangleMirrored where a merged transform
+/// The flag kTriangleAlpha is set only if some alpha decides hits: below 1 (blend) or below the cutoff (mask).
+/// Triangles of materials with is_one_sided() have kTriangleOneSided, and kTriangleMirrored if a merged transform
 /// mirrors. Those with is_pane() have kTrianglePane, but for shadow catchers.
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
@@ -120,8 +120,8 @@ inline constexpr double kSliverAspect = 2000;
 /// triangles in all their instances go first. A scene without a second level is traced 1.2 to 1.4 times as fast (city
 /// of 10^6 triangles). kFlattenLimit triangles take 240 MB of device memory and two seconds.
 ///
-/// `reference` is TraceTables::origin of the scene's reference pose, or none. It is used again where it is good enough,
-/// so that meshes that do not move keep their table values. It is good enough where the mean of distance over instance
+/// `reference` is TraceTables::origin of the scene's reference pose, or none. It is used again if it is good enough,
+/// so that meshes that do not move keep their table values. It is good enough if the mean of distance over instance
 /// size, taken over all triangles, is at most kNearOrigin or twice the possible minimum. The size of an instance is
 /// half the diagonal of its box.
 TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0,

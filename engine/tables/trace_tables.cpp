@@ -79,7 +79,7 @@ class Builder {
         return flattened;
     }
 
-    /// Makes room for all meshes, since tables that grow would take twice the memory. Throws Error where they are too
+    /// Makes room for all meshes, since tables that grow would take twice the memory. Throws Error if they are too
     /// large.
     void reserve() {
         std::vector<char> counted(scene_.meshes.size(), 0);

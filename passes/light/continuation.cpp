@@ -20,7 +20,7 @@ struct Shadowing {
     bool answered() const { return occluded.version != 0; }
 };
 
-/// Shades one vertex of the paths in `arriving`. Light met and light sampled are added; where `leaving` is given, rays
+/// Shades one vertex of the paths in `arriving`. Light met and light sampled are added; if `leaving` is given, rays
 /// are sent on.
 void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const PathList& arriving, PathBuffers& paths,
                 Shadowing& shadowing, PathList* lit, PathList* leaving) {

@@ -10,7 +10,7 @@ namespace halflight {
 
 /// Answers to the last shadow rays of the paths. All other light of later bounces is in PathState.
 struct Continuation {
-    graph::BufferHandle occluded;      // uint per path, valid where PathState::pending is; empty without light samples
+    graph::BufferHandle occluded;      // uint per path, valid if PathState::pending is; empty without light samples
     graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless the sun is sampled separately
     bool indirect = true;              // whether there are bounces after the first
 };
@@ -21,8 +21,8 @@ struct ContinuationOptions {
 };
 
 /// Continues the paths of `batches`, at least one, from their first hit, with Russian roulette from depth 3 on. Updates
-/// `paths`. Where these have `points` (bounces > 1), light that leaves the second vertices diffusely is stored there
-/// and not in the states. Where they have `cells` as well, paths end at cells that know this light.
+/// `paths`. If these have `points` (bounces > 1), light that leaves the second vertices diffusely is stored there
+/// and not in the states. If they have `cells` as well, paths end at cells that know this light.
 Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
                               const ContinuationOptions& options, PathBuffers& paths);
 

@@ -1,7 +1,7 @@
 // Rays through panes: surfaces that let light pass straight on (SHADING.md, Panes).
 //
 // Light that passes a pane straight on is no vertex of a path. Shadow rays pass all panes, and their light is
-// multiplied by what these let pass. Scattered rays pass each pane by chance, and their throughput follows. Where they
+// multiplied by what these let pass. Scattered rays pass each pane by chance, and their throughput follows. If they
 // do not pass, the pane is their hit, a surface with its other lobes alone. The light of each path is counted once,
 // with the densities of the vertices before and behind the panes. Camera rays, connections of path reuse and specular
 // chains meet panes like other surfaces. Without panes in the scene, only the batch is traced.

@@ -5,7 +5,7 @@
 // keeps such cells across frames). The key of a cell is its position, the axis closest to the normal, and its edge
 // length, which grows with the distance from the camera. Cells hold the diffusely reflected light of a surface of
 // albedo 1, at three edge lengths; each surface multiplies by its albedo. Paths add the light found beyond the second
-// vertex to its cells and use the mean of these cells. Where the shortest cell is mature, seven of eight paths end.
+// vertex to its cells and use the mean of these cells. If the shortest cell is mature, seven of eight paths end.
 // Narrow beams (mirrors, corners, close first surfaces) do not use the cache.
 //
 // The cache is biased where surfaces differ within a cell, where light leaks through walls thinner than a cell, and at

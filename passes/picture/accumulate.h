@@ -38,14 +38,14 @@ struct Accumulated {
                                    // incidence), shading normal xyz (world); zero where there is no surface
     // kHalfSums doubles for the denoiser. 0 to 8: direct diffuse, indirect diffuse and glossy rgb of the first half of
     // the samples. 9 to 11: diffuse albedo of all samples. 12: ln(depth along the camera's axis) of all samples.
-    // kChainSums doubles follow where SampleInputs::chains is set. They are sums of the differences that chains make.
+    // kChainSums doubles follow if SampleInputs::chains is set. They are sums of the differences that chains make.
     // 13 to 15: albedo of glossy light. 16 to 18: normal. 19: ln(depth). 20: number of bounces of the chain.
     graph::BufferHandle halves;
     graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path_state.h): values replaced by zero
 };
 
 /// Declares that the kernel of a pass reads the sums of emission, direct and indirect light as its storage blocks
-/// Emission, Direct and Indirect. Sets HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT where these sums exist.
+/// Emission, Direct and Indirect. Sets HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT if these sums exist.
 void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums);
 
 struct AccumulateOptions {

@@ -35,7 +35,7 @@ std::vector<double> smoothed(std::span<const float> errors, ivec2 blocks) {
     return means;
 }
 
-/// Returns deviations relative to the largest one; 1 where all are 0.
+/// Returns deviations relative to the largest one; 1 if all are 0.
 std::vector<double> shares(std::vector<double> deviations) {
     const double most = std::ranges::max(deviations);
     for (double& d : deviations) d = most > 0 ? d / most : 1;

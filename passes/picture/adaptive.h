@@ -30,7 +30,7 @@ graph::BufferHandle add_block_errors(graph::Graph& graph, const Band& band, cons
                                      ErrorMetric metric);
 
 /// Returns the standard deviation of one sample of each block, from variances that are smoothed over neighbouring
-/// blocks. The mean error is least where numbers of samples are in proportion to it. errors: of the pilot, by rows of
+/// blocks. The mean error is least if numbers of samples are in proportion to it. errors: of the pilot, by rows of
 /// blocks.x blocks from the top; values that are not finite count as 0.
 std::vector<double> block_deviations(std::span<const float> errors, ivec2 blocks);
 
@@ -40,7 +40,7 @@ std::vector<double> block_deviations(std::span<const float> errors, ivec2 blocks
 std::vector<std::uint32_t> adaptive_counts(std::span<const float> errors, ivec2 blocks, std::uint32_t least,
                                            std::uint64_t total);
 
-/// Returns the expected number of samples per pixel, at least 1, at which the mean error falls to `target` (> 0) where
+/// Returns the expected number of samples per pixel, at least 1, at which the mean error falls to `target` (> 0) if
 /// numbers of samples are in proportion to the deviations. Samples are taken as independent.
 int expected_samples(std::span<const double> deviations, double target);
 

@@ -31,7 +31,7 @@ class ViewKernel {
 };
 
 struct Composite {
-    graph::TextureHandle beauty;  // RGBA32F, band size: mean of all components, scene-linear; A: see RenderResult
+    graph::TextureHandle beauty;  // RGBA32F, band size: mean of all components, scene-linear; A: as in RenderResult
     graph::TextureHandle view;    // RGBA32F: display-encoded, [0,1]; empty without a view kernel
 };
 

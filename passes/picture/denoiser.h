@@ -61,14 +61,14 @@ struct DenoiserPixels {
     // `guide` and `reflectance` of glossy light, at the ends of specular chains. The alpha of the latter is the mean
     // number of bounces of the chains. Empty: those above serve.
     graph::TextureHandle glossy_guide{}, glossy_reflectance{};
-    bool blurred = false;  // by depth of field
+    bool blurred = false;  // depth of field has blurred the surfaces
 };
 
 /// Circles of confusion of a camera with depth of field. The radius at a depth is |x + y / depth + z depth| pixels; 0:
 /// a pinhole.
 using DenoiserBlur = vec3;
 
-/// Number of a band's samples.
+/// Numbers of samples of a band.
 struct SampleHalves {
     int all = 0;
     int first = 0;  // number of samples in the first half

@@ -1,7 +1,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "passes/picture/native_means.cpp"
 #include <hwy/foreach_target.h>
-// The targets follow.
+// Highway compiles the code below once per instruction set.
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 

@@ -7,7 +7,7 @@ namespace halflight {
 
 inline constexpr std::size_t kCatcherSums = 6;  ///< doubles per path of Accumulated::catchers
 
-/// Answers like those of any_hit(): whether catchers occlude the occluded light samples, too. A handle is empty where
+/// Answers like those of any_hit(): whether catchers occlude the occluded light samples, too. A handle is empty if
 /// there are no such rays.
 struct CatcherOcclusion {
     graph::BufferHandle lights, sun;

@@ -33,12 +33,12 @@ struct PreviewSamples {
 };
 
 /// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has features
-/// and halves, `records` are those of add_aov() where `to` has places, and `beauty` is the band's mean.
+/// and halves, `records` are those of add_aov() if `to` has places, and `beauty` is the band's mean.
 PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
                                 graph::BufferHandle records, graph::TextureHandle beauty, const PreviewSamples& samples,
                                 const PreviewPixels& to);
 
-/// Returns the halves of the light as the filter expects them. Where all samples are in one half, neighbours serve as
+/// Returns the halves of the light as the filter expects them. If all samples are in one half, neighbours serve as
 /// the other one. albedo: that of PreviewPixels.
 LightHalves add_preview_halves(graph::Graph& graph, const PreviewTexels& texels, graph::TextureHandle albedo);
 

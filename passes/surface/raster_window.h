@@ -18,7 +18,7 @@ struct RasterWindow {
 /// size of the whole picture, Band::whole().
 int window_stride(const ivec2& image);
 
-/// Returns the window that contains the band, and a row above and below it where the picture has these. All windows of
+/// Returns the window that contains the band, and a row above and below it if the picture has these. All windows of
 /// a picture have the same number of rows.
 RasterWindow raster_window(const Band& band);
 

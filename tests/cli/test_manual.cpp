@@ -31,7 +31,7 @@ class ManualTest : public CommandTest {
   protected:
     ManualTest() { done({"info", "--write-manual", folder.path}); }
 
-    /// Returns the options of `halflight COMMAND --help`. Texts begin in a column, on the next line where names are
+    /// Returns the options of `halflight COMMAND --help`. Texts begin in a column, on the next line if names are
     /// long.
     static std::vector<HelpOption> help_options(const std::string& command) {
         constexpr std::size_t kColumn = 30;

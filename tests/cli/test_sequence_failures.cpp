@@ -40,7 +40,7 @@ TEST_F(Sequence, FramesAfterABadOneKeepTheirEnvironment) {
     EXPECT_TRUE(same_pixels(file("out", 2), file("alone", 2)));
 }
 
-/// Environment variables of OpenColorIO choose the view where options leave it open.
+/// Environment variables of OpenColorIO choose the view if options leave it open.
 TEST_F(Sequence, FramesDependOnTheViewThatIsFound) {
     const Strings picture =
         words("render", scene, file("v.#.png"), "--frames 1 --width 8 --height 8 --samples 1 --quiet");
@@ -204,7 +204,7 @@ TEST_F(Sequence, FramesOfAKilledProcessAreMadeByOthers) {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out"), {}), 1);
 }
 
-/// The empty file by which processes share frames goes with the last of them, also where all frames are there already.
+/// The empty file by which processes share frames goes with the last of them, also if all frames are there already.
 TEST_F(Sequence, FilesOfKilledProcessesAreRemoved) {
     fs::create_directory(folder / "out");
     std::optional<std::thread> killer;

@@ -122,7 +122,7 @@ TEST_F(RealInput, SpacePlaysTheFirstAnimation) {
     EXPECT_GT(state["frame"], 0) << "it does not play";
 }
 
-/// The picture fills its area from the first frame on, also where the window is smaller than was asked.
+/// The picture fills its area from the first frame on, also if the window is smaller than was asked.
 TEST_F(RealInput, ThePictureFillsItsAreaAtOnce) {
     write_text(folder / "keys.sh", fmt::format(R"(xdotool search --sync --onlyvisible --name '[(]front[)]$' >{0}
         xdotool mousemove 20 60

@@ -3,7 +3,7 @@
 
 Sizes, samples and scenes are made small first (SMALL). The commands of a document run one after the other in a folder of
 their own that has scenes/ and tools/ of the checkout. `halflight view` runs under Xvfb and ends at once; it is left out
-where there is none. The python blocks of a document are one program; they are left out where the module is not built.
+if there is none. The python blocks of a document are one program; they are left out if the module is not built.
 """
 import os
 import pathlib

@@ -30,7 +30,7 @@ void decode(std::string_view input, ReadHeader& read_header, Read& read) {
     if (image.rgba.size() != 4 * header.width * header.height) throw Broken("texels are missing");
 }
 
-/// Returns a KTX2 file with another colour model and supercompression, where its header and descriptor are complete.
+/// Returns a KTX2 file with another colour model and supercompression, if its header and descriptor are complete.
 template <class F>
 std::string with_texels(std::string_view input, int model, F supercompression_from) {
     constexpr std::size_t kSupercompression = 44, kDescriptor = 48, kModel = 12;  // offset of the bytes

@@ -16,7 +16,7 @@ RenderSettings all_settings(const Scene& scene, int width, int height, int sampl
 
 RenderResult render(gpu::Context& context, const Scene& scene, const RenderSettings& settings);
 
-/// Returns the layer that holds a channel ("albedo.R", "Z"). Throws std::out_of_range where there is none.
+/// Returns the layer that holds a channel ("albedo.R", "Z"). Throws std::out_of_range if there is none.
 const Image& layer(const RenderResult& result, std::string_view channel);
 /// Compares beauty, view and AOVs bit by bit.
 void expect_same(const RenderResult& a, const RenderResult& b);

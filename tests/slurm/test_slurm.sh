@@ -63,7 +63,7 @@ inside() {
         [ "$large" -gt $((small + 100)) ] || { echo "memory with .$name: $small, $large MiB"; return 1; }
     done
     [ -n "$(told --width 64 --keep glossy)" ] || { echo "--keep is refused"; return 1; }
-    # sbatch prints NUMBER;CLUSTER where there are several clusters, and the check depends on the number.
+    # sbatch prints NUMBER;CLUSTER if there are several clusters, and the check depends on the number.
     printf '#!/bin/sh\necho "$*" >>"%s/asked"\necho "7;north"\n' "$folder" >fake/sbatch
     PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" --logs logs "${render[@]}" >said
     grep --quiet '^array 7: 8 tasks' said && grep --quiet '^check 7$' said || { cat said; return 1; }

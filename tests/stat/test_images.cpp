@@ -161,7 +161,7 @@ TEST_F(ImageTest, Textures) {
     expect_agreement(textured_scene(), {.name = "textures", .bounces = 4});
 }
 
-/// Gives all vertices a tangent, horizontal where the normal is not vertical.
+/// Gives all vertices a tangent, horizontal if the normal is not vertical.
 void set_tangents(Scene& scene) {
     for (Mesh& mesh : scene.meshes) {
         mesh.tangents.clear();

@@ -1,4 +1,4 @@
-// Tests the oracle against Blender's Cycles, which shares no code with it; skipped where Blender is missing.
+// Tests the oracle against Blender's Cycles, which shares no code with it; skipped if Blender is missing.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@ constexpr int kSize = 64;      // pixels
 constexpr int kSamples = 512;  // per pixel, in both renderers
 constexpr int kBounces = 8;
 
-/// Renders with Cycles into `output`; returns false where Blender is missing.
+/// Renders with Cycles into `output`; returns false if Blender is missing.
 bool render_with_cycles(const std::filesystem::path& scene, const std::filesystem::path& output) {
     const std::filesystem::path script = std::filesystem::path(HALFLIGHT_SHARED_DIR) / "peers/cycles_render.py";
     if (!std::filesystem::exists(script) || run({"sh", "-c", "command -v blender"}).status != 0) return false;

@@ -11,7 +11,7 @@
 
 namespace halflight::test {
 
-/// Pages of tables with a single space. `attributes` are ShadingTables::vertices; rows have none where it is empty.
+/// Pages of tables with a single space. `attributes` are ShadingTables::vertices; rows have none if it is empty.
 class MemoryPages final : public paging::PageSource {
   public:
     explicit MemoryPages(const TraceTables& tables, std::size_t bucket = 1000, const paging::PageLimits& limits = {},

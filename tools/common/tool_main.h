@@ -8,7 +8,7 @@
 namespace halflight {
 
 /// Parses the command line, then calls `run`, which returns the exit status. Returns 2 for an unusable command line and
-/// 1 where `run` throws, both after one line "PROGRAM: error" on stderr.
+/// 1 if `run` throws, both after one line "PROGRAM: error" on stderr.
 template <class Run>
 int tool_main(CLI::App& app, int argc, char** argv, Run run) {
     const auto fail = [&](int status, const std::exception& error) {

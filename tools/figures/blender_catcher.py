@@ -6,7 +6,7 @@
 
 Renders the scene with the direct light of the environment and of punctual lights, which have no size here. Compares
 alpha, the part of the light that is missing, by blocks of 16x16 pixels. Prints the mean of both pictures, and the median, the
-95th percentile and the maximum of the differences of blocks. Exits with 1 where a 95th percentile is above --tolerance.
+95th percentile and the maximum of the differences of blocks. Exits with 1 if a 95th percentile is above --tolerance.
 Cycles counts the light of emissive surfaces as that of objects, so hide them.
 """
 import argparse

@@ -62,7 +62,7 @@ def expected(planes):
 
 
 def differences(layers, others):
-    """Yields the layer, and its largest difference relative to its largest value; None where the others lack it."""
+    """Yields the layer, and its largest difference relative to its largest value; None if the others lack it."""
     for name, channels in layers.items():
         if name not in others:
             yield name, None

@@ -49,7 +49,7 @@ from cycles_nodes import Nodes, is_socket, largest
 
 # Images of albedos have columns by sqrt(mu), which spreads the steep part near 0, and rows by azimuth or by roughness.
 WIDTH, HEIGHT = 128, 24
-ROUGH_WIDTH = 64  # columns where rows are roughnesses
+ROUGH_WIDTH = 64  # columns of tables whose rows are roughnesses
 
 
 def albedos(mu, phi, alphas, ior, reflected, steps=96):
@@ -437,7 +437,7 @@ def use_our_sizes(*_):
 
 @bpy.app.handlers.persistent
 def use_our_lens(*_):
-    """Takes the lens of a camera from the extras of the glTF file, which the importer stores as custom properties."""
+    """Sets lens and focus of the camera by the extras of the glTF file, which the importer makes custom properties."""
     scene = bpy.context.scene
     camera = scene.camera.data
     if "aperture_fstop" not in camera or "focus_distance" not in camera:

@@ -59,7 +59,7 @@ class Document:
         return data[start:start + view["byteLength"]]
 
     def source(self, info):
-        """Returns the index of the image of a texture; None where Blender cannot read it."""
+        """Returns the index of the image of a texture; None if Blender cannot read it."""
         texture = self.json["textures"][info["index"]]
         extensions = texture.get("extensions", {})
         index = extensions.get("EXT_texture_webp", {}).get("source", texture.get("source"))

@@ -4,7 +4,7 @@
 # Libraries that come from the machine: the C library and the GL driver with its front ends.
 of_the_machine='^(linux-vdso|ld-linux.*|lib(c|m|dl|rt|pthread|resolv|util|GL|GLX|EGL|OpenGL|GLdispatch|gbm|drm)(-[0-9.]*)?)\.so'
 # Libraries that the GL driver uses, too. Two copies in one process would clash, and the driver may need a newer one than
-# ours. The machine's copy is used where there is one: it is no older than ours unless its C library is.
+# ours. The machine's copy is used if there is one: it is no older than ours unless its C library is.
 shared_with_driver='^lib(stdc\+\+|gcc_s|z|expat|X11|xcb|Xau|Xdmcp|bsd|md)\.so'
 system_folders=/usr/lib/$(g++ -print-multiarch):/usr/lib64:/lib64
 

@@ -335,7 +335,7 @@ Assembly fitted(std::uint64_t triangles, const std::function<Assembly(double lev
         const double found = count(make(level));
         if (std::abs(found - wanted) < std::abs(best_count - wanted)) best = level, best_count = found;
         (found < wanted ? low : high) = level;
-        // Triangles grow with the square of the level; where that leaves the bracket, it is halved.
+        // Triangles grow with the square of the level; if that leaves the bracket, it is halved.
         level *= std::sqrt(wanted / found);
         if (level <= low || level >= high) level = std::sqrt(low * high);
         if (high / low < 1 + 1e-6) break;

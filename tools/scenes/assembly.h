@@ -54,7 +54,7 @@ Bounds bounds_of(const Assembly& assembly);
 std::uint64_t write_assembly(const std::filesystem::path& path, const Assembly& assembly, const SceneOptions& options);
 
 /// Returns the scene whose number of triangles comes closest to `triangles`. `make` returns the scene of a level of
-/// detail, a positive number with which the number of triangles grows. Throws Error where the coarsest form has 5 %
+/// detail, a positive number with which the number of triangles grows. Throws Error if the coarsest form has 5 %
 /// more triangles than that.
 Assembly fitted(std::uint64_t triangles, const std::function<Assembly(double level)>& make);
 

@@ -102,7 +102,7 @@ class Document {
     int meshes() const { return static_cast<int>(mesh_triangles_.size()); }  ///< Returns the number of meshes.
     std::uint64_t triangles() const;  ///< Returns the triangles of all nodes; meshes count as often as they are used.
     std::uint64_t bytes() const;      ///< Returns the size of the binary chunk so far, without the file's JSON.
-    /// Writes a .glb. Throws Error where it would exceed the container's 4 GiB.
+    /// Writes a .glb. Throws Error if it would exceed the container's 4 GiB.
     void write(const std::filesystem::path& path) const;
 
   private:

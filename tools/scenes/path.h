@@ -13,7 +13,7 @@ struct PathOptions {
     double degrees = 24;  // angle of the arc around the middle of the view, half to each side
 };
 
-/// Copies a .glb and adds a camera "path" that the animation "path" moves. Throws Error where the scene cannot be read,
+/// Copies a .glb and adds a camera "path" that the animation "path" moves. Throws Error if the scene cannot be read,
 /// is no .glb with its data inside, or has no perspective camera of that name.
 void write_camera_path(const std::filesystem::path& scene, const std::filesystem::path& out,
                        const PathOptions& options);

@@ -17,7 +17,7 @@ int index(PlantMaterial material) {
 constexpr double kTop = kLevels * kLevel;
 constexpr double kWall = 6.2, kRoof = 41, kHopper = 10;  // the furnace: half its side, its top, where its hopper begins
 
-/// Returns the I of a column or girder, or a bar in its place where detail is low.
+/// Returns the I of a column or girder, or a bar in its place if detail is low.
 std::vector<dvec2> girder(const Detail& detail, double width, double height, double plate) {
     return detail.above(0.12) ? i_section(width, height, plate) : bar_section(width, height);
 }

@@ -23,7 +23,7 @@ Document room();
 
 /// Makes a hall of 60 x 60 x 8 m with `lights` > 0 small square lamps of mixed size, radiance, colour and orientation.
 /// Each lamp has two triangles; the power of all lamps together hardly depends on their number. `triangles` is the
-/// exact number of the whole hall; 0: 10 000 besides lamps and walls. Throws Error where lamps and walls alone have
+/// exact number of the whole hall; 0: 10 000 besides lamps and walls. Throws Error if lamps and walls alone have
 /// more.
 Document emitters(int lights, std::uint64_t triangles);
 

@@ -15,7 +15,7 @@ void menu_bar(PanelContext& c);
 void status_line(const Rectangle& where, const Progress& progress, const std::string& right);
 /// Shows the progress in the middle of the area, where there is no picture yet.
 void waiting_text(const Rectangle& area, const Progress& progress);
-/// Declares the sheet of mouse and keys; `open` becomes false where the user closes it.
+/// Declares the sheet of mouse and keys; `open` becomes false if the user closes it.
 void shortcut_sheet(bool& open);
 /// Declares the messages at the lower edge of the picture's area, the newest at the bottom. Those that would reach its
 /// upper half wait until newer ones are gone. Removes those that the user dismisses.

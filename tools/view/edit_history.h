@@ -19,7 +19,7 @@ class EditHistory {
     void record(const SavedSettings& now, bool busy);
     /// Takes an exposure that metering has found into the current state. Such an exposure is no edit.
     void meter(float stops);
-    /// Returns the state to restore, which counts as the current one; none where there is nothing to undo or redo.
+    /// Returns the state to restore, which counts as the current one; none if there is nothing to undo or redo.
     std::optional<SavedSettings> undo();
     std::optional<SavedSettings> redo();
     bool can_undo() const { return !before_.empty(); }

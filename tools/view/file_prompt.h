@@ -12,7 +12,7 @@
 namespace halflight::view {
 
 /// A modal dialog: the files of a folder that suit its purpose, and a field for a name. It stays open, with a message,
-/// where the name finds no file. Files to save may be new; existing ones are replaced once they are named twice,
+/// if the name finds no file. Files to save may be new; existing ones are replaced once they are named twice,
 /// and names without an extension get the usual one.
 class FilePrompt {
   public:

@@ -16,7 +16,7 @@ struct FolderEntry {
 };
 
 /// Returns the folders in a folder and its files with one of the extensions, both sorted by name, folders first. Names
-/// that begin with a point are left out. extensions: without a point. Throws Error where the folder cannot be read.
+/// that begin with a point are left out. extensions: without a point. Throws Error if the folder cannot be read.
 std::vector<FolderEntry> list_folder(const std::filesystem::path& folder, std::span<const std::string_view> extensions);
 
 /// Returns the path of a typed name: absolute, below the home folder after "~/", else in `folder`.

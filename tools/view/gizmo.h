@@ -32,7 +32,7 @@ class Gizmo {
 
     /// Returns whether handles of some mode can move the selected object.
     static bool can_move(const Session& session);
-    /// Returns the handles of the selected object; none where it cannot be moved. Axes that point at the camera have
+    /// Returns the handles of the selected object; none if it cannot be moved. Axes that point at the camera have
     /// none. length: that of the handles, pixels.
     std::vector<Handle> handles(const Session& session, const ivec2& size, double length) const;
     /// Returns the axis of the handle at a pixel, within `reach` pixels. The square in the middle counts as a whole.

@@ -200,7 +200,7 @@ Input Gui::input(const WindowLayout& layout, const ivec2& picture) const {
     in.seconds = double{io.DeltaTime};
     in.fast = io.KeyShift;
     if (!io.WantCaptureMouse) {
-        // Movement that comes in one frame with a press was before it.
+        // Movement in the frame of a press happened before the press.
         const bool pressed = ImGui::IsMouseClicked(ImGuiMouseButton_Left) ||
                              ImGui::IsMouseClicked(ImGuiMouseButton_Middle) ||
                              ImGui::IsMouseClicked(ImGuiMouseButton_Right);

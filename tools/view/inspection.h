@@ -27,7 +27,7 @@ struct Probe {
 };
 
 /// Returns what two pictures tell about a pixel of a picture of `size` pixels. The value comes from `newest`. The
-/// layers come from `complete`, which may be older or null; they are left out where it shows another view. Returns
+/// layers come from `complete`, which may be older or null; they are left out if it shows another view. Returns
 /// nothing outside of the picture.
 std::optional<Probe> probe(const Picture& newest, const Picture* complete, const ivec2& size, const ivec2& pixel);
 /// Returns names and values for the user. Names of node and material come from the scene.

@@ -21,7 +21,7 @@ float kelvin_of(const vec3& color) {
     return static_cast<float>(std::round(nearest_black_body(hue, kEditTemperature.lower, double{kMostKelvin})));
 }
 
-/// Returns the edit of the light's own name; a default one where there is none.
+/// Returns the edit of the light's own name; a default one if there is none.
 LightEdit own_edit(const SceneEdits& edits, const std::string& name) {
     const auto found = std::ranges::find(edits.lights, name, &NamedEdit<LightEdit>::name);
     return found == edits.lights.end() ? LightEdit() : found->edit;

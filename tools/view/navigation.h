@@ -28,7 +28,7 @@ class Navigation {
     NavigationMode mode = NavigationMode::orbit;
     float speed = 1;  // speed of flying and walking, metres per second
 
-    /// Takes a speed that suits what the camera sees.
+    /// Sets a speed in proportion to the distances that the camera sees.
     void suit(const Session& session);
 
     /// Moves the session's camera. `size` is the framebuffer's, pixels. Throws what Session::move() throws.

@@ -10,7 +10,7 @@
 
 namespace halflight::view {
 
-/// Finds the lines, and keeps them while nothing changes that they depend on.
+/// Finds the lines of the outline. They are kept until an input changes.
 class Outline {
   public:
     /// Returns the outline of the session's selected node, with everything below it, or mesh: the edges of the area

@@ -61,7 +61,7 @@ std::vector<HidingKind> hiding_kinds(const Session& s) {
             {"light:", ObjectKind::light, lights_of(s.scene()), s.references().lights}};
 }
 
-/// Returns what a name hides; nothing where it finds nothing, which the picture reports.
+/// Returns what a name hides; nothing if it finds nothing, which the picture reports.
 std::vector<Selection> hidden_by(const std::string& name, const std::vector<HidingKind>& kinds) {
     std::vector<Selection> all;
     for (const HidingKind& k : kinds) {
@@ -80,7 +80,7 @@ std::vector<Selection> hidden_by(const std::string& name, const std::vector<Hidi
     return all;
 }
 
-/// Returns the lights that the name of an edit means; none where it finds nothing.
+/// Returns the lights that the name of an edit means; none if it finds nothing.
 std::vector<std::size_t> lights_named(const std::string& name, const Session& s) {
     try {
         return find_objects(lights_of(s.scene()), name, "");

@@ -27,7 +27,7 @@ bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, doubl
     return near <= far;
 }
 
-/// Returns the distance along the ray, or kFar where it misses or meets the triangle before `begin` (Moeller, Trumbore
+/// Returns the distance along the ray, or kFar if it misses or meets the triangle before `begin` (Moeller, Trumbore
 /// 1997). front: meets the front only.
 double distance(const dvec3& origin, const dvec3& direction, double begin, const dvec3& a, const dvec3& b,
                 const dvec3& c, bool front) {
@@ -111,7 +111,7 @@ double orbit_distance(const Camera& camera, const Picker& picker, const Scene& s
     if (camera.orthographic) return ahead;
     double distance = ahead;
     const dmat4& m = camera.camera_to_world;
-    // To the left and to the right, and half backwards.
+    // The directions lead to the left and to the right, and diagonally backwards.
     for (const double side : {-1.0, 1.0})
         for (const double back : {0.0, 1.0}) {
             const dvec3 direction = glm::normalize(side * dvec3(m[0]) + back * dvec3(m[2]));

@@ -40,7 +40,7 @@ bool opens(const std::string& command) {
 void Viewer::step_script() {
     while (next_command_ < script_.size() && !quit_) {
         const Command& command = script_[next_command_];
-        if (opening_.valid() && !script_opens_ && !play_ && !finish_opening()) return;  // a key has started it
+        if (opening_.valid() && !script_opens_ && !play_ && !finish_opening()) return;  // a key has started an opening
         try {
             if (command.name == "wait") {
                 if (!wait_done(command)) return;

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kSoftwareBand = std::size_t{1} << 18;  // pixels
 constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 
-/// Returns the scene with edits; the scene itself where there are none.
+/// Returns the scene with edits; the scene itself if there are none.
 std::shared_ptr<const Scene> edited(const std::shared_ptr<const Scene>& scene,
                                     const std::shared_ptr<const SceneTree>& tree, const SceneEdits& edits) {
     if (edits == SceneEdits()) return scene;

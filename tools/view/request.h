@@ -32,7 +32,7 @@ struct Request {
     /// Reference scene: the pose of the file at 0 s, before edits; not null. Pictures of all poses depend on it
     /// (PreparedScene::update()), and all poses share its images.
     std::shared_ptr<const Scene> reference;
-    std::shared_ptr<const Scene> scene;  // scene at the frame, before edits; the reference itself where nothing moves
+    std::shared_ptr<const Scene> scene;  // scene at the frame, before edits; the reference itself if nothing moves
     std::shared_ptr<const SceneTree> reference_tree{};  // nodes of the reference; null: the scene has no file
     std::shared_ptr<const SceneTree> tree{};            // nodes of the scene
     std::shared_ptr<const paging::PageSource> pages{};  // geometry of scenes in pages; null: the scenes have it

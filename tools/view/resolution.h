@@ -24,7 +24,7 @@ class Resolution {
     explicit Resolution(double budget) : budget_(budget) {}
 
     /// Returns the smallest divisor of 1, 2, 4, 8, 16 with which one sample of the whole picture is expected within the
-    /// budget. Returns 16 where none is, and 8 while nothing has been recorded.
+    /// budget. Returns 16 if none is, and 8 while nothing has been recorded.
     int divisor(const ivec2& size) const;
     /// Records the time of a picture of one sample. Recorded times of other sizes fade a little, so that they are tried
     /// again after some time.
@@ -36,7 +36,7 @@ class Resolution {
     double expected_seconds(std::size_t pixels) const;
     double budget_;
     struct Recorded {
-        double seconds;      // smoothed
+        double seconds;      // smoothed time of a picture
         std::uint64_t when;  // number of the record
     };
     std::map<std::size_t, Recorded> recorded_;  // keyed by number of pixels

@@ -52,7 +52,8 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
 
 void Session::take_lens(const Camera& camera) {
     Lens& lens = transform.camera.lens;
-    if (taken_lens_ && lens == *taken_lens_) lens = asked_lens_;  // nobody has edited that of another camera
+    if (taken_lens_ && lens == *taken_lens_)
+        lens = asked_lens_;  // the user has not edited the lens of the other camera
     taken_lens_.reset();
     if (lens.focus.kind != Focus::Kind::open || !camera.lens.blurs()) return;
     asked_lens_ = lens;
@@ -86,7 +87,7 @@ void Session::move(const CameraPose& pose) {
 
 void Session::take_camera(std::size_t index) {
     scene_camera_ = first_camera_ = index;
-    switched_off.lens = {};  // that of another camera
+    switched_off.lens = {};  // the lens belongs to another camera
     take_lens(camera());
     pose_ = first_pose_ = pose_of(camera(), orbit_distance(camera(), picker(), *scene_));
 }
@@ -174,7 +175,7 @@ void Session::focus_lens(const dvec2& point, const ivec2& size) {
 
 void Session::choose_focus(const Focus& focus, const Lens& usual) {
     constexpr float kUsualFstop = 2.8f;
-    constexpr double kUsualAperture = 10;  // mm, where there is no focal length
+    constexpr double kUsualAperture = 10;  // mm, if there is no focal length
     PhysicalCamera& physical = transform.camera;
     Lens& lens = physical.lens;
     const bool exposes = physical.exposes();

@@ -52,7 +52,7 @@ struct NodeFrame {
 struct View {
     CameraPose pose;
     std::optional<std::size_t> camera{};  // camera of the scene that is in use; none: a free one
-    /// Views of the same camera are equal, also where an animation moves it.
+    /// Views of the same camera are equal, also if an animation moves it.
     bool operator==(const View& o) const { return camera == o.camera && (camera || pose == o.pose); }
 };
 
@@ -112,7 +112,7 @@ class Session {
     /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
     const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
-    /// Replaces the edits. Throws Error where they do not suit the scene, and keeps the earlier ones then.
+    /// Replaces the edits. Throws Error if they do not suit the scene, and keeps the earlier ones then.
     void edit(SceneEdits edits);
     /// Returns the nodes of scene().
     const SceneTree& tree() const { return *tree_; }
@@ -176,7 +176,7 @@ class Session {
     const std::vector<std::string>& variants() const { return variants_; }
     /// Returns what undo and redo restore: the settings to save, without camera, size and frame.
     SavedSettings document() const;
-    /// Restores a document. Returns a function like lighting() and dressing() where environment or variant change.
+    /// Restores a document. Returns a function like lighting() and dressing() if environment or variant change.
     std::optional<std::function<Opened()>> restore(const SavedSettings& document);
     /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
     /// animations. The function throws Error for an unknown animation or an invalid pose.
@@ -189,7 +189,7 @@ class Session {
     std::optional<std::size_t> scene_camera() const { return scene_camera_; }
     /// Returns the camera; it equals that of `halflight render` bit for bit, apart from the lens.
     Camera camera() const;
-    /// Returns the camera with the lens of `transform`; a pinhole where that lens cannot be used.
+    /// Returns the camera with the lens of `transform`; a pinhole if that lens cannot be used.
     Camera camera_with_lens() const;
     void move(const CameraPose& pose);  ///< Throws Error for an invalid pose and keeps the earlier one.
     void take_camera(std::size_t index);
@@ -205,7 +205,7 @@ class Session {
     /// Switches depth of field on, with the focus and the aperture that it had, or off. The exposure stays.
     void set_depth_of_field(bool on);
     Denoising denoising() const;
-    void set_denoising(Denoising denoising);  ///< Changes `modes`.
+    void set_denoising(Denoising denoising);  ///< Sets the member `modes`.
     /// Lets ISO, shutter speed and f-number decide the exposure, or ends this. The depth of field stays.
     void set_physical_exposure(bool on);
     /// Looks at the object visible at a pixel from a distance that shows the whole object; otherwise like focus().
@@ -240,7 +240,7 @@ class Session {
     bool below(int node, std::size_t top) const;
     /// Returns the centre of the surfaces of a node, with those below it, before edits; none without surfaces.
     std::optional<dvec3> centre(std::size_t node) const;
-    /// Returns the instances as edits move and hide them; unchanged ones where the edits do not suit the scene, which
+    /// Returns the instances as edits move and hide them; unchanged ones if the edits do not suit the scene, which
     /// the picture reports.
     static std::vector<Instance> moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits);
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
@@ -250,7 +250,7 @@ class Session {
     /// that the earlier environment had are removed.
     void find_references(bool other_scene);
     Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
-    /// Takes the lens of a camera of the scene as that of the session, unless the user has chosen one.
+    /// Copies the lens of a scene's camera into the session, unless the user has set a lens.
     void take_lens(const Camera& camera);
     /// Sets pose_ to that of the scene's camera at this frame.
     void follow_camera();

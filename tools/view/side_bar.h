@@ -91,7 +91,7 @@ struct Section {
 };
 std::span<const Section> sections();
 
-/// Shows a button that requests an action. It is grey where the action would have no effect. label: that of the menu
+/// Shows a button that requests an action. It is grey if the action would have no effect. label: that of the menu
 /// unless given.
 void action_button(PanelContext& c, Action action, bool same_line = false, const char* label = nullptr);
 

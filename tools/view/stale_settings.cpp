@@ -20,7 +20,7 @@ class SceneFacts {
           scene_(file_.at_rest()),
           tree_(file_.tree_at(0, {})) {}
 
-    /// Throws Error where the arguments do not suit the scene.
+    /// Throws Error if the arguments do not suit the scene.
     void check(const PreviewArguments& a) {
         colors_.view(a.settings.view);
         if (!a.variant.empty() && std::ranges::find(file_.variants(), a.variant) == file_.variants().end())

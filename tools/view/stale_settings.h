@@ -10,8 +10,8 @@
 namespace halflight::view {
 
 /// Leaves those entries of the settings file out of the arguments that do not suit the scene or the colour config, and
-/// adds what is wrong with them to `problems`. Reads the scene without them. Does nothing where there is no settings
-/// file, or where the arguments cannot be used without it either.
+/// adds what is wrong with them to `problems`. Reads the scene without them. Does nothing if there is no settings
+/// file, or if the arguments cannot be used without it either.
 void leave_out_stale(PreviewArguments& arguments, const ColorConfig& colors, std::vector<std::string>& problems);
 
 }  // namespace halflight::view

@@ -25,7 +25,8 @@ void ViewHistory::settle(const View& now) {
 }
 
 void ViewHistory::record(const View& now, double time, bool busy) {
-    if (!busy_ && time - changed_ >= kRest) settle(View(seen_));  // ended, although no frame has been drawn since
+    if (!busy_ && time - changed_ >= kRest)
+        settle(View(seen_));  // the move has ended, although no frame has been drawn since
     if (busy || !(now == seen_)) changed_ = time;
     seen_ = now;
     busy_ = busy;

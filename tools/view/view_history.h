@@ -15,7 +15,7 @@ class ViewHistory {
     /// Records the view at a time, seconds. busy: the move goes on, because a button or a key is held.
     void record(const View& now, double time, bool busy);
     void settle(const View& now);  ///< Ends a move at once.
-    /// Returns the view to restore, which counts as the current one; none where there is none. now: the view that is
+    /// Returns the view to restore, which counts as the current one; none if there is none. now: the view that is
     /// shown.
     std::optional<View> back(const View& now);
     std::optional<View> forward(const View& now);

@@ -266,7 +266,7 @@ Progress Viewer::progress() const {
             .region = requested_ && requested_->region ? std::optional(requested_->region->size()) : std::nullopt};
 }
 
-/// Returns layer and size of the picture for the status line, with the scale where it is not shown pixel for pixel.
+/// Returns layer and size of the picture for the status line, with the scale if it is not shown pixel for pixel.
 std::string Viewer::picture_text(const WindowLayout& layout) const {
     const int percent = static_cast<int>(std::lround(100.0 * layout.picture.size.x / picture_size_.x));
     return fmt::format("{}, {}x{}{}", session_.layer_view.layer, picture_size_.x, picture_size_.y,

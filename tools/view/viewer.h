@@ -37,7 +37,7 @@ class Viewer {
     explicit Viewer(const PreviewArguments& arguments);
 
     /// Runs until the window is closed, a signal asks to stop, or the script ends. Throws Error "SCRIPT:LINE: what"
-    /// where a line fails, or where the window is closed before it.
+    /// if a line fails, or if the window is closed before it.
     void run();
 
   private:
@@ -90,7 +90,7 @@ class Viewer {
     /// point: pixel of the picture under the mouse; none: the mouse is elsewhere.
     void perform(Action action, const KeyPress& press, const std::optional<dvec2>& point);
     bool available(Action action) const;  // Returns whether an action would have an effect now.
-    void play_or_stop();                  // Plays the first animation where none has been chosen.
+    void play_or_stop();                  // Plays the first animation if none has been chosen.
     void show_other_view(bool next);      // Restores the view before the last move of the camera, or after it.
     // Looks at the selected object, else at the one visible at a pixel.
     void frame_object(const std::optional<dvec2>& point);
@@ -138,7 +138,7 @@ class Viewer {
 
     // The following functions are defined in viewer_edits.cpp.
 
-    void undo(bool again);  // Restores the state before the last edit, or after it where it was undone (`again`).
+    void undo(bool again);  // Restores the state before the last edit, or after it if it was undone (`again`).
     void restore(const SavedSettings& state, const std::string& activity);
     void revert();  // Removes all edits of the scene, as an edit.
     /// Undoes, redoes or reverts as asked by keys. Steps wait while something is being opened.

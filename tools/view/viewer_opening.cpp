@@ -65,7 +65,7 @@ bool Viewer::finish_opening() {
         before_click_.reset();
         const bool restores = std::exchange(restoring_, false);
         const bool pose_only = std::exchange(opening_pose_, {}).has_value();
-        const bool plays = pose_only && std::exchange(plays_next_, false);  // also ends where opening fails
+        const bool plays = pose_only && std::exchange(plays_next_, false);  // also ends if opening fails
         const std::optional<Play> going_on = std::exchange(play_, {});      // restored unless opening fails
         attempt([&] {
             Session::Opened opened = opening_.get();

@@ -16,7 +16,7 @@ namespace halflight::view {
 /// Owns the window and its context, which is current on the main thread during its lifetime. Only one may exist.
 class Window {
   public:
-    /// Opens a window. Throws Error with the reason where there is no display or no such context.
+    /// Opens a window. Throws Error with the reason if there is no display or no such context.
     explicit Window(const std::string& title);
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
@@ -31,7 +31,7 @@ class Window {
     double monitor_scale() const;  ///< Returns the factor of the monitor on sizes of text and controls.
     bool closing() const;          ///< Returns whether the user has asked to close the window.
     void close();                  ///< Asks to close the window, as the user can do.
-    void stay_open();              ///< Withdraws that.
+    void stay_open();              ///< Cancels a request to close the window.
     void set_title(const std::string& title);
 
     /// Waits for an event, at most this many seconds; returns whether there was one. Input goes to events(), files to

@@ -28,7 +28,7 @@ struct WindowLayout {
     Rectangle status;   // status line, below both
 };
 
-/// Lays out a window of `size` pixels around a picture of `picture` pixels. The picture has its own size where the area
+/// Lays out a window of `size` pixels around a picture of `picture` pixels. The picture has its own size if the area
 /// differs by less than two pixels; otherwise it is scaled to fit. The side bar of a narrow window is narrower than
 /// wanted, so that a third of the window is left for the picture.
 WindowLayout lay_out(const ivec2& size, const Parts& parts, const ivec2& picture);

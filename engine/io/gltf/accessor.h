@@ -33,7 +33,7 @@ class GltfAccessors {
     std::size_t element_size(int accessor) const;
     /// Throws Error that names `purpose` for elements of another number of components.
     void check_type(int accessor, int components, std::string_view purpose) const;
-    /// Throws Error where the data is shorter than the count requires.
+    /// Throws Error if the data is shorter than the count requires.
     void check_data(int accessor) const { view(accessor); }
 
     /// Reads elements [first, first + count) as V: float, vec2, vec3, vec4 or mat4. Integers are converted, or mapped

@@ -118,7 +118,7 @@ class Reader {
         animation.channels.push_back({property, target->index, target->field, it->second});
     }
 
-    /// Returns the target; none, or one without an index, where it is left out with a warning.
+    /// Returns the target; none, or one without an index, if it is left out with a warning.
     std::optional<GltfTarget> target_of(const Json& from, const std::string& element) {
         const auto path = from.at("path").get<std::string>();
         if (path == "pointer") return pointed_at(from, element);
@@ -140,7 +140,7 @@ class Reader {
         return target;
     }
 
-    /// Returns the number of morph targets where weights are driven, else 0.
+    /// Returns the number of morph targets if weights are driven, else 0.
     int check_target(const std::string& element, AnimatedProperty property, int index) const {
         const tinygltf::Model& model = document_.model;
         if (property == AnimatedProperty::mesh_weights) return count_morph_targets(index, element, "meshes", index);

@@ -17,7 +17,7 @@ struct GltfDocument;
 /// - has keys that are not finite or not in order,
 /// - drives a node with a matrix, or weights of a mesh without morph targets,
 /// - has a pointer without target.
-/// Throws Error for a list that is not an array, and BudgetError where the keyframes do not fit into the memory budget.
+/// Throws Error for a list that is not an array, and BudgetError if the keyframes do not fit into the memory budget.
 /// `memory` becomes the entry of all keyframes. It grows while they are read.
 std::vector<Animation> read_animations(GltfDocument& document, MemoryLedger::Entry& memory);
 

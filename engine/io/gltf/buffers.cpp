@@ -31,7 +31,7 @@ bool has_range(const ByteSource& buffer, const GltfMeshoptView& view) {
     return view.length > 0 && view.offset + view.length <= buffer.size();
 }
 
-/// Returns what the library cannot decode in a compressed view; empty where it can decode all, and for bad ranges.
+/// Returns what the library cannot decode in a compressed view; empty if it can decode all, and for bad ranges.
 std::string undecodable(const GltfMeshoptView& view, const ByteSource& buffer) {
     std::string first;
     if (!has_range(buffer, view)) return "";

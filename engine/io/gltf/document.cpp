@@ -241,7 +241,7 @@ void check_values(Json& root, GltfDocument& document, std::vector<GltfFault>& fa
     });
 }
 
-/// Points textures at the images of their extensions. Where an extension is optional, the image that it replaces
+/// Points textures at the images of their extensions. If an extension is optional, the image that it replaces
 /// becomes the fallback. An image that another texture needs is not optional.
 void choose_images(GltfDocument& document, const std::set<std::string>& required) {
     std::set<int> needed;

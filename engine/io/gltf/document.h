@@ -31,7 +31,7 @@ struct GltfImageSource {
     std::string uri;    // URI of the image; empty: the image is in `buffer_view`
     int buffer_view = kNone;
     bool optional = true;  // whether textures do without the image, since an optional extension names it
-    int fallback = kNone;  // the texture's image where this one cannot be read
+    int fallback = kNone;  // the texture's image if this one cannot be read
     bool is_missing() const { return uri.empty() && buffer_view == kNone; }
 };
 
@@ -98,11 +98,11 @@ struct GltfDocument {
     [[noreturn]] void fail(std::string_view element, fmt::format_string<Args...> format, Args&&... args) const {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));
     }
-    /// Throws the error about an object of a list where the scene uses it; otherwise adds it to the warnings.
+    /// Throws the error about an object of a list if the scene uses it; otherwise adds it to the warnings.
     void tolerate_unused(std::string_view list, std::size_t index, const Error& error);
-    /// Returns the number of bytes of a buffer view after decompression. Throws Error where its buffer is too short.
+    /// Returns the number of bytes of a buffer view after decompression. Throws Error if its buffer is too short.
     std::uint64_t view_size(int buffer_view) const;
-    /// Returns the bytes of a buffer view, decompressed. Throws Error where its buffer is too short, and where its
+    /// Returns the bytes of a buffer view, decompressed. Throws Error if its buffer is too short, and if its
     /// compressed data are damaged or do not fit into the memory budget. Thread-safe.
     ByteSource view_bytes(int buffer_view) const;
     /// Returns the bytes behind a URI. Throws Error about `element`, which the URI belongs to.

@@ -82,7 +82,7 @@ draco::DecoderBuffer buffer_of(std::string_view bytes) {
     return buffer;
 }
 
-/// Reads what stands before the connectivity. None where it is damaged.
+/// Reads what stands before the connectivity. None if it is damaged.
 std::optional<Header> read_counts(std::string_view bytes, const draco::DracoHeader& start) {
     draco::DecoderBuffer buffer = buffer_of(bytes);
     Header header;

@@ -17,7 +17,7 @@ struct GltfPrimitiveSize {
     std::size_t decoding_bytes = 0;  // working memory of a decoder
 };
 
-/// Returns the sizes of a primitive; none where it is not compressed. The counts of the data apply, not those of the
+/// Returns the sizes of a primitive; none if it is not compressed. The counts of the data apply, not those of the
 /// accessors. Throws Error about `element` for damaged headers and for counts that data of its length cannot have.
 std::optional<GltfPrimitiveSize> measure_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                                const std::string& element);
@@ -34,7 +34,7 @@ struct GltfDracoMesh {
 /// of primitives that are not compressed have.
 bool has_elements(const GltfDocument& document, const tinygltf::Primitive& primitive, const std::string& attribute);
 
-/// Decodes a primitive; none where it is not compressed. Throws what measure_draco() throws, and Error for damaged data
+/// Decodes a primitive; none if it is not compressed. Throws what measure_draco() throws, and Error for damaged data
 /// and for data that does not fit into the memory budget.
 std::optional<GltfDracoMesh> decode_draco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                           const std::string& element);

@@ -116,7 +116,7 @@ std::optional<std::size_t> array_index(std::string_view text) {
     return whole && (text == "0" || text.front() != '0') ? std::optional(index) : std::nullopt;
 }
 
-/// Checks that the object is of the kind that has the field. Returns false where the field cannot be driven:
+/// Checks that the object is of the kind that has the field. Returns false if the field cannot be driven:
 /// glossiness that load_images() has turned into a texture of roughness, and an infinite index of refraction, written
 /// 0.
 bool check_kind(const GltfDocument& document, const Field& field, std::size_t index, const std::string& element) {

@@ -19,14 +19,14 @@ struct GltfTarget {
     auto operator<=>(const GltfTarget&) const = default;
 };
 
-/// Returns the target of a pointer of KHR_animation_pointer ("/materials/0/emissiveFactor"); none where the pointer is
+/// Returns the target of a pointer of KHR_animation_pointer ("/materials/0/emissiveFactor"); none if the pointer is
 /// well-formed but leads to nothing that the loader drives. Throws Error about `element` for
 ///   - text that is no JSON pointer, or an index beyond the file's list,
 ///   - a cone of a light that is no spot, or a projection that the camera does not have,
 ///   - specular-glossiness of a material without it.
 std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std::string& pointer,
                                          const std::string& element);
-/// Returns the target of a channel without a pointer, by its path ("rotation"); none where the path is unknown.
+/// Returns the target of a channel without a pointer, by its path ("rotation"); none if the path is unknown.
 std::optional<GltfTarget> node_target(std::string_view path, int node);
 
 AnimatedProperty property_of(const GltfTarget& target);

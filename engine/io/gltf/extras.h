@@ -19,7 +19,7 @@ std::optional<FrameRate> frame_rate_in_extras(const nlohmann::json& root, GltfWa
 
 /// Returns the lens of each camera, from numbers in its extras with the names of Blender's camera properties:
 /// "aperture_fstop", "focus_distance" (metres), "aperture_blades", "aperture_rotation" (radians) and "sensor_width"
-/// (mm). A lens blurs where it has the first two. Other values are ignored with a warning. `root` is an object,
+/// (mm). A lens blurs if it has the first two. Other values are ignored with a warning. `root` is an object,
 /// otherwise unchecked.
 std::vector<Lens> lenses_in_extras(const nlohmann::json& root, GltfWarnings& warnings);
 

@@ -36,7 +36,7 @@ Environment convert_environment(const GltfDocument& document) {
     return environment;
 }
 
-/// Returns the world's length per length along the axes of a transform, the geometric mean; 1 where it is degenerate.
+/// Returns the factor by which a transform scales lengths, the geometric mean over its axes; 1 if it is degenerate.
 double scale_of(const dmat4& world) {
     const double scale = std::cbrt(std::abs(glm::determinant(dmat3(world))));
     return scale > 0 && std::isfinite(scale) ? scale : 1;
@@ -70,7 +70,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
                                  report.line_primitives_skipped));
 }
 
-/// Hands warnings to a report. Throws Error for the first fault where the options are strict.
+/// Hands warnings to a report. Throws Error for the first fault if the options are strict.
 void write_warnings(const GltfDocument& document, GltfWarnings warnings, SceneReport& report) {
     for (const int accessor : document.decoded->disordered)
         warnings.fault("its sparse indices do not ascend", fmt::format("accessors[{}]", accessor));
@@ -95,7 +95,7 @@ MaterialSet load_material_set(GltfDocument& document, std::vector<GltfMaterial>&
 /// Returns a material of another pose, with the images of `known`.
 Material with_images_of(const Material& known, const GltfMaterial& from) {
     Material material = from.material;
-    if (from.glossiness && known.specular_color_texture) {  // load_images() does the same
+    if (from.glossiness && known.specular_color_texture) {  // as load_images() does
         material.metallic_roughness_texture = material.specular_color_texture;
         material.roughness = 1;
     }
@@ -539,7 +539,7 @@ struct GltfMeshSource::State {
         return mesh;
     }
 
-    /// Returns the buffer views of a mesh; none where there is no such mesh, or where no view is compressed.
+    /// Returns the buffer views of a mesh; none if there is no such mesh, or if no view is compressed.
     std::set<int> views_of_mesh(std::size_t index) const {
         std::set<int> views;
         if (index >= stream.meshes() || document.compressed_views.empty()) return views;

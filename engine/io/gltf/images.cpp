@@ -51,7 +51,7 @@ const ImageFormat& format_of(const std::string& subject, std::string_view bytes)
 }
 
 /// Reads the header of an encoded image. A file counts as memory for decoding, which reads it whole. Throws Error about
-/// `subject` where there is no header.
+/// `subject` if there is no header.
 ImageHeader read_header(const std::string& subject, const ByteSource& encoded, int max_side) {
     const auto read = [&](std::uint64_t count) {
         std::string buffer;
@@ -135,7 +135,7 @@ std::size_t level_bytes(int width, int height, const LevelUses& uses) {
 
 using DecodedImages = std::map<int, DecodedImage>;  // by glTF image
 
-/// Returns the number of images to decode at once where a store takes them: as many as half of the memory that is left
+/// Returns the number of images to decode at once if a store takes them: as many as half of the memory that is left
 /// holds, at most one per core.
 int threads_for_decoding(const GltfDocument& document, const std::vector<ByteSource>& encoded) {
     std::size_t largest = 1;

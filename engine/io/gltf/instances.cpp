@@ -120,7 +120,7 @@ class Instances {
     }
 
     /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes. The joints of a skin
-    /// are added to its pose where they are needed.
+    /// are added to its pose if they are needed.
     void add(int node, const dmat4& object_to_world, GltfPose pose) {
         // The joints of a pose include the node's transform.
         const bool moves = !pose.skin && pose.joints.empty() && kept_.animated.move(node);
@@ -272,7 +272,7 @@ class Instances {
     GltfPoseCache& kept_;
     Scene& scene_;
     std::vector<MeshRequest> requests_;
-    // Index of the request of each key; those that deform are apart from others where those are in pages.
+    // Index of the request of each key; those that deform are apart from others if those are in pages.
     std::map<std::pair<GltfMeshKey, bool>, int> found_;
     int solid_node_ = kNone, solid_request_ = kNone;  // last node that was neither skinned nor flattened
     bool used_default_material_ = false;

@@ -69,17 +69,17 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
 enum class GltfShape {
     solid,    // the transform is invertible: instances share the mesh
     flat,     // each instance has a mesh of its own, since no later step could invert the transform
-    nothing,  // no area is left: the instance is left out, or hidden where an animation moves it
+    nothing,  // no area is left: the instance is left out, or hidden if an animation moves it
 };
 GltfShape shape_of(const dmat4& object_to_world);
 
 /// Returns the transforms of the instances [first, first + count) of EXT_mesh_gpu_instancing, relative to their node.
-/// Throws Error about `element` where one is not finite, or its data cannot be read.
+/// Throws Error about `element` if one is not finite, or its data cannot be read.
 std::vector<Joint> instance_transforms(const GltfDocument& document, const tinygltf::Value& extension,
                                        const std::string& element, std::size_t first, std::size_t count);
 
-/// Returns the number of instances that EXT_mesh_gpu_instancing gives to a node. Throws Error about `element` where its
-/// attributes differ in number, and where their data is too short.
+/// Returns the number of instances that EXT_mesh_gpu_instancing gives to a node. Throws Error about `element` if its
+/// attributes differ in number, and if their data is too short.
 std::size_t count_instances(const GltfDocument& document, const tinygltf::Value& extension, const std::string& element);
 
 /// Fills Scene::meshes and Scene::instances. Returns whether some triangle has the default material.
@@ -97,7 +97,7 @@ class GltfMeshStream {
     std::string name(std::size_t mesh) const;
     std::size_t file_mesh(std::size_t mesh) const;  ///< Returns the index of the file's mesh that it is made of.
     bool deforms(std::size_t mesh) const;           ///< Returns Mesh::deforms.
-    /// Reads a mesh; it has no triangles where add_instances() leaves it out.
+    /// Reads a mesh; it has no triangles if add_instances() leaves it out.
     Mesh read(std::size_t mesh);
     Mesh all_parts(std::size_t mesh);  ///< Returns MeshSource::all_parts().
 

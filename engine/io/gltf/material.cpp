@@ -93,7 +93,7 @@ class Converter {
                   read_clamped(property.path, component_count(property.field), property.range, scale));
     }
 
-    /// Returns `count` numbers times `scale`, clamped to the range with a warning; 1 where the file does not have them.
+    /// Returns `count` numbers times `scale`, clamped to the range with a warning; 1 if the file does not have them.
     vec4 read_clamped(const std::string& path, int count, const PropertyRange& range, double scale = 1) {
         constexpr double kMaxFloat = std::numeric_limits<float>::max();
         const double lowest = std::max<double>(range.lowest, -kMaxFloat);

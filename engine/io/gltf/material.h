@@ -39,7 +39,7 @@ struct ImageSizes {
 ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials);
 
 /// Decodes the images that materials refer to (PNG, JPEG, WebP, KTX2) and points the materials at them. Throws Error
-/// that names image and URI where one is missing, cannot be decoded, is too large or has another format. Fallbacks
+/// that names image and URI if one is missing, cannot be decoded, is too large or has another format. Fallbacks
 /// replace images of optional extensions; textures without a readable image are left out, with a warning.
 std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials,
                                       GltfWarnings& warnings);

@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-/// Normalises given tangents. Returns false where one of them cannot be used.
+/// Normalises given tangents. Returns false if one of them cannot be used.
 bool normalize_tangents(std::vector<vec4>& tangents) {
     for (vec4& t : tangents) {
         const vec3 direction(t);

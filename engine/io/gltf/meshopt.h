@@ -24,14 +24,14 @@ struct GltfMeshoptView {
 
     /// Returns the bytes after decompression.
     std::uint64_t size() const { return count * stride; }
-    /// Throws Error where the compressed data are too short for the elements, whatever their values.
+    /// Throws Error if the compressed data are too short for the elements, whatever their values.
     void check_length(const std::string& subject) const;
     /// Returns the part of the extensions that the library cannot decode, from the first byte of the data, or nothing.
     std::string undecodable(unsigned char first_byte) const;
     std::string decode(std::string_view compressed, const std::string& subject) const;
 };
 
-/// Reads the extension of a buffer view, which the schema has checked. Returns none where the view has none.
+/// Reads the extension of a buffer view, which the schema has checked. Returns none if the view has none.
 std::optional<GltfMeshoptView> read_meshopt_view(const nlohmann::json& view, const std::string& subject);
 
 /// Returns whether the extension marks a buffer as fallback, which holds what compressed views contain.

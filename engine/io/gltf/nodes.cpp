@@ -68,7 +68,7 @@ bool is_hidden(const tinygltf::Node& node) {
     return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
 }
 
-/// Calls f(). Where nothing uses a node, an Error becomes a warning.
+/// Calls f(). If nothing uses a node, an Error becomes a warning.
 template <class F>
 void tolerate(GltfDocument& document, std::size_t node, F f) {
     try {
@@ -81,7 +81,7 @@ void tolerate(GltfDocument& document, std::size_t node, F f) {
 std::vector<int> find_parents(GltfDocument& document) {
     const auto& nodes = document.model.nodes;
     std::vector<int> parents(nodes.size(), kNone);
-    for (const bool used : {true, false}) {  // nodes that nothing uses have no say where others have spoken
+    for (const bool used : {true, false}) {  // nodes that nothing uses have no say if others have spoken
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             if (is_used(document.uses, "nodes", i) != used) continue;
             for (const int child : nodes[i].children) {
@@ -133,7 +133,7 @@ float to_light(double value) {
     return static_cast<float>(std::clamp(value, 0.0, double(std::numeric_limits<float>::max())));
 }
 
-/// Returns the extension by which a node is a light; null where it is none.
+/// Returns the extension by which a node is a light; null if it is none.
 const tinygltf::Value* find_light(const tinygltf::Node& node) {
     return find_extension(node.extensions, "KHR_lights_punctual");
 }

@@ -19,7 +19,7 @@ namespace halflight {
 inline constexpr int kTangentUvs = 2;
 
 /// Returns the texture whose coordinates tangents follow: the normal map, else the texture of the anisotropy, else no
-/// image with TEXCOORD_0, or kTangentUvs where textures use two other sets. Returns none where the material needs no
+/// image with TEXCOORD_0, or kTangentUvs if textures use two other sets. Returns none if the material needs no
 /// tangents or is null.
 std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material);
 
@@ -34,11 +34,11 @@ class GltfPrimitive final : public RestShape {
 
     /// Triangles, their material, texture coordinates and colours; no vertices without triangles.
     Mesh still;
-    /// TEXCOORD_0 where tangents follow it and `still` has two other sets; otherwise empty.
+    /// TEXCOORD_0 if tangents follow it and `still` has two other sets; otherwise empty.
     std::vector<vec2> tangent_uvs;
     /// Returns the warnings about repairs.
     const GltfWarnings& warnings() const { return warnings_; }
-    /// Throws Error where a vertex follows a joint with an index >= `joints`. Warns of such joints without weight.
+    /// Throws Error if a vertex follows a joint with an index >= `joints`. Warns of such joints without weight.
     void check_joints(std::size_t joints, GltfWarnings& warnings) const;
     /// Returns the targets with a weight other than 0; warns of unsupported parts.
     std::vector<ActiveTarget> active_targets(std::span<const double> weights, GltfWarnings& warnings) const;

@@ -15,10 +15,10 @@ enum class GltfKind {
     anything,
     flag,
     number,
-    natural,  // 0 to 2^31 - 1, or 2^53 where `of` is "size"
+    natural,  // 0 to 2^31 - 1, or 2^53 if `of` is "size"
     text,
     texts,       // array of text
-    numbers,     // array of `length` numbers; of any length where `length` is 0
+    numbers,     // array of `length` numbers; of any length if `length` is 0
     index,       // index into the list `of`
     indices,     // array of such indices
     index_map,   // object whose values are such indices

@@ -22,7 +22,7 @@ struct GltfFault {
 /// Returns the element in the subject of an error about `file`: "nodes[3].mesh".
 std::string element_of(const Error& error, const std::string& file);
 
-/// Parses JSON. Throws Error that names `file` for invalid JSON, for too deep nesting, and where the memory budget has
+/// Parses JSON. Throws Error that names `file` for invalid JSON, for too deep nesting, and if the memory budget has
 /// too little left for its values.
 nlohmann::json parse_gltf_json(std::string_view text, const std::string& file);
 

@@ -103,7 +103,7 @@ std::size_t count_flat(const GltfDocument& document, const GltfNodes& nodes, int
     return flat;
 }
 
-/// Returns sum + count * each, or a size that no budget allows where that is too large.
+/// Returns sum + count * each, or a size that no budget allows if that is too large.
 std::size_t plus(std::size_t sum, std::size_t count, std::size_t each) {
     constexpr std::size_t kMost = std::size_t{1} << 60;
     return count != 0 && each > kMost / count ? kMost : std::min(sum + count * each, kMost);
@@ -128,7 +128,7 @@ std::set<int> compressed_views_in_use(const GltfDocument& document) {
 
 SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving) {
     SceneSize size;
-    // Loading adds warnings and files.
+    // The functions below add to these lists, which are restored at the end. Loading fills them again.
     const auto before = std::tuple(document.warnings, document.files, document.bytes_of_files);
     std::set<int> decoded;
     for (const auto& [view, bytes] : document.decoded->views) decoded.insert(view);

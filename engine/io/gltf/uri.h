@@ -16,7 +16,7 @@ std::string uri_scheme(std::string_view uri);
 /// Returns the URI up to its query (?) and fragment (#).
 std::string_view without_query(std::string_view uri);
 
-/// Decodes "data:[type][;name=value]...[;base64],..."; returns nothing where it is malformed. The data may have percent
+/// Decodes "data:[type][;name=value]...[;base64],..."; returns nothing if it is malformed. The data may have percent
 /// escapes, also in base64. The word base64 has any case, and a fragment (#) is no data.
 std::optional<std::string> decode_data_uri(std::string_view uri);
 

@@ -69,7 +69,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
             EXPECT_NEAR(hit.u, s.u, 2 * error) << x << ", " << y;
             EXPECT_NEAR(hit.v, s.v, 2 * error) << x << ", " << y;
             const dvec3 horizon(record.geometric_normal);
-            if (record.lift > 0) {  // of the smooth surface
+            if (record.lift > 0) {  // the position is on the smooth surface
                 EXPECT_NEAR(glm::length(horizon), 1, 1e-6) << x << ", " << y;
                 EXPECT_GT(std::min(glm::dot(horizon, s.geometric_normal), -glm::dot(horizon, s.direction)), 0);
             } else {
@@ -151,8 +151,7 @@ TEST_P(GBufferTest, SmoothSurfacesAreThoseOfTheOracle) {
         const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
         const ReferenceHit same{hit.t, hit.u, hit.v, static_cast<int>(source.instance),
                                 static_cast<int>(source.triangle)};
-        const reference::Surface s =
-            make_surface(tracer, same, -glm::normalize(dvec3(found.rays[path].direction)));
+        const reference::Surface s = make_surface(tracer, same, -glm::normalize(dvec3(found.rays[path].direction)));
         if ((s.position == s.seen) != (record.lift == 0)) continue;  // rounding decides about the error bound
         ++(record.lift > 0 ? lifted : flat);
         EXPECT_LT(glm::length(dvec3(record.position) + between - s.position), 1e-5) << path;

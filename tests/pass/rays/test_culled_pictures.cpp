@@ -14,7 +14,7 @@ using rays::Culling;
 
 class CulledPictures : public GpuTest {
   protected:
-    /// Where native tracing is possible, `automatic` tries tiles only if there are more samples than
+    /// If native tracing is possible, `automatic` tries tiles only if there are more samples than
     /// Tracer::kFirstNativeRuns.
     void check(const Scene& scene, int samples = 8) {
         RenderSettings settings = small_settings(scene.cameras.front(), 40, 24, samples, 3);

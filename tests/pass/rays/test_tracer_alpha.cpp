@@ -190,7 +190,7 @@ TEST_F(TracerAlpha, AllTracersPassTheSamePanes) {
         graph::Executor executor(programs_);
         std::size_t met[2] = {};  // rays that meet anything, by mode
         for (const bool passes : {false, true}) {
-            buffers.bind();  // a pool binds rows of its own
+            buffers.bind();  // restores the rows that the pool has replaced
             const test::TraceRequest request{.rays = rays, .frame_constants = &constants, .passes_panes = passes};
             EXPECT_EQ(pair.differences(request, 2), "") << copies << ", " << passes;
             const test::Answers plain = answers(executor, request, scene_of);

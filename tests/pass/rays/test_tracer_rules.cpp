@@ -41,7 +41,7 @@ Scene squares(const std::vector<float>& heights) {
     return of_one_mesh(positions, triangles);
 }
 
-/// Ray and its expected hit; t = inf: none.
+/// A ray and its expected hit. If t is infinite, no hit is expected.
 struct Expected {
     Ray ray;
     float t = kInfinity;

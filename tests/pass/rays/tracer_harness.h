@@ -106,7 +106,7 @@ class Tracer {
 /// Returns the scene with generous stack sizes, so that many scenes can share programs.
 rays::PackedScene roomy(rays::PackedScene packed);
 
-/// Methods that are compared with the plain tracer. Native tracing is left out where the driver allows none.
+/// Methods that are compared with the plain tracer. Native tracing is left out if the driver allows none.
 struct Methods {
     bool tiles = true, native = true, raster = true;
     std::size_t raster_leaf = 24;  // triangles per leaf of raster culling; few, so that small scenes have many nodes
@@ -130,7 +130,7 @@ class AgainstPlain {
     /// Returns the tracer by tiles, which is there unless it was left out, and the history that holds its lists.
     rays::Tracer& tiles() { return *tracers_.front().second; }
     graph::History& history() { return executor_.history(); }
-    /// Returns null where there is no native tracing.
+    /// Returns null if there is no native tracing.
     const rays::NativeServer* native() const { return native_.get(); }
 
   private:

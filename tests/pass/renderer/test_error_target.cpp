@@ -164,7 +164,7 @@ TEST_F(ErrorTargets, LowerErrorsTakeMoreSamplesAndAdaptiveOnesFewer) {
     EXPECT_LT(adaptive, 0.8 * samples(settings));
 }
 
-// Where the number of samples is the limit, nothing but the pilot decides about samples, so there is no bias at all.
+// If the number of samples is the limit, nothing but the pilot decides about samples, so there is no bias at all.
 // Strips of both widths have standard errors of 2.8 and 2.6 % of the mean. A shift of 15 % is found with a probability
 // of 90 %, and one of zero with 6e-5.
 TEST_F(ErrorTargets, ThinStripsKeepTheirMean) {

@@ -207,14 +207,14 @@ TEST_F(RenderThreadTest, RegionsTakeFurtherSamplesAndKeepAll) {
     ASSERT_TRUE(until(thread->show(part), 3, true));
     EXPECT_EQ(thread.pictures.back()->result.stats.samples, 1);
 
-    // Other lights and places reach the region, too.
+    // Edits of lights and nodes reach the region, too.
     part.edits.emission = 0.25f;
     dmat4& place = part.edits.transforms[0] = part.scene->instances[0].object_to_world;
     place[3].x += 0.2;
     ASSERT_TRUE(until(thread->show(part), 3, true));
     expect_pixels(thread.pictures.back()->result.beauty, expected(part, 3).beauty, expected(part, 1).beauty);
 
-    // Another pose of the scene does so, too, without another renderer of the whole picture.
+    // Another pose of the scene reaches the region as well, and the renderer of the whole picture is kept.
     part.edits = {};
     ASSERT_TRUE(until(thread->show(part), 3, true));
     auto pose = std::make_shared<Scene>(*part.scene);
@@ -305,7 +305,7 @@ TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
     r.scene = posed;
     r.frame = 3;
     {
-        RecordingThread thread;  // a thread that has not rendered the reference
+        RecordingThread thread;  // a new thread, which has not rendered the reference
         expect_includes(thread.take(r, 2)->result, expected_pose(r));
     }
     RecordingThread thread;

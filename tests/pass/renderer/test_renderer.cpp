@@ -75,7 +75,7 @@ TEST_F(RendererTest, PicturesDoNotDependOnEarlierPictures) {
 
     std::mt19937 random(1);
     for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
-        // The state fits for all bands, for two of the four, or for none.
+        // Memory for visibility state suffices for all bands, for two of the four, or for none.
         for (const std::size_t state_bytes : {std::size_t{1} << 20, std::size_t{15000}, std::size_t{0}}) {
             if (state_bytes < 1 << 20 && culling != Culling::compute) continue;
             SCOPED_TRACE(fmt::format("{}, {} bytes", rays::name(culling), state_bytes));
@@ -243,7 +243,7 @@ TEST_F(RendererTest, ScenesMayBeCutAndHaveASinglePose) {
     EXPECT_GT(cut.hierarchies().built, prepared.hierarchies().built);
     EXPECT_THROW(cut.update(scene), Error);
     const RenderResult result = Renderer(cut, colors, settings).render();
-    // Hits may move by a rounding where leaves have other boxes.
+    // Hits may move by a rounding if leaves have other boxes.
     std::size_t different = 0;
     for (std::size_t i = 0; i < whole.beauty.pixels.size(); ++i)
         different += std::abs(result.beauty.pixels[i] - whole.beauty.pixels[i]) > 1e-3f * whole.beauty.pixels[i];

@@ -249,7 +249,8 @@ TEST_F(TextureLevelChoice, MirrorsKeepTheCone) {
     add_quad(scene, add_material(scene, metal_material(vec3(1), 0)), {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});
     add_quad(scene, add_material(scene, unlit_texture()), {4, -4, 3}, {-8, 0, 0}, {0, 8, 0});
     const Camera camera = look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 2 * std::atan(0.114 * 16 / 10));
-    // Half a pixel is 0.0114 of its distance, so 0.057 units on the wall, 3.6 texels; from the mirror it were 2.9.
+    // Half a pixel is 0.0114 of its distance, so 0.057 units on the wall, 3.6 texels; counted from the mirror, it would
+    // be 2.9.
     EXPECT_EQ(level_seen(scene, camera, 2), 1u);
     scene.materials[1].base_color_texture.uv_transform = glm::mat3x2(vec2(1.25f, 0), vec2(0, 1.25f), vec2(0));
     EXPECT_EQ(level_seen(scene, camera, 2), 2u) << "4.6 texels; 3.6 from the mirror";

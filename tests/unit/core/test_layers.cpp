@@ -47,7 +47,7 @@ const std::map<std::string, Rooms>& allowed() {
     return table;
 }
 
-/// Returns the room of a path relative to the checkout; empty where it is in none.
+/// Returns the room of a path relative to the checkout; empty if it is in none.
 std::string room_of(const std::string& path) {
     std::string room;
     for (const auto& [name, unused] : allowed())

@@ -16,7 +16,7 @@ namespace {
 struct Ended {};
 
 TEST(Interruption, InnermostCheckOfTheThreadIsAsked) {
-    interruption_point();  // nobody asks for an end
+    interruption_point();  // does nothing, because no Interruptible exists
     int outer = 0, inner = 0;
     const Interruptible a([&] { ++outer; });
     {

@@ -89,7 +89,8 @@ TEST(DriverNeeds, DriversThatTheEnvironmentSpoilsAreRefused) {
     }
     const test::FileSizeLimit full(1000);
     EXPECT_EQ(reason_against_driver("llvmpipe", mesa), "") << "has no index";
-    for (const char* const kind : {"mesa_shader_cache_db", "mesa_shader_cache"}) {  // the former in Mesa 24 and 25
+    for (const char* const kind :
+         {"mesa_shader_cache_db", "mesa_shader_cache"}) {  // kinds of caches: the first one in Mesa 24 and 25
         const std::filesystem::path cache_folder = folder.path / kind;
         std::filesystem::create_directory(cache_folder);
         std::ofstream(cache_folder / "index").flush();

@@ -45,7 +45,7 @@ class ProgramCacheTest : public GpuTest {
         program.dispatch(1);
         return out.read<std::uint32_t>().front();
     }
-    /// Waits until the second thread has compiled a program; fails where it has not within a minute.
+    /// Waits until the second thread has compiled a program; fails if it has not within a minute.
     void wait_for(const std::string& value) const {
         const std::string text = program_text({{"add", kAdd}}, {{"VALUE", value + "u"}});
         for (int i = 0; can_compile_ahead() && !binaries_.has(text); ++i) {

@@ -105,7 +105,7 @@ class GltfBuilder {
         push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}});
     }
 
-    /// Adds the current buffer; glb() calls it where a test has not.
+    /// Adds the current buffer; glb() calls it if a test has not.
     void add_buffer() { push("buffers", {{"byteLength", bytes_.size()}}); }
 
     std::string glb() const {

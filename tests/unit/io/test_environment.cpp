@@ -291,7 +291,7 @@ TEST_F(EnvironmentMap, CubesBecomeEquirectangular) {
     constexpr int kFace = 16;
     const Imath::Box2i window({0, 0}, {kFace - 1, 6 * kFace - 1});
     const auto direction = [&](int x, int y, int axis) {
-        // The pixel's position in its face is that whose place is the pixel.
+        // pixelPosition() maps places in a face to pixels, so its inverse is found by a search.
         const auto face = static_cast<Imf::CubeMapFace>(y / kFace);
         for (int i = 0; i < kFace; ++i)
             for (int j = 0; j < kFace; ++j) {

@@ -142,7 +142,7 @@ TEST_F(GltfMirrors, JointsShowWhatNodesShow) {
         }
 }
 
-/// Only the second joint mirrors. Blends mirror where their mean does.
+/// Only the second joint mirrors. Blends mirror if their mean does.
 TEST_F(GltfMirrors, OneJointOfTwo) {
     for (const Normals normals : {Normals::given, Normals::missing, Normals::zero})
         for (const float weight : {1.0f, 0.75f}) {

@@ -13,7 +13,8 @@ struct Case {
 
 class GltfTolerance : public GltfTest {
   protected:
-    /// Expects the picture of `good`, and one warning that is an error of strict options, by all routes to a scene.
+    /// Expects all functions that load a file to give the scene `good` and one warning, which is an error with strict
+    /// options.
     void expect_tolerated(const GltfBuilder& b, const std::string& warning, const Scene& good) const {
         SCOPED_TRACE(warning);
         const auto path = write("scene.glb", b.glb());
@@ -207,7 +208,7 @@ TEST_F(GltfTolerance, RulesWithoutEffectOnThePicture) {
     expect_tolerated(backwards, "accessors[0]: its sparse indices do not ascend", good);
 }
 
-/// A missing image is left out where its texture is used, too. The file of an image that nothing uses is not read.
+/// A missing image is left out if its texture is used, too. The file of an image that nothing uses is not read.
 TEST_F(GltfTolerance, ImagesWithoutContent) {
     GltfBuilder b = used();
     b.push("images", Json::object());

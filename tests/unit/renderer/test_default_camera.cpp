@@ -266,7 +266,7 @@ TEST(Skies, NeutralLightFollowsTheCamera) {
     EXPECT_NEAR(azimuth_of_light(scene, {.look_from = dvec3(-3, 1, 0), .look_at = dvec3(0)}), -90, 1e-9);
 }
 
-// The table of docs/rendering.md, Clear sky, at turbidity 2. Published figures of sun and sky are those of IES RP-21
+// The table of docs/light.md, Clear sky, at turbidity 2. Published figures of sun and sky are those of IES RP-21
 // (1984) for a clear sky. Those of the zenith are from Karayel et al. 1984 with the turbidity of Radiance's
 // gensky, 2.45. Those of the twilight are from the Glossary of Meteorology of the American Meteorological Society.
 TEST(Skies, ClearSkyHasThePublishedLight) {

@@ -215,7 +215,7 @@ TEST(EnvironmentCells, LargeMapsShareCells) {
     EXPECT_GT(std::ranges::min(few.weights), 0);
 }
 
-/// Returns the table of a lobe of an octahedral map, by its cell, and the illuminance.
+/// Returns the illuminance of a lobe, whose number is a cell of an octahedral map of normals.
 double illuminance(const std::vector<vec4>& table, int lobe) {
     const int texels = shared::environment_lobe_texels(static_cast<int>(table[2].x));
     return table[static_cast<std::size_t>(static_cast<int>(table[1].w) + lobe * texels)].x;

@@ -99,7 +99,7 @@ Mesh square() {
 
 TEST(SceneTangents, FollowTheTexture) {
     const std::pair<std::vector<vec2>, vec4> cases[] = {
-        {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}, {1, 0, 0, 1}},    // upright: v points down, and the bitangent up, against v
+        {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}, {1, 0, 0, 1}},    // upright: v points down; the bitangent points up
         {{{0, 0}, {0, 1}, {1, 1}, {1, 0}}, {0, 1, 0, 1}},    // rotated
         {{{1, 1}, {0, 1}, {0, 0}, {1, 0}}, {-1, 0, 0, -1}},  // mirrored
         {{{0, 1}, {1, 1}, {1, 0}, {0, 1}}, {1, 0, 0, 1}}};   // the degenerate triangle takes those of its neighbour

@@ -272,7 +272,7 @@ TEST(Converge, UndeterminedSlopesAreInfinite) {
     EXPECT_NE(text(first(two_budgets).slope), "none");
 }
 
-// Student's t over the seeds gives the interval of each MSE where there are two budgets. The logarithm propagates
+// Student's t over the seeds gives the interval of each MSE if there are two budgets. The logarithm propagates
 // the relative half width.
 TEST(Converge, FewSeedsWidenSlopes) {
     const Plan plan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}}, 2};

@@ -66,7 +66,7 @@ TEST(Agreement, HasThreeVerdicts) {
     EXPECT_EQ(verdict(1, 1.03, 0.005), Verdict::differ);
     EXPECT_EQ(verdict(1, 1, 0.5), Verdict::undecided);
     EXPECT_EQ(verdict(1, 1.03, 0.5), Verdict::undecided);
-    // Blocks may differ where the mean does not.
+    // Blocks may differ if the mean does not.
     std::vector<Image> ours = noisy(6, 2, 1, 0.001, 1), theirs = noisy(6, 2, 1, 0.001, 2);
     for (Image& image : theirs)
         for (int y = 0; y < image.height; ++y)

@@ -172,7 +172,7 @@ TEST_F(ViewEdits, OutlinesFollowEdits) {
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_LT(after[i][0].y, before[i][0].y) << "higher in the picture";
 }
 
-/// Edges of faces before others of the same object are none of its outline.
+/// An outline leaves out edges that are in front of other faces of the same object.
 TEST(ViewOutline, LeavesOutEdgesInside) {
     Mesh squares;
     for (const double half : {1.0, 0.5})
@@ -321,7 +321,7 @@ TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
     EXPECT_THROW(gizmo_mode("turn"), Error);
 }
 
-/// The numbers of a node count along the axes that edits of the nodes above leave it, and handles follow them.
+/// Edits of the nodes above turn the axes along which the edit of a node counts, and the handles follow these axes.
 TEST(ViewNodes, FollowThoseAbove) {
     const TemporaryFolder folder;
     Session session(arguments_for(write_hand(folder)), ColorConfig::load());

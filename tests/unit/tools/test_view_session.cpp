@@ -62,7 +62,7 @@ TEST_F(ViewSession, TheLensFocusesOnThePickedSurface) {
     EXPECT_EQ(session.request(kSize).camera.lens, lens);
     EXPECT_EQ(session.saved(kSize).settings.view.camera.lens.focus, lens.focus);
     EXPECT_TRUE(session.saved(kSize).given.contains("focus"));
-    // Beside the box is nothing.
+    // The ray beside the box meets nothing.
     CameraPose away = session.pose();
     away.at = away.from + (away.from - away.at);
     session.move(away);
@@ -86,7 +86,7 @@ TEST_F(ViewSession, DepthOfFieldLeavesTheExposureAndKeepsItsFocus) {
     EXPECT_FALSE(session.transform.camera.exposes()) << "the f-number has become an exposure";
     session.set_depth_of_field(true);
     EXPECT_EQ(session.transform.camera, before);
-    // An f-number that exposes goes on to do so.
+    // An f-number that sets the exposure still does so when depth of field is switched on and off.
     session.transform.camera = {};
     session.transform.camera.lens.fstop = 8;
     const float stops = session.transform.stops();
@@ -596,7 +596,7 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     EXPECT_EQ(session.bookmarks[0].name, "here");
     EXPECT_EQ(test::read_text(file), R"({"halflight_settings": 1)" + text + "}") << "opening writes nothing";
 
-    // Options are not entries of the file, and a broken file is none.
+    // A wrong option is an error, although wrong entries of the file are not, and so is a file that is no JSON.
     a.camera = "nobody";
     EXPECT_NE(error_message([&] { opened(""); }).find("'nobody'"), std::string::npos);
     a.camera.reset();

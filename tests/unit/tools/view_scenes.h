@@ -1,4 +1,4 @@
-// Provides a session on the Cornell box, and a small animated scene, to tests of the viewer.
+// A session on the Cornell box, and a small animated scene, for tests of the viewer.
 #pragma once
 
 #include <gtest/gtest.h>

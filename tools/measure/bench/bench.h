@@ -50,7 +50,7 @@ struct BenchArguments {
 void add_options(CLI::App& app, BenchArguments& arguments);
 
 /// Prints the tables and writes the JSON. Calls between() between turns; an exception from it ends the run. Throws
-/// Error where a file or scene cannot be used, and, after the output is complete, where exact methods disagree.
+/// Error if a file or scene cannot be used, and, after the output is complete, if exact methods disagree.
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between);
 
 }  // namespace halflight::bench

@@ -12,7 +12,7 @@ namespace halflight::bench {
 inline constexpr std::size_t kConnectionRays = std::size_t{1} << 20;
 
 /// Returns the rays of sample 0 of frame 0, rendered with seed 0: one set per kind, in the order of ray_kinds(). A set
-/// is empty where the scene has no such rays. Changes `scene` and restores it. `tables` are made from `scene`, `trace`
+/// is empty if the scene has no such rays. Changes `scene` and restores it. `tables` are made from `scene`, `trace`
 /// from `tables`. Precondition: no material is alpha-tested.
 std::vector<RaySet> capture(const gpu::Context& context, gpu::ProgramCache& programs, Scene& scene,
                             const TraceTables& tables, const rays::TraceScene& trace, const Camera& camera,

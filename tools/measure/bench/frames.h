@@ -57,7 +57,7 @@ struct FrameResult {
 
 /// Measures the variants in turns, in another order each time. The camera swings around the middle of its view, by two
 /// degrees from one view to the next. Shaders are compiled and memory is allocated before the measurement, and all
-/// state is discarded then. Calls between() between frames; an exception from it ends the run. Throws Error where a
+/// state is discarded then. Calls between() between frames; an exception from it ends the run. Throws Error if a
 /// frame does not fit into one band.
 FrameResult measure_frames(gpu::Context& context, const Scene& scene, const TraceTables& tables,
                            const rays::PackedScene& packed, const Camera& camera, const FrameOrder& order,

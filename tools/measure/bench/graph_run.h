@@ -15,7 +15,7 @@ namespace halflight::bench {
 using AddTrace =
     std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results, bool any_hit)>;
 
-/// Returns the last version of the graph's resource of that name, which may be internal to a pass. Throws Error where
+/// Returns the last version of the graph's resource of that name, which may be internal to a pass. Throws Error if
 /// there is none.
 graph::BufferHandle named(const graph::Graph& graph, std::string_view name);
 

@@ -59,7 +59,7 @@ struct Bench {
 ///   kept     culling by the tile lists of the run before: an upper bound of their saving, since the rays are the same
 ///   auto     the choice of Culling::automatic after its trials, with the lists of the run before
 ///   raster   culling by occlusion queries, with the state of the runs before over the same set
-///   native   vector code of the processor, where it is the renderer, too
+///   native   vector code of the processor, if it is the renderer, too
 ///   embree   Embree, ray by ray
 ///   packets  Embree, the fastest of its packet modes for that set
 ///   paged    the scene's page file (--pages), with the pool of the run before
@@ -68,7 +68,7 @@ struct Bench {
 ///   paged-quarter  as paged-half, for a quarter
 ///   ceiling  plain with perfect culling: traverses only the treelet of up to 64 triangles that contains the hit
 const std::vector<std::string>& method_names();
-/// Returns the method of this name. Throws Error where it cannot take the scene.
+/// Returns the method of this name. Throws Error if it cannot take the scene.
 Method make_method(const std::string& name, const Bench& bench);
 
 }  // namespace halflight::bench

@@ -13,7 +13,7 @@ namespace halflight::bench {
 class NaiveTracer final : public rays::BatchServer {
   public:
     /// Builds a binary tree per block by Embree's binned surface area heuristic, with leaves of at most four triangles.
-    /// Another tree contains the instances unless all triangles are in world space. Throws Error where a buffer exceeds
+    /// Another tree contains the instances unless all triangles are in world space. Throws Error if a buffer exceeds
     /// `storage_block_bytes`, the most that a shader can address.
     NaiveTracer(const TraceTables& tables, std::size_t storage_block_bytes);
 

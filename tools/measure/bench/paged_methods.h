@@ -5,7 +5,7 @@
 
 namespace halflight::bench {
 
-/// Returns a method with a pool of Bench::pool_bytes. Throws Error where no page file is given.
+/// Returns a method with a pool of Bench::pool_bytes. Throws Error if no page file is given.
 Method paged_method(const Bench& bench);
 Method paged_cold_method(const Bench& bench);
 /// Returns a method whose pool has room for a part of the pages that the set needs. Throws Error like paged_method().

@@ -32,7 +32,7 @@ class Walk {
                                                         : packed_.nodes[node * shared::kBvhFloatTexels + 6];
     }
 
-    /// Returns the number of triangles below, counting two for each pair. Where it exceeds most_, adds the children
+    /// Returns the number of triangles below, counting two for each pair. If it exceeds most_, adds the children
     /// that are small enough as treelets.
     std::uint32_t size(std::uint32_t reference) {
         if (leaf(reference)) return 2 * leaf_size(reference);

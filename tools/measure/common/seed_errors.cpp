@@ -24,7 +24,7 @@ namespace {
 //   d_1 d_2 - b (d_1 + d_2),  of variance v^2 + 2 b^2 v  with v = var d_i, assumed equal for both.
 // Let u = (r_1 - r_2)^2 and B the estimate of b^2 in a pixel, which contains d_1 d_2 - b (d_1 + d_2). For normal d_i
 //   E[u^2] = 12 v^2,  E[u B] = 2 b^2 v - 2 v^2,  hence  E[u (u / 4 + B)] = v^2 + 2 b^2 v.
-// Means of many samples are close to normal. For symmetric noise with heavier tails, or where b <= 0, the estimate is
+// Means of many samples are close to normal. For symmetric noise with heavier tails, or if b <= 0, the estimate is
 // too large by at most four times the references' variance. It is too small by up to about half where the noise is
 // skewed to bright and b is about as large as its deviation. Neighbours cannot help: a pixel on an edge has all the
 // noise. Channels of a pixel are correlated: their standard deviations add.

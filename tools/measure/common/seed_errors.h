@@ -10,7 +10,7 @@
 namespace halflight {
 
 /// Expected squared error of one render: the mean over pixels and channels, each value times its weight. These unbiased
-/// estimates may be negative where an error is small.
+/// estimates may be negative if an error is small.
 struct SeedErrors {
     Interval mse;           // = squared_bias + variance
     Interval squared_bias;  // squared error of the expectation over all seeds; needs two renders

@@ -61,12 +61,12 @@ struct LayerResult {
     std::string name;
     LayerKind kind = LayerKind::data;
     ivec2 origin{0};                    // upper left pixel in the display window
-    std::vector<MetricResult> metrics;  // applicable metrics in the requested order; none where no pixel is finite
+    std::vector<MetricResult> metrics;  // applicable metrics in the requested order; none if no pixel is finite
     std::size_t pixels = 0;
     std::size_t different = 0;           // number of pixels with a difference in any channel
     std::size_t not_finite[2] = {0, 0};  // number of pixels of each picture that are NaN or infinite in any channel
     bool not_finite_alike = true;        // both have equal non-finite values in the same places
-    Verdict verdict = Verdict::same;     // worst verdict of the metrics; fail where ids or non-finite values differ
+    Verdict verdict = Verdict::same;     // worst verdict of the metrics; fail if ids or non-finite values differ
 };
 
 struct Comparison {
@@ -75,11 +75,11 @@ struct Comparison {
     Verdict verdict = Verdict::same;
 };
 
-/// Compares two pictures of the same size. Throws Error where only one is display-encoded, where primaries differ,
-/// where neither has a wanted layer, and where there is nothing to compare.
+/// Compares two pictures of the same size. Throws Error if only one is display-encoded, if primaries differ,
+/// if neither has a wanted layer, and if there is nothing to compare.
 Comparison compare(const PictureFile& image, const PictureFile& reference, const CompareArguments& arguments);
 
-/// Reads both files, compares them, prints the result and writes the map. Throws SizesDiffer, or Error where a file
+/// Reads both files, compares them, prints the result and writes the map. Throws SizesDiffer, or Error if a file
 /// cannot be read or written; JSON is printed in these cases, too.
 Verdict run(const CompareArguments& arguments);
 

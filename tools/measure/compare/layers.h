@@ -48,7 +48,7 @@ struct PictureFile {
     Chromaticities primaries = kRec709;
     std::vector<Layer> layers;  // layers without a name first, then sorted by name
 
-    const Layer* find(const std::string& layer) const;  ///< Returns null where there is none.
+    const Layer* find(const std::string& layer) const;  ///< Returns null if there is none.
 };
 
 /// Gives both pictures the data window that contains those of both, and likewise each layer that both have. Missing

@@ -1,5 +1,5 @@
 // Tests whether two renderers converge to the same picture, from several independent pictures of each. Their scatter
-// gives the noise of every block of pixels, also where samples within one picture are correlated.
+// gives the noise of every block of pixels, also if samples within one picture are correlated.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace halflight::converge {
 // one's mean. A block's tolerance grows by one standard error.
 inline constexpr double kWholeTolerance = 0.01;
 inline constexpr double kBlockTolerance = 0.02;
-inline constexpr int kBlockSide = 16;  // side of a block, pixels
+inline constexpr int kBlockSide = 16;          // side of a block, pixels
 inline constexpr double kSignificance = 0.01;  // probability below which noise does not explain the blocks
 inline constexpr double kMostNoisy = 0.1;      // largest share of blocks that noise may put beyond their tolerance
 
@@ -46,13 +46,13 @@ struct Agreement {
     int side = 0;          // side of a block, pixels
     double tolerance = 0;  // relative tolerance of blocks
     Difference whole;
-    std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in both
-    std::size_t beyond = 0;      // number of blocks beyond the tolerance
-    double expected_beyond = 0;  // expected value of `beyond` due to noise alone
+    std::vector<Block> blocks;    // rows from the top; neither incomplete blocks nor those that are black in both
+    std::size_t beyond = 0;       // number of blocks beyond the tolerance
+    double expected_beyond = 0;   // expected value of `beyond` due to noise alone
     double chance_of_beyond = 1;  // probability that noise alone puts at least `beyond` blocks there
     double chance_of_blocks = 1;  // probability that noise alone makes the differences of all blocks, by chi-square
-    double chance_of_worst = 1;  // bound of the probability that noise alone makes any `chance` so small (Bonferroni)
-    std::size_t worst = 0;       // index of the block with the smallest `chance`; 0 without blocks
+    double chance_of_worst = 1;   // bound of the probability that noise alone makes any `chance` so small (Bonferroni)
+    std::size_t worst = 0;        // index of the block with the smallest `chance`; 0 without blocks
 
     /// Returns whether the renderers agree. They differ if the interval of the whole is outside of its tolerance, if
     /// noise puts so many blocks beyond theirs with a probability below kSignificance, or if the interval of one block

@@ -22,7 +22,7 @@ std::string names_of(const std::vector<const MethodResult*>& methods);
 
 /// Returns what the measurement shows: first whether renderers agree, then the answer to "which method?". Findings
 /// about pictures are told once for all methods that make them. A slope that one of these methods leaves open is not
-/// told where another one settles it.
+/// told if another one settles it.
 std::vector<Conclusion> conclusions(const Subject& subject, const Measurement& measured);
 
 /// Returns what a method does, in a sentence.

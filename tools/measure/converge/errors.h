@@ -11,7 +11,7 @@
 namespace halflight::converge {
 
 /// Errors of one picture. Squared errors are means over pixels and channels without the reference's own variance. They
-/// may be negative where the reference is noisier than the picture (tools/measure/common/seed_errors.h).
+/// may be negative if the reference is noisier than the picture (tools/measure/common/seed_errors.h).
 struct RunErrors {
     double flip = 0;                                      // HDR-FLIP against the reference's mean, [0, 1]
     double trimmed_mse = 0;                               // mse without the worst pixels (kWorstShare)

@@ -47,7 +47,7 @@ Seconds printed_times(const std::string& output, Seconds time) {
     return time;
 }
 
-/// Returns the values of the camera's placeholders. Throws Error where the command cannot describe the camera.
+/// Returns the values of the camera's placeholders. Throws Error if the command cannot describe the camera.
 std::map<std::string, std::string> camera_values(const External& external, const Camera& camera) {
     const bool posed = takes(external, "look-from") && takes(external, "look-at");
     if (camera.name.empty() && !posed)

@@ -14,7 +14,7 @@ struct ExternalScene {
     Environment environment;
 };
 
-/// Throws Error where the command has an open quote or lacks {output}, {samples} or {seed}.
+/// Throws Error if the command has an open quote or lacks {output}, {samples} or {seed}.
 void check_external(const External& external);
 
 /// Returns a painter that runs the command for each picture and reads the file that it writes. Its channels R, G, B are
@@ -32,8 +32,8 @@ void check_external(const External& external);
 ///   {threads}                   hardware threads of the machine
 ///
 /// Times that the program prints as a line of JSON, {"seconds": 1.5, "cpu_seconds": 3}, replace those of the process.
-/// The painter throws Error with the last line of the program where it fails or writes no such picture.
-/// Throws Error where the command cannot describe the camera, or takes no {environment} and the scene's is not black.
+/// The painter throws Error with the last line of the program if it fails or writes no such picture.
+/// Throws Error if the command cannot describe the camera, or takes no {environment} and the scene's is not black.
 std::unique_ptr<Painter> external_painter(const External& external, const ExternalScene& scene, const View& view);
 
 }  // namespace halflight::converge

@@ -129,7 +129,7 @@ class Report {
         }
         page_.end_table();
         times(false);
-        // Off the edges of lights, times differ only where such edges hold a part of the error.
+        // Off the edges of lights, times differ only if such edges hold a part of the error.
         const auto all = error_of(by_variance, false), off_edges = error_of(by_variance, true);
         if (reference_.has_components && std::ranges::any_of(measured_.methods, [&](const MethodResult& m) {
                 return (m.points.back().*off_edges).value < kEdgesMatter * (m.points.back().*all).value;

@@ -184,7 +184,7 @@ std::vector<MethodAgreement> agreements(const Plan& plan, const std::vector<std:
 
 /// Returns whether differences between programs are part of the errors: the external renderer does not agree with a
 /// method, or a difference from the reference shows in an MSE. Methods that are biased on request have their own
-/// differences, and count only where all methods are biased.
+/// differences, and count only if all methods are biased.
 bool differences_count(const Measurement& measured) {
     const auto fails = [](const MethodAgreement& a) { return a.agreement.verdict() != Verdict::agree; };
     const auto biased = [&](const MethodAgreement& a) { return measured.methods[a.method].biased; };

@@ -23,7 +23,7 @@ struct RunResult {
     Seconds time;
     double mse = 0;           // mean squared error, without the reference's own variance
     double relative_mse = 0;  // each squared error divided by the reference's square plus kRelativeEpsilon
-    double blurred_mse = 0;   // mse where picture and reference are blurred (kBlurRadius)
+    double blurred_mse = 0;   // mse of the blurred picture and the blurred reference (kBlurRadius)
     RunErrors errors;
     std::uint64_t non_finite = 0;  // number of values that are NaN or infinite
 };
@@ -36,7 +36,7 @@ struct Point {
     Interval mse, relative_mse, flip;
     Interval
         off_edges_mse;     // mse over the pixels that no edge of a light crosses (weights_off_edges()); NaN: not known
-    Interval blurred_mse;  // mse where picture and reference are blurred (kBlurRadius)
+    Interval blurred_mse;  // mse of the blurred picture and the blurred reference (kBlurRadius)
     Interval bias_squared, variance;                      // parts of mse
     Interval off_edges_variance;                          // part of off_edges_mse
     Interval relative_bias;                               // relative bias of the picture's mean
@@ -74,23 +74,23 @@ std::string_view name(Finding::Kind kind);
 
 struct MethodResult {
     std::string name;
-    bool own_reference = true;     // false: another program made the pictures, or the reference's maker is not known
-    bool biased = false;           // Plan::is_biased()
-    Seconds preparation;           // time before the first picture
-    std::vector<Point> points;     // one point per budget
-    Slope slope;                   // log mse against log time
-    Slope slope_by_samples;        // log mse against log samples
-    Slope slope_trimmed;           // log trimmed_mse against log time
-    double efficiency = 0;         // 1 / (mse x seconds) at the largest budget; 0: not known
+    bool own_reference = true;  // false: another program made the pictures, or the reference's maker is not known
+    bool biased = false;        // Plan::is_biased()
+    Seconds preparation;        // time before the first picture
+    std::vector<Point> points;  // one point per budget
+    Slope slope;                // log mse against log time
+    Slope slope_by_samples;     // log mse against log samples
+    Slope slope_trimmed;        // log trimmed_mse against log time
+    double efficiency = 0;      // 1 / (mse x seconds) at the largest budget; 0: not known
     double efficiency_by_variance = 0;  // 1 / (variance x seconds); 0: not known
-    std::vector<PassTime> passes;  // times in one more picture of the largest budget; empty for methods without GL
+    std::vector<PassTime> passes;       // times in one more picture of the largest budget; empty for methods without GL
     std::vector<Stage> stages;
     Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // greatest gain minus the second greatest
     std::vector<Finding> findings;
     Image picture;  // picture of the first seed at the largest budget
     Image mean;     // mean picture of the seeds at the largest budget
 
-    /// Returns the name of the offset between expectation and reference: "bias", or "difference" where it also holds
+    /// Returns the name of the offset between expectation and reference: "bias", or "difference" if it also holds
     /// differences between the models of programs.
     const char* offset() const { return own_reference ? "bias" : "difference"; }
 };

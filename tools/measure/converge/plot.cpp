@@ -61,7 +61,7 @@ class Axis {
     double from_, to_, low_ = 0, high_ = 0;
 };
 
-/// Returns "0.5" or "20", or a power of ten where a plain number would be long.
+/// Returns "0.5" or "20", or a power of ten if a plain number would be long.
 std::string tick_text(double value) {
     const int exponent = static_cast<int>(std::floor(std::log10(value) + 1e-9));  // log10 of 1000 may be 2.99...
     if (exponent >= -2 && exponent <= 3) return fmt::format("{:g}", value);

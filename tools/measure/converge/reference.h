@@ -47,8 +47,8 @@ struct Portion {
     int largest = 1;         // maximum number of samples per call
     double save_every = 20;  // time between writes of the file, seconds
 };
-/// Continues the halves in the file `path` until each has `samples_of_each`, and saves them, also where `more` throws.
-/// A damaged file is replaced after a call of note(). Throws Error where more samples are wanted and the file cannot be
+/// Continues the halves in the file `path` until each has `samples_of_each`, and saves them, also if `more` throws.
+/// A damaged file is replaced after a call of note(). Throws Error if more samples are wanted and the file cannot be
 /// written; reports later failures to write it by note(). Calls progress() with the finished share, in [0, 1].
 Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const View& view,
                        std::int64_t samples_of_each, const AddSamples& more, const Portion& portion,

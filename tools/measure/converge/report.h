@@ -18,7 +18,7 @@ struct Subject {
     std::string scene;        // path of the scene's file
     std::string camera;       // camera and its source: "'front' of the scene"
     std::string environment;  // environment: "none", a colour or the name of a map
-    std::string device;       // GL renderer; empty where no method needs one
+    std::string device;       // GL renderer; empty if no method needs one
     View view;
     Plan plan;
     Clock clock = Clock::wall;
@@ -29,9 +29,9 @@ struct Subject {
 /// Returns all figures. Unknown figures, such as the intervals of a single seed, are null.
 nlohmann::ordered_json report_json(const Subject& subject, const Reference& reference, const Measurement& measured);
 
-/// Returns a field of a CSV file, quoted where it must be (RFC 4180, section 2).
+/// Returns a field of a CSV file, quoted if it must be (RFC 4180, section 2).
 std::string csv_field(const std::string& text);
-/// Returns a header and a row for each run. Errors of components are empty where they are not known.
+/// Returns a header and a row for each run. Errors of components are empty if they are not known.
 std::string report_csv(const Subject& subject, const Measurement& measured);
 
 /// Returns a page that needs no other file and no script. `view` encodes the pictures for display.

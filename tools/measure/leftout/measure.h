@@ -33,7 +33,7 @@ struct Comparison {
     Side kept;
     bool same_bits = true;  // all pictures of both sides are equal
     /// Returns the names of the items that only `kept` has: the item asked for, and those that it depends on. Empty
-    /// where it cannot be kept; then there were no turns.
+    /// if it cannot be kept; then there were no turns.
     std::vector<std::string> added() const;
     /// Returns the quartiles of a sample's time, kept / lean, turn by turn.
     bench::Quartiles time_ratio() const;
