@@ -136,9 +136,9 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
     bool complete = false;
     if (state.numbers.size() == 3) first = state.numbers[0], runs = state.numbers[1], complete = state.numbers[2] > 0;
     const auto save_band = [&](int done) {
-        if (!frame.checkpoint || done == 0) return;
+        if (!inputs.checkpoint || done == 0) return;
         const auto bytes = std::as_bytes(std::span(plan));
-        save(*frame.checkpoint, where, with, done, complete,
+        save(*inputs.checkpoint, where, with, done, complete,
              {{first, runs, complete ? 1u : 0u}, {{bytes.begin(), bytes.end()}}});
     };
     const auto guarded = [&](const auto& add) {
@@ -150,7 +150,7 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
             throw;
         }
     };
-    const auto due = [&](bool go_on) { return !go_on || (frame.checkpoint && frame.checkpoint->due()); };
+    const auto due = [&](bool go_on) { return !go_on || (inputs.checkpoint && inputs.checkpoint->due()); };
     while (first < from) {
         guarded([&] { add_sample(frame, sample_of(static_cast<std::uint32_t>(first)), with, with.sample); });
         const int done = static_cast<int>(++first);

@@ -29,14 +29,14 @@ void Renderer::State::save(Checkpoint& to, const Band& where, const CompiledBand
 
 std::optional<SavedBand> Renderer::State::restore(const FrameSettings& frame, const Band& where, CompiledBand& with,
                                                   PlanState& plan) {
-    const Checkpoint& from = *frame.checkpoint;
+    const Checkpoint& from = *inputs.checkpoint;
     bool fits = true;
     executor.place(with.sample.compiled);
     const auto buffers = all_of(sums_of(with.sample, 0));
     const auto take = [&](std::size_t i, const Checkpoint::Bytes& bytes) {
         if (i < buffers.size()) {
             fits = fits && bytes.size() == (buffers[i] ? buffers[i]->bytes() : 0);
-            if (!fits && frame.shutter) return;
+            if (!fits && inputs.pose) return;
             if (!fits) throw Error(from.folder().string(), "sums of {} bytes do not fit the picture", bytes.size());
             if (buffers[i]) buffers[i]->write(0, bytes.size(), bytes.data());
         } else if (i >= buffers.size() + with.mattes->layers().size()) {

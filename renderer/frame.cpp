@@ -12,7 +12,7 @@
 namespace halflight {
 
 Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values,
-                const std::vector<graph::BufferHandle>& seen_constants) {
+                const std::vector<graph::BufferHandle>& seen_constants, RadianceCache* cache) {
     const FrameNeeds needs = frame_needs(view.scene.needs(), options);
     Frame frame;
     frame.gbuffer =
@@ -27,14 +27,14 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         if (view.light_groups > 0)
             paths.group_light = graph.create_buffer(
                 "light of groups", {view.band.paths() * group_light_bytes(view.light_groups, bool(needs.reuse))});
-        if (needs.radiance_cache) use_radiance_cache(graph, view, *view.radiance_cache, paths);
+        if (needs.radiance_cache) use_radiance_cache(graph, view, *cache, paths);
         std::vector<PathList> batches;
         if (needs.diffuse) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
         if (needs.glossy) batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
         sample.continuation = add_continuation(
             graph, view, batches, {.bounces = options.bounces, .light_samples = bool(needs.later_light)}, paths);
         if (needs.reuse) sample.received = add_reuse(graph, view, frame.gbuffer, paths, *sample.continuation);
-        if (needs.radiance_cache) add_radiance_cache(graph, view, *view.radiance_cache, *sample.continuation, paths);
+        if (needs.radiance_cache) add_radiance_cache(graph, view, *cache, *sample.continuation, paths);
         sample.paths = paths;
     }
 

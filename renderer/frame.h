@@ -7,6 +7,8 @@
 
 namespace halflight {
 
+class RadianceCache;
+
 struct Frame {
     GBuffer gbuffer;
     Accumulated sums;
@@ -14,8 +16,9 @@ struct Frame {
 
 /// Adds the passes that scene and options need for one sample of one band, and no others (frame_needs). Marks the sums
 /// as outputs, and the hits of camera rays if options.want_hits is set. seen_constants: frame constants of the camera
-/// rays for directly visible light. There are options.camera_rays of them, or none for one ray.
+/// rays for directly visible light. There are options.camera_rays of them, or none for one ray. cache: radiance cache
+/// of the paths; null: none.
 Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values,
-                const std::vector<graph::BufferHandle>& seen_constants = {});
+                const std::vector<graph::BufferHandle>& seen_constants = {}, RadianceCache* cache = nullptr);
 
 }  // namespace halflight

@@ -65,15 +65,15 @@ vec2 jitter_of(const SampleView& view, const PixelFilter& filter) {
 }
 
 /// Returns SampleView::at. of_frame: seed of the times that samples share.
-double shutter_time(const ShutterPoses& shutter, const SampleView& view, std::uint32_t of_frame) {
+double shutter_time(int times, const SampleView& view, std::uint32_t of_frame) {
     // Shutter times have sequences apart from those of pixels and of their common sample point.
     const auto number = [](std::uint32_t sequence, std::uint32_t index, std::uint32_t seed) {
         return double{shared::sample_1d(shared::make_sampler(~0u, sequence, index, seed), 0)};
     };
     const double own = number(~1u, view.sample, view.seed);
-    if (shutter.times == 0) return own;
-    const double stratum = std::floor(own * shutter.times);
-    return (stratum + number(~2u, static_cast<std::uint32_t>(stratum), of_frame)) / shutter.times;
+    if (times == 0) return own;
+    const double stratum = std::floor(own * times);
+    return (stratum + number(~2u, static_cast<std::uint32_t>(stratum), of_frame)) / times;
 }
 
 /// Returns SampleView::shared_count of blue noise.
@@ -214,7 +214,7 @@ SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32
     view.seed = of_frame;
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
-    if (frame.shutter) view.at = shutter_time(*frame.shutter, view, of_frame);
+    if (frame.shutter_times) view.at = shutter_time(*frame.shutter_times, view, of_frame);
     const std::uint32_t count = points == SamplePoints::blue_noise ? blue_noise_count(frame) : 0;
     if (index < count) view.shared_count = count;
     view.jitter = jitter_of(view, frame.filter);
@@ -223,7 +223,7 @@ SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32
 
 std::vector<int> order_of_samples(const FrameSettings& frame, int from, int to,
                                   const std::function<SampleView(int number)>& view) {
-    if (!frame.shutter || frame.shutter->times == 0) return {};
+    if (frame.shutter_times.value_or(0) == 0) return {};
     std::vector<std::pair<double, int>> samples;
     for (int number = from; number < to; ++number) samples.emplace_back(view(number).at, number);
     std::ranges::sort(samples);

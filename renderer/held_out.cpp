@@ -64,8 +64,6 @@ void estimate_denoised_error(const RenderSettings& settings, RenderResult& resul
     FrameSettings frame = settings;
     frame.error.reset();
     frame.time_limit = 0;
-    frame.history = nullptr;
-    frame.noisy = nullptr;
     frame.stays_noisy = true;
     frame.samples = more;
     Image pictures[2];

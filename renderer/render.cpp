@@ -21,10 +21,11 @@ std::optional<ViewKernel> view_kernel(const ColorConfig& colors, const RenderSet
 
 }  // namespace
 
-Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings,
-                   rays::BatchServer* server) {
+Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings, rays::BatchServer* server,
+                   std::shared_ptr<RadianceCache> cache) {
     check_settings(settings);
-    state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings, server);
+    state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings, server,
+                                     std::move(cache));
 }
 
 Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig& colors,
@@ -34,8 +35,8 @@ Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig&
     auto own =
         std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
     PreparedScene& prepared = *own;
-    state_ =
-        std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings, nullptr);
+    state_ = std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings, nullptr,
+                                     nullptr);
 }
 
 Renderer::Renderer(Renderer&&) noexcept = default;
@@ -57,7 +58,7 @@ void Renderer::update(const Scene& scene) {
     if (last->cache) last->cache->clear();
     PreparedScene& prepared = last->scene;
     state_ = std::make_unique<State>(std::move(last->own), prepared, last->colors, std::move(last->view_kernel),
-                                     last->asked, nullptr);
+                                     last->asked, nullptr, nullptr);
 }
 
 void Renderer::follow_scene() {
@@ -87,12 +88,17 @@ void Renderer::follow_camera(const Camera& camera) {
     asked.camera = camera;
     PreparedScene& prepared = last->scene;
     state_ = std::make_unique<State>(std::move(last->own), prepared, last->colors, std::move(last->view_kernel), asked,
-                                     last->given_server);
+                                     last->given_server, last->given_cache);
 }
 
-RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallback& progress) {
+RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
+    return render(frame, PictureInputs{}, progress);
+}
+
+RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& inputs,
+                              const ProgressCallback& progress) {
     state().scene.check_usable();
-    check_settings(state().settings, wanted);
+    check_settings(state().settings, wanted, inputs.checkpoint != nullptr);
     if (state().scene.tables().catchers && (state().settings.adaptive || wanted.error))
         throw Error(
             "render settings",
@@ -101,6 +107,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     const Stopwatch watch;
     follow_camera(wanted.camera);
     State& s = state();
+    s.inputs = inputs;
     s.posed_at.reset();
     FrameSettings frame = wanted;
     if (Focus& focus = frame.camera.lens.focus; s.lens && focus.kind == Focus::Kind::point)
@@ -111,8 +118,8 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     if (s.page_rows) s.page_rows->reset_statistics();
     if (s.scene.buffers().tiles()) s.scene.buffers().tiles()->reset_statistics();
     s.in_flight->reset();
-    if (s.preview) s.preview->begin(frame.history);
-    if (s.denoiser) s.denoiser->begin(frame.noisy, frame.camera, s.band, data_window(s.asked).first - s.band.origin);
+    if (s.preview) s.preview->begin(inputs.history);
+    if (s.denoiser) s.denoiser->begin(inputs.noisy, frame.camera, s.band, data_window(s.asked).first - s.band.origin);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;
@@ -120,7 +127,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
     PictureError error;
     std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error && !s.settings.adaptive;
-    const bool in_order = !frame.shutter || frame.shutter->times == 0;  // else, later shutter times may be missing
+    const bool in_order = frame.shutter_times.value_or(0) == 0;  // else, later shutter times may be missing
     const bool sums_are_there = in_order && !frame.error && !s.settings.adaptive && (in_turns || s.bands == 1);
     /// Calls the callback. all: expected number of samples of all bands.
     const auto go_on = [&](std::int64_t all) {
@@ -153,13 +160,13 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
         s.develop(frame, done, film);
     } else {
         std::vector<std::uint32_t> plan;  // empty: a picture that ends in the pilot gets one sample
-        if (s.settings.adaptive && frame.checkpoint) plan = s.saved_plan(frame);
+        if (s.settings.adaptive && s.inputs.checkpoint) plan = s.saved_plan(frame);
         if (s.settings.adaptive && plan.empty())
             plan = s.plan_samples(frame, [&] {
                 stats.interrupted = progress && !progress({0, frame.samples, watch.seconds(), {}});
                 return !stats.interrupted;
             });
-        if (s.settings.adaptive && plan.empty()) frame.checkpoint = nullptr;  // there is no plan to go on with
+        if (s.settings.adaptive && plan.empty()) s.inputs.checkpoint = nullptr;  // there is no plan to go on with
         std::int64_t samples_before = 0;
         for (int b = 0; b < s.bands && (b == 0 || !stats.interrupted); ++b) {
             CompiledBand& with = s.compiled(b);
@@ -167,19 +174,19 @@ RenderResult Renderer::render(const FrameSettings& wanted, const ProgressCallbac
             with.first_samples = 0;
             with.samples.clear();
             const Band where = s.band_at(b);
-            const double spent = watch.seconds() + (frame.checkpoint ? frame.checkpoint->earlier_seconds() : 0);
+            const double spent = watch.seconds() + (s.inputs.checkpoint ? s.inputs.checkpoint->earlier_seconds() : 0);
             const double time_left =
                 frame.time_limit > 0 ? std::max((frame.time_limit - spent) / (s.bands - b), 1e-9) : 0.0;
             int& of_band = done[std::size_t(b)];
             std::optional<SavedBand> saved;
             PlanState state;
-            if (frame.checkpoint) saved = s.restore(frame, where, with, state);
+            if (s.inputs.checkpoint) saved = s.restore(frame, where, with, state);
             if (saved) of_band = saved->samples;
             const auto after_sample = [&](int samples, int total) {
                 of_band = samples;
                 return go_on(samples_before + std::int64_t{total} * (s.bands - b));
             };
-            if (!frame.merged.empty())
+            if (!inputs.merged.empty())
                 of_band = s.merge_parts(frame, where, with);
             else if (frame.parts > 1 && frame.part == 0)
                 of_band = s.render_parts(frame, where, with, after_sample);

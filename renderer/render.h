@@ -11,6 +11,7 @@
 #include "engine/scene/scene.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/render_settings.h"
+#include "renderer/picture_inputs.h"
 #include "renderer/render_result.h"
 
 namespace halflight {
@@ -18,6 +19,7 @@ namespace halflight {
 namespace rays {
 class BatchServer;
 }
+class RadianceCache;
 struct NearFrame;
 
 /// Renders pictures of a scene, one after the other. Visibility state and measured run times are carried from band to
@@ -26,10 +28,13 @@ struct NearFrame;
 class Renderer {
   public:
     /// Shares a scene, which must outlive the renderer. `server` serves all ray batches in place of the settings'
-    /// culling, and must outlive the renderer; null: none. Throws Error for settings out of range, for limits of the
-    /// driver, and for raster culling of a scene that was prepared without it. Throws Error also for an estimator that
-    /// is left open (find_estimator() in pilot.h settles it).
-    Renderer(PreparedScene&, const ColorConfig&, RenderSettings, rays::BatchServer* server = nullptr);
+    /// culling, and must outlive the renderer; null: none. `cache` is that of Preview::cache, which
+    /// renderers of one scene with the same number of bounces may share; pictures depend on earlier pictures made with
+    /// it. Null: the renderer makes one. Throws Error for settings out of range, for limits of the driver, and for
+    /// raster culling of a scene that was prepared without it. Throws Error also for an estimator that is left open
+    /// (find_estimator() in pilot.h settles it).
+    Renderer(PreparedScene&, const ColorConfig&, RenderSettings, rays::BatchServer* server = nullptr,
+             std::shared_ptr<RadianceCache> cache = nullptr);
     /// Prepares a scene of its own. The context must outlive the renderer.
     Renderer(gpu::Context&, const Scene&, const ColorConfig&, const RenderSettings&);
     Renderer(Renderer&&) noexcept;
@@ -37,10 +42,11 @@ class Renderer {
 
     /// Renders a picture. Throws Error for settings out of range. An Interruptible (engine/core/interruption.h) can end
     /// it with an exception; other pictures can be rendered afterwards.
+    RenderResult render(const FrameSettings&, const PictureInputs&, const ProgressCallback& = {});
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// Renders the picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
-    /// Denoises a picture that was rendered with FrameSettings::noisy, with the frames near it
+    /// Denoises a picture that was rendered with PictureInputs::noisy, with the frames near it
     /// (renderer/noisy_frame.h).
     void denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result);
     /// Brings the renderer's own scene to another pose (PreparedScene::update). Statistics of tracing speed and

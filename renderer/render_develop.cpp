@@ -28,7 +28,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         film.add_ids(where, with.first_samples > 0 ? with.first_samples : mattes, layer.aov->name, layer.coverage);
 
     const bool reprojects = settings.preview.temporal;
-    const bool data = with.aov && (reprojects || frame.noisy || film.wants({Source::record}));
+    const bool data = with.aov && (reprojects || inputs.noisy || film.wants({Source::record}));
     const bool debug = with.debug && film.wants({Source::debug});
     if (data || debug) {
         // The pages of residency are those of the samples, so the debug layers come first.
@@ -70,19 +70,19 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-    if (with.aov && (film.wants({Source::record}) || frame.noisy || (reprojects && frame.previous_surfaces))) {
+    if (with.aov && (film.wants({Source::record}) || inputs.noisy || (reprojects && inputs.previous_surfaces))) {
         const auto records = executor.read<shared::AovRecord>(with.aov);
         film.add_data(where, records);
-        if (frame.noisy) {
+        if (inputs.noisy) {
             const auto chains =
                 with.chains ? executor.read<shared::ChainPlace>(with.chains) : std::vector<shared::ChainPlace>();
-            frame.noisy->add_places(where, records, chains, scene.tables());
+            inputs.noisy->add_places(where, records, chains, scene.tables());
         }
-        if (frame.previous_surfaces)
-            film.add_surface_motion(where, records, *frame.previous_surfaces, frame.camera,
+        if (inputs.previous_surfaces)
+            film.add_surface_motion(where, records, *inputs.previous_surfaces, frame.camera,
                                     frame.previous_camera.value_or(frame.camera));
-        if (frame.previous_surfaces && reprojects)
-            preview->add_motion(where, records, scene.tables(), *frame.previous_surfaces);
+        if (inputs.previous_surfaces && reprojects)
+            preview->add_motion(where, records, scene.tables(), *inputs.previous_surfaces);
     }
 }
 

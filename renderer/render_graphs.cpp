@@ -30,7 +30,8 @@ void check_light_groups(const RenderSettings& settings, const std::vector<std::s
 }  // namespace
 
 Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c,
-                       std::optional<ViewKernel> view, RenderSettings r, rays::BatchServer* callers_server)
+                       std::optional<ViewKernel> view, RenderSettings r, rays::BatchServer* callers_server,
+                       std::shared_ptr<RadianceCache> callers_cache)
     : own(std::move(o)),
       scene(s),
       colors(c),
@@ -39,6 +40,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
       lens(settings.camera.lens.blurs()),
       optics(settings.camera.optics.traced()),
       given_server(callers_server),
+      given_cache(std::move(callers_cache)),
       server(callers_server),
       view_kernel(std::move(view)),
       executor(scene.programs()),
@@ -80,7 +82,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
             seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
     if (settings.preview.cache && frame_needs(scene.buffers().needs(), cached_options()).radiance_cache)
-        cache = settings.radiance_cache ? settings.radiance_cache : std::make_shared<RadianceCache>();
+        cache = given_cache ? given_cache : std::make_shared<RadianceCache>();
     const gpu::Limits& limits = scene.context().limits();
     std::size_t most = SIZE_MAX;
     if (needs().reuse)
@@ -202,13 +204,12 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
     SceneView own_view = view(sample.graph, place);
     if (listed) own_view.sampled_blocks = sample.graph.import_buffer("sampled blocks", *sampled_blocks);
     own_view.sums += further_sums;
-    own_view.radiance_cache = cache.get();
     own_view.light_groups = static_cast<std::uint32_t>(options.light_groups);
     own_view.lens = lens;  // layers at the pixels' centres are those of a pinhole
     std::vector<graph::BufferHandle> constants;
     for (gpu::Buffer& of_seen : seen_constants)
         constants.push_back(sample.graph.import_buffer("constants of light seen", of_seen));
-    sample.frame = add_frame(sample.graph, own_view, options, in_flight->bad_values(), constants);
+    sample.frame = add_frame(sample.graph, own_view, options, in_flight->bad_values(), constants, cache.get());
     sample.compiled = graph::compile(sample.graph);
 }
 

@@ -9,16 +9,16 @@ namespace halflight {
 
 shared::Frame Renderer::State::constants_of(const FrameSettings& frame, const SampleView& at) const {
     std::optional<FrameSettings> posed;
-    if (frame.shutter && posed_at) posed.emplace(frame).camera = posed_camera;
+    if (posed_at) posed.emplace(frame).camera = posed_camera;
     shared::Frame constants = frame_constants(posed ? *posed : frame, scene.tables(), at);
     constants.transparent = settings.transparent ? 1 : 0;
     return constants;
 }
 
 void Renderer::State::pose(const FrameSettings& frame, std::optional<double> at) {
-    if (!frame.shutter || posed_at == at) return;
+    if (!inputs.pose || posed_at == at) return;
     in_flight->wait();  // mattes are looked up in the tables of their pose
-    posed_camera = frame.shutter->pose(at);
+    posed_camera = inputs.pose(at);
     // A lens that focuses on a point of the picture keeps the distance at the time of the frame.
     if (lens && posed_camera.lens.focus.kind == Focus::Kind::point) posed_camera.lens.focus = frame.camera.lens.focus;
     posed_at = at;
@@ -52,7 +52,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
 void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with,
                                  CompiledSample& sample) {
     const int first_half = (at.begins ? 0 : sample.sums.first_half) + (at.first_half ? 1 : 0);
-    if (frame.shutter) pose(frame, at.at);
+    pose(frame, at.at);
     upload_constants(frame, at);
     const int seen = static_cast<int>(seen_constants.size());
     for (int i = 0; i < seen; ++i) {
@@ -87,16 +87,16 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
             add_sample(frame, where, done - 1, with, order);
         } catch (...) {
             // The sums are those of the last sample: points of interruption precede the pass that adds to them.
-            if (frame.checkpoint && interruptions() != interrupted && done - 1 > saved)
-                save(*frame.checkpoint, where, with, done - 1, false);
+            if (inputs.checkpoint && interruptions() != interrupted && done - 1 > saved)
+                save(*inputs.checkpoint, where, with, done - 1, false);
             throw;
         }
         const bool go_on = after_sample(done, frame.samples);
         pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
         const bool time_is_up = time_limit > 0 && done >= least && !pace.another_fits(time_limit);
         const bool complete = done == frame.samples || (go_on && time_is_up);
-        if (frame.checkpoint && (!go_on || complete || frame.checkpoint->due()))
-            save(*frame.checkpoint, where, with, saved = done, complete);
+        if (inputs.checkpoint && (!go_on || complete || inputs.checkpoint->due()))
+            save(*inputs.checkpoint, where, with, saved = done, complete);
         if (!go_on || complete) return done;
     }
 }
@@ -135,11 +135,11 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
     BandReplicates replicates(where);
     Looks looks(state.numbers);
     if (!state.numbers.empty() && !replicates.set(state.arrays))
-        throw Error(frame.checkpoint->folder().string(), "its replicates do not fit the picture");
+        throw Error(inputs.checkpoint->folder().string(), "its replicates do not fit the picture");
     bool ends = !state.numbers.empty() && state.numbers.back() > 0;
     const auto save_band = [&] {
-        if (frame.checkpoint && looks.done() > 0)
-            save(*frame.checkpoint, where, with, looks.done(), ends, {looks.numbers(ends), replicates.state()});
+        if (inputs.checkpoint && looks.done() > 0)
+            save(*inputs.checkpoint, where, with, looks.done(), ends, {looks.numbers(ends), replicates.state()});
     };
     PictureError error;
     if (ends) {  // an earlier run has come here
@@ -166,7 +166,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
                 }
                 ++looks.taken;
                 const bool go_on = after_sample(looks.done(), looks.next * kReplicates);
-                if (!go_on || (frame.checkpoint && frame.checkpoint->due())) save_band();
+                if (!go_on || (inputs.checkpoint && inputs.checkpoint->due())) save_band();
                 if (!go_on) return looks.done();
                 pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
             }

@@ -81,6 +81,7 @@ struct Renderer::State {
     const bool lens;                                     // camera rays start on a lens
     const bool optics;                                   // camera rays follow shaders/shared/ray_projections.h
     rays::BatchServer* const given_server;               // server of the caller; null: none
+    const std::shared_ptr<RadianceCache> given_cache;    // radiance cache of the caller; null: none
     std::unique_ptr<rays::BatchServer> own_server;       // server of the culling method; null: none
     std::unique_ptr<rays::NativeServer> offered_server;  // candidate of Culling::automatic; null: none
     std::unique_ptr<paging::PageServer> page_server;     // server of scenes that are loaded in pages
@@ -96,6 +97,7 @@ struct Renderer::State {
     std::shared_ptr<RadianceCache> cache;     // radiance cache; null: not used
     HandOver hand_over;
     std::optional<SampleQueue> in_flight;  // samples on the device; set by the constructor
+    PictureInputs inputs;                  // objects of the picture that is rendered
     Band band;
     Band current;                    // band of the uploaded constants
     std::optional<double> posed_at;  // motion blur: time of the pose (SampleView::at); none: that of the frame
@@ -110,7 +112,7 @@ struct Renderer::State {
     bool hierarchies_reported = false;  // an earlier picture's statistics count the hierarchies of this pose
 
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
-          RenderSettings r, rays::BatchServer* callers_server);
+          RenderSettings r, rays::BatchServer* callers_server, std::shared_ptr<RadianceCache> callers_cache);
 
     // The following functions are defined in render_graphs.cpp.
 
@@ -177,7 +179,7 @@ struct Renderer::State {
     /// Saves the sums of a band's first `done` samples.
     void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete,
               const PlanState& plan = {});
-    /// Restores the sums of a band from FrameSettings::checkpoint; none where an earlier run has saved none. With
+    /// Restores the sums of a band from PictureInputs::checkpoint; none where an earlier run has saved none. With
     /// motion blur, sums of other parts than these begin anew: the earlier run had met poses that need them.
     std::optional<SavedBand> restore(const FrameSettings& frame, const Band& where, CompiledBand& with,
                                      PlanState& plan);
@@ -190,7 +192,7 @@ struct Renderer::State {
     /// the number of samples.
     int render_parts(const FrameSettings& frame, const Band& where, CompiledBand& with,
                      const AfterSample& after_sample);
-    /// Adds the sums of a band from FrameSettings::merged. Returns the number of samples.
+    /// Adds the sums of a band from PictureInputs::merged. Returns the number of samples.
     int merge_parts(const FrameSettings& frame, const Band& where, CompiledBand& with);
 
     // The following functions are defined in adaptive_band.cpp.

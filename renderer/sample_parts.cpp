@@ -61,9 +61,9 @@ int Renderer::State::merge_parts(const FrameSettings& frame, const Band& where, 
     const auto buffers = all_of(sums_of(with.sample, 0));
     Total total;
     std::array<std::uint64_t, kBadValueCounts> bad_values{};
-    for (std::size_t k = 0; k < frame.merged.size(); ++k) {
+    for (std::size_t k = 0; k < inputs.merged.size(); ++k) {
         const int number = static_cast<int>(k) + 1;
-        const Checkpoint& from = *frame.merged[k];
+        const Checkpoint& from = *inputs.merged[k];
         const auto take = [&](std::size_t i, const Checkpoint::Bytes& bytes) {
             if (i >= buffers.size()) return with.mattes->add(i - buffers.size(), values_of<IdCoverage::Count>(bytes));
             if (bytes.size() != (buffers[i] ? buffers[i]->bytes() : 0))

@@ -21,7 +21,7 @@ void require(bool good, const char* what) {
 
 }  // namespace
 
-void check_settings(const RenderSettings& s) {
+void check_settings(const RenderSettings& s, bool checkpoint) {
     check_setting_ranges(s);
     for (const std::string& layer : s.aovs)  // names of groups, such as "all", are not accepted
         if (!find_aov(layer)) throw Error("render settings", "unknown AOV \"{}\"", layer);
@@ -52,7 +52,7 @@ void check_settings(const RenderSettings& s) {
                 "parts of samples cannot be combined with an error target, a time limit, adaptive sampling, or samples "
                 "of bands in turns");
         require(!s.preview.any(), "parts of samples cannot be combined with a preview mode");
-        require(s.part > 0 || !s.checkpoint, "a picture that renders all parts of its samples keeps no checkpoint");
+        require(s.part > 0 || !checkpoint, "a picture that renders all parts of its samples keeps no checkpoint");
     }
     if (has_window(s)) {
         const PixelWindow window = rendered_window(s, s.camera.optics);
@@ -76,7 +76,7 @@ void check_settings(const RenderSettings& s) {
         require(s.estimator.sampler == SamplePoints::sobol, "adaptive sampling needs the sampler sobol");
     }
     require(
-        !s.checkpoint || !((s.error && s.adaptive) || s.in_turns || s.preview.cache || s.preview.temporal),
+        !checkpoint || !((s.error && s.adaptive) || s.in_turns || s.preview.cache || s.preview.temporal),
         "checkpoints cannot be combined with adaptive sampling up to an error target, samples of bands in turns, or "
         "the preview modes cache and temporal");
     if (!s.error) return;
@@ -85,10 +85,10 @@ void check_settings(const RenderSettings& s) {
     require(!s.preview.any(), "an error target cannot be combined with a preview mode");
 }
 
-void check_settings(const RenderSettings& settings, const FrameSettings& frame) {
+void check_settings(const RenderSettings& settings, const FrameSettings& frame, bool checkpoint) {
     RenderSettings all = settings;
     static_cast<FrameSettings&>(all) = frame;
-    check_settings(all);
+    check_settings(all, checkpoint);
 }
 
 std::string kept_problem(const Kept& kept) {

@@ -8,9 +8,9 @@
 namespace halflight {
 
 /// Throws Error "render settings: ..." for settings that are out of range or contradict each other.
-void check_settings(const RenderSettings& settings);
-/// Checks the settings with those of another frame.
-void check_settings(const RenderSettings& settings, const FrameSettings& frame);
+void check_settings(const RenderSettings& settings, bool checkpoint = false);
+/// Checks the settings with those of another frame, which may have a checkpoint.
+void check_settings(const RenderSettings& settings, const FrameSettings& frame, bool checkpoint);
 /// Returns "cannot keep 'NAME'; ..." for the first name that is none of keepable_names(); empty where all are.
 std::string kept_problem(const Kept& kept);
 

@@ -45,9 +45,9 @@ struct Shutter {
 };
 inline constexpr double kMostShutter = 100;
 
-/// Returns the number of shutter times that samples share (ShutterPoses::times); 0: each sample has its own. A choice
-/// that is left open is a function of scene and settings: samples share times if their poses would take more than a
-/// quarter of the time of the samples, or if sampling is adaptive. Without motion blur, returns 1.
+/// Returns the number of shutter times that samples share (SceneSettings::shutter_times); 0: each sample has its own. A
+/// choice that is left open is a function of scene and settings: samples share times if their poses would take more
+/// than a quarter of the time of the samples, or if sampling is adaptive. Without motion blur, returns 1.
 int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples);
 
 /// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.

@@ -225,9 +225,7 @@ struct FrameRenderer::State {
     RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
         const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
             set_frame(n);
-            FrameSettings own = settings;
-            own.noisy = &noisy;
-            return saved(n, own, n == frame, of_all);
+            return saved(n, {.noisy = &noisy}, n == frame, of_all);
         };
         const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
             set_frame(frame);
@@ -253,7 +251,7 @@ struct FrameRenderer::State {
         const auto render = [&](const FrameSettings& held_out, const ProgressCallback& of_all) {
             FrameSettings whole = held_out;
             whole.parts = 1;
-            return pictures.picture(scene.time_of(frame), whole, of_all);
+            return pictures.picture(scene.time_of(frame), whole, {}, of_all);
         };
         estimate_denoised_error(settings, result, render, progress);
     }
@@ -302,10 +300,10 @@ struct FrameRenderer::State {
         return nullptr;
     }
     /// Renders a frame of the sequence at its own time, from its checkpoint if it has one.
-    RenderResult saved(std::uint32_t frame, FrameSettings frame_settings, bool own, const ProgressCallback& progress) {
-        frame_settings.checkpoint = checkpoint_of(frame, own);
-        RenderResult result = pictures.still(frame, frame_settings, progress);
-        if (own && frame_settings.checkpoint) problem = frame_settings.checkpoint->problem();
+    RenderResult saved(std::uint32_t frame, PictureInputs inputs, bool own, const ProgressCallback& progress) {
+        inputs.checkpoint = checkpoint_of(frame, own);
+        RenderResult result = pictures.still(frame, settings, inputs, progress);
+        if (own && inputs.checkpoint) problem = inputs.checkpoint->problem();
         if (!own) checkpoints.erase(frame);  // another process may make the frame
         return result;
     }
@@ -332,15 +330,16 @@ struct FrameRenderer::State {
     }
     /// Renders a frame without neighbours, from its checkpoint if it has one.
     RenderResult from_checkpoint(std::uint32_t frame, const ProgressCallback& progress) {
+        if (frame_checkpoints) return saved(frame, {}, true, progress);
         FrameSettings own = settings;
-        if (frame_checkpoints) return saved(frame, own, true, progress);
+        PictureInputs inputs;
         if (frame == checkpoint_frame) {
-            if (checkpoint) own.checkpoint = &*checkpoint;
-            own.merged = merged_in_order;
+            if (checkpoint) inputs.checkpoint = &*checkpoint;
+            inputs.merged = merged_in_order;
             if (only_part > 0) own = settings_of_part(own, only_part);
             if (only_part > 0) own.stays_noisy = true;
         }
-        return pictures.still(frame, own, progress);
+        return pictures.still(frame, own, std::move(inputs), progress);
     }
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
@@ -413,7 +412,6 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     // The history is valid only if the last picture showed the frame before this one.
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.pictures.history().forget();
     s.last_frame.reset();  // set again when this frame is complete
-    s.settings.history = &s.pictures.history();
     RenderResult result =
         neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress) : s.from_checkpoint(frame, progress);
     if (s.settings.denoise_error > 0 && s.only_part == 0) s.estimate_error(frame, result, progress);

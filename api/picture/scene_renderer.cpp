@@ -94,10 +94,6 @@ RenderSettings SceneRenderer::renderer_settings(const FrameSettings& frame) cons
     RenderSettings s = settings_;
     static_cast<FrameSettings&>(s) = frame;
     s.camera = equipped(scene_.chosen_camera(), settings_);  // camera of the pilot's pictures
-    s.previous_surfaces = nullptr;                           // the pointer is valid for one picture
-    s.history = nullptr;
-    s.checkpoint = nullptr;
-    s.radiance_cache = cache_;
     return s;
 }
 
@@ -168,7 +164,7 @@ void SceneRenderer::make_renderer(const FrameSettings& frame) {
     if (ray_server_ && !server_) server_ = ray_server_(prepared_->trace());
     RenderSettings s = renderer_settings(frame);
     take_memory(s);
-    renderer_.emplace(*prepared_, colors_, s, server_.get());
+    renderer_.emplace(*prepared_, colors_, s, server_.get(), cache_);
 }
 
 /// Chooses bands that fit into the memory budget, and enters the picture into the ledger.
@@ -275,21 +271,21 @@ void SceneRenderer::share_parts(const SceneNeeds& needs, double seconds, const F
 }
 
 /// Renders a picture whose samples have times while the shutter is open.
-RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCallback& progress) {
+RenderResult SceneRenderer::blurred(const FrameSettings& frame, PictureInputs inputs,
+                                    const ProgressCallback& progress) {
     const double own_time = scene_.time_of(frame.frame);
     const auto [first, last] = scene_.shot(own_time);
     const auto seconds = [&, first = first, last = last](double at) {
         const double frames = shutter_.open * (opened(shutter_, at) + begin_of(shutter_.position));
         return std::clamp(scene_.time_of(frame.frame + frames), first, last);
     };
-    const ShutterPoses poses{.times = shutter_times(shutter_, scene_, settings_, frame.samples),
-                             .pose = [&](std::optional<double> at) {
-                                 const double when = at ? seconds(*at) : own_time;
-                                 pose_within(when);
-                                 return equipped(scene_.camera(when), settings_);
-                             }};
+    inputs.pose = [&](std::optional<double> at) {
+        const double when = at ? seconds(*at) : own_time;
+        pose_within(when);
+        return equipped(scene_.camera(when), settings_);
+    };
     FrameSettings own = frame;
-    own.shutter = &poses;
+    own.shutter_times = shutter_times(shutter_, scene_, settings_, frame.samples);
     // All poses of a picture share a renderer, whichever of them this run meets: parts and resumed pictures have the
     // same bits. So what the poses need together is found before.
     if (scene_.parts_come_and_go() && !scene_.pages()) {
@@ -311,7 +307,7 @@ RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCa
         const double prepared = prepared_->seconds(), loading = load_seconds_;
         posing_seconds_ = 0, posed_hierarchies_ = prepared_->hierarchies();
         try {
-            RenderResult result = renderer_->render(own, progress);
+            RenderResult result = renderer_->render(own, inputs, progress);
             result.stats.prepare_seconds = prepared + posing_seconds_;
             result.stats.render_seconds -= posing_seconds_ + load_seconds_ - loading;
             if (posing_seconds_ > 0) result.stats.hierarchies = posed_hierarchies_;
@@ -326,15 +322,18 @@ RenderResult SceneRenderer::blurred(const FrameSettings& frame, const ProgressCa
     }
 }
 
-RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, PictureInputs inputs,
+                                    const ProgressCallback& progress) {
     if (std::exchange(shares_, false) && prepared_) prepared_->share(std::nullopt), uploaded_ = 0;
     pose(seconds, frame);
     posed_ = true;
     if (cache_) cache_->clear();  // makes frames independent of earlier ones
+    inputs.history = &history_;
     const std::uint64_t before = interruptions();
     RenderResult result;
     try {
-        result = shutter_.open > 0 ? blurred(frame, progress) : renderer_->render(frame, progress);
+        result = shutter_.open > 0 ? blurred(frame, std::move(inputs), progress)
+                                   : renderer_->render(frame, inputs, progress);
     } catch (...) {
         history_.forget();                                 // the picture may be in it
         if (interruptions() == before || !posed_) drop();  // the state is undefined
@@ -344,20 +343,19 @@ RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, 
     return result;
 }
 
-RenderResult SceneRenderer::still(std::uint32_t frame, const FrameSettings& frame_settings,
+RenderResult SceneRenderer::still(std::uint32_t frame, const FrameSettings& frame_settings, PictureInputs inputs,
                                   const ProgressCallback& progress) {
     const double seconds = scene_.time_of(frame);
     const bool motion =
         settings_.preview.temporal || std::ranges::find(settings_.aovs, "motion") != settings_.aovs.end();
-    if (!scene_.surfaces_move() || !motion) return picture(seconds, frame_settings, progress);
+    if (!scene_.surfaces_move() || !motion) return picture(seconds, frame_settings, std::move(inputs), progress);
     Stopwatch clock;
     Scene before = scene_.posed(scene_.time_of(static_cast<double>(frame) - 1));
     load_seconds_ += clock.lap();
     pose(seconds, frame_settings);
     const PreviousSurfaces surfaces(scene_.scene(), std::move(before));
-    FrameSettings moving = frame_settings;
-    moving.previous_surfaces = &surfaces;
-    return picture(seconds, moving, progress);
+    inputs.previous_surfaces = &surfaces;
+    return picture(seconds, frame_settings, std::move(inputs), progress);
 }
 
 void SceneRenderer::denoise(NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {

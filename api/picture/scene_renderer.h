@@ -52,9 +52,11 @@ class SceneRenderer {
     std::optional<float> find_exposure(const std::function<bool(double)>& progress);
 
     /// Renders a picture of the scene at a time, seconds. Throws as FrameRenderer::render().
-    RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress);
+    RenderResult picture(double seconds, const FrameSettings& frame, PictureInputs inputs,
+                         const ProgressCallback& progress);
     /// Renders a frame at its own time, with the motion of surfaces where a layer needs it.
-    RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, const ProgressCallback& progress);
+    RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, PictureInputs inputs,
+                       const ProgressCallback& progress);
     /// Denoises a noisy picture of the pose with frames near it (Renderer::denoise()). Precondition: has_picture().
     void denoise(NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result);
 
@@ -81,7 +83,7 @@ class SceneRenderer {
     void pose(double seconds, const FrameSettings& frame);
     void pose_within(double seconds);
     void share_parts(const SceneNeeds& needs, double seconds, const FrameSettings& frame);
-    RenderResult blurred(const FrameSettings& frame, const ProgressCallback& progress);
+    RenderResult blurred(const FrameSettings& frame, PictureInputs inputs, const ProgressCallback& progress);
 
     LoadedScene& scene_;
     const RenderSettings& settings_;
@@ -96,7 +98,7 @@ class SceneRenderer {
     // The uploaded scene and the objects that render it. The next picture makes them anew where they are null.
     std::unique_ptr<PreparedScene> prepared_;
     std::shared_ptr<rays::BatchServer> server_;
-    std::shared_ptr<RadianceCache> cache_;  // radiance cache; null without RenderSettings::preview.cache
+    std::shared_ptr<RadianceCache> cache_;  // radiance cache; null without Preview::cache
     std::optional<Renderer> renderer_;
     MemoryLedger::Entry tables_memory_, pages_memory_, pool_memory_, textures_memory_, picture_memory_, bands_memory_,
         visibility_memory_;

@@ -2,19 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <span>
 
 #include "engine/core/pixel_filter.h"
-#include "engine/scene/motion.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
-
-class Checkpoint;
-class NoisyFrame;
-class PictureHistory;
 
 inline constexpr int kMaxSamples = 1 << 24;  ///< samples per pixel; a float32 counts no further
 
@@ -28,31 +21,15 @@ struct ErrorTarget {
     bool operator==(const ErrorTarget&) const = default;
 };
 
-/// Motion blur: the samples of a picture have times while the shutter is open, as in Cook, Porter and Carpenter 1984,
-/// Distributed Ray Tracing. All pixels share the time of a sample (SampleView::at).
-struct ShutterPoses {
-    // Number of different times; the opening has as many strata, and each has one time for all its samples. 0: each
-    // sample has a time of its own.
-    int times = 0;
-    // Poses the scene at a share of the opening time, [0,1), and returns the camera at that time; none: at the time of
-    // the frame itself. Exceptions end the picture.
-    std::function<Camera(std::optional<double> at)> pose;
-};
-
-/// The view of the scene: camera, frame number, and the state of the previous frame.
+/// The view of the scene: camera, frame number, and times of the shutter.
 struct SceneSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // camera of the previous frame, for the layer "motion"; none: `camera`
-    const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: none has moved
-    const ShutterPoses* shutter = nullptr;                // null: all samples have the time of the frame
-    // History of Preview::temporal: light of earlier pictures, which this picture reads and updates; null: none.
-    PictureHistory* history = nullptr;
-    // Keeps the noisy picture for Renderer::denoise(); null: a picture that is denoised is denoised at once.
-    NoisyFrame* noisy = nullptr;
-    // Saves the sums of the samples, and goes on from those that an earlier run has saved; null: does neither.
-    Checkpoint* checkpoint = nullptr;
-    // Complete checkpoints of all parts of the samples, in order, whose sums make the picture; empty: it is rendered.
-    std::span<const Checkpoint* const> merged{};
+    // Motion blur: number of different times at which samples are taken while the shutter is open, as in Cook, Porter
+    // and Carpenter 1984, Distributed Ray Tracing. All pixels share the time of a sample (SampleView::at). The opening
+    // has as many strata, and each has one time for all its samples. 0: each sample has a time of its own; none: that
+    // of the frame. PictureInputs::pose poses the scene.
+    std::optional<int> shutter_times{};
     int part = 0;              // number of the part of the samples that is rendered, 1 to `parts`; 0: all parts
     bool stays_noisy = false;  // a picture that would be denoised stays the mean of its samples, without layers
     std::uint32_t frame = 0;   // frame number, which seeds the noise

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,8 +18,6 @@
 #include "engine/tables/needs.h"
 
 namespace halflight {
-
-class RadianceCache;
 
 inline constexpr int kMaxSide = 65536;  ///< pixels; drivers may allow less
 inline constexpr int kMaxBounces = 1024;
@@ -77,9 +74,6 @@ struct PictureSettings {
     // Preview modes, which are biases that RenderStats names. They exclude an error target. Layers are unbiased, except
     // for the radiance cache.
     Preview preview{};
-    // Cache of preview.cache. Renderers of one scene with the same number of bounces may share it. If it is null, the
-    // renderer makes one. Pictures depend on earlier pictures made with it.
-    std::shared_ptr<RadianceCache> radiance_cache{};
 };
 
 /// Settings that decide time and memory and never change the picture.

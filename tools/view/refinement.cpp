@@ -98,7 +98,7 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
                     .aovs = with(complete_aovs(), job.request.aovs)};
     const Interruptible stops([&] { go_on(job, !first, false); });
     try {
-        renderer.render(frame, [&](const RenderProgress& progress) {
+        renderer.render(frame, renderers.inputs(), [&](const RenderProgress& progress) {
             go_on(job, !first, false);
             if (!progress.picture) return true;
             picture.result = progress.picture(picture.aovs);
@@ -125,7 +125,7 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     const Interruptible stops([&] { go_on(job, shown, !looks.none()); });
     compiled_ = false;
     StandingPicture standing;  // regions whose pixels have more samples than the whole picture
-    renderer.render(frame, [&](const RenderProgress& progress) {
+    renderer.render(frame, renderers.inputs(), [&](const RenderProgress& progress) {
         for (;;) {
             if (!looks.none()) do_work_between_samples();
             looks.wanted |= follow(made, job);
@@ -170,7 +170,8 @@ void RenderThread::refine_region(RendererCache& renderers, const Job& job, Stand
     const int before = standing.least(window);
     FrameSettings frame;
     renderers.fill_frame_settings(frame);
-    frame.history = nullptr;
+    PictureInputs inputs = renderers.inputs();
+    inputs.history = nullptr;
     frame.first_sample = standing.most(window);  // no pixel has samples from this one on
     frame.samples = kMostSamples - frame.first_sample;
     Looks looks;
@@ -196,7 +197,7 @@ void RenderThread::refine_region(RendererCache& renderers, const Job& job, Stand
     }
     struct Done {};  // ends render() before it makes a picture of its own
     try {
-        renderers.region_renderer(window).render(frame, [&](const RenderProgress& progress) {
+        renderers.region_renderer(window).render(frame, inputs, [&](const RenderProgress& progress) {
             for (;;) {
                 do_work_between_samples();
                 go_on(job, true, true);

@@ -85,11 +85,13 @@ void RendererCache::remember_previous_view(const Request& r) {
     }
 }
 
-void RendererCache::fill_frame_settings(FrameSettings& frame) {
+void RendererCache::fill_frame_settings(FrameSettings& frame) const {
     frame.camera = request_.camera;
     frame.frame = request_.frame;
-    frame.history = &history_;
     frame.previous_camera = previous_camera_;
+}
+
+PictureInputs RendererCache::inputs() {
     // Temporal preview modes accumulate pictures of the same pose only.
     surfaces_.reset();
     if (wants_motion(request_) && !request_.modes.preview.temporal && pose_is_new()) {
@@ -98,7 +100,7 @@ void RendererCache::fill_frame_settings(FrameSettings& frame) {
         moved_previous_scene_ = edited(previous_scene_, previous_tree_, moves);
         surfaces_.emplace(*moved_scene_, *moved_previous_scene_);
     }
-    frame.previous_surfaces = surfaces_ ? &*surfaces_ : nullptr;
+    return {.previous_surfaces = surfaces_ ? &*surfaces_ : nullptr, .history = &history_};
 }
 
 void RendererCache::prepare(const Request& r) {
@@ -148,7 +150,6 @@ RenderSettings RendererCache::settings(const Kind& kind) const {
     s.preview = request_.modes.preview;
     s.preview.filter = kind.filtered;
     s.denoise = kind.denoised;
-    s.radiance_cache = radiance_cache_;
     s.culling = request_.culling;
     s.measure = request_.measure;
     s.band_pixels = context_.software() ? kSoftwareBand : kHardwareBand;
@@ -159,7 +160,7 @@ RenderSettings RendererCache::settings(const Kind& kind) const {
 Renderer& RendererCache::renderer(const Kind& kind) {
     const auto known = renderers_.find(kind);
     if (known != renderers_.end()) return known->second;
-    return renderers_.try_emplace(kind, *scene_, colors_, settings(kind)).first->second;
+    return renderers_.try_emplace(kind, *scene_, colors_, settings(kind), nullptr, radiance_cache_).first->second;
 }
 
 Renderer& RendererCache::region_renderer(const PixelWindow& window) {
@@ -168,7 +169,6 @@ Renderer& RendererCache::region_renderer(const PixelWindow& window) {
     RenderSettings s = settings({});
     s.crop = window;
     s.preview = {};
-    s.radiance_cache.reset();
     return region_renderer_.emplace(window, Renderer(*scene_, colors_, s)).second;
 }
 
@@ -178,7 +178,6 @@ RenderResult RendererCache::mattes(int divisor, int samples, const std::vector<s
         RenderSettings s = settings({divisor});
         s.bounces = 0;
         s.preview = {};
-        s.radiance_cache.reset();
         s.aovs = mattes_of(names_of(known_aovs()));
         s.measure = false;
         known = matte_renderers_.try_emplace(divisor, *scene_, colors_, s).first;

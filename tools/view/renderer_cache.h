@@ -51,8 +51,10 @@ class RendererCache {
     /// picture, but no more than kMatteSamples, from camera rays only.
     RenderResult mattes(int divisor, int samples, const std::vector<std::string>& aovs);
     Resolution& resolution() { return resolution_; }
-    /// Fills in camera, frame and history of the last prepared request. They are valid until the next call.
-    void fill_frame_settings(FrameSettings& frame);
+    /// Fills in camera and frame of the last prepared request.
+    void fill_frame_settings(FrameSettings& frame) const;
+    /// Returns history and surfaces of the last prepared request. They are valid until the next call.
+    PictureInputs inputs();
 
   private:
     /// Prepares the scene and removes renderers that cannot continue with it.

@@ -263,17 +263,17 @@ TEST_F(RadianceCacheTest, IsSharedAcrossCamerasAndCanBeCleared) {
     ASSERT_TRUE(first.stats.radiance_cache);
     EXPECT_GT(first.stats.radiance_cache->used, 50u);
 
-    s.radiance_cache = std::make_shared<RadianceCache>();
+    const auto cache = std::make_shared<RadianceCache>();
     RenderSettings aside = s;
     aside.camera.camera_to_world[3].x += 0.2;
     aside.width = aside.height = 32;
-    Renderer other(prepared, ColorConfig::load(), aside);
+    Renderer other(prepared, ColorConfig::load(), aside, nullptr, cache);
     for (aside.seed = 1; aside.seed <= 32; ++aside.seed) other.render(aside);
-    Renderer renderer(prepared, ColorConfig::load(), s);
+    Renderer renderer(prepared, ColorConfig::load(), s, nullptr, cache);
     const RenderResult warm = renderer.render();
     EXPECT_GT(warm.stats.radiance_cache->mature, 2 * first.stats.radiance_cache->mature);
     EXPECT_FALSE(same_bits(warm.beauty, first.beauty));
-    s.radiance_cache->clear();
+    cache->clear();
     expect_same(renderer.render(), first);
     renderer.forget("a cut");
     expect_same(renderer.render(), first);
@@ -282,10 +282,9 @@ TEST_F(RadianceCacheTest, IsSharedAcrossCamerasAndCanBeCleared) {
 TEST_F(RadianceCacheTest, EvictsUnusedCells) {
     const Scene scene = cornell_box();
     PreparedScene prepared(context, scene);
-    RenderSettings s = settings_of(scene, 1);
-    s.radiance_cache = std::make_shared<RadianceCache>();
-    Renderer(prepared, ColorConfig::load(), s).render();
-    RadianceCache& cache = *s.radiance_cache;
+    const auto shared = std::make_shared<RadianceCache>();
+    Renderer(prepared, ColorConfig::load(), settings_of(scene, 1), nullptr, shared).render();
+    RadianceCache& cache = *shared;
     const std::size_t used = cache.statistics().used;
     ASSERT_GT(used, 50u);
     while (cache.picture() < 192) cache.begin_picture(prepared.programs());

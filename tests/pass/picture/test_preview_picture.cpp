@@ -28,10 +28,9 @@ class PreviewPictureTest : public CornellTest {
         Renderer r = renderer(prepared, settings, kBoth);
         PictureHistory history;
         FrameSettings frame = settings;
-        frame.history = &history;
-        r.render(frame);
+        r.render(frame, {.history = &history});
         frame.camera = moved(frame.camera, 0.05), frame.seed = 1, frame.samples = samples;
-        return r.render(frame, [&](const RenderProgress& progress) {
+        return r.render(frame, {.history = &history}, [&](const RenderProgress& progress) {
             for (int i = 0; i < looks; ++i) progress.picture({});
             return true;
         });
@@ -46,8 +45,8 @@ TEST_F(PreviewPictureTest, AStaticCameraConvergesToTheMean) {
     PictureHistory of_temporal, of_both;
     const auto render = [&](Renderer& by, PictureHistory* history, const Camera& camera, int samples) {
         FrameSettings frame = settings;
-        frame.camera = camera, frame.samples = samples, frame.history = history;
-        return by.render(frame);
+        frame.camera = camera, frame.samples = samples;
+        return by.render(frame, {.history = history});
     };
     const Camera first = settings.camera, second = moved(first, 0.05);
     const RenderResult begun = render(temporal, &of_temporal, first, 1);
@@ -70,9 +69,9 @@ TEST_F(PreviewPictureTest, AStaticCameraConvergesToTheMean) {
     EXPECT_TRUE(late.stats.biases.empty());
     const auto all_end = static_cast<int>(shared::kFilterEnds);
     FrameSettings frame = settings;
-    frame.camera = second, frame.samples = all_end, frame.history = &of_both;
+    frame.camera = second, frame.samples = all_end;
     std::vector<std::size_t> biases;
-    const RenderResult last = both.render(frame, [&](const RenderProgress& progress) {
+    const RenderResult last = both.render(frame, {.history = &of_both}, [&](const RenderProgress& progress) {
         if (progress.samples_done % 31 == 0) biases.push_back(progress.picture({}).stats.biases.size());
         return true;
     });
@@ -115,13 +114,11 @@ TEST_F(PreviewPictureTest, RestartsAtAnotherSize) {
     settings.width /= 4, settings.height = 8;
     Renderer coarse = renderer(prepared_cornell, settings, {.temporal = true});
     PictureHistory history;
-    FrameSettings frame = settings;
-    frame.history = &history;
-    coarse.render(frame);
-    const RenderResult after_coarse = fine.render(frame);
+    coarse.render(settings, {.history = &history});
+    const RenderResult after_coarse = fine.render(settings, {.history = &history});
     EXPECT_FALSE(same_bits(after_coarse.beauty, plain));
     history.forget();
-    const RenderResult forgotten = fine.render(frame);
+    const RenderResult forgotten = fine.render(settings, {.history = &history});
     EXPECT_TRUE(same_bits(forgotten.beauty, plain));
     EXPECT_TRUE(forgotten.stats.biases.empty());
 }
@@ -157,9 +154,9 @@ TEST_F(PreviewPictureTest, LowersErrorsWhileTheCameraMoves) {
         RenderResult result;
         for (int i = 0; i < kFrames; ++i) {
             FrameSettings frame = settings;
-            frame.camera = camera_of(i), frame.samples = 1, frame.history = &history;
+            frame.camera = camera_of(i), frame.samples = 1;
             frame.frame = static_cast<std::uint32_t>(i);
-            result = r.render(frame);
+            result = r.render(frame, {.history = &history});
         }
         EXPECT_EQ(result.stats.biases.size(), std::size_t(preview.temporal) + std::size_t(preview.filter));
         return result.beauty;

@@ -44,12 +44,14 @@ class CheckpointTest : public GpuTest {
     }
     /// Renders with a checkpoint, and stops after `calls` calls of the callback; 0: does not stop.
     RenderResult render(const RenderSettings& s, int calls = 0) { return render(s, s, path(), calls); }
-    RenderResult render(const RenderSettings& s, FrameSettings frame, const std::filesystem::path& at, int calls) {
+    RenderResult render(const RenderSettings& s, const FrameSettings& frame, const std::filesystem::path& at,
+                        int calls) {
         Checkpoint checkpoint(at, "cornell", 1e9);
-        frame.checkpoint = &checkpoint;
         int count = 0;
         RenderResult result =
-            Renderer(*prepared, colors, s).render(frame, [&](const RenderProgress&) { return ++count != calls; });
+            Renderer(*prepared, colors, s).render(frame, {.checkpoint = &checkpoint}, [&](const RenderProgress&) {
+                return ++count != calls;
+            });
         EXPECT_EQ(checkpoint.problem(), "");
         return result;
     }
@@ -155,26 +157,24 @@ TEST_F(CheckpointTest, InterruptedSamplesKeepTheEarlierOnes) {
         int last = 1;
         for (bool stopped = true; stopped; last += 2) {
             SCOPED_TRACE(fmt::format("{}, point {}", of == &caught ? "catcher" : "no catcher", last));
-            RenderSettings own = s;
             int samples = 0, points = 0;
             {
                 Checkpoint checkpoint(path(), "cornell", 1e9);
-                own.checkpoint = &checkpoint;
                 const Interruptible stops([&] {
                     if (samples == 5 && ++points == last) throw Stop();
                 });
-                Renderer renderer(own_scene, colors, own);
+                Renderer renderer(own_scene, colors, s);
                 stopped = false;
                 try {
-                    renderer.render([&](const RenderProgress&) { return ++samples < 6; });
+                    renderer.render(s, {.checkpoint = &checkpoint},
+                                    [&](const RenderProgress&) { return ++samples < 6; });
                 } catch (const Stop&) {
                     stopped = true;
                 }
             }
             Checkpoint checkpoint(path(), "cornell", 1e9);
             EXPECT_EQ(checkpoint.earlier_samples(60), stopped ? 5 : 6);
-            own.checkpoint = &checkpoint;
-            expect_same(Renderer(own_scene, colors, own).render(), expected);
+            expect_same(Renderer(own_scene, colors, s).render(s, {.checkpoint = &checkpoint}), expected);
             checkpoint.remove();
         }
         EXPECT_GT(last, 12) << "a sample has a batch for each length of paths, and shadow rays";
@@ -299,9 +299,7 @@ class SampleParts : public CheckpointTest {
         std::vector<const Checkpoint*> all;
         for (int part = 1; part <= s.parts; ++part)
             all.push_back(&parts.emplace_back(folder_of(part), "cornell", 1e9, Checkpoint::Use::merge));
-        FrameSettings own = s;
-        own.merged = all;
-        return Renderer(*prepared, colors, s).render(own);
+        return Renderer(*prepared, colors, s).render(s, {.merged = all});
     }
 };
 

@@ -1,7 +1,8 @@
-// Tests that includes follow rooms.txt: each room may include itself and the rooms listed for it, and no other room of
-// the project.
+// Tests that includes and declarations follow rooms.txt: each room may include itself and the rooms listed for it, and
+// no other room of the project. It may name no type that only other rooms define, either.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -80,17 +81,57 @@ bool is_source(const fs::path& path) {
     return kExtensions.contains(path.extension().string());
 }
 
+/// Returns the paths of all sources relative to the checkout, with their text.
+const std::map<std::string, std::string>& sources() {
+    static const auto files = [] {
+        std::map<std::string, std::string> all;
+        const fs::path root = HALFLIGHT_SOURCE_DIR;
+        for (const char* folder : {"engine", "passes", "renderer", "api", "shaders", "tools", "tests"})
+            for (const auto& entry : fs::recursive_directory_iterator(root / folder))
+                if (entry.is_regular_file() && is_source(entry.path()))
+                    all[fs::relative(entry.path(), root).string()] = content(entry.path());
+        return all;
+    }();
+    return files;
+}
+
+/// Calls f(line number, name) for each line that the pattern matches; its last group is the name.
+template <class F>
+void for_each_match(const std::string& text, const std::regex& pattern, F f) {
+    std::istringstream lines(text);
+    std::string line;
+    std::smatch match;
+    for (int number = 1; std::getline(lines, line); ++number)
+        if ((line.find("class ") != std::string::npos || line.find("struct ") != std::string::npos) &&
+            std::regex_search(line, match, pattern))
+            f(number, match[match.size() - 1].str());
+}
+
 TEST(Layers, EveryIncludePointsDown) {
-    const fs::path root = HALFLIGHT_SOURCE_DIR;
-    int files = 0;
-    for (const char* folder : {"engine", "passes", "renderer", "api", "shaders", "tools", "tests"}) {
-        for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
-            if (!entry.is_regular_file() || !is_source(entry.path())) continue;
-            ++files;
-            check_includes(fs::relative(entry.path(), root).string(), content(entry.path()));
-        }
-    }
-    EXPECT_GT(files, 20) << "too few files were found";
+    for (const auto& [path, text] : sources()) check_includes(path, text);
+    EXPECT_GT(sources().size(), 20u) << "too few files were found";
+}
+
+TEST(Layers, EveryDeclarationPointsDown) {
+    // Types of namespaces begin in the first column, and nested ones do not.
+    static const std::regex definition(R"(^(?:class|struct|enum class)\s+(?:alignas\(\w+\)\s+)?(\w+)[^;]*\{)"),
+        declaration(R"((?:^|\bfriend\s+)(?:class|struct)\s+(?:\w+::)*(\w+);)");
+    std::map<std::string, Rooms> defined;
+    for (const auto& [path, text] : sources())
+        for_each_match(text, definition,
+                       [&, &path = path](int, const std::string& name) { defined[name].insert(room_of(path)); });
+    int declarations = 0;
+    for (const auto& [path, text] : sources())
+        for_each_match(text, declaration, [&, &path = path](int number, const std::string& name) {
+            const std::string room = room_of(path);
+            const Rooms& in = defined[name];  // empty: a type of a library, or a nested one
+            ++declarations;
+            EXPECT_TRUE(
+                in.empty() || in.contains(room) ||
+                std::ranges::any_of(in, [&](const std::string& other) { return allowed().at(room).contains(other); }))
+                << path << ":" << number << ": " << name << ", a type of " << *in.begin() << ", must not be named here";
+        });
+    EXPECT_GT(declarations, 30) << "too few declarations were found";
 }
 
 TEST(Layers, EveryRoomIsAFolder) {

@@ -74,9 +74,8 @@ TEST(Cryptomatte, LargestCoverageComesFirst) {
 /// Returns the shutter times of a picture's first samples.
 std::vector<double> times_of(int samples, int times, std::uint32_t seed, std::uint32_t frame,
                              SamplePoints points = SamplePoints::sobol) {
-    const ShutterPoses poses{.times = times, .pose = {}};
     FrameSettings settings;
-    settings.seed = seed, settings.frame = frame, settings.shutter = &poses;
+    settings.seed = seed, settings.frame = frame, settings.shutter_times = times;
     std::vector<double> all;
     for (int k = 0; k < samples; ++k)
         all.push_back(sample_view(settings, Band{}, static_cast<std::uint32_t>(k), points).at);
@@ -124,15 +123,14 @@ TEST(ShutterTimes, AreUniformOverFramesAndSeeds) {
 }
 
 TEST(ShutterTimes, OrderSamplesThatShareThem) {
-    const ShutterPoses own{.times = 0, .pose = {}}, shared{.times = 4, .pose = {}};
     FrameSettings settings;
     const auto view = [&](int number) {
         return sample_view(settings, Band{}, static_cast<std::uint32_t>(number), SamplePoints::sobol);
     };
     EXPECT_TRUE(order_of_samples(settings, 0, 16, view).empty());
-    settings.shutter = &own;
+    settings.shutter_times = 0;
     EXPECT_TRUE(order_of_samples(settings, 0, 16, view).empty());
-    settings.shutter = &shared;
+    settings.shutter_times = 4;
     std::vector<int> order = order_of_samples(settings, 16, 32, view);
     int changes = 0;
     for (std::size_t i = 1; i < order.size(); ++i) changes += view(order[i]).at != view(order[i - 1]).at;
@@ -143,9 +141,8 @@ TEST(ShutterTimes, OrderSamplesThatShareThem) {
 
 // Blocks take different numbers of samples. A run has samples of one time.
 TEST(ShutterTimes, ListedSamplesOfARunShareOne) {
-    const ShutterPoses poses{.times = 4, .pose = {}};
     FrameSettings settings;
-    settings.shutter = &poses;
+    settings.shutter_times = 4;
     const auto view = [&](std::uint32_t number) { return sample_view(settings, Band{}, number, SamplePoints::sobol); };
     const std::vector<std::uint32_t> from{2, 0, 5, 3}, to{9, 0, 40, 4};
     ListedSamples listed(from, to, view);
