@@ -53,7 +53,7 @@ struct SceneView {
 
     /// Returns which rays of a batch pass back faces.
     rays::PassBacks pass_backs(rays::RayKind kind) const;
-    /// Returns whether the rays of a batch pass panes: shadow rays and scattered rays do (passes/light/panes.h).
+    /// Returns whether the rays of a batch pass panes: shadow rays and scattered rays do (passes/steps/panes.h).
     bool passes_panes(rays::RayKind kind) const;
     /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
     /// if geometry is loaded in pages.

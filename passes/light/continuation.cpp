@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "passes/light/panes.h"
+#include "passes/steps/panes.h"
+#include "passes/steps/resolve.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "passes/light/panes.h"
-#include "passes/light/scatter.h"
+#include "passes/steps/panes.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 
@@ -43,14 +42,6 @@ graph::BufferHandle occlusion(graph::Graph& graph, const SceneView& view, const 
 }
 
 }  // namespace
-
-rays::RayBatch shadow_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays) {
-    // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
-    rays::RayBatch batch = ray_batch(view, kind, rays, {}, 0);
-    batch.paths = view.band.paths();
-    batch.capacity = (kind == rays::RayKind::sun ? 1 : view.shadow_rays) * batch.paths;
-    return batch;
-}
 
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
     const bool sun = view.scene.needs().sun;

@@ -96,16 +96,4 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     return out;
 }
 
-void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums) {
-    pass.read(sums.emission, Access::storage_read, "Emission");
-    if (sums.direct) {
-        pass.read(sums.direct, Access::storage_read, "Direct");
-        defines.set("HALFLIGHT_DIRECT");
-    }
-    if (sums.indirect) {
-        pass.read(sums.indirect, Access::storage_read, "Indirect");
-        defines.set("HALFLIGHT_INDIRECT");
-    }
-}
-
 }  // namespace halflight

@@ -1,9 +1,9 @@
-#include "passes/light/panes.h"
+#include "passes/steps/panes.h"
 
 #include <functional>
 
 #include "engine/rays/batch_server.h"
-#include "passes/light/lamps.h"
+#include "passes/steps/lamps.h"
 
 namespace halflight {
 namespace {
@@ -15,9 +15,7 @@ using graph::Access;
 void run(graph::Pass& pass, const rays::RayBatch& batch, const std::function<graph::Kernel()>& kernel) {
     pass.kernel(kernel());  // compiled ahead
     pass.execute([batch, kernel](graph::Resources& r) {
-        const graph::Kernel now = kernel();
-        const gpu::Program& program = r.compute(now.source, now.defines);
-        now.bind(r, program);
+        const gpu::Program& program = r.kernel(kernel());
         if (batch.list)
             program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
         else

@@ -1,4 +1,4 @@
-#include "passes/light/lamps.h"
+#include "passes/steps/lamps.h"
 
 #include <fmt/format.h>
 
