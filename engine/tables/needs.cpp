@@ -131,7 +131,7 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
         if (lobe.layer_rows > 0) define(lobe.define + std::string("_LAYER"), std::to_string(layer));
         row += lobe.record_rows, layer += lobe.layer_rows;
     }
-    define("SURFACE_ROWS", std::to_string(row) + "u");
+    define("SURFACE_ROWS", std::to_string(row));
     define("LAYER_ROWS", std::to_string(layer));
     std::sort(defines.begin(), defines.end());
     return defines;

@@ -1,7 +1,5 @@
 #include "passes/light/shadow.h"
 
-#include <fmt/format.h>
-
 #include "passes/steps/panes.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
@@ -27,7 +25,7 @@ rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBu
                    Access::storage_write, "ShadowRays");
     light = pass.write(light, partial_write(light), "Light");
     gpu::Defines defines = view.path_defines();
-    defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+    defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
     pass.kernel({"shaders/shadow.comp", defines, view.bind_scene()});
     pass.execute([=](graph::Resources& r) { r.kernel().dispatch(count / 64); });

@@ -24,7 +24,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         if (sample.direct->sun_occluded)
             pass.read(sample.direct->sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
     if (sample.paths) {
         pass.read(sample.paths->states, Access::texture_read, {"states", GL_RGBA32UI});

@@ -56,7 +56,7 @@ void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const Sampl
             pass.read(occlusion.sun, Access::texture_read, {"sun_by_catchers", GL_R32UI});
         }
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
     const std::string name = view.sums == 0 ? "catcher sums" : fmt::format("catcher sums {}", view.sums);
     const std::size_t bytes = view.band.paths() * kCatcherSums * sizeof(double);

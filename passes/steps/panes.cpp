@@ -40,11 +40,10 @@ rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch
     read(pass);
     met.list = pass.write(met.list, Access::storage_read_write, "Selected");
     met.header = pass.write(met.header, Access::storage_read_write, "SelectedHeader");
-    variant.set("HALFLIGHT_SELECT");
     run(pass, batch, [variant, &panes] {
         gpu::Defines defines = variant;
         for (const auto& [define, value] : panes.defines().values()) defines.set(define, value);
-        return graph::Kernel{"shaders/panes.comp", defines,
+        return graph::Kernel{"shaders/pane_rays.comp", defines,
                              [&panes](graph::Resources&, const gpu::Program&) { panes.bind(); }};
     });
     batch.list = met.list, batch.list_header = met.header;
