@@ -19,7 +19,7 @@ struct LightSample {
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
 #if HALFLIGHT_LIGHT_GROUPS
-    uint group;      // light group; any where no light arrives
+    uint group;      // light group; unspecified if no light arrives
 #endif
 };
 

@@ -1,5 +1,5 @@
-// Reads the points that the paths of a group have found, and their light, as texels. The kernels that connect and gather
-// read each point 16 times.
+// Reads the points that the paths of a group have found, and their light, as texels. The kernels that connect and
+// gather read each point 16 times.
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/state_texels.glsl"
 #include "shaders/lib/sun_light.glsl"
@@ -42,7 +42,7 @@ uniform samplerBuffer group_light;  // RGBA32F: kGroupRows rows for each path
 
 const uint kAllLight = 0u;
 
-// Returns the complete ReusePoint::light; 0 where the path has no such vertex. part: kAllLight, or 1 + a light group,
+// Returns the complete ReusePoint::light; 0 if the path has no such vertex. part: kAllLight, or 1 + a light group,
 // which gives its part of the light.
 vec3 given_light(uint path, uint part) {
     PathState state = load_state(path);

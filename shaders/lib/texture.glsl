@@ -36,7 +36,7 @@ void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out in
 
 #if HALFLIGHT_TILED_TEXTURES
 #if HALFLIGHT_TILE_REQUESTS
-bool tiles_wanted = false;   // false: the invocation looks textures up in vain
+bool tiles_wanted = false;   // false: the results of the invocation are not used, so it requests no tiles
 uint missing_tile = kNoTile;  // lowest tile that the invocation misses; kNoTile: none
 
 void request_tile(int tile) {
@@ -56,7 +56,7 @@ ivec4 tiled_texels(int first_tile, ivec2 size, ivec2 rows, ivec2 columns, int sh
     uvec4 slots;
     for (int k = 0; k < 4; ++k) slots[k] = texelFetch(tile_slots, tiles[k]).x;
 #if HALFLIGHT_TILE_REQUESTS
-    // The loop runs only where some tile is missing. A branch would not be skipped by software drivers.
+    // The loop runs only if some tile is missing. A branch would not be skipped by software drivers.
     bvec4 absent = equal(slots, uvec4(kBlankSlot));
     for (int k = tiles_wanted && any(absent) ? 0 : 4; k < 4; ++k)
         if (absent[k]) request_tile(tiles[k]);
@@ -159,7 +159,7 @@ vec4 data_texel(int index) {
     return texelFetch(data_texels, index);
 }
 
-// Returns linear colour and alpha; 1 where the slot is empty.
+// Returns linear colour and alpha; 1 if the slot is empty.
 vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kColorTileShift);
@@ -167,7 +167,7 @@ vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
                            color_texel(f.texel.w));
 }
 
-// Returns data in [0, 1]; 1 where the slot is empty.
+// Returns data in [0, 1]; 1 if the slot is empty.
 vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kDataTileShift);
