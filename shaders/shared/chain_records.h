@@ -31,7 +31,7 @@ struct ChainPlace {
     vec3 position;  // place of the end
     uint instance;  // index of the block instance
     vec3 turned_x;  // direction in which `seen` moves when `position` moves along x
-    float bounces;  // as in SpecularChain
+    float bounces;  // number of mirrors and interfaces of glass before the end
     vec3 turned_y;
     float reserved0;
     vec3 turned_z;

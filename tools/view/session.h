@@ -56,7 +56,7 @@ struct View {
     bool operator==(const View& o) const { return camera == o.camera && (camera || pose == o.pose); }
 };
 
-/// Which pictures are denoised.
+/// The pictures that are denoised.
 enum class Denoising {
     off,
     preview,  // pictures of few samples, by Preview::filter

@@ -50,7 +50,7 @@ class GltfWarnings {
 
   private:
     struct Warning {
-        std::string what, element;  // those of the first warning of its kind
+        std::string what, element;  // text and element of the first warning of its kind
         bool fault = false;
         std::size_t count = 0;
     };
