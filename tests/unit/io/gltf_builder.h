@@ -54,7 +54,7 @@ class GltfBuilder {
                   {"count", components.size() / per_element},
                   {"type", type}};
         if (normalized) a["normalized"] = true;
-        if (per_element == 1 && !components.empty()) {  // animations require them of their times
+        if (per_element == 1 && !components.empty()) {  // accessors of an animation's times need min and max
             const auto [least, most] = std::minmax_element(components.begin(), components.end());
             a["min"] = {*least}, a["max"] = {*most};
         }
